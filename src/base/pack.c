@@ -143,6 +143,17 @@ void lum_pack_bytes(lum_pack *pack, void *bytes, size_t len)
     }
 }
 
+void lum_pack_text(lum_pack *pack, char *text, size_t room)
+{
+    const char *end = memchr(text, '\0', room);
+    uint8_t len = end != NULL ? (uint8_t)(end - text) : 0;
+    lum_pack_u8(pack, &len);
+    if (lum_pack_check(pack, len < room)) {
+        lum_pack_bytes(pack, text, len);
+        text[pack->has_failed ? 0 : len] = '\0';
+    }
+}
+
 bool lum_pack_check(lum_pack *pack, bool is_possible)
 {
     if (lum_pack_is_reading(pack) && !is_possible) {

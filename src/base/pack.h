@@ -47,6 +47,9 @@ void lum_pack_near(lum_pack *pack, int64_t *value, int64_t other);
 /** Bytes as they are. */
 void lum_pack_bytes(lum_pack *pack, void *bytes, size_t len);
 
+/** A text in an array of so many bytes, at most 256. */
+void lum_pack_text(lum_pack *pack, char *text, size_t room);
+
 /** Fail unless what was read is possible.
  * @return whether nothing has failed. */
 bool lum_pack_check(lum_pack *pack, bool is_possible);

@@ -12,6 +12,7 @@
 #include "merge.h"
 #include "remarks.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,10 +21,12 @@ struct lum_capture {
     lum_fragments *fragments; /* of a datagram may be in two files */
     lum_link_reader *link;    /* of link_type; NULL: it is not supported */
     uint32_t link_type;       /* of the record before */
+    const char *interface;    /* of the last record; NULL: it is not known */
     lum_record record;        /* the last one */
     lum_joined joined;        /* what of it was handed out */
     uint8_t *rest; /* its payload if it was read from a state; else NULL */
     lum_remarks remarks;
+    char rest_interface[LUM_INTERFACE_BYTES]; /* and where that came from */
     bool ended;
 };
 
@@ -79,6 +82,7 @@ int lum_capture_open(const char *path, lum_capture **out, lum_error *error)
 static int end(lum_capture *c, int status, lum_record *out)
 {
     c->ended = true;
+    c->interface = NULL;
     out->dropped_fragments = lum_fragments_drop_all(c->fragments);
     return status;
 }
@@ -124,6 +128,7 @@ int lum_capture_next(lum_capture *capture, lum_record *out, lum_error *error)
     if (got != 1) {
         return end(capture, got, out);
     }
+    capture->interface = packet.name;
     *record = *out;
     record->time_ns = packet.time_ns;
     record->dropped_fragments =
@@ -133,6 +138,11 @@ int lum_capture_next(lum_capture *capture, lum_record *out, lum_error *error)
     capture->joined = (lum_joined){.each = 0};
     (void)lum_joined_next(&capture->joined, record, out);
     return 1;
+}
+
+const char *lum_capture_interface(const lum_capture *capture)
+{
+    return capture->interface;
 }
 
 void lum_capture_progress(const lum_capture *capture, uint64_t *done,
@@ -172,6 +182,18 @@ static void take_rest(lum_capture *c, const lum_record *rest, uint8_t *bytes,
     c->joined.each = each;
 }
 
+static void pack_interface(lum_capture *c, lum_pack *pack)
+{
+    if (!lum_pack_is_reading(pack) && c->interface != c->rest_interface) {
+        (void)snprintf(c->rest_interface, sizeof c->rest_interface, "%s",
+                       c->interface != NULL ? c->interface : "");
+    }
+    lum_pack_text(pack, c->rest_interface, sizeof c->rest_interface);
+    if (lum_pack_is_reading(pack)) {
+        c->interface = c->rest_interface[0] != '\0' ? c->rest_interface : NULL;
+    }
+}
+
 static bool pack_rest(lum_capture *c, lum_pack *pack)
 {
     static const lum_joined none = {.each = 0};
@@ -199,6 +221,7 @@ static bool pack_rest(lum_capture *c, lum_pack *pack)
     lum_pack_u16(pack, &rest.source_port);
     lum_pack_u16(pack, &rest.destination_port);
     lum_pack_bytes(pack, bytes, len);
+    pack_interface(c, pack);
     if (is_reading && !pack->has_failed) {
         take_rest(c, &rest, bytes, len, each);
     } else {
@@ -212,7 +235,10 @@ int lum_capture_pack(lum_capture *capture, lum_pack *pack, lum_error *error)
     if (lum_merge_pack(capture->files, pack, error) != 0) {
         return -1;
     }
-    capture->ended = lum_pack_is_reading(pack) ? false : capture->ended;
+    if (lum_pack_is_reading(pack)) {
+        capture->ended = false;
+        capture->interface = NULL;
+    }
     return lum_fragments_pack(capture->fragments, pack) &&
                    pack_rest(capture, pack)
                ? 0

@@ -16,19 +16,42 @@ uint16_t lum_demux_port(const lum_demux *demux);
 /** Forget all sensors and counters, as after lum_demux_new(). */
 void lum_demux_restart(lum_demux *demux);
 
-/** Whether a sensor's data is assembled: it, or all, were requested. */
-bool lum_demux_is_asked(const lum_demux *demux, size_t sensor);
+/** An address on an interface, and whose data it brings. */
+typedef struct lum_demux_way {
+    uint32_t address;
+    char interface[LUM_INTERFACE_BYTES]; /**< empty: it is not known */
+    size_t sensor;                       /**< its index */
+} lum_demux_way;
 
-/** Know a sensor before its first data. */
-void lum_demux_admit(lum_demux *demux, uint32_t address);
+/** Know one before its first data: a new sensor's if its index is the next. */
+void lum_demux_admit(lum_demux *demux, const lum_demux_way *way);
+
+/** How many are known. It only rises. */
+size_t lum_demux_way_count(const lum_demux *demux);
+
+/** Most that lum_demux_get_way() may have. */
+#define LUM_DEMUX_WAYS_MAX 64u
+
+/** One of them, in no order.
+ * @param i below LUM_DEMUX_WAYS_MAX.
+ * @return false: there is none in this place. */
+bool lum_demux_get_way(const lum_demux *demux, size_t i, lum_demux_way *out);
+
+/** Whether packets are held until it is known whose they are, or such were
+ * given with the last record: then its assemblers are not where the capture is.
+ */
+bool lum_demux_is_behind(const lum_demux *demux);
 
 /** Pass over the data of a sensor that is known, or no longer. */
 void lum_demux_hold(lum_demux *demux, size_t sensor, bool is_held);
 
 /** The sensor whose data came last.
- * @param frame gets the highest frame that a packet of it has begun.
- * @return false: there is none, or it has begun no frame. */
-bool lum_demux_newest(const lum_demux *demux, size_t *sensor, uint32_t *frame);
+ * @return false: there is none. */
+bool lum_demux_last(const lum_demux *demux, size_t *sensor);
+
+/** The highest frame that a packet of a sensor has begun.
+ * @return false: none. */
+bool lum_demux_newest(const lum_demux *demux, size_t sensor, uint32_t *frame);
 
 /** The state of a sensor's assembler, but for its counters, in either
  * direction. No event is under way.

@@ -13,6 +13,7 @@
 #define LUM_CAPTURE_PCAP_H
 
 #include "base/pack.h"
+#include "lum/capture/record.h"
 #include "source_internal.h"
 
 /** Most bytes of a packet that a pcap file may hold, as libpcap has it. */
@@ -36,6 +37,8 @@ typedef struct lum_pcap_record {
     uint32_t whole;       /**< those there were, as the file says */
     uint32_t link_type;   /**< LINKTYPE_ value */
     uint32_t interface;   /**< index in its section; 0 in a pcap file */
+    const char *name;     /**< of that interface, lives as bytes do; NULL: the
+                               file names none */
 } lum_pcap_record;
 
 /** What an interface's description says. */
@@ -46,6 +49,7 @@ typedef struct lum_pcap_interface {
     uint32_t link_type; /**< LINKTYPE_ value */
     bool is_lost;       /**< its description could not be read: nor can packets
                              of it */
+    char name[LUM_INTERFACE_BYTES]; /**< pcapng: it, or its number */
 } lum_pcap_interface;
 
 /** What an option belongs to. */

@@ -68,6 +68,7 @@ uint64_t lum_pcap_damaged(const lum_pcap *reader, const char **first)
  * for. */
 static void pack_interface(lum_pack *pack, lum_pcap_interface *interface)
 {
+    lum_pack_text(pack, interface->name, sizeof interface->name);
     lum_pack_u64(pack, &interface->ticks);
     lum_pack_i64(pack, &interface->offset_s);
     lum_pack_u32(pack, &interface->snap);

@@ -49,6 +49,7 @@ static void read_header(const lum_pcap *r, const uint8_t *p,
     }
     out->link_type = r->interfaces[0].link_type;
     out->interface = 0;
+    out->name = NULL;
 }
 
 static int next_record(lum_pcap *r, lum_pcap_record *out, lum_error *error)

@@ -1,5 +1,8 @@
 #include "pcap_internal.h"
 
+#include <stdio.h>
+#include <string.h>
+
 enum {
     BLOCK_SECTION = 0x0a0d0d0a, /* the same in either byte order */
     BLOCK_INTERFACE = 1,
@@ -19,6 +22,7 @@ enum {
     VERSION = 1,
 
     OPTION_END = 0,
+    OPTION_NAME = 2,
     OPTION_RESOLUTION = 9,
     OPTION_OFFSET = 14,
     DECIMAL_MAX = 19, /* 10^19 ticks a second, the most of 64 bits */
@@ -141,6 +145,24 @@ static int read_offset(const lum_pcap *r, const struct option *option,
     return 0;
 }
 
+/* A name that could not be typed, or told from another one, is not taken: the
+ * number stays. */
+static void read_name(const struct option *option, lum_pcap_interface *out)
+{
+    size_t len = option->len;
+    while (len > 0 && option->value[len - 1u] == '\0') {
+        len--; /* which some programs count */
+    }
+    bool is_plain = len > 0 && len < sizeof out->name;
+    for (size_t i = 0; i < len && is_plain; i++) {
+        is_plain = option->value[i] > ' ' && option->value[i] <= '~';
+    }
+    if (is_plain) {
+        memcpy(out->name, option->value, len);
+        out->name[len] = '\0';
+    }
+}
+
 static int read_interface_options(const lum_pcap *r, struct options o,
                                   lum_pcap_interface *out, lum_error *error)
 {
@@ -157,6 +179,8 @@ static int read_interface_options(const lum_pcap *r, struct options o,
         } else if (option.code == OPTION_OFFSET) {
             has = &has_offset;
             read = read_offset(r, &option, out, error);
+        } else if (option.code == OPTION_NAME) {
+            read_name(&option, out);
         }
         if (read != 0) {
             return -1;
@@ -192,6 +216,8 @@ static int parse_interface(const lum_pcap *r, const struct block *b,
     }
     out->snap = lum_pcap_snap(load_u32(r, b->at + 12));
     out->link_type = load_u16(r, b->at + 8);
+    (void)snprintf(out->name, sizeof out->name, "%lu",
+                   (unsigned long)r->interface_count);
     return read_interface_options(r, options_from(b, 16), out, error);
 }
 
@@ -464,6 +490,7 @@ static int read_simple(const lum_pcap *r, const struct block *b,
         return -1;
     }
     out->interface = 0;
+    out->name = i->name;
     out->link_type = i->link_type;
     out->time_ns = time_of(i, 0);
     out->whole = load_u32(r, b->at + 8);
@@ -483,6 +510,7 @@ static int read_packet(const lum_pcap *r, const struct block *b,
     if (i == NULL) {
         return -1;
     }
+    out->name = i->name;
     out->link_type = i->link_type;
     out->time_ns = time_of(i, (uint64_t)load_u32(r, b->at + 12) << 32 |
                                   load_u32(r, b->at + 16));

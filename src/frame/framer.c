@@ -13,6 +13,7 @@
 
 #include "lum/smooth.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -279,7 +280,8 @@ static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
     lum_demux_options demux = {.struct_size = sizeof demux,
                                .has_sensor = o->has_sensor,
                                .sensor = o->sensor,
-                               .port = o->port};
+                               .port = o->port,
+                               .sensor_interface = o->sensor_interface};
     lum_layout_default(&demux.layout);
     lum_assembler_config_default(&demux.config);
     demux.layout = o->layout != NULL ? *o->layout : demux.layout;
@@ -607,8 +609,9 @@ static void count_missing(lum_framer_counters *c, const lum_frame_info *info)
 
 static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
 {
-    const uint32_t sensor =
-        lum_demux_address(f->demux, lum_demux_current_index(f->demux));
+    const size_t sensor = lum_demux_current_index(f->demux);
+    char name[LUM_SENSOR_NAME_BYTES];
+    const char *further = strchr(lum_demux_name(f->demux, sensor, name), '%');
     const lum_frame *first = draft->frames[0];
     const lum_frame_info *info = &first->info;
     lum_frame_end end = {.has_clock = f->has_clock,
@@ -626,7 +629,9 @@ static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
     for (size_t i = 0; i < draft->frame_count; i++) {
         lum_frame_info *to = &draft->frames[i]->info;
         to->number = draft->number;
-        to->sensor = sensor;
+        to->sensor = lum_demux_address(f->demux, sensor);
+        (void)snprintf(to->sensor_interface, sizeof to->sensor_interface, "%s",
+                       further != NULL ? further + 1 : "");
         to->is_first = s->has_joined && !is_before(s->joined, draft->number);
         to->is_last = f->is_flushing;
         lum_frame_seal(draft->frames[i], &end);
@@ -931,6 +936,11 @@ static void end_flush(lum_framer *f)
     }
 }
 
+void lum_framer_set_interface(lum_framer *framer, const char *name)
+{
+    lum_demux_set_interface(framer->demux, name);
+}
+
 lum_framer_event lum_framer_push(lum_framer *framer, const lum_record *record,
                                  lum_packet_kind *kind)
 {
@@ -982,7 +992,7 @@ lum_framer_event lum_framer_flush(lum_framer *framer)
     if (event == LUM_FRAMER_NONE) {
         end_pauses(framer);
     }
-    return event;
+    return r >= 0 ? event : LUM_FRAMER_FAILED;
 }
 
 /* --- Skipping --- */

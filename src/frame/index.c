@@ -220,8 +220,29 @@ static void pack_births(lum_pack *p, lum_index *index)
     for (uint32_t i = 0; i < count; i++) {
         lum_index_birth *b = &index->births[i];
         lum_pack_u32(p, &b->address);
+        lum_pack_text(p, b->interface, sizeof b->interface);
         lum_pack_u64(p, &b->after);
         pack_blob(p, &b->capture, &b->capture_len);
+    }
+}
+
+static void pack_mates(lum_pack *p, lum_index *index)
+{
+    uint32_t count = (uint32_t)index->mate_count;
+    lum_pack_u32(p, &count);
+    if (!lum_pack_check(p, count <= LUM_DEMUX_WAYS_MAX)) {
+        return;
+    }
+    index->mate_count = count;
+    for (uint32_t i = 0; i < count; i++) {
+        lum_index_mate *m = &index->mates[i];
+        uint32_t sensor = (uint32_t)m->way.sensor;
+        lum_pack_u32(p, &m->way.address);
+        lum_pack_text(p, m->way.interface, sizeof m->way.interface);
+        lum_pack_u32(p, &sensor);
+        lum_pack_u64(p, &m->after);
+        m->way.sensor = sensor;
+        (void)lum_pack_check(p, sensor < index->birth_count);
     }
 }
 
@@ -254,6 +275,7 @@ static void pack_body(lum_pack *p, lum_index *index)
     lum_pack_bool(p, &index->is_whole);
     lum_pack_u32(p, &stride);
     pack_births(p, index);
+    pack_mates(p, index);
     lum_pack_u32(p, &count);
     (void)lum_pack_check(p, stride != 0);
     if (lum_pack_is_reading(p)) {

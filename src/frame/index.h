@@ -4,6 +4,7 @@
 #define LUM_FRAME_INDEX_H
 
 #include "base/pack.h"
+#include "capture/demux_state.h"
 #include "lum/base/error.h"
 #include "lum/capture/demux.h"
 
@@ -36,10 +37,17 @@ typedef struct lum_index_entry {
 /* The first data of a sensor. */
 typedef struct lum_index_birth {
     uint32_t address;
+    char interface[LUM_INTERFACE_BYTES]; /* empty: it is not known */
     uint64_t after;   /* where the capture's state is, at it or before it */
     uint8_t *capture; /* allocated */
     size_t capture_len;
 } lum_index_birth;
+
+/* Another interface that brings a sensor's data. */
+typedef struct lum_index_mate {
+    lum_demux_way way;
+    uint64_t after; /* known from this record on */
+} lum_index_mate;
 
 /* A place in the list of entries. */
 typedef struct lum_index_slot {
@@ -50,6 +58,8 @@ typedef struct lum_index_slot {
 typedef struct lum_index {
     lum_index_birth births[LUM_DEMUX_SENSORS_MAX];
     size_t birth_count;
+    lum_index_mate mates[LUM_DEMUX_WAYS_MAX];
+    size_t mate_count;
     lum_index_slot *entries; /* by order */
     size_t count;
     size_t room;

@@ -4,6 +4,7 @@
 #include "capture/demux_state.h"
 #include "framer_state.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -57,6 +58,7 @@ static void forget(struct place *p)
     }
     lum_pack_reset(&p->early);
     p->early_after = 0;
+    p->ways = 0;
     p->awaited_count = 0;
     p->awaited_next = 0;
     p->is_approaching = false;
@@ -153,16 +155,54 @@ static void note_births(lum_reader *r)
             p->keeps_index = false;
             return;
         }
+        const char *interface =
+            lum_demux_interface(demux, p->index.birth_count);
         b->address = lum_demux_address(demux, p->index.birth_count);
+        (void)snprintf(b->interface, sizeof b->interface, "%s",
+                       interface != NULL ? interface : "");
         b->after = p->early_after;
         p->index.birth_count++;
+    }
+}
+
+static bool is_mate_known(const lum_index *x, const lum_demux_way *way)
+{
+    bool is_known = false;
+    for (size_t i = 0; i < x->mate_count; i++) {
+        is_known |= x->mates[i].way.address == way->address &&
+                    strcmp(x->mates[i].way.interface, way->interface) == 0;
+    }
+    for (size_t i = 0; i < x->birth_count; i++) {
+        is_known |= x->births[i].address == way->address &&
+                    strcmp(x->births[i].interface, way->interface) == 0;
+    }
+    return is_known;
+}
+
+static void note_mates(lum_reader *r)
+{
+    struct place *p = &r->place;
+    const lum_demux *demux = lum_framer_demux(r->framer);
+    lum_demux_way way;
+    if (p->ways == lum_demux_way_count(demux)) {
+        return;
+    }
+    p->ways = lum_demux_way_count(demux);
+    for (size_t i = 0; i < LUM_DEMUX_WAYS_MAX; i++) {
+        if (lum_demux_get_way(demux, i, &way) &&
+            !is_mate_known(&p->index, &way) &&
+            p->index.mate_count < LUM_DEMUX_WAYS_MAX) {
+            p->index.mates[p->index.mate_count++] =
+                (lum_index_mate){.way = way, .after = p->records};
+        }
     }
 }
 
 static void keep_early(lum_reader *r)
 {
     struct place *p = &r->place;
-    if (p->records % EARLY_RECORDS == 0) {
+    if (p->records % EARLY_RECORDS == 0 &&
+        !lum_demux_is_behind(lum_framer_demux(r->framer))) {
         lum_pack_reset(&p->early);
         p->early_after = p->records;
         if (lum_capture_pack(r->capture, &p->early, NULL) != 0 ||
@@ -187,29 +227,47 @@ static void note_begin(lum_reader *r, size_t sensor, uint32_t frame)
     }
 }
 
+/* A sensor may have sent data. */
+static void note_data(lum_reader *r, size_t sensor, bool may_mark)
+{
+    uint32_t frame = 0;
+    struct followed *s = &r->place.sensors[sensor];
+    s->active = r->place.records;
+    if (!lum_demux_newest(lum_framer_demux(r->framer), sensor, &frame)) {
+        return;
+    }
+    const bool rises = s->has_newest && is_before(s->newest, frame);
+    s->newest = rises || !s->has_newest ? frame : s->newest;
+    s->has_newest = true;
+    if (rises && may_mark && lum_framer_gives(r->framer, sensor)) {
+        note_begin(r, sensor, frame);
+    }
+}
+
+/* What was held is of any sensor, and frames may have begun before. */
+static void note_all_data(lum_reader *r)
+{
+    const size_t count = lum_demux_sensor_count(lum_framer_demux(r->framer));
+    for (size_t i = 0; i < count; i++) {
+        note_data(r, i, false);
+    }
+}
+
 void lum_place_note_record(lum_reader *reader)
 {
     struct place *p = &reader->place;
-    size_t sensor = LUM_DEMUX_SENSORS_MAX;
-    uint32_t frame = 0;
+    const lum_demux *demux = lum_framer_demux(reader->framer);
+    size_t sensor = 0;
     if (!p->keeps_index || lum_framer_is_skipping(reader->framer)) {
         return;
     }
     const bool is_new = p->records > p->index.known;
     note_births(reader);
-    const bool has_begun =
-        lum_demux_newest(lum_framer_demux(reader->framer), &sensor, &frame);
-    if (sensor < LUM_DEMUX_SENSORS_MAX) {
-        p->sensors[sensor].active = p->records;
-    }
-    if (has_begun) {
-        struct followed *s = &p->sensors[sensor];
-        const bool rises = s->has_newest && is_before(s->newest, frame);
-        s->newest = rises || !s->has_newest ? frame : s->newest;
-        s->has_newest = true;
-        if (rises && is_new && lum_framer_gives(reader->framer, sensor)) {
-            note_begin(reader, sensor, frame);
-        }
+    note_mates(reader);
+    if (lum_demux_is_behind(demux)) {
+        note_all_data(reader);
+    } else if (lum_demux_last(demux, &sensor)) {
+        note_data(reader, sensor, is_new);
     }
     p->index.known = is_new ? p->records : p->index.known;
     keep_early(reader);
@@ -262,7 +320,7 @@ static bool is_sought(const struct target *t, const lum_frame_info *info,
     case SOUGHT_ORDER:
         return order >= t->order;
     case SOUGHT_NUMBER:
-        return info->sensor == t->sensor &&
+        return info->sensor == t->sensor && info->sensor_interface[0] == '\0' &&
                !is_before((uint32_t)info->number, (uint32_t)t->number);
     case SOUGHT_TIME:
         return find_begin(info, &begin_ns) && begin_ns >= t->time_ns;
@@ -357,7 +415,7 @@ static int restart(lum_reader *r, lum_error *error)
 static bool is_needed(const lum_reader *r, size_t sensor)
 {
     return lum_framer_gives(r->framer, sensor) &&
-           lum_demux_is_asked(lum_framer_demux(r->framer), sensor);
+           lum_demux_is_requested(lum_framer_demux(r->framer), sensor);
 }
 
 /* Each sensor needs the state before its own frame. */
@@ -393,6 +451,27 @@ static int move_capture(lum_reader *r, lum_error *error)
     return lum_capture_pack(r->capture, &pack, error);
 }
 
+static void admit(lum_reader *r, size_t sensor)
+{
+    const lum_index_birth *b = &r->place.index.births[sensor];
+    lum_demux_way way = {.address = b->address, .sensor = sensor};
+    memcpy(way.interface, b->interface, sizeof way.interface);
+    lum_demux_admit(lum_framer_sensors(r->framer), &way);
+}
+
+static void admit_mates(lum_reader *r)
+{
+    const struct place *p = &r->place;
+    lum_demux *demux = lum_framer_sensors(r->framer);
+    for (size_t i = 0; i < p->index.mate_count; i++) {
+        const lum_index_mate *m = &p->index.mates[i];
+        if (m->after <= p->anchor.after &&
+            m->way.sensor < lum_demux_sensor_count(demux)) {
+            lum_demux_admit(demux, &m->way);
+        }
+    }
+}
+
 static int jump(lum_reader *r, const lum_index_entry *to, lum_error *error)
 {
     struct place *p = &r->place;
@@ -408,12 +487,12 @@ static int jump(lum_reader *r, const lum_index_entry *to, lum_error *error)
     for (size_t i = 0;
          i < p->index.birth_count && p->index.births[i].after <= anchor.after;
          i++) {
-        lum_demux_admit(lum_framer_sensors(r->framer),
-                        p->index.births[i].address);
+        admit(r, i);
         if (is_needed(r, i)) {
             await(r, i);
         }
     }
+    admit_mates(r);
     return p->awaited_count != 0 ? move_capture(r, error) : -1;
 }
 
@@ -431,7 +510,6 @@ static bool load(lum_reader *r, const struct awaited *a)
 {
     struct place *p = &r->place;
     struct followed *s = &p->sensors[a->sensor];
-    size_t sensor = 0;
     lum_demux_hold(lum_framer_sensors(r->framer), a->sensor, false);
     if (a->entry == NULL) {
         return true;
@@ -442,7 +520,7 @@ static bool load(lum_reader *r, const struct awaited *a)
     }
     lum_framer_set_lines(r->framer, a->sensor, a->entry->from, a->entry->lines);
     s->has_newest =
-        lum_demux_newest(lum_framer_demux(r->framer), &sensor, &s->newest);
+        lum_demux_newest(lum_framer_demux(r->framer), a->sensor, &s->newest);
     s->has_marked = true;
     s->marked = a->entry->from;
     s->active = a->after;
@@ -612,14 +690,16 @@ int lum_reader_seek_number(lum_reader *reader, uint32_t sensor, int64_t number,
         return lum_error_set(error, "a frame's number is from 0 to 4294967295");
     }
     const lum_demux *demux = lum_framer_demux(reader->framer);
+    const size_t count = lum_demux_sensor_count(demux);
     bool is_ahead = !p->has_jumped;
-    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
-        if (lum_demux_address(demux, i) == sensor && p->sensors[i].has_last) {
-            is_ahead =
-                is_before((uint32_t)p->sensors[i].last, (uint32_t)number);
-        }
+    size_t i = 0;
+    while (i < count && lum_demux_address(demux, i) != sensor) {
+        i++;
     }
-    const size_t i = find_sensor(&p->index, sensor);
+    if (i < count && p->sensors[i].has_last) {
+        is_ahead = is_before((uint32_t)p->sensors[i].last, (uint32_t)number);
+    }
+    i = find_sensor(&p->index, sensor);
     return seek(reader, &target,
                 lum_index_at_number(&p->index, (uint32_t)i, number), is_ahead,
                 error);

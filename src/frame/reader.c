@@ -137,6 +137,9 @@ static void read_record(lum_reader *r)
     lum_record *record = &r->record;
     record->dropped_fragments = 0;
     const int status = r->source.next(r->source.context, record, &r->error);
+    if (r->capture != NULL) {
+        lum_framer_set_interface(r->framer, lum_capture_interface(r->capture));
+    }
     r->stage = PUSHING;
     r->place.records++;
     if (status <= 0) {

@@ -44,8 +44,9 @@ def section(order="<"):
     return block(0x0A0D0D0A, struct.pack(order + "IHHq", 0x1A2B3C4D, 1, 0, -1), order)
 
 
-def interface(link=1, order="<"):
-    return block(1, struct.pack(order + "HHI", link, 0, 0), order)
+def interface(link=1, order="<", name=b""):
+    option = struct.pack(order + "HH", 2, len(name)) + name + bytes(-len(name) % 4) if name else b""
+    return block(1, struct.pack(order + "HHI", link, 0, 0) + option, order)
 
 
 def packet(frame, index=0, us=1_700_000_000_000_000, order="<"):
@@ -207,6 +208,70 @@ class Formats(Case):
         data = section() + b"".join(interface(1 if i % 2 else 227) for i in range(10000))
         data += b"".join(packet(f, 9999) for f in line_frames())
         self.assertEqual(summary(self.folder.write("many.pcapng", data))["points"], 2)
+
+
+class OneAddress(Case):
+    """Sensors boot with one address: on two interfaces they are two sensors."""
+
+    def drive(self, seed):
+        return simulate(self.folder / f"{seed}.pcap", "--frames", 2, "--seed", seed)
+
+    def merged(self, name, captures):
+        """Captures by the name of their interface, as one file in order of time."""
+        found = []
+        for index, path in enumerate(captures.values()):
+            data, at = path.read_bytes(), 24
+            while at < len(data):
+                seconds, fraction, length = struct.unpack_from("<III", data, at)
+                ns = fraction if data[:4] == b"\x4d\x3c\xb2\xa1" else fraction * 1000
+                found.append((seconds * 1_000_000 + ns // 1000, index, data[at + 16:at + 16 + length]))
+                at += 16 + length
+        blocks = [packet(frame, index, us) for us, index, frame in sorted(found)]
+        return self.folder.write(name, section() + b"".join(interface(name=n) for n in captures) + b"".join(blocks))
+
+    def alone(self, name, path):
+        return summary(self.merged(f"alone-{path.name}.pcapng", {name: path}))["sensors"][0]
+
+    def test_each_is_what_it_is_alone(self):
+        captures = {b"eth0": self.drive(4), b"eth1": self.drive(3)}  # as they come
+        source = self.merged("both.pcapng", captures)
+        got = summary(source)["sensors"]
+        self.assertEqual([(s.pop("address"), s.pop("interface"), s.pop("name")) for s in got],
+                         [("10.42.0.37", "eth0", "10.42.0.37"), ("10.42.0.37", "eth1", "10.42.0.37%eth1")])
+        for sensor, (name, path) in zip(got, captures.items()):
+            alone = self.alone(name, path)
+            del alone["address"]
+            self.assertEqual(sensor, alone)
+
+    def test_an_output_takes_the_one_that_is_asked_for(self):
+        captures = {b"eth0": self.drive(4), b"eth1": self.drive(3)}  # as they come
+        source, out = self.merged("both.pcapng", captures), self.folder / "out.csv"
+        r = run("lumdump", source, "-o", out)
+        self.assertEqual((r.returncode, out.exists()), (2, False))
+        self.assertIn("choose one by --sensor: 10.42.0.37 10.42.0.37%eth1\n", r.stderr)
+        for asked, name in (("10.42.0.37", b"eth0"), ("10.42.0.37%eth0", b"eth0"), ("10.42.0.37%eth1", b"eth1")):
+            alone = self.merged("alone.pcapng", {name: captures[name]})
+            r = run("lumdump", source, "--sensor", asked, "-o", out, "-o", self.folder / "copy.pcap")
+            self.assertEqual(r.returncode, 0, r.stderr)
+            self.assertEqual(out.read_text(), self.points(alone))
+            self.assertEqual(self.points(self.folder / "copy.pcap"), self.points(alone))
+            self.assertEqual("and not 10.42.0.37%eth1" in r.stderr, "%" not in asked)
+        r = run("lumdump", source, "--sensor", "10.42.0.37%eth2", "--json")
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("no data of 10.42.0.37%eth2 in it, but of 10.42.0.37 10.42.0.37%eth1", r.stderr)
+
+    def test_a_mirror_brings_repeats(self):
+        path = self.drive(3)
+        got = summary(self.merged("mirror.pcapng", {b"any": path, b"eth0": path}))
+        plain = summary(path)
+        self.assertEqual((got["points"], got["data"], got["duplicate"]), (plain["points"], 2 * plain["data"], plain["data"]))
+        self.assertEqual([s.get("name") for s in got["sensors"]], [None])
+
+    def test_files_that_name_their_interface_tell_them_apart(self):
+        paths = [self.drive(4), self.drive(3)]
+        named = [self.merged(f"{name}.pcapng", {name.encode(): path}) for name, path in zip(("eth0", "eth1"), paths)]
+        self.assertEqual(summary(*named)["points"], sum(summary(path)["points"] for path in paths))
+        self.assertEqual(len(summary(*paths)["sensors"]), 1)
 
 
 class Joined(Case):

@@ -21,6 +21,7 @@ enum {
     ENHANCED_PACKET = 6,
     UNKNOWN = 0x0bad,
     COMMENT = 1,
+    NAME = 2,
     RESOLUTION = 9,
     OFFSET = 14,
     MICRO = (int)0xa1b2c3d4,
@@ -439,6 +440,60 @@ static void a_simple_packet_is_cut_by_its_interface(void **state)
     expect_packet(&r, 0, "simpl", 60);
     expect_packet(&r, 0, "sim", 3);
     expect_packet(&r, 0, "longer than 5", 13);
+    expect_end(&r);
+    free(im.bytes);
+}
+
+static void an_interface_has_its_name_or_its_number(void **state)
+{
+    static const char longest[] = "0123456789012345678901234567890123456789"
+                                  "01234567890123456789012";
+    static const struct {
+        const char *bytes; /* NULL: none is stated */
+        size_t len;
+        const char *name;
+    } cases[] = {
+        {NULL, 0, "0"},
+        {"eth0", 4, "eth0"},
+        {"eth0", 5, "eth0"}, /* with its NUL */
+        {"", 0, "3"},
+        {"\\Device\\NPF_{1B}", 16, "\\Device\\NPF_{1B}"},
+        {"Local Area", 10, "5"},
+        {"\xc3\xa4", 2, "6"},
+        {"a\0b", 3, "7"},
+        {longest, 63, longest},
+        {longest, 64, longest}, /* with its NUL */
+        {"0123456789012345678901234567890123456789012345678901234567890123", 64,
+         "10"},
+    };
+    const size_t count = sizeof cases / sizeof cases[0];
+    image im = {.len = 0};
+    lum_pcap_record record;
+    (void)state;
+    put_section(&im);
+    for (size_t i = 0; i < count; i++) {
+        begin_interface(&im, ETHERNET, 0);
+        if (cases[i].bytes != NULL) {
+            put_option(&im, NAME, cases[i].bytes, cases[i].len);
+        }
+        end_block(&im);
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        put_packet(&im, i, 0, "x");
+    }
+    put_simple(&im, "x", 1);
+    struct reading r = begun(&im);
+    for (size_t i = 0; i <= count; i++) {
+        assert_int_equal(lum_pcap_next(r.reader, &record, &r.error), 1);
+        assert_string_equal(record.name, cases[i % count].name);
+    }
+    expect_end(&r);
+    free(im.bytes);
+    im = pcap(MICRO, 2, 4, 0, false);
+    put_record(&im, 1, 0, 0, 0);
+    r = begun(&im);
+    assert_int_equal(lum_pcap_next(r.reader, &record, &r.error), 1);
+    assert_null(record.name);
     expect_end(&r);
     free(im.bytes);
 }
@@ -1196,6 +1251,7 @@ int main(void)
         cmocka_unit_test(zeros_are_no_record),
         cmocka_unit_test(all_packet_blocks_are_read),
         cmocka_unit_test(a_simple_packet_is_cut_by_its_interface),
+        cmocka_unit_test(an_interface_has_its_name_or_its_number),
         cmocka_unit_test(each_interface_has_its_link_and_limits),
         cmocka_unit_test(a_wanted_link_is_looked_for_up_to_the_first_packet),
         cmocka_unit_test(times_are_in_units_of_their_interface),

@@ -31,6 +31,7 @@
 #define SEEKS      100u
 #define OTHER      (DRIVE_SENSOR + 1u)
 #define STRAY      (DRIVE_SENSOR + 9u)
+#define FURTHER    0u
 #define START_NS   INT64_C(1700000000000000000)
 
 /* What docs/reader.md promises of an index. */
@@ -68,6 +69,7 @@ struct recipe {
     bool is_pcapng; /* of several sections and interfaces */
     bool has_stray; /* a sensor of one packet */
     bool one_stops; /* the second sensor, halfway */
+    bool shares;    /* the second has the first's address, and an interface */
     bool is_cut;    /* within a record */
 };
 
@@ -111,6 +113,12 @@ static const struct recipe recipes[] = {
      .sensors = 2,
      .clock = 7000,
      .is_pcapng = true},
+    {.name = "one address",
+     .disturbances = LOST | DISORDERED,
+     .sensors = 2,
+     .clock = 7000,
+     .is_pcapng = true,
+     .shares = true},
     {.name = "cut", .disturbances = LOST, .sensors = 1, .is_cut = true},
     {.name = "joined", .disturbances = JOINED, .sensors = 1, .clock = 10},
     {.name = "joined by chance",
@@ -127,6 +135,7 @@ struct sent {
     uint64_t sort;
     int64_t time_ns;
     uint32_t sensor;
+    bool is_second;
     size_t len;
     uint8_t bytes[DRIVE_BYTES];
 };
@@ -222,9 +231,10 @@ static void put_interface(struct bytes *b, unsigned exponent)
 }
 
 static void put_record(struct bytes *b, const struct recipe *recipe,
-                       int64_t time_ns, const struct bytes *packet,
+                       const struct sent *sent, const struct bytes *packet,
                        size_t number)
 {
+    const int64_t time_ns = sent->time_ns;
     if (!recipe->is_pcapng) {
         put_le(b, (uint64_t)time_ns / 1000000000u, 4);
         put_le(b, (uint64_t)time_ns % 1000000000u, 4);
@@ -236,10 +246,13 @@ static void put_record(struct bytes *b, const struct recipe *recipe,
     if (number % 700u == 0) {
         put_section(b);
         put_interface(b, number % 1400u == 0 ? 6 : 9);
-    } else if (number % 700u == 300u) {
+    }
+    if (number % 700u == (recipe->shares ? 0u : 300u)) {
         put_interface(b, 9);
     }
-    const bool is_second = number % 700u > 400u && number % 2u == 0;
+    const bool is_second = recipe->shares
+                               ? sent->is_second
+                               : number % 700u > 400u && number % 2u == 0;
     const bool is_us = !is_second && number / 700u % 2u == 0;
     const uint64_t ticks =
         is_us ? (uint64_t)time_ns / 1000u : (uint64_t)time_ns;
@@ -335,7 +348,9 @@ static struct sent *send_all(const struct recipe *recipe, size_t *count)
                 recipe->one_stops && sensor == 1 && i > FRAMES * LINES / 2u;
             const struct sent of = {.sort = turn,
                                     .time_ns = START_NS + 1000000 * (int64_t)i,
-                                    .sensor = DRIVE_SENSOR + sensor};
+                                    .sensor = DRIVE_SENSOR +
+                                              (recipe->shares ? 0 : sensor),
+                                    .is_second = sensor != 0};
             drive_pixels(&line, k % 2u, (i + 7u * sensor) % LINES,
                          recipe->clock + 1000u * i + 17u * sensor,
                          10u * (i % 50u), 60u + i % 7u);
@@ -395,7 +410,7 @@ static void make_capture(const struct recipe *recipe, struct bytes *out)
         const size_t first = is_parted ? 800u : udp;
         struct bytes packet = {NULL, 0, 0};
         put_ipv4(&packet, &all[i], n, (uint16_t)i, 0, first, is_parted);
-        put_record(out, recipe, all[i].time_ns, &packet, number++);
+        put_record(out, recipe, &all[i], &packet, number++);
         packet.len = 0;
         /* the rest comes some packets later */
         const size_t back = i >= 5u ? i - 5u : count;
@@ -403,7 +418,7 @@ static void make_capture(const struct recipe *recipe, struct bytes *out)
             back < count && all[back].len + 8u > 800u) {
             put_ipv4(&packet, &all[back], 1, (uint16_t)back, 800u,
                      all[back].len + 8u - 800u, false);
-            put_record(out, recipe, all[i].time_ns, &packet, number++);
+            put_record(out, recipe, &all[i], &packet, number++);
         }
         free(packet.at);
     }
@@ -492,6 +507,7 @@ static struct digest digest_of(const lum_frame *frame)
     struct digest d = {.sum = UINT64_C(14695981039346656037)};
     assert_int_equal(lum_frame_get_info(frame, &info), LUM_OK);
     add_info(&d.sum, &info);
+    add(&d.sum, info.sensor_interface, sizeof info.sensor_interface);
     add_lines(&d.sum, frame);
     for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
         const void *values = lum_frame_column(frame, (lum_column)c);
@@ -502,7 +518,8 @@ static struct digest digest_of(const lum_frame *frame)
         }
     }
     add_number(&d.sum, lum_frame_count(frame));
-    d.sensor = info.sensor;
+    /* which no seek by number asks for */
+    d.sensor = info.sensor_interface[0] != '\0' ? FURTHER : info.sensor;
     d.number = info.number;
     d.lines_late = info.lines_late;
     d.begin_ns =
@@ -621,7 +638,7 @@ static void seek_somewhere(lum_reader *reader, bool is_cut)
     lum_error error = {""};
     size_t to = any;
     int status = 0;
-    switch (random_below(4)) {
+    switch (sensor != FURTHER ? random_below(4) : 2u) {
     case 0: {
         const int64_t number = frames[any].number + (int64_t)random_below(2);
         status = lum_reader_seek_number(reader, sensor, number, &error);
@@ -650,6 +667,15 @@ static void seek_somewhere(lum_reader *reader, bool is_cut)
     }
 }
 
+static bool has_further(void)
+{
+    bool has_any = false;
+    for (size_t i = 0; i < frame_count; i++) {
+        has_any |= frames[i].sensor == FURTHER;
+    }
+    return has_any;
+}
+
 /* --- Facts --- */
 
 static void a_sought_frame_is_that_of_a_reading_from_the_start(void **state)
@@ -665,6 +691,7 @@ static void a_sought_frame_is_that_of_a_reading_from_the_start(void **state)
         assert_end(reader, recipes[i].is_cut);
         assert_true(index_of(reader).is_whole);
         assert_int_equal(index_of(reader).frames, frame_count);
+        assert_int_equal(has_further(), recipes[i].shares);
         assert_true(index_of(reader).entries + 6u >=
                     (recipes[i].one_stops ? frame_count / 2u : frame_count));
         seed = 1000 + i;
@@ -1176,8 +1203,8 @@ static void send_packets(struct script *s, const struct drive_line *line,
         of.len = line->len[p];
         memcpy(of.bytes, line->bytes[p], of.len);
         put_ipv4(&packet, &of, 1, 0, 0, of.len + 8u, false);
-        put_record(&s->bytes, &recipes[0], START_NS + 1000 * (int64_t)clock,
-                   &packet, s->records++);
+        of.time_ns = START_NS + 1000 * (int64_t)clock;
+        put_record(&s->bytes, &recipes[0], &of, &packet, s->records++);
         free(packet.at);
     }
 }

@@ -15,6 +15,22 @@ bool host_parse(const char *text, uint32_t *out, lum_error *why)
     return lum_resolve(text, out, why) == 0;
 }
 
+bool host_parse_sensor(const char *text, uint32_t *out,
+                       char interface[LUM_INTERFACE_BYTES], lum_error *why)
+{
+    char host[HOST_BYTES];
+    const size_t len = strcspn(text, "%");
+    const char *name = text + len + (text[len] == '%');
+    if (len >= sizeof host || strlen(name) >= LUM_INTERFACE_BYTES ||
+        (text[len] == '%' && *name == '\0')) {
+        return false;
+    }
+    (void)memcpy(host, text, len);
+    host[len] = '\0';
+    (void)memcpy(interface, name, strlen(name) + 1);
+    return host_parse(host, out, why);
+}
+
 bool host_is_name(const char *text)
 {
     return strspn(text, "0123456789.:") != strlen(text);

@@ -4,6 +4,7 @@
 
 #include "interfaces.h"
 
+#include "lum/capture/record.h"
 #include "lum/net/socket.h"
 
 #include <stdbool.h>
@@ -12,6 +13,11 @@
 /* HOST: a.b.c.d, or a name that is looked up now, once. False: why has the
  * reason. */
 bool host_parse(const char *text, uint32_t *out, lum_error *why);
+
+/* HOST or HOST%INTERFACE: one of several sensors of a capture. interface is
+ * empty where none is named. */
+bool host_parse_sensor(const char *text, uint32_t *out,
+                       char interface[LUM_INTERFACE_BYTES], lum_error *why);
 
 /* Whether HOST or HOST:PORT would have to be looked up; that waits for the
  * network, seconds where it does not answer. */

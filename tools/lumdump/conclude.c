@@ -60,10 +60,8 @@ static void print_sensors(const struct pass *pass)
 {
     const lum_demux *demux = lum_framer_demux(pass->framer);
     for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
-        char address[16];
-        (void)fprintf(
-            stderr, " %s",
-            number_format_address(lum_demux_address(demux, i), address));
+        char name[LUM_SENSOR_NAME_BYTES];
+        (void)fprintf(stderr, " %s", lum_demux_name(demux, i, name));
     }
     (void)fputc('\n', stderr);
 }
@@ -82,7 +80,7 @@ static bool lacks_asked_sensor(const struct pass *pass)
 {
     const lum_demux *demux = lum_framer_demux(pass->framer);
     for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
-        if (lum_demux_address(demux, i) == pass->options->sensor) {
+        if (lum_demux_is_requested(demux, i)) {
             return false;
         }
     }
@@ -92,11 +90,33 @@ static bool lacks_asked_sensor(const struct pass *pass)
 static enum exit_status refuse_sensor(const struct pass *pass)
 {
     char wanted[16];
-    (void)fprintf(stderr, "lumdump: %s: no data of %s in it, but of",
+    const char *interface = pass->options->sensor_interface;
+    (void)fprintf(stderr, "lumdump: %s: no data of %s%s%s in it, but of",
                   pass->options->source,
-                  number_format_address(pass->options->sensor, wanted));
+                  number_format_address(pass->options->sensor, wanted),
+                  *interface != '\0' ? "%" : "", interface);
     print_sensors(pass);
     return EXIT_FAILED;
+}
+
+/* An address that does not say which of several sensors is meant. */
+static void warn_of_shared_address(const struct pass *pass)
+{
+    const struct options *o = pass->options;
+    const lum_demux *demux = lum_framer_demux(pass->framer);
+    const size_t n = o->has_sensor ? lum_demux_sensor_count(demux) : 0;
+    for (size_t i = 0; i < n && o->sensor_interface[0] == '\0'; i++) {
+        char name[LUM_SENSOR_NAME_BYTES];
+        char text[240];
+        if (lum_demux_address(demux, i) == o->sensor &&
+            !lum_demux_is_requested(demux, i)) {
+            (void)snprintf(text, sizeof text,
+                           "several sensors have this address; that whose data "
+                           "came first was taken, and not %s",
+                           lum_demux_name(demux, i, name));
+            warn(o, text);
+        }
+    }
 }
 
 bool conclude_lacks_data(const struct pass *pass)
@@ -220,6 +240,7 @@ static void warn_of_losses(const struct pass *pass)
     if (!pass->summary.has_time) {
         warn_of_nothing(o);
     }
+    warn_of_shared_address(pass);
     conclude_remarks(o, pass->capture, lum_framer_demux(pass->framer));
     warn_of_layout(pass);
     warn_of_no_points(pass);

@@ -197,8 +197,10 @@ static enum pass_result note_ours(struct pass *pass, const lum_record *record,
 static bool is_of_asked_sensor(const struct pass *pass,
                                const lum_record *record)
 {
-    return !pass->has_sensor || record->source == pass->sensor ||
-           record->destination == pass->sensor;
+    return !pass->has_sensor ||
+           ((record->source == pass->sensor ||
+             record->destination == pass->sensor) &&
+            lum_demux_is_wanted(lum_framer_demux(pass->framer)));
 }
 
 enum pass_result pass_take(struct pass *pass, const lum_record *record,
@@ -251,6 +253,9 @@ enum pass_result pass_flush(struct pass *pass, lum_error *error)
     }
     if (pass->crew != NULL && crew_finish(pass->crew, error) != 0) {
         return output_failed();
+    }
+    if (has_too_many_sensors(pass)) {
+        return PASS_SENSORS;
     }
     if (pass->cut == NULL || pass->outputs == NULL) {
         return PASS_DONE;
@@ -354,6 +359,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
                                         .has_sensor = pass->has_sensor,
                                         .sensor = pass->sensor,
                                         .port = o->port,
+                                        .sensor_interface = o->sensor_interface,
                                         .has_range = true,
                                         .frame_first = o->frame_first,
                                         .frame_last = o->frame_last,
@@ -368,8 +374,6 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     }
     pass->summary.source = o->source;
     pass->summary.framer = pass->framer;
-    pass->summary.has_sensor = pass->has_sensor;
-    pass->summary.sensor = pass->sensor;
     return PASS_DONE;
 }
 

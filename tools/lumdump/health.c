@@ -119,11 +119,26 @@ static enum pass_result tell_losses(struct pass *pass, struct health *h,
     return tell(pass, h, error);
 }
 
+/* The sensor that is written: the one that was asked for, or the only one. */
+static void name_sensor(const struct pass *pass, char *out)
+{
+    const lum_demux *demux = lum_framer_demux(pass->framer);
+    size_t i = lum_demux_sensor_count(demux) - 1u;
+    while (i > 0 && !lum_demux_is_requested(demux, i)) {
+        i--;
+    }
+    if (lum_demux_is_requested(demux, i)) {
+        (void)lum_demux_name(demux, i, out);
+    } else {
+        (void)number_format_address(pass->sensor, out);
+    }
+}
+
 enum pass_result health_tell(struct pass *pass, lum_error *error)
 {
     const struct summary *s = &pass->summary;
     struct health h;
-    char address[16];
+    char name[LUM_SENSOR_NAME_BYTES];
     lum_demux_counters c = {.struct_size = sizeof c};
     const lum_demux *demux = lum_framer_demux(pass->framer);
     if (pass->outputs == NULL || !s->has_time ||
@@ -135,13 +150,12 @@ enum pass_result health_tell(struct pass *pass, lum_error *error)
         pass->options->is_live ? lum_time_utc_ns() : s->last_ns;
     const lum_framer_counters p = summary_count(s);
     lum_demux_total(demux, &c);
-    (void)number_format_address(
-        pass->has_sensor ? pass->sensor : lum_demux_address(demux, 0), address);
-    begin(&h, "lumdump: data", now_ns, address);
+    name_sensor(pass, name);
+    begin(&h, "lumdump: data", now_ns, name);
     const enum pass_result result = tell_data(pass, &h, &c, &p, error);
     if (result != PASS_DONE) {
         return result;
     }
-    begin(&h, "lumdump: losses", now_ns, address);
+    begin(&h, "lumdump: losses", now_ns, name);
     return tell_losses(pass, &h, &c, &p, error);
 }

@@ -51,6 +51,14 @@ static void note_damage(struct inference *f)
     }
 }
 
+static bool is_of_asked_interface(const struct inference *f)
+{
+    const char *asked = f->options->sensor_interface;
+    const char *interface = lum_capture_interface(f->capture);
+    return *asked == '\0' ||
+           (interface != NULL && strcmp(interface, asked) == 0);
+}
+
 static enum pass_result read_all(struct inference *f, lum_error *error)
 {
     lum_record record;
@@ -61,7 +69,9 @@ static enum pass_result read_all(struct inference *f, lum_error *error)
          wants > 0 &&
          (status = lum_capture_next(f->capture, &record, &broken)) > 0;
          i++) {
-        wants = lum_infer_push(f->infer, &record, error);
+        wants = is_of_asked_interface(f)
+                    ? lum_infer_push(f->infer, &record, error)
+                    : wants;
         if (i % RECORDS_A_LOOK == 0 && interrupt_signal() != 0) {
             return PASS_INTERRUPTED;
         }

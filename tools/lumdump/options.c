@@ -112,7 +112,7 @@ static const struct option_spec specs[] = {
     {"receive-buffer", CALL(values_take_receive_buffer),
      .allowed = "a size from 64KiB to 1GB, such as 256MiB"},
     {"sensor", CALL(values_take_sensor), HAS(has_sensor),
-     .allowed = "an address such as 10.42.0.37"},
+     .allowed = "an address such as 10.42.0.37, or 10.42.0.37%eth1"},
     {"port", .kind = OPTION_WHOLE, INTO(port), .min = 1, .max = UINT16_MAX},
     {"eye", WORD(eyes, eyes)},
     {"edge", WORD(edges, selection.edges)},

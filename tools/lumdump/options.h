@@ -69,6 +69,7 @@ struct options {
     bool has_format;
     bool has_sensor;
     uint32_t sensor;
+    char sensor_interface[LUM_INTERFACE_BYTES]; /* empty: none was named */
     uint16_t port; /* of sensors in a capture; 0: as ever */
     lum_selection selection;
     unsigned eyes; /* bit 1 << LUM_EYE_... */

@@ -79,6 +79,8 @@ static enum pass_result read_all(struct pass *pass, struct progress *progress,
             s->records = stream_records(pass->capture) - 1u;
             return PASS_DONE;
         }
+        lum_framer_set_interface(pass->framer,
+                                 lum_capture_interface(pass->capture));
         enum pass_result result = pass_take(pass, &record, error);
         tell_notes(pass, progress);
         if (result == PASS_DONE && i % RECORDS_A_LOOK == 0) {
@@ -127,6 +129,7 @@ static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
         if (record.time_ns - first_ns > SOURCES_LEARN_NS) {
             break;
         }
+        lum_framer_set_interface(ahead.framer, lum_capture_interface(capture));
         result = pass_take(&ahead, &record, error);
     }
     if (result == PASS_DONE &&

@@ -255,9 +255,22 @@ static void print_json_text(const char *text, FILE *out)
     (void)fputc('"', out);
 }
 
-static bool is_shown(const struct summary *s, uint32_t address)
+static bool is_shown(const struct summary *s, size_t sensor)
 {
-    return !s->has_sensor || address == s->sensor;
+    return lum_demux_is_requested(lum_framer_demux(s->framer), sensor);
+}
+
+/* Where its address does not tell it from another one. */
+static void print_json_interface(const lum_demux *demux, size_t sensor,
+                                 FILE *out)
+{
+    char name[LUM_SENSOR_NAME_BYTES];
+    if (lum_demux_is_shared(demux, sensor)) {
+        (void)fputs("      \"interface\": ", out);
+        print_json_text(lum_demux_interface(demux, sensor), out);
+        (void)fprintf(out, ",\n      \"name\": \"%s\",\n",
+                      lum_demux_name(demux, sensor, name));
+    }
 }
 
 /* False: there is no clock, or no line yet. */
@@ -295,14 +308,14 @@ static void print_json_sensors(const struct summary *s, FILE *out)
     (void)fputs("  \"sensors\": [", out);
     for (size_t i = 0; i < n; i++) {
         lum_demux_counters counters = {.struct_size = sizeof counters};
-        const uint32_t sensor = lum_demux_address(demux, i);
         char address[16];
-        if (!is_shown(s, sensor)) {
+        if (!is_shown(s, i)) {
             continue;
         }
-        (void)fprintf(out, "%s\n    {\n      \"address\": \"%s\",\n",
-                      is_first ? "" : ",",
-                      number_format_address(sensor, address));
+        (void)fprintf(
+            out, "%s\n    {\n      \"address\": \"%s\",\n", is_first ? "" : ",",
+            number_format_address(lum_demux_address(demux, i), address));
+        print_json_interface(demux, i, out);
         const lum_framer_counters points = count_sensor(s, i);
         print_json_clock(s, i, out);
         lum_demux_count(demux, i, &counters);
@@ -457,14 +470,12 @@ static void print_sensors(const struct summary *s, FILE *out)
     const char *title = "sensor";
     for (size_t i = 0; i < n; i++) {
         lum_demux_counters counters = {.struct_size = sizeof counters};
-        const uint32_t sensor = lum_demux_address(demux, i);
-        char address[16];
+        char name[LUM_SENSOR_NAME_BYTES];
         (void)fprintf(
-            out, "%-10s %14s%s\n", title,
-            number_format_address(sensor, address),
-            is_shown(s, sensor) ? "" : "  left out: another was asked for");
+            out, "%-10s %14s%s\n", title, lum_demux_name(demux, i, name),
+            is_shown(s, i) ? "" : "  left out: another was asked for");
         title = "";
-        if (n > 1 && is_shown(s, sensor)) {
+        if (n > 1 && is_shown(s, i)) {
             lum_demux_count(demux, i, &counters);
             const lum_assembly_counters *a = &counters.assembly;
             const uint64_t points = count_sensor(s, i).points;
@@ -563,13 +574,12 @@ static void print_clocks(const struct summary *s, FILE *out)
     const lum_demux *demux = lum_framer_demux(s->framer);
     const size_t n = lum_demux_sensor_count(demux);
     for (size_t i = 0; i < n; i++) {
-        const uint32_t sensor = lum_demux_address(demux, i);
         lum_clock_fit_info clock;
-        char address[16];
-        if (is_shown(s, sensor) && find_clock(s, i, &clock)) {
+        char name[LUM_SENSOR_NAME_BYTES];
+        if (is_shown(s, i) && find_clock(s, i, &clock)) {
             if (n > 1) {
                 (void)fprintf(out, "%-10s %14s\n", "clock",
-                              number_format_address(sensor, address));
+                              lum_demux_name(demux, i, name));
             }
             print_clock(n > 1 ? "" : "clock", &clock, out);
         }

@@ -44,8 +44,6 @@ struct summary {
     const struct live_counts *live; /* NULL: a capture */
     const lum_framer *framer;
     const lum_capture *capture; /* NULL: live, or none could be opened */
-    bool has_sensor;            /* one was asked for */
-    uint32_t sensor;
     int64_t first_ns; /* capture times of the first and last of our packets */
     int64_t last_ns;
     uint64_t records; /* of the capture */

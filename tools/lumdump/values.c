@@ -136,7 +136,7 @@ bool values_take_frames(void *options, const char *text, lum_error *why)
 bool values_take_sensor(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;
-    return host_parse(text, &out->sensor, why);
+    return host_parse_sensor(text, &out->sensor, out->sensor_interface, why);
 }
 
 bool values_take_duration(void *options, const char *text, lum_error *why)

@@ -64,6 +64,7 @@ struct decoder *decoder_new(const struct decoder_options *options)
                                        .has_sensor = options->has_sensor,
                                        .sensor = options->sensor,
                                        .port = options->port,
+                                       .sensor_interface = options->interface,
                                        .points_max = FRAME_POINTS_MAX};
     d->options = *options;
     d->from = INT64_MIN;
@@ -98,8 +99,7 @@ static void look_for_shown(struct decoder *d)
     const size_t count = lum_demux_sensor_count(demux);
     for (size_t i = d->looked_at; i < count && !d->has_shown; i++) {
         d->address = lum_demux_address(demux, i);
-        d->has_shown =
-            !d->options.has_sensor || d->address == d->options.sensor;
+        d->has_shown = lum_demux_is_requested(demux, i);
         d->shown = i;
     }
     d->looked_at = count;
@@ -187,20 +187,22 @@ struct picture *decoder_picture(struct decoder *decoder)
     return &decoder->complete;
 }
 
-const char *decoder_others(const struct decoder *decoder, uint32_t *shown,
-                           char *out, size_t room)
+const char *decoder_others(const struct decoder *decoder,
+                           char shown[LUM_SENSOR_NAME_BYTES], char *out,
+                           size_t room)
 {
-    char address[16];
+    char name[LUM_SENSOR_NAME_BYTES];
     size_t len = 0;
     *out = '\0';
-    *shown = decoder->address;
+    *shown = '\0';
     const lum_demux *demux = lum_framer_demux(decoder->framer);
     for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
-        if ((!decoder->has_shown || i != decoder->shown) &&
-            len + 2u + sizeof address < room) {
-            const int n = snprintf(
-                out + len, room - len, "%s%s", len > 0 ? ", " : "",
-                number_format_address(lum_demux_address(demux, i), address));
+        (void)lum_demux_name(demux, i, name);
+        if (decoder->has_shown && i == decoder->shown) {
+            memcpy(shown, name, sizeof name);
+        } else if (len + 3u + strlen(name) < room) {
+            const int n = snprintf(out + len, room - len, "%s%s",
+                                   len > 0 ? ", " : "", name);
             len += n > 0 ? (size_t)n : 0;
         }
     }
@@ -285,7 +287,8 @@ static void count_bytes(struct decoder *d, const lum_record *record)
         look_for_shown(d);
     }
     if (d->kind != LUM_PACKET_KINDS && d->has_shown &&
-        record->source == d->address) {
+        record->source == d->address &&
+        lum_demux_is_wanted(lum_framer_demux(d->framer))) {
         d->bytes += record->len;
     }
     d->kind = LUM_PACKET_KINDS;
@@ -327,6 +330,14 @@ static bool end_record(struct decoder *d, const lum_record *record)
     }
     d->has_gone_ahead = false;
     return goes_on;
+}
+
+void decoder_set_interface(struct decoder *decoder, const char *name)
+{
+    lum_framer_set_interface(decoder->framer, name);
+    if (decoder->second != NULL) {
+        second_set_interface(decoder->second, name);
+    }
 }
 
 enum decoded decoder_push(struct decoder *decoder, const lum_record *record)

@@ -7,6 +7,7 @@
 #include "stage.h"
 
 #include "lum/capture/capture.h"
+#include "lum/capture/demux.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -20,8 +21,9 @@ struct decoder_options {
     const lum_projector *second_projector;
     bool has_sensor;
     uint32_t sensor;
-    uint16_t port;       /* of sensors; 0: as ever */
-    struct stage *stage; /* has the views that are wanted */
+    const char *interface; /* of it; NULL: its first */
+    uint16_t port;         /* of sensors; 0: as ever */
+    struct stage *stage;   /* has the views that are wanted */
 };
 
 enum decoded {
@@ -36,6 +38,9 @@ void decoder_free(struct decoder *decoder);
 
 /* Frames before this one are skipped: not made, reported or counted. */
 void decoder_skip_to(struct decoder *decoder, int64_t frame);
+
+/* As lum_framer_set_interface(). */
+void decoder_set_interface(struct decoder *decoder, const char *name);
 
 /* What the other has learned of the sensors' clocks is known from the first
  * line on. Called before any push. False: there was no memory. */
@@ -63,8 +68,9 @@ bool decoder_misfit(const struct decoder *decoder, char *out, size_t room);
 const lum_demux *decoder_demux(const struct decoder *decoder);
 
 /* Sensors that are not shown, as text: "" or "10.42.0.38, 10.42.0.39". Returns
- * out. shown gets the one that is, 0 before it was heard. */
-const char *decoder_others(const struct decoder *decoder, uint32_t *shown,
-                           char *out, size_t room);
+ * out. shown gets the one that is, "" before it was heard. */
+const char *decoder_others(const struct decoder *decoder,
+                           char shown[LUM_SENSOR_NAME_BYTES], char *out,
+                           size_t room);
 
 #endif

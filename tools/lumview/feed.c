@@ -39,6 +39,7 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
                                       .has_sensor = o->has_sensor,
                                       .sensor = o->sensor,
                                       .port = o->sensor_port,
+                                      .interface = o->sensor_interface,
                                       .stage = &feed->stage};
     if (feed->has_second) {
         decoder.second_layout = &feed->second_layout;

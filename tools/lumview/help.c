@@ -30,7 +30,7 @@ const char help_text[] =
     "      --interface NAME    reach the sensor through this interface\n"
     "\n"
     "A capture:\n"
-    "      --sensor ADDRESS    one of several sensors in it\n"
+    "      --sensor ADDRESS[%INTERFACE]  one of several sensors in it\n"
     "      --sensor-port N     the sensors' UDP port in it, if NAT has changed "
     "it;\n"
     "                          default: 5517\n"

@@ -42,7 +42,7 @@ static bool take_bind(void *options, const char *text, lum_error *why)
 static bool take_sensor(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
-    return host_parse(text, &o->sensor, why);
+    return host_parse_sensor(text, &o->sensor, o->sensor_interface, why);
 }
 
 static bool take_set(void *options, const char *text, lum_error *why)
@@ -79,7 +79,8 @@ static const struct option_spec specs[] = {
     {"interface", .kind = OPTION_TEXT, .group = SENSOR, INTO(interface),
      .allowed = "the name of an interface"},
     {"sensor", .kind = OPTION_CALL, .group = CAPTURE, .call = take_sensor,
-     HAS(has_sensor), .allowed = "an address such as 10.42.0.37"},
+     HAS(has_sensor),
+     .allowed = "an address such as 10.42.0.37, or 10.42.0.37%eth1"},
     {"sensor-port", .kind = OPTION_WHOLE, .group = CAPTURE, INTO(sensor_port),
      .min = 1, .max = UINT16_MAX},
     {"loop", .kind = OPTION_FLAG, .group = CAPTURE, INTO(loops)},

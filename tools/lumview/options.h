@@ -4,6 +4,7 @@
 
 #include "../common/set_keys.h"
 #include "../common/sources.h"
+#include "lum/capture/record.h"
 #include "lum/net/socket.h"
 
 #include <stdbool.h>
@@ -22,6 +23,7 @@ struct options {
     const char *second;      /* another to show beside it; NULL: none */
     bool has_sensor;         /* capture: of several sensors this one */
     uint32_t sensor;
+    char sensor_interface[LUM_INTERFACE_BYTES]; /* empty: none was named */
     uint16_t sensor_port; /* capture: the sensors'; 0: as ever */
     uint16_t port;        /* 0: any that is free */
     bool has_bind;        /* listens elsewhere than on 127.0.0.1 */

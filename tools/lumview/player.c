@@ -69,18 +69,16 @@ static void tell(struct player *p)
 {
     char text[LUM_ERROR_BYTES] = "";
     char others[200];
-    char address[16];
-    uint32_t shown = 0;
+    char shown[LUM_SENSOR_NAME_BYTES];
     size_t len = 0;
     if (p->broken.text[0] != '\0') {
         len = (size_t)snprintf(text, sizeof text, "%.280s", p->broken.text);
     }
-    (void)decoder_others(p->decoder, &shown, others, sizeof others);
-    if (others[0] != '\0' && shown != 0) {
+    (void)decoder_others(p->decoder, shown, others, sizeof others);
+    if (others[0] != '\0' && shown[0] != '\0') {
         (void)snprintf(text + len, sizeof text - len,
                        "%s%s is shown; there is also %s: choose by --sensor",
-                       len > 0 ? "; " : "",
-                       number_format_address(shown, address), others);
+                       len > 0 ? "; " : "", shown, others);
         len = strlen(text);
     }
     if (p->cut > 0) {
@@ -397,6 +395,8 @@ static enum next read_all(struct player *p)
             status = captures_next(p->captures, p->capture, &record, &error);
         }
         if (next == GO_ON && status > 0) {
+            decoder_set_interface(p->decoder,
+                                  lum_capture_interface(p->capture));
             next = take(p, &record);
         }
         if (next != GO_ON) {
@@ -546,6 +546,7 @@ static void learn_from(struct player *p, lum_capture *capture)
          i++) {
         end_ns =
             i == 0 ? add_clamped(record.time_ns, SOURCES_LEARN_NS) : end_ns;
+        decoder_set_interface(p->learned, lum_capture_interface(capture));
         goes_on = record.time_ns <= end_ns &&
                   (i % RECORDS_A_LOOK != 0 || !stage_is_closing(p->stage)) &&
                   decoder_push(p->learned, &record) == DECODED_ALL;

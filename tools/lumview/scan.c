@@ -29,6 +29,7 @@ static bool read_all(const struct scan *scan, lum_capture *capture,
     for (uint64_t i = 0;
          goes_on && captures_next(scan->captures, capture, &record, NULL) > 0;
          i++) {
+        decoder_set_interface(decoder, lum_capture_interface(capture));
         goes_on = (i % RECORDS_A_LOOK != 0 ||
                    !stage_is_closing(scan->options.stage)) &&
                   decoder_push(decoder, &record) == DECODED_ALL;

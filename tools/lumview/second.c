@@ -26,6 +26,7 @@ struct second *second_new(const struct decoder_options *options)
                                        .has_sensor = options->has_sensor,
                                        .sensor = options->sensor,
                                        .port = options->port,
+                                       .sensor_interface = options->interface,
                                        .points_max = FRAME_POINTS_MAX};
     if (lum_framer_new(&framer, &s->framer, NULL) != 0 ||
         lum_framer_set_views(s->framer, NULL, 0, NULL) != 0) {
@@ -54,6 +55,11 @@ static bool follow_views(struct second *s, const struct feed_view *views,
     memcpy(s->views, views, count * sizeof *views);
     s->view_count = count;
     return views_set(s->framer, views, count);
+}
+
+void second_set_interface(struct second *second, const char *name)
+{
+    lum_framer_set_interface(second->framer, name);
 }
 
 enum decoded second_push(struct second *second, const lum_record *record,

@@ -11,6 +11,9 @@ struct second;
 struct second *second_new(const struct decoder_options *options);
 void second_free(struct second *second); /* NULL is allowed */
 
+/* As lum_framer_set_interface(). */
+void second_set_interface(struct second *second, const char *name);
+
 /* Take a record, before the decoder does, or the end of the source: NULL. It
  * is as decoder_push(): of several frames that one record completes, each is
  * there in its turn. views: count that the next frames are to have; none while

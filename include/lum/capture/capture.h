@@ -114,6 +114,14 @@ LUM_MUST_CHECK int lum_capture_next(lum_capture *capture, lum_record *out,
  *              byte and reason of the first. Unchanged if there are none. */
 uint64_t lum_capture_damaged(const lum_capture *capture, lum_error *error);
 
+/** The interface that the last record came from, where the capture names
+ * interfaces: those of a pcapng file. What two files or sections call the same
+ * is one interface.
+ * @return its name, or its number in its section if it has none of 1 to 63
+ *         visible ASCII characters; NULL: the capture does not tell. Lives
+ *         until the next call of lum_capture_next(). */
+const char *lum_capture_interface(const lum_capture *capture);
+
 /** Most comments of a source. */
 #define LUM_CAPTURE_COMMENTS_MAX 16u
 

@@ -3,8 +3,9 @@
  * (docs/protocol.md, section 9).
  *
  * A sensor is the address on the side of port 5517, or of
- * lum_demux_options.port, that sent data; each has its
- * own assembler. Events are returned as by lum_assembler_push().
+ * lum_demux_options.port, that sent data, and where several interfaces each
+ * bring data of their own under one address, the address on its interface. Each
+ * has its own assembler. Events are returned as by lum_assembler_push().
  *
  * Only one thread at a time may use a demultiplexer. A sensor's assembler is
  * allocated at its first data: about 550 KB with the default constants. */
@@ -37,6 +38,9 @@ typedef struct lum_demux_options {
     uint32_t sensor; /**< its address, host order */
     uint16_t port;   /**< of sensors, where something between has changed it
                         (NAT); 0: ::LUM_PORT */
+    const char
+        *sensor_interface; /**< its interface, as lum_capture_interface() names
+                         it; NULL: the first sensor of that address */
 } lum_demux_options;
 
 /** What was counted, of one address or of all. */
@@ -72,8 +76,16 @@ LUM_MUST_CHECK int lum_demux_new(const lum_demux_options *options,
 /** Free it. NULL is allowed. */
 void lum_demux_free(lum_demux *demux);
 
+/** Say from which interface the records come that are pushed next. At first it
+ * is not known.
+ * @param name as of lum_capture_interface(), copied; NULL: it is not known.
+ *             Longer names are cut to 63 bytes. */
+void lum_demux_set_interface(lum_demux *demux, const char *name);
+
 /** Take a record. A ::LUM_RECORD_DATAGRAM that holds several joined datagrams
- * (docs/protocol.md, section 9) is taken apart.
+ * (docs/protocol.md, section 9) is taken apart. When an address sends data on a
+ * second interface, its data is held until it is clear whether that is another
+ * sensor's: at most 4096 packets or 8 MiB, and 1 s of their times.
  * @param record its time is the arrival that lines are handed out with.
  * @param kind   may be NULL; gets the kind of the datagram if it is one of port
  *               5517 and counted, else LUM_PACKET_KINDS; of several joined ones
@@ -86,7 +98,8 @@ LUM_MUST_CHECK lum_result lum_demux_push(lum_demux *demux,
                                          lum_packet_kind *kind);
 
 /** The end of the stream. Call until it returns LUM_OK.
- * @return LUM_LINE_READY or LUM_FRAME_READY, then LUM_OK. */
+ * @return LUM_LINE_READY or LUM_FRAME_READY, then LUM_OK; LUM_E_SPACE as for
+ *         lum_demux_push(). */
 LUM_MUST_CHECK lum_result lum_demux_flush(lum_demux *demux);
 
 /** The assembler whose event was returned last: for lum_assembler_line() and
@@ -105,6 +118,36 @@ size_t lum_demux_sensor_count(const lum_demux *demux);
  * @param i below lum_demux_sensor_count().
  * @return the address, in host order. */
 uint32_t lum_demux_address(const lum_demux *demux, size_t i);
+
+/** The interface on which the i-th sensor sent its first data.
+ * @param i below lum_demux_sensor_count().
+ * @return its name, which lives as long as the demultiplexer is neither pushed
+ *         nor freed; NULL: it is not known. */
+const char *lum_demux_interface(const lum_demux *demux, size_t i);
+
+/** Whether another sensor has the address of the i-th.
+ * @param i below lum_demux_sensor_count(). */
+bool lum_demux_is_shared(const lum_demux *demux, size_t i);
+
+/** Bytes of a sensor's name, with its NUL. */
+#define LUM_SENSOR_NAME_BYTES (17u + LUM_INTERFACE_BYTES)
+
+/** The name of the i-th sensor: its address, and behind a % its interface if
+ * another sensor with this address came before: "10.42.0.37%eth1". It stays the
+ * same.
+ * @param i   below lum_demux_sensor_count().
+ * @param out gets it.
+ * @return out. */
+const char *lum_demux_name(const lum_demux *demux, size_t i,
+                           char out[LUM_SENSOR_NAME_BYTES]);
+
+/** Whether the i-th sensor is the one that was requested, or none was.
+ * @param i below lum_demux_sensor_count(). */
+bool lum_demux_is_requested(const lum_demux *demux, size_t i);
+
+/** Whether the last record is of the sensor that was requested, or none was. Of
+ * one that is held, it is the best guess. */
+bool lum_demux_is_wanted(const lum_demux *demux);
 
 /** Counters of the i-th sensor; other is always 0.
  * @param i   below lum_demux_sensor_count().

@@ -14,6 +14,9 @@
 extern "C" {
 #endif
 
+/** Bytes of the name of an interface, with its NUL. */
+#define LUM_INTERFACE_BYTES 64u
+
 /** The kind of a record of a capture. */
 typedef enum lum_record_kind {
     LUM_RECORD_DATAGRAM,  /**< a whole UDP datagram over IPv4 */

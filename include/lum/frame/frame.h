@@ -11,6 +11,7 @@
 #ifndef LUM_FRAME_FRAME_H
 #define LUM_FRAME_FRAME_H
 
+#include "lum/capture/record.h"
 #include "lum/points.h"
 
 #include <stdbool.h>
@@ -157,6 +158,9 @@ typedef struct lum_frame_info {
     bool has_pause; /**< the sensor paused inside this frame, or one eye did, or
                          the frame has a part of another sweep; then it is not
                          complete */
+    char sensor_interface[LUM_INTERFACE_BYTES]; /**< of a sensor whose address
+                               another one had before it: its interface; else
+                               empty */
 } lum_frame_info;
 
 /** Read the info of a frame.

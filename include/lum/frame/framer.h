@@ -130,6 +130,8 @@ typedef struct lum_framer_options {
                          build without threads. Each takes about 1 MB. */
     uint16_t port;    /**< of sensors, as lum_demux_options.port; 0:
                          ::LUM_PORT */
+    const char *sensor_interface; /**< as lum_demux_options.sensor_interface;
+                                NULL: the first of its address */
 } lum_framer_options;
 
 /** A framer. */
@@ -147,6 +149,9 @@ LUM_MUST_CHECK int lum_framer_new(const lum_framer_options *options,
 
 /** Free it; frames that were kept live on. NULL is allowed. */
 void lum_framer_free(lum_framer *framer);
+
+/** As lum_demux_set_interface(). */
+void lum_framer_set_interface(lum_framer *framer, const char *name);
 
 /** Take a record.
  * @param record from a lum_capture, or made of a datagram; its time is that of

@@ -230,7 +230,7 @@ def _by_lumdump(plan: _Plan) -> Summary:
     if is_url(plan.name):
         names = [plan.name.rsplit("/", 1)[0] + "/" + os.path.basename(name) for name in names]
     return Summary(source=said["source"], format=plan.format, outputs=names, frames=said["frames"], points=said["points"],
-                   bytes=size, truncated=said["truncated"], sensors=[sensor["address"] for sensor in said["sensors"]],
+                   bytes=size, truncated=said["truncated"], sensors=[sensor.get("name", sensor["address"]) for sensor in said["sensors"]],
                    losses={cause: said[cause] for cause in LOSSES if cause in said},
                    left_out=_lumdump.left_out_of(said))
 
@@ -334,7 +334,8 @@ class _Output:
 
     def _check_sensor(self, frame: Frame) -> None:
         self._sensor = self._sensor or frame.sensor
-        if frame.sensor != self._sensor and (self._plan.is_pattern or "sensor" not in self._layout.columns):
+        cannot_tell = self._plan.is_pattern or "sensor" not in self._layout.columns or "%" in frame.sensor
+        if frame.sensor != self._sensor and cannot_tell:
             raise OptionError(f"{self._about.source}: packets of several sensors; choose one by sensor=: {self._sensor} "
                               f"{frame.sensor}" + ("; a table can have a column \"sensor\""
                                                    if self._plan.format in _OF_TABLES else ""))
@@ -508,7 +509,7 @@ class Summary(TypedDict):
     truncated: bool
     """Whether the capture breaks off before its end."""
     sensors: list[str]
-    """Addresses of the sensors."""
+    """Names of the sensors: their addresses, as Frame.sensor has them."""
     losses: dict[str, int]
     """What is missing in the capture, by cause, with lumdump's names; empty if frames were given."""
     left_out: int

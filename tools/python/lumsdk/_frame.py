@@ -68,10 +68,12 @@ class _Info:
     """What is known of a frame as a whole, apart from its arrays."""
 
     __slots__ = ("number", "sensor", "is_complete", "is_first", "is_last", "begin_clock_us", "end_clock_us",
-                 "begin_arrival_ns", "end_arrival_ns", "begin_utc_ns", "utc_error_ns", "has_pause", "lines", "rows", "losses")
+                 "begin_arrival_ns", "end_arrival_ns", "begin_utc_ns", "utc_error_ns", "has_pause", "interface", "lines", "rows",
+                 "losses")
 
     number: int
     sensor: int
+    interface: str
     is_complete: bool
     is_first: bool
     is_last: bool
@@ -103,7 +105,7 @@ class _Info:
                   "lines_missing": sum(i.lines_missing), "lines_in_pauses": i.lines_in_pauses, "lines_cut": i.lines_cut, "lines_late": i.lines_late,
                   "points_cut": i.points_cut, "no_angle": i.losses.no_angle, "no_range": i.losses.no_range}
         values = {name: getattr(i, name) for name in cls.__slots__[:12]}
-        values.update(lines=tuple(i.lines), losses=losses,
+        values.update(interface=text(i.sensor_interface), lines=tuple(i.lines), losses=losses,
                       rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
         return cls(values)
 
@@ -141,8 +143,12 @@ class Frame:
 
     @property
     def sensor(self) -> str:
-        """The address of its sensor, such as "10.42.0.37"."""
-        return address_of(self._info.sensor)
+        """The name of its sensor: its address, such as "10.42.0.37".
+
+        If another sensor with that address came before, its interface is behind it: "10.42.0.37%eth1".
+        """
+        interface = self._info.interface
+        return address_of(self._info.sensor) + (f"%{interface}" if interface else "")
 
     @property
     def complete(self) -> bool:
@@ -202,6 +208,7 @@ class Frame:
         """All that is known of it as a whole: numbers, clocks, lines of both eyes, and what losses has."""
         values = self._info.values()
         losses = values.pop("losses")
+        del values["interface"]
         values["sensor"] = self.sensor
         for name in ("lines", "rows"):
             both = values.pop(name)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Optional
 from ._c import failure, ffi, lib, sized, text
 from ._errors import CaptureError, Error, warn
 from ._inputs import Functions, Input, open_input
-from ._options import parse_address, parse_port
+from ._options import parse_port, parse_sensor
 from ._settings import Profile
 
 if TYPE_CHECKING:
@@ -78,7 +78,12 @@ def _open(source: Input, kept: list[Any]) -> tuple[Any, Optional[Functions]]:
     return ffi.gc(out[0], lib.lum_capture_close), functions
 
 
-def _read(made: Any, capture: Any, functions: Optional[Functions]) -> None:
+def _is_of(interface: str, capture: Any) -> bool:
+    found = lib.lum_capture_interface(capture)
+    return not interface or (found != ffi.NULL and text(found) == interface)
+
+
+def _read(made: Any, capture: Any, interface: str, functions: Optional[Functions]) -> None:
     """As much of a capture as is needed. What cannot be read to its end is used as far as it can."""
     record, error = ffi.new("lum_record *"), ffi.new("lum_error *")
     wants, status = 1, 1
@@ -86,7 +91,8 @@ def _read(made: Any, capture: Any, functions: Optional[Functions]) -> None:
         status = lib.lum_capture_next(capture, record, error)
         if status <= 0:
             break
-        wants = lib.lum_infer_push(made, record, error)
+        if _is_of(interface, capture):
+            wants = lib.lum_infer_push(made, record, error)
     if functions is not None and functions.problem is not None:
         raise functions.problem
     if wants < 0:
@@ -141,7 +147,7 @@ def infer(source: Given, *, sensor: Optional[str] = None, port: Optional[int] = 
 
     Args:
         source: What open() takes: paths, a pattern, the bytes of a capture, a binary file object, a URL.
-        sensor: The address of one of several sensors.
+        sensor: The address of one of several sensors, or its name, such as "10.42.0.37%eth1".
         port: The sensors' UDP port in them, if NAT has changed it from 5517.
 
     Raises:
@@ -149,8 +155,9 @@ def infer(source: Given, *, sensor: Optional[str] = None, port: Optional[int] = 
         OptionError: The address or the port is none.
     """
     options, error = sized("lum_infer_options"), ffi.new("lum_error *")
-    if sensor is not None:
-        options.has_sensor, options.sensor = True, parse_address(sensor)
+    chosen = parse_sensor(sensor) if sensor is not None else None
+    if chosen is not None:
+        options.has_sensor, options.sensor = True, chosen.address
     if port is not None:
         options.port = parse_port(port)
     opened, kept = open_input(source), list[Any]()
@@ -161,7 +168,7 @@ def infer(source: Given, *, sensor: Optional[str] = None, port: Optional[int] = 
         made = ffi.gc(out[0], lib.lum_infer_free)
         capture, functions = _open(opened, kept)
         try:
-            _read(made, capture, functions)
+            _read(made, capture, chosen.interface if chosen is not None else "", functions)
         finally:
             ffi.release(capture)
         return _solve(made)

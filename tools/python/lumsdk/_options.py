@@ -50,7 +50,7 @@ _ALLOWED = {
            "((0, 50), (-10, 10), (None, 4))",
     "smooth": '0 for off, an odd number of pixels up to 63, such as 31, or "WINDOW:ORDER" or (WINDOW, ORDER), the '
               "order from 0 to 5 and below the window, such as (31, 2)",
-    "sensor": 'an address such as "10.42.0.37"',
+    "sensor": 'an address such as "10.42.0.37", or "10.42.0.37%eth1"',
     "port": "a number from 1 to 65535",
     "threads": f"a number from 1 to {lib.LUM_FRAMER_THREADS_MAX}",
     "columns": f'"all" or names of {", ".join(COLUMNS)}, such as ["x", "y", "z"] or "x,y,z"',
@@ -177,11 +177,28 @@ def _columns(value: Any) -> int:
     return mask
 
 
-def parse_address(value: Any) -> int:
-    """The address of a sensor, in host order."""
+class ChosenSensor(NamedTuple):
+    """One of several sensors."""
+
+    name: str
+    address: int
+    """In host order."""
+    interface: str
+    """Empty: the first with that address."""
+
+
+def parse_sensor(value: Any) -> ChosenSensor:
+    """ADDRESS or ADDRESS%INTERFACE."""
     if not isinstance(value, str):
         raise _wrong_type("sensor", value)
-    parts = value.split(".")
+    address, mark, interface = value.partition("%")
+    if mark and not re.fullmatch(r"[!-~]{1,63}", interface):
+        raise _wrong("sensor", value)
+    return ChosenSensor(value, _parse_address(address, value), interface)
+
+
+def _parse_address(text: str, value: str) -> int:
+    parts = text.split(".")
     if len(parts) != 4 or not all(re.fullmatch(r"0|[1-9]\d{0,2}", part) and int(part) < 256 for part in parts):
         raise _wrong("sensor", value)
     number = 0
@@ -271,7 +288,7 @@ class Choice:
         self.given = {name: value for name, value in options.items() if name != "progress"}
         self.calibration, self.profile = self._settings(options)
         self.range = _frames(options["frames"]) if "frames" in options else FrameRange()
-        self.sensor: Optional[int] = parse_address(options["sensor"]) if "sensor" in options else None
+        self.sensor: Optional[ChosenSensor] = parse_sensor(options["sensor"]) if "sensor" in options else None
         self.port = parse_port(options["port"]) if "port" in options else int(lib.LUM_PORT)
         self.eyes = _word("eye", options.get("eye", "both"))
         self.drops_incomplete = bool(_word("incomplete", options.get("incomplete", "keep")))
@@ -308,9 +325,11 @@ class Choice:
         geometry = calibration._to_c()
         made = sized("lum_framer_options", layout=layout, calibration=geometry, views=self.view, view_count=1,
                      eyes=self.eyes, drop_incomplete=self.drops_incomplete, threads=self.threads, port=self.port)
+        kept = [layout, geometry, self.view]
         if self.sensor is not None:
-            made.has_sensor, made.sensor = True, self.sensor
+            kept.append(ffi.new("char[]", self.sensor.interface.encode()))
+            made.has_sensor, made.sensor, made.sensor_interface = True, self.sensor.address, kept[-1]
         if self.range != FrameRange():
             made.has_range, made.frame_first, made.frame_last = True, self.range.first, self.range.last
-        return made, [layout, geometry, self.view]
+        return made, kept
 

@@ -5,7 +5,7 @@ import threading
 import time
 from typing import TYPE_CHECKING, Any, Optional
 
-from ._c import address_of, ffi, lib, sized, text
+from ._c import ffi, lib, sized, text
 from ._errors import CaptureError, ClosedError, Error, warn
 from ._frame import Frame
 
@@ -58,7 +58,9 @@ class Counts:
         demux = lib.lum_framer_demux(framer)
         total, of_sensor = sized("lum_demux_counters"), sized("lum_framer_counters")
         lib.lum_demux_total(demux, total)
-        self.sensors = [address_of(lib.lum_demux_address(demux, i)) for i in range(lib.lum_demux_sensor_count(demux))]
+        number, name = lib.lum_demux_sensor_count(demux), ffi.new("char[]", lib.LUM_SENSOR_NAME_BYTES)
+        self.sensors = [text(lib.lum_demux_name(demux, i, name)) for i in range(number)]
+        self.requested = [self.sensors[i] for i in range(number) if lib.lum_demux_is_requested(demux, i)]
         lines = _of_lines(of_sensor)
         self.paused_s = 0.0
         for i in range(len(self.sensors)):
@@ -290,8 +292,14 @@ class Reading:
 
     def _check_sensor(self, counts: Counts) -> None:
         wanted = self._choice.sensor
-        if wanted is not None and counts.sensors and address_of(wanted) not in counts.sensors:
-            raise CaptureError(f"{self._name}: no data of {address_of(wanted)} in it, but of {' '.join(counts.sensors)}")
+        if wanted is None or not counts.sensors:
+            return
+        if not counts.requested:
+            raise CaptureError(f"{self._name}: no data of {wanted.name} in it, but of {' '.join(counts.sensors)}")
+        others = [name for name in counts.sensors if name.startswith(f"{wanted.name}%") and name not in counts.requested]
+        if others:
+            warn(f"{self._name}: several sensors have this address; that whose data came first was taken, and not "
+                 f"{' '.join(others)}")
 
     def _check_points(self, counts: dict[str, int]) -> None:
         if counts["points"] or not counts["lines_blue"] + counts["lines_green"]:

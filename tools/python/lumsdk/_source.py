@@ -258,7 +258,7 @@ class Source:
 
     @property
     def sensors(self) -> list[str]:
-        """The addresses of the sensors that sent data so far in the latest iteration, such as "10.42.0.37"."""
+        """The sensors that sent data so far in the latest iteration, as Frame.sensor names them, such as "10.42.0.37"."""
         return list(self._latest.count().sensors)
 
     @property

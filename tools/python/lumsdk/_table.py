@@ -113,6 +113,9 @@ def _line_times(frame: Frame, time: str) -> Array:
 
 def sensor_number(frame: Frame) -> int:
     """The address of the frame's sensor as a number."""
+    if "%" in frame.sensor:
+        raise OptionError(f"columns: a number cannot tell {frame.sensor} from the other sensor with its address: leave out "
+                          "the column \"sensor\"")
     return int(ipaddress.IPv4Address(frame.sensor))
 
 
