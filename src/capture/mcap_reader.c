@@ -90,11 +90,11 @@ static lum_mcap_want wants(const void *context, unsigned channel)
 
 static int read_message(lum_pcap *r, lum_bytes_at message, lum_pcap_record *out)
 {
-    lum_error why = {""};
     lum_record datagram;
     uint32_t whole = 0;
     if (!lum_mcap_datagram_read(message.at, message.len, &datagram, &whole) ||
         whole > LUM_DATAGRAM_BYTES_MAX) {
+        lum_error why = {""};
         (void)lum_pcap_fail(
             r, &why, "a message of " SCHEMA_NAME " does not hold a datagram");
         lum_pcap_note_damage(r, &why);

@@ -454,8 +454,9 @@ static int next_step(lum_mcap_records *m, lum_mcap_record *out,
 int lum_mcap_records_next(lum_mcap_records *records, lum_mcap_record *out,
                           lum_error *error)
 {
-    lum_error why = {""};
+    lum_error why; /* clearing all of it takes as long as a message */
     int result = GO_ON;
+    why.text[0] = '\0';
     while (result == GO_ON) {
         result = next_step(records, out, &why);
         if (result == DAMAGED) {

@@ -597,8 +597,9 @@ static void note_damage(lum_pcap *r, const lum_error *why)
 
 static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
 {
-    lum_error why = {""};
+    lum_error why; /* clearing all of it takes as long as a packet */
     int result = GO_ON;
+    why.text[0] = '\0';
     while (result == GO_ON || result == DAMAGED) {
         result = next_step(r, out, &why);
         if (result == DAMAGED) {

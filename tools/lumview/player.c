@@ -99,10 +99,9 @@ static void tell_others(struct player *p)
 static void tell_remarks(struct player *p)
 {
     char text[2u * LUM_ERROR_BYTES];
-    stage_set_remarks(p->stage,
-                      captures_remarks(p->captures, p->capture,
-                                       decoder_demux(p->decoder),
-                                       text, sizeof text));
+    stage_set_remarks(p->stage, captures_remarks(p->captures, p->capture,
+                                                 decoder_demux(p->decoder),
+                                                 text, sizeof text));
 }
 
 /* Of files the look ahead tells it. */
