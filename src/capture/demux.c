@@ -47,6 +47,7 @@ struct lum_demux {
     size_t address_count;
     size_t sensors[LUM_DEMUX_SENSORS_MAX]; /* indices of addresses */
     size_t sensor_count;
+    bool has_several;    /* records came from more than one interface */
     size_t way_count;    /* addresses on interfaces whose sensor is known */
     bool asked_is_there; /* the sensor that was asked for is one of them */
     char asked_interface[LUM_INTERFACE_BYTES]; /* empty: none was asked for */
@@ -469,11 +470,11 @@ static bool hold(lum_demux *demux, const lum_record *record,
 }
 
 /* Remember a packet of a sensor. */
-static void note_sent(struct address *sensor, const lum_record *record,
-                      const lum_group *group)
+static void note_sent(const lum_demux *demux, struct address *sensor,
+                      const lum_record *record)
 {
     if (sensor->recent != NULL) {
-        const lum_seen seen = lum_seen_of(record, group);
+        const lum_seen seen = lum_seen_of(record, &demux->group);
         lum_recent_note(sensor->recent, &seen, record->time_ns);
     }
 }
@@ -568,7 +569,7 @@ static lum_result give_held(lum_demux *demux)
                                 record.len, &demux->group);
         demux->has_given = true;
         if (sensor != NULL && entry->like != NULL) {
-            note_sent(sensor, &record, &demux->group); /* was on trial */
+            note_sent(demux, sensor, &record); /* was on trial */
         }
         if (sensor != NULL) {
             r = give(demux, sensor, record.time_ns);
@@ -602,7 +603,7 @@ static lum_result take_known(lum_demux *demux, const lum_record *record,
     if (is_held && !hold(demux, record, entry)) {
         return LUM_E_SPACE;
     }
-    note_sent(sensor, record, &demux->group);
+    note_sent(demux, sensor, record);
     const lum_result r =
         is_held ? LUM_OK : give(demux, sensor, record->time_ns);
     if (r == LUM_OK && is_taken(demux, sensor)) {
@@ -782,6 +783,7 @@ static void pack_profile(lum_profile p, lum_pack *pack)
 void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack)
 {
     lum_demux_options o = demux->options;
+    char interface[LUM_INTERFACE_BYTES];
     pack_profile(o.layout.profile, pack);
     lum_pack_u8(pack, &o.config.open_lines);
     lum_pack_u8(pack, &o.config.reorder_lines);
@@ -791,8 +793,8 @@ void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack)
     lum_pack_u32(pack, &o.sensor);
     uint32_t port = o.port;
     lum_pack_u32(pack, &port);
-    lum_pack_text(pack, (char *)(uintptr_t)demux->asked_interface,
-                  LUM_INTERFACE_BYTES);
+    memcpy(interface, demux->asked_interface, sizeof interface);
+    lum_pack_text(pack, interface, sizeof interface);
 }
 
 void lum_demux_restart(lum_demux *demux)

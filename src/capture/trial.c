@@ -6,7 +6,7 @@
 #include <string.h>
 
 enum {
-    HEAD_WORDS = 12, /* of 8 bytes, that a sum looks at */
+    HEAD_WORDS = 6, /* of 8 bytes, that a sum looks at */
     TAIL_WORDS = 2,
 
     /* Packets that prove another sensor, or the same one. Fewer may be damaged,
@@ -274,8 +274,8 @@ lum_verdict lum_trial_judge(const lum_trial *trial, const lum_measure *measure,
     const struct tally n = count(trial, measure);
     const size_t elsewhere = n.of[LUM_STAND_ELSEWHERE];
     const int64_t passed_ns = now_ns - trial->begin_ns;
-    const bool is_own =
-        elsewhere >= ELSEWHERE_ENOUGH && elsewhere == trial->count;
+    const size_t placed = trial->count - n.of[LUM_STAND_AHEAD];
+    const bool is_own = elsewhere >= ELSEWHERE_ENOUGH && elsewhere == placed;
     const bool is_same =
         elsewhere == 0 &&
         (n.of[LUM_STAND_NEXT] > 0 ||

@@ -7,6 +7,7 @@ import os
 import pathlib
 import shutil
 import stat
+import struct
 import subprocess
 import sys
 import threading
@@ -666,6 +667,54 @@ def test_several_sensors(two_sensors, tmp_path):
     assert set(np.load(tmp_path / "a.npy")["sensor"] & 255) == {37, 38}
     one = lumsdk.convert(two_sensors, tmp_path / "b.npy", sensor="10.42.0.38")
     assert 0 < one["points"] < made["points"]
+
+
+def on_interface(capture, path, name):
+    """The capture as a pcapng file of an interface with a name of four letters, in nanoseconds."""
+    data, at = capture.read_bytes(), 24
+    unit = 1 if data[:4] == b"\x4d\x3c\xb2\xa1" else 1000
+
+    def block(kind, body):
+        size = struct.pack("<I", len(body) + 12)
+        return struct.pack("<I", kind) + size + body + size
+
+    blocks = [block(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1)),
+              block(1, struct.pack("<HHIHH4sHHI", 1, 0, 0, 2, 4, name, 9, 1, 9))]
+    while at < len(data):
+        seconds, fraction, length = struct.unpack_from("<III", data, at)
+        ns = seconds * 10**9 + fraction * unit
+        body = struct.pack("<IIIII", 0, ns >> 32, ns & 0xFFFFFFFF, length, length) + data[at + 16:at + 16 + length]
+        blocks.append(block(6, body + bytes(-length % 4)))
+        at += 16 + length
+    path.write_bytes(b"".join(blocks))
+    return path
+
+
+def test_two_sensors_with_one_address(make_capture, tmp_path):
+    pair = [on_interface(make_capture("-n", 2, "--seed", seed), tmp_path / f"{seed}.pcapng", name)
+            for seed, name in ((4, b"eth0"), (3, b"eth1"))]
+    alone = [[len(frame) for frame in lumsdk.open(path)] for path in pair]
+    names = ["10.42.0.37", "10.42.0.37%eth1"]
+    with lumsdk.open(pair) as source:
+        found = [(frame.sensor, frame.info["sensor"], len(frame)) for frame in source]
+        assert source.sensors == names
+    for name, lengths in zip(names, alone):
+        assert [length for sensor, of_info, length in found if sensor == of_info == name] == lengths
+    assert [len(frame) for frame in lumsdk.open(pair, sensor="10.42.0.37%eth0")] == alone[0]
+    assert [len(frame) for frame in lumsdk.open(pair, sensor=names[1])] == alone[1]
+    with pytest.warns(lumsdk.CaptureWarning, match="came first was taken, and not 10.42.0.37%eth1"):
+        assert [len(frame) for frame in lumsdk.open(pair, sensor=names[0])] == alone[0]
+    with pytest.raises(lumsdk.CaptureError, match="no data of 10.42.0.37%eth2 in it, but of 10.42.0.37 10.42.0.37%eth1"):
+        list(lumsdk.open(pair, sensor="10.42.0.37%eth2"))
+    with pytest.raises(lumsdk.OptionError, match="right is an address such as"):
+        lumsdk.open(pair, sensor="10.42.0.37%")
+    with pytest.raises(lumsdk.OptionError, match="choose one by sensor=: 10.42.0.37 10.42.0.37%eth1"):
+        lumsdk.convert(pair, tmp_path / "a.npy", columns=["x", "sensor"])
+    with pytest.raises(lumsdk.OptionError, match="a number cannot tell 10.42.0.37%eth1"):
+        lumsdk.convert(pair, tmp_path / "a.npy", columns=["x", "sensor"], sensor=names[1])
+    for kind in ("csv", "npy"):
+        made = lumsdk.convert(pair, tmp_path / f"a.{kind}", sensor=names[1])
+        assert (made["sensors"][-1:], made["points"]) == (names[1:], sum(alone[1]))
 
 
 @pytest.mark.parametrize("kind, module, extra", [("laz", "laspy", "laz"), ("laz", "lazrs", "laz"),

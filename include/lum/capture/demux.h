@@ -129,8 +129,9 @@ const char *lum_demux_interface(const lum_demux *demux, size_t i);
  * @param i below lum_demux_sensor_count(). */
 bool lum_demux_is_shared(const lum_demux *demux, size_t i);
 
-/** Bytes of a sensor's name, with its NUL. */
-#define LUM_SENSOR_NAME_BYTES (17u + LUM_INTERFACE_BYTES)
+/** Bytes of a sensor's name, with its NUL: an address, a % and
+ * ::LUM_INTERFACE_BYTES. */
+#define LUM_SENSOR_NAME_BYTES 80u
 
 /** The name of the i-th sensor: its address, and behind a % its interface if
  * another sensor with this address came before: "10.42.0.37%eth1". It stays the
