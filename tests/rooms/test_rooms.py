@@ -161,8 +161,8 @@ class Frames(unittest.TestCase):
     """One place makes frames of packets; besides it only programs for controllers, which have the core alone."""
 
     MAKERS = {
-        "lum_assembler": {"src/core/assembler.c", "src/capture/demux.c", "examples/firmware/gateway.c",
-                          "examples/porting/main.c"},
+        "lum_assembler": {"src/core/assembler.c", "src/capture/demux.c", "src/capture/demux_sensors.c",
+                          "examples/firmware/gateway.c", "examples/porting/main.c"},
         "lum_demux": {"src/capture/demux.c", "src/frame/framer.c"},
     }
 

@@ -1,0 +1,171 @@
+#include "demux_interfaces.h"
+
+#include <stdlib.h>
+
+bool lum_demux_is_doubtful(const lum_demux *demux, const lum_demux_entry *entry)
+{
+    return entry->sensor == NULL && *entry->interface != '\0' &&
+           lum_demux_find_sensor(demux, entry->address) != NULL;
+}
+
+static void end_trial(lum_demux *demux, lum_demux_entry *entry,
+                      lum_verdict verdict)
+{
+    free(entry->trial);
+    entry->trial = NULL;
+    demux->trials--;
+    if (verdict == LUM_VERDICT_SAME) {
+        lum_demux_set_sensor(demux, entry, entry->like);
+    } else if (!lum_demux_admit_sensor(demux, entry)) {
+        demux->other += entry->counters.packets[LUM_PACKET_DATA];
+        entry->counters.packets[LUM_PACKET_DATA] = 0;
+        entry->counters.angle_packets = 0;
+        entry->counters.range_packets = 0;
+        entry->is_refused = true;
+    }
+}
+
+static lum_measure measure_of(const lum_demux *demux)
+{
+    const lum_demux_options *o = &demux->options;
+    return lum_measure_of(&o->layout.profile, o->config.gap_us,
+                          o->config.reorder_lines);
+}
+
+void lum_demux_judge_trials(lum_demux *demux, int64_t now_ns, bool is_over)
+{
+    const lum_measure measure = measure_of(demux);
+    for (size_t i = 0; i < demux->address_count; i++) {
+        lum_demux_entry *entry = &demux->addresses[i];
+        if (entry->trial != NULL) {
+            const lum_verdict verdict =
+                is_over ? lum_trial_settle(entry->trial, &measure)
+                        : lum_trial_judge(entry->trial, &measure, now_ns);
+            if (verdict != LUM_VERDICT_OPEN) {
+                end_trial(demux, entry, verdict);
+            }
+        }
+    }
+}
+
+bool lum_demux_enqueue(lum_demux *demux, const lum_record *record,
+                       lum_demux_entry *entry)
+{
+    if (demux->queue == NULL) {
+        demux->queue = calloc(1, sizeof *demux->queue);
+    }
+    entry->is_waiting =
+        demux->queue != NULL &&
+        lum_queue_add(demux->queue, record, (size_t)(entry - demux->addresses));
+    return entry->is_waiting;
+}
+
+void lum_demux_note_sent(const lum_demux *demux, lum_demux_entry *sensor,
+                         const lum_record *record)
+{
+    if (sensor->recent != NULL) {
+        const lum_seen seen = lum_seen_of(record, &demux->group);
+        lum_recent_note(sensor->recent, &seen, record->time_ns);
+    }
+}
+
+bool lum_demux_meet_trials(lum_demux *demux, const lum_record *record,
+                           const lum_demux_entry *sensor)
+{
+    const lum_seen seen = lum_seen_of(record, &demux->group);
+    const lum_measure measure = measure_of(demux);
+    bool waits = false;
+    for (size_t i = 0; i < demux->address_count; i++) {
+        lum_demux_entry *entry = &demux->addresses[i];
+        if (entry->address == sensor->address) {
+            waits |= entry->is_waiting;
+        }
+        if (entry->address == sensor->address && entry->trial != NULL) {
+            lum_trial_meet(entry->trial, &measure, &seen);
+        }
+    }
+    return waits;
+}
+
+/* Where a packet stands among those of the sensors of its address; like becomes
+ * the one that it stands best to. */
+static lum_stand find_place(const lum_demux *demux, const lum_record *record,
+                            const lum_seen *seen, lum_demux_entry *entry,
+                            lum_place_among *out)
+{
+    const lum_measure measure = measure_of(demux);
+    lum_stand best = LUM_STAND_ELSEWHERE;
+    *out = (lum_place_among){.stand = best};
+    for (size_t i = 0; i < demux->sensor_count; i++) {
+        lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+        if (sensor->address == entry->address && sensor->recent != NULL) {
+            const lum_place_among place = lum_recent_place(
+                sensor->recent, &measure, seen, record->time_ns);
+            const lum_stand stand = lum_place_stand(&place, &measure, seen);
+            if (stand < best) {
+                best = stand;
+                entry->like = sensor;
+                *out = place;
+            }
+        }
+    }
+    return best;
+}
+
+static bool begin_trial(lum_demux *demux, lum_demux_entry *entry)
+{
+    entry->like = lum_demux_find_sensor(demux, entry->address);
+    entry->trial = calloc(1, sizeof *entry->trial);
+    demux->trials += entry->trial != NULL;
+    return entry->trial != NULL;
+}
+
+lum_result lum_demux_try(lum_demux *demux, const lum_record *record,
+                         lum_demux_entry *entry)
+{
+    if ((entry->trial == NULL && !begin_trial(demux, entry)) ||
+        !lum_demux_enqueue(demux, record, entry)) {
+        return LUM_E_SPACE;
+    }
+    const lum_seen seen = lum_seen_of(record, &demux->group);
+    lum_place_among place;
+    demux->stand = find_place(demux, record, &seen, entry, &place);
+    lum_trial_add(entry->trial, &seen, &place, record->time_ns);
+    lum_demux_count_data(demux, record, &entry->counters);
+    return LUM_OK;
+}
+
+static void end_waiting(lum_demux *demux)
+{
+    for (size_t i = 0; i < demux->address_count; i++) {
+        demux->addresses[i].is_waiting = false;
+    }
+    lum_demux_free_queue(demux);
+}
+
+lum_result lum_demux_give_held(lum_demux *demux)
+{
+    lum_record record;
+    size_t way = 0;
+    lum_result r = LUM_OK;
+    while (!demux->is_pending && r == LUM_OK &&
+           lum_queue_take(demux->queue, &record, &way)) {
+        const lum_demux_entry *entry = &demux->addresses[way];
+        lum_demux_entry *sensor = entry->sensor;
+        (void)lum_packet_decode(&demux->options.layout, record.payload,
+                                record.len, &demux->group);
+        demux->has_given = true;
+        if (sensor != NULL && entry->like != NULL) {
+            lum_demux_note_sent(demux, sensor, &record); /* was on trial */
+        }
+        if (sensor != NULL) {
+            r = lum_demux_give(demux, sensor, record.time_ns);
+        }
+    }
+    if (r < 0) {
+        lum_queue_put_back(demux->queue);
+    } else if (!demux->is_pending) {
+        end_waiting(demux);
+    }
+    return r;
+}

@@ -1,0 +1,368 @@
+#include "demux_sensors.h"
+
+#include "base/sized.h"
+
+#include <stdlib.h>
+
+/* --- Memory --- */
+
+static void free_assembly(lum_demux_assembly *assembly)
+{
+    if (assembly != NULL) {
+        free(assembly->slots);
+        free(assembly->words);
+        free(assembly->reach);
+        free(assembly);
+    }
+}
+
+lum_demux_assembly *lum_demux_new_assembly(const lum_demux_options *options)
+{
+    const lum_assembler_config *c = &options->config;
+    lum_assembler_storage s = {
+        .slot_count = LUM_ASSEMBLER_SLOTS(c->open_lines),
+        .word_count = LUM_ASSEMBLER_WORDS(c->open_lines, c->words_per_line),
+        .reach_count = LUM_ASSEMBLER_REACH(c->reorder_lines)};
+    lum_demux_assembly *assembly = calloc(1, sizeof *assembly);
+    if (assembly == NULL) {
+        return NULL;
+    }
+    s.slots = assembly->slots = malloc(s.slot_count * sizeof *s.slots);
+    s.words = assembly->words = malloc(s.word_count * sizeof *s.words);
+    s.reach = assembly->reach = malloc(s.reach_count * sizeof *s.reach);
+    if (s.slots == NULL || s.words == NULL || s.reach == NULL ||
+        lum_assembler_init(&assembly->assembler, c, &options->layout, &s) !=
+            LUM_OK) {
+        free_assembly(assembly);
+        return NULL;
+    }
+    return assembly;
+}
+
+void lum_demux_free_queue(lum_demux *demux)
+{
+    if (demux->queue != NULL) {
+        free(demux->queue->bytes);
+        free(demux->queue);
+        demux->queue = NULL;
+    }
+}
+
+void lum_demux_clear(lum_demux *demux)
+{
+    for (size_t i = 0; i < demux->address_count; i++) {
+        free_assembly(demux->addresses[i].assembly);
+        free(demux->addresses[i].trial);
+        free(demux->addresses[i].recent);
+    }
+    lum_demux_free_queue(demux);
+}
+
+/* --- Addresses and sensors --- */
+
+/* An interface that is not known is taken for each. */
+static bool is_of(const lum_demux_entry *entry, uint32_t address,
+                  const char *interface)
+{
+    return entry->address == address &&
+           (*interface == '\0' || *entry->interface == '\0' ||
+            strcmp(entry->interface, interface) == 0);
+}
+
+lum_demux_entry *lum_demux_find_address(lum_demux *demux, uint32_t address)
+{
+    size_t i = 0;
+    while (i < demux->address_count &&
+           !is_of(&demux->addresses[i], address, demux->interface)) {
+        i++;
+    }
+    if (i == demux->address_count && i < LUM_DEMUX_ADDRESSES_MAX) {
+        demux->addresses[i].address = address;
+        lum_demux_set_text(demux->addresses[i].interface, demux->interface);
+        demux->address_count++;
+    }
+    return &demux->addresses[i];
+}
+
+lum_demux_entry *lum_demux_find_sensor(const lum_demux *demux, uint32_t address)
+{
+    for (size_t i = 0; i < demux->sensor_count; i++) {
+        if (lum_demux_sensor_at(demux, i)->address == address) {
+            return lum_demux_sensor_at(demux, i);
+        }
+    }
+    return NULL;
+}
+
+/* The sensor that an entry is counted with; NULL: it is with none. */
+static lum_demux_entry *counted_with(const lum_demux *demux,
+                                     const lum_demux_entry *entry)
+{
+    return entry->sensor != NULL ? entry->sensor
+                                 : lum_demux_find_sensor(demux, entry->address);
+}
+
+/* Counters are numbers of 64 bits alone, so a sum needs no list of them, in
+ * which one could be forgotten. */
+static void add_numbers(void *to, const void *more, size_t bytes)
+{
+    uint64_t *sums = to;
+    const uint64_t *numbers = more;
+    for (size_t i = 0; i < bytes / sizeof *sums; i++) {
+        sums[i] += numbers[i];
+    }
+}
+
+/* An address has no *other*, and its assembler's counters are there alone. */
+static void add_address(lum_demux_counters *to, const lum_demux_entry *entry)
+{
+    add_numbers(&to->packets, &entry->counters.packets,
+                sizeof *to - offsetof(lum_demux_counters, packets));
+    if (entry->assembly != NULL) {
+        add_numbers(&to->assembly,
+                    lum_assembler_counters(&entry->assembly->assembler),
+                    sizeof to->assembly);
+    }
+}
+
+/* Without an interface the first sensor of an address is meant. */
+static bool is_asked_for(const lum_demux *demux, const lum_demux_entry *entry)
+{
+    const char *interface = demux->asked_interface;
+    return !demux->options.has_sensor ||
+           (entry->address == demux->options.sensor &&
+            (*interface == '\0' ? !entry->is_further
+                                : strcmp(entry->interface, interface) == 0));
+}
+
+/* How many more sensors fit; the one that was asked for keeps its place. */
+static bool has_room(const lum_demux *demux, const lum_demux_entry *entry)
+{
+    const bool reserves = demux->options.has_sensor && !demux->asked_is_there &&
+                          !is_asked_for(demux, entry);
+    return demux->sensor_count + (reserves ? 1u : 0u) < LUM_DEMUX_SENSORS_MAX;
+}
+
+void lum_demux_set_sensor(lum_demux *demux, lum_demux_entry *entry,
+                          lum_demux_entry *sensor)
+{
+    demux->way_count += entry->sensor == NULL;
+    entry->sensor = sensor;
+}
+
+bool lum_demux_admit_sensor(lum_demux *demux, lum_demux_entry *entry)
+{
+    if (entry->is_sensor) {
+        return true;
+    }
+    entry->is_further = lum_demux_find_sensor(demux, entry->address) != NULL;
+    if (!has_room(demux, entry)) {
+        return false;
+    }
+    if (*entry->interface != '\0') {
+        /* without memory its repeats are not known */
+        entry->recent = calloc(1, sizeof *entry->recent);
+    }
+    entry->is_sensor = true;
+    lum_demux_set_sensor(demux, entry, entry);
+    entry->sensor_index = demux->sensor_count;
+    demux->sensors[demux->sensor_count++] = (size_t)(entry - demux->addresses);
+    demux->asked_is_there |=
+        demux->options.has_sensor && is_asked_for(demux, entry);
+    return true;
+}
+
+lum_demux_entry *lum_demux_claim_address(lum_demux *demux, uint32_t address)
+{
+    lum_demux_entry *rest = &demux->addresses[LUM_DEMUX_ADDRESSES_MAX];
+    lum_demux_entry *entry = demux->addresses;
+    while (entry < rest && (entry->sensor != NULL || entry->trial != NULL ||
+                            entry->is_refused)) {
+        entry++;
+    }
+    if (entry < rest) {
+        add_address(&rest->counters, entry);
+        *entry = (lum_demux_entry){.address = address};
+        lum_demux_set_text(entry->interface, demux->interface);
+    }
+    return entry;
+}
+
+/* --- Their data --- */
+
+void lum_demux_count_packet(const lum_demux *demux, const lum_record *record,
+                            lum_demux_counters *c)
+{
+    c->packets[demux->kind]++;
+    c->joined += record->kind == LUM_RECORD_JOINED;
+}
+
+void lum_demux_count_data(const lum_demux *demux, const lum_record *record,
+                          lum_demux_counters *c)
+{
+    lum_demux_count_packet(demux, record, c);
+    if (demux->group.tag == LUM_TAG_ANGLES) {
+        c->angle_packets++;
+    } else {
+        c->range_packets++;
+    }
+}
+
+static uint64_t count_late(const lum_demux_entry *entry)
+{
+    const lum_assembly_counters *c =
+        lum_assembler_counters(&entry->assembly->assembler);
+    return c->late + c->stray;
+}
+
+/* The group at hand is to be assembled. */
+static void note_order(lum_demux *demux)
+{
+    const lum_profile *p = &demux->options.layout.profile;
+    demux->behind_ns = lum_order_behind_ns(
+        &demux->current->order, &p->group[LUM_FIELD_TIMESTAMP],
+        p->clock_unit_ns, demux->group_ns, &demux->group);
+    demux->lost_before = count_late(demux->current);
+}
+
+void lum_demux_judge_order(lum_demux *demux)
+{
+    const bool is_torn =
+        demux->behind_ns / 1000 > (int64_t)demux->options.config.gap_us;
+    if (demux->behind_ns > 0 &&
+        (is_torn || count_late(demux->current) != demux->lost_before)) {
+        demux->current->counters.out_of_order++;
+    }
+}
+
+bool lum_demux_takes(const lum_demux *demux, const lum_demux_entry *sensor)
+{
+    return is_asked_for(demux, sensor) && !sensor->is_held;
+}
+
+lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *sensor,
+                          int64_t time_ns)
+{
+    if (!lum_demux_takes(demux, sensor)) {
+        return LUM_OK;
+    }
+    if (sensor->assembly == NULL) {
+        sensor->assembly = lum_demux_new_assembly(&demux->options);
+    }
+    if (sensor->assembly == NULL) {
+        return LUM_E_SPACE;
+    }
+    demux->current = sensor;
+    demux->group_ns = time_ns;
+    demux->is_pending = true;
+    note_order(demux);
+    return LUM_OK;
+}
+
+/* --- What is known --- */
+
+uint16_t lum_demux_port(const lum_demux *demux)
+{
+    return demux->options.port;
+}
+
+const lum_assembler *lum_demux_current(const lum_demux *demux)
+{
+    return &demux->current->assembly->assembler;
+}
+
+size_t lum_demux_current_index(const lum_demux *demux)
+{
+    return demux->current->sensor_index;
+}
+
+size_t lum_demux_sensor_count(const lum_demux *demux)
+{
+    return demux->sensor_count;
+}
+
+uint32_t lum_demux_address(const lum_demux *demux, size_t i)
+{
+    return lum_demux_sensor_at(demux, i)->address;
+}
+
+const char *lum_demux_interface(const lum_demux *demux, size_t i)
+{
+    const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+    return *sensor->interface != '\0' ? sensor->interface : NULL;
+}
+
+bool lum_demux_is_shared(const lum_demux *demux, size_t i)
+{
+    const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+    bool is_shared = sensor->is_further;
+    for (size_t k = i + 1u; k < demux->sensor_count; k++) {
+        is_shared |= lum_demux_sensor_at(demux, k)->address == sensor->address;
+    }
+    return is_shared;
+}
+
+const char *lum_demux_name(const lum_demux *demux, size_t i,
+                           char out[LUM_SENSOR_NAME_BYTES])
+{
+    const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+    const uint32_t a = sensor->address;
+    (void)snprintf(out, LUM_SENSOR_NAME_BYTES, "%u.%u.%u.%u%s%s",
+                   (unsigned)(a >> 24), (unsigned)(a >> 16 & 255u),
+                   (unsigned)(a >> 8 & 255u), (unsigned)(a & 255u),
+                   sensor->is_further ? "%" : "",
+                   sensor->is_further ? sensor->interface : "");
+    return out;
+}
+
+bool lum_demux_is_requested(const lum_demux *demux, size_t i)
+{
+    return is_asked_for(demux, lum_demux_sensor_at(demux, i));
+}
+
+bool lum_demux_is_wanted(const lum_demux *demux)
+{
+    const lum_demux_entry *entry = demux->last;
+    if (!demux->options.has_sensor || entry == NULL) {
+        return !demux->options.has_sensor;
+    }
+    const bool is_own =
+        entry->sensor == NULL && *demux->asked_interface != '\0';
+    const lum_demux_entry *sensor = is_own ? entry : counted_with(demux, entry);
+    return is_asked_for(demux, sensor != NULL ? sensor : entry) &&
+           (entry->trial == NULL || is_own || demux->stand < LUM_STAND_ASTRAY);
+}
+
+void lum_demux_set_interface(lum_demux *demux, const char *name)
+{
+    if (strcmp(demux->interface, name != NULL ? name : "") != 0) {
+        lum_demux_set_text(demux->interface, name);
+    }
+}
+
+lum_result lum_demux_count(const lum_demux *demux, size_t i,
+                           lum_demux_counters *out)
+{
+    lum_demux_counters c = {.struct_size = sizeof c};
+    for (size_t k = 0; k < demux->address_count; k++) {
+        const lum_demux_entry *entry = &demux->addresses[k];
+        if (counted_with(demux, entry) == lum_demux_sensor_at(demux, i)) {
+            add_address(&c, entry);
+        }
+    }
+    return lum_sized_fill(out, &c, sizeof c) ? LUM_OK : LUM_E_VALUE;
+}
+
+lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out)
+{
+    lum_demux_counters c = {.struct_size = sizeof c, .other = demux->other};
+    for (size_t i = 0; i < demux->address_count; i++) {
+        const lum_demux_entry *entry = &demux->addresses[i];
+        const lum_demux_entry *sensor = counted_with(demux, entry);
+        if (sensor == NULL || is_asked_for(demux, sensor)) {
+            add_address(&c, entry);
+        }
+    }
+    add_address(&c, &demux->addresses[LUM_DEMUX_ADDRESSES_MAX]);
+    return lum_sized_fill(out, &c, sizeof c) ? LUM_OK : LUM_E_VALUE;
+}

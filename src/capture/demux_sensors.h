@@ -1,0 +1,138 @@
+/** @file
+ * The sensors of a demultiplexer: which address is one, what each sent, and its
+ * assembler. Internal to it. */
+#ifndef LUM_CAPTURE_DEMUX_SENSORS_H
+#define LUM_CAPTURE_DEMUX_SENSORS_H
+
+#include "demux_state.h"
+#include "joined.h"
+#include "lum/capture/demux.h"
+#include "order.h"
+#include "trial.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* Addresses that are counted separately, each on each of its interfaces;
+ * further ones are counted together. */
+#define LUM_DEMUX_ADDRESSES_MAX LUM_DEMUX_WAYS_MAX
+
+/** An assembler with its storage. */
+typedef struct lum_demux_assembly {
+    lum_assembler assembler;
+    lum_line_slot *slots;
+    uint32_t *words;
+    lum_reach *reach;
+} lum_demux_assembly;
+
+/** An address, on an interface where that is known. */
+typedef struct lum_demux_entry {
+    uint32_t address;
+    char interface[LUM_INTERFACE_BYTES]; /* empty: it is not known */
+    struct lum_demux_entry *sensor; /* whose data it brings: itself, or the same
+                               on another interface; NULL: that is not known */
+    lum_trial *trial;               /* that is to tell; NULL: there is none */
+    struct lum_demux_entry *like;   /* the sensor that it may be */
+    lum_recent *recent; /* of a sensor on a known interface; or NULL */
+    bool is_waiting;    /* data of it is held */
+    bool is_sensor;
+    bool is_further;     /* another sensor with this address came before */
+    bool is_refused;     /* a sensor too many */
+    bool is_held;        /* its data is passed over */
+    size_t sensor_index; /* valid if it is one */
+    lum_demux_counters counters;
+    lum_demux_assembly *assembly;
+    lum_order order;
+} lum_demux_entry;
+
+struct lum_demux {
+    lum_demux_options options;
+    /* the last: all the rest */
+    lum_demux_entry addresses[LUM_DEMUX_ADDRESSES_MAX + 1];
+    size_t address_count;
+    size_t sensors[LUM_DEMUX_SENSORS_MAX]; /* indices of addresses */
+    size_t sensor_count;
+    bool has_several;    /* records came from more than one interface */
+    size_t way_count;    /* addresses on interfaces whose sensor is known */
+    bool asked_is_there; /* the sensor that was asked for is one of them */
+    char asked_interface[LUM_INTERFACE_BYTES]; /* empty: none was asked for */
+    char interface[LUM_INTERFACE_BYTES];       /* of the records to come */
+    uint64_t other;
+    lum_joined joined; /* of the record at hand */
+    bool is_pending;   /* the group at hand waits for an assembler */
+    lum_queue *queue;  /* what is held while a trial is open; or NULL */
+    size_t trials;     /* that are open */
+    bool has_given;    /* of the queue, for the last record */
+    lum_group group;
+    int64_t group_ns; /* when it came */
+    lum_packet_kind kind;
+    int64_t behind_ns;    /* how far it stands behind later records */
+    uint64_t lost_before; /* late and stray, before it */
+    lum_demux_entry *current;
+    lum_demux_entry *last; /* whose record was pushed last; NULL: nobody's */
+    lum_stand stand;       /* of that record, if it is on trial */
+    bool is_flushing;
+    size_t flushing;
+};
+
+static inline void lum_demux_set_text(char *to, const char *text)
+{
+    (void)snprintf(to, LUM_INTERFACE_BYTES, "%s", text != NULL ? text : "");
+}
+
+static inline lum_demux_entry *lum_demux_sensor_at(const lum_demux *demux,
+                                                   size_t sensor)
+{
+    return (lum_demux_entry *)&demux->addresses[demux->sensors[sensor]];
+}
+
+/** An assembler with its storage. NULL without memory. */
+lum_demux_assembly *lum_demux_new_assembly(const lum_demux_options *options);
+
+/** Free what was held. */
+void lum_demux_free_queue(lum_demux *demux);
+
+/** Free all that it holds, but not itself. */
+void lum_demux_clear(lum_demux *demux);
+
+/** The entry of an address on the present interface, made if there is room;
+ * else that of all the rest. */
+lum_demux_entry *lum_demux_find_address(lum_demux *demux, uint32_t address);
+
+/** The first sensor with an address; NULL: there is none. */
+lum_demux_entry *lum_demux_find_sensor(const lum_demux *demux,
+                                       uint32_t address);
+
+/** Say whose data an entry brings. */
+void lum_demux_set_sensor(lum_demux *demux, lum_demux_entry *entry,
+                          lum_demux_entry *sensor);
+
+/** Whether the entry is, or can become, a sensor. */
+bool lum_demux_admit_sensor(lum_demux *demux, lum_demux_entry *entry);
+
+/** An address with data gets its own entry. It replaces an address that has
+ * sent none, whose counts are added to the rest. */
+lum_demux_entry *lum_demux_claim_address(lum_demux *demux, uint32_t address);
+
+/** Count the packet at hand. */
+void lum_demux_count_packet(const lum_demux *demux, const lum_record *record,
+                            lum_demux_counters *c);
+
+/** Count the packet of data at hand. */
+void lum_demux_count_data(const lum_demux *demux, const lum_record *record,
+                          lum_demux_counters *c);
+
+/** Whether data of a sensor is assembled. */
+bool lum_demux_takes(const lum_demux *demux, const lum_demux_entry *sensor);
+
+/** The group at hand is the sensor's: it waits for its assembler.
+ * @return LUM_OK, or LUM_E_SPACE without memory. */
+lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *sensor,
+                          int64_t time_ns);
+
+/** The group at hand was assembled: count it if it stood out of order, behind
+ * by more than reassembly takes, and was dropped or taken for a jump of the
+ * clock. */
+void lum_demux_judge_order(lum_demux *demux);
+
+#endif

@@ -1,0 +1,131 @@
+#include "demux_state.h"
+
+#include "demux_sensors.h"
+
+static void pack_profile(lum_profile p, lum_pack *pack)
+{
+    lum_pack_u32(pack, &p.data_packet_type);
+    for (unsigned i = 0; i < LUM_GROUP_FIELDS; i++) {
+        lum_pack_u8(pack, &p.group[i].at);
+        lum_pack_u8(pack, &p.group[i].bytes);
+        lum_pack_u8(pack, &p.group[i].order);
+        lum_pack_u8(pack, &p.group[i].low);
+        lum_pack_u8(pack, &p.group[i].bits);
+    }
+    lum_pack_u8(pack, &p.samples_at);
+    lum_pack_u8(pack, &p.angle_order);
+    lum_pack_u8(pack, &p.sample_order);
+    lum_pack_u32(pack, &p.eye_values[LUM_EYE_BLUE]);
+    lum_pack_u32(pack, &p.eye_values[LUM_EYE_GREEN]);
+    lum_pack_u32(pack, &p.line_span_us);
+    lum_pack_u32(pack, &p.clock_unit_ns);
+}
+
+void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack)
+{
+    lum_demux_options o = demux->options;
+    char interface[LUM_INTERFACE_BYTES];
+    pack_profile(o.layout.profile, pack);
+    lum_pack_u8(pack, &o.config.open_lines);
+    lum_pack_u8(pack, &o.config.reorder_lines);
+    lum_pack_u32(pack, &o.config.words_per_line);
+    lum_pack_u32(pack, &o.config.gap_us);
+    lum_pack_bool(pack, &o.has_sensor);
+    lum_pack_u32(pack, &o.sensor);
+    uint32_t port = o.port;
+    lum_pack_u32(pack, &port);
+    memcpy(interface, demux->asked_interface, sizeof interface);
+    lum_pack_text(pack, interface, sizeof interface);
+}
+
+void lum_demux_restart(lum_demux *demux)
+{
+    const lum_demux_options options = demux->options;
+    char asked_interface[LUM_INTERFACE_BYTES];
+    memcpy(asked_interface, demux->asked_interface, sizeof asked_interface);
+    lum_demux_clear(demux);
+    memset(demux, 0, sizeof *demux);
+    demux->options = options;
+    memcpy(demux->asked_interface, asked_interface, sizeof asked_interface);
+    demux->current = demux->addresses;
+}
+
+void lum_demux_admit(lum_demux *demux, const lum_demux_way *way)
+{
+    lum_demux_set_interface(demux, way->interface);
+    lum_demux_entry *entry = lum_demux_find_address(demux, way->address);
+    if (way->sensor >= demux->sensor_count) {
+        (void)lum_demux_admit_sensor(demux, entry);
+    } else if (entry->sensor == NULL) {
+        lum_demux_set_sensor(demux, entry,
+                             lum_demux_sensor_at(demux, way->sensor));
+    }
+}
+
+size_t lum_demux_way_count(const lum_demux *demux)
+{
+    return demux->way_count;
+}
+
+bool lum_demux_get_way(const lum_demux *demux, size_t i, lum_demux_way *out)
+{
+    const lum_demux_entry *entry = &demux->addresses[i];
+    if (i >= demux->address_count || entry->sensor == NULL) {
+        return false;
+    }
+    out->address = entry->address;
+    out->sensor = entry->sensor->sensor_index;
+    lum_demux_set_text(out->interface, entry->interface);
+    return true;
+}
+
+bool lum_demux_is_behind(const lum_demux *demux)
+{
+    return demux->trials > 0 || demux->has_given;
+}
+
+void lum_demux_hold(lum_demux *demux, size_t sensor, bool is_held)
+{
+    lum_demux_sensor_at(demux, sensor)->is_held = is_held;
+}
+
+bool lum_demux_last(const lum_demux *demux, size_t *sensor)
+{
+    const lum_demux_entry *entry = demux->current;
+    if (entry == NULL || entry->assembly == NULL) {
+        return false;
+    }
+    *sensor = entry->sensor_index;
+    return true;
+}
+
+bool lum_demux_newest(const lum_demux *demux, size_t sensor, uint32_t *frame)
+{
+    const lum_demux_entry *entry = lum_demux_sensor_at(demux, sensor);
+    if (entry->assembly == NULL) {
+        return false;
+    }
+    const lum_eye_state *eyes = entry->assembly->assembler.eye;
+    const lum_eye_frames *blue = &eyes[LUM_EYE_BLUE].frames;
+    const lum_eye_frames *green = &eyes[LUM_EYE_GREEN].frames;
+    const bool is_blue =
+        blue->begun &&
+        (!green->begun || (blue->frame - green->frame) >> 31 == 0);
+    *frame = is_blue ? blue->frame : green->frame;
+    return blue->begun || green->begun;
+}
+
+bool lum_demux_pack_sensor(lum_demux *demux, size_t sensor, uint32_t from,
+                           lum_pack *pack)
+{
+    lum_demux_entry *entry = lum_demux_sensor_at(demux, sensor);
+    if (entry->assembly == NULL) {
+        entry->assembly = lum_demux_new_assembly(&demux->options);
+    }
+    if (entry->assembly == NULL) {
+        pack->has_failed = true;
+        return false;
+    }
+    demux->current = lum_pack_is_reading(pack) ? entry : demux->current;
+    return lum_assembler_pack(&entry->assembly->assembler, from, pack);
+}
