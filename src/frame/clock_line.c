@@ -8,13 +8,6 @@
 /* How the drift changes within the window. */
 #define WANDER_PPB INT64_C(1000)
 
-/* The last second; it shows whether arrivals have left the line. */
-#define RECENT 8
-
-/* This many steps of the lateness show that batches have shifted. */
-#define SHIFTS_MIN 3u
-#define SHIFT_US   250000
-
 /* The largest error reported: arrivals come closer than that, or contradict the
  * line. */
 #define ERROR_MAX_NS INT64_C(1000000000)
@@ -27,10 +20,89 @@
 /* The reading's own unit. */
 #define STEP_NS 1000
 
+/* Arrivals that differ by less than this count as equally late. */
+#define SAME_NS 10000
+
+/* Stamps may be rounded once more, to a whole microsecond. */
+#define SECOND_NS INT64_C(1000000000)
+#define ROUND_NS  1000
+
 static int64_t magnitude(int64_t x)
 {
     return x < 0 ? -x : x;
 }
+
+static int64_t larger(int64_t a, int64_t b)
+{
+    return a > b ? a : b;
+}
+
+/* --- Stamps --- */
+
+static bool is_multiple(int64_t ns, uint32_t halvings)
+{
+    const int64_t above = ns * (INT64_C(1) << halvings) % SECOND_NS;
+    const int64_t off = above < SECOND_NS - above ? above : SECOND_NS - above;
+    return off >> halvings <= ROUND_NS;
+}
+
+static int64_t common_divisor(int64_t a, int64_t b)
+{
+    while (b != 0) {
+        const int64_t rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return a;
+}
+
+void lum_clock_stamps_note(struct lum_clock_stamps *s, int64_t arrival_ns)
+{
+    const int64_t rest = arrival_ns % SECOND_NS;
+    const int64_t ns = rest < 0 ? rest + SECOND_NS : rest;
+    const int64_t us = (ns + 500) / 1000;
+    s->step_us = common_divisor(
+        s->step_us != 0 ? s->step_us : LUM_CLOCK_STEP_MAX_US, us);
+    while (s->halvings < LUM_CLOCK_HALVINGS && !is_multiple(ns, s->halvings)) {
+        s->halvings++;
+    }
+}
+
+int64_t lum_clock_stamps_resolution(const struct lum_clock_stamps *s)
+{
+    const int64_t halved =
+        s->halvings < LUM_CLOCK_HALVINGS ? SECOND_NS >> s->halvings : 0;
+    return larger(s->step_us * 1000, halved);
+}
+
+static int64_t widest_gap(const struct lum_clock_earliest *e)
+{
+    int64_t gap_ns = 0;
+    for (uint32_t i = 1; i < e->count; i++) {
+        gap_ns = larger(gap_ns, e->late_ns[i] - e->late_ns[i - 1u]);
+    }
+    return gap_ns;
+}
+
+int64_t lum_clock_earliest_note(struct lum_clock_earliest *e, int64_t late_ns)
+{
+    uint32_t i = 0;
+    while (i < e->count && late_ns >= e->late_ns[i] + SAME_NS) {
+        i++;
+    }
+    if (i == LUM_CLOCK_EARLIEST ||
+        (i < e->count && late_ns > e->late_ns[i] - SAME_NS)) {
+        return widest_gap(e);
+    }
+    e->count += e->count < LUM_CLOCK_EARLIEST ? 1u : 0u;
+    for (uint32_t k = e->count - 1u; k > i; k--) {
+        e->late_ns[k] = e->late_ns[k - 1u];
+    }
+    e->late_ns[i] = late_ns;
+    return widest_gap(e);
+}
+
+/* --- Lines --- */
 
 /* us x ppb, in ns. */
 int64_t lum_clock_scale(int64_t us, int64_t ppb)
@@ -53,8 +125,6 @@ int64_t lum_clock_above(const struct lum_clock_line *line,
     return lum_clock_lateness(&line->at, r, line->drift_ppb);
 }
 
-/* The error of the line's time; grows with the distance from the arrivals that
- * it rests on. */
 int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us)
 {
     int64_t away_us = 0;
@@ -63,9 +133,8 @@ int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us)
     } else if (clock_us > line->to_us) {
         away_us = clock_us - line->to_us;
     }
-    const int64_t error = line->error_ns + STEP_NS +
-                          lum_clock_scale(away_us, line->drift_error_ppb);
-    return error > line->recent_ns ? error : line->recent_ns;
+    return line->error_ns + STEP_NS +
+           lum_clock_scale(away_us, line->drift_error_ppb);
 }
 
 /* The earliest arrival among the readings of a range, for a given drift. */
@@ -128,11 +197,6 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static int64_t larger(int64_t a, int64_t b)
-{
-    return a > b ? a : b;
-}
-
 /* The widest gap between neighbours of the lower half. */
 static int64_t find_gap(int64_t *late_ns, size_t n)
 {
@@ -155,44 +219,16 @@ static int64_t by_usual(int64_t usual_ns, size_t n)
     return 6 * usual_ns / root;
 }
 
-/* How often the lateness of the best reading changed by more than this. */
-static unsigned count_shifts(const struct lum_clock_window *w,
-                             const struct lum_clock_line *line, int64_t step_ns)
-{
-    unsigned shifts = 0;
-    int64_t before_ns = LUM_CLOCK_NOTHING;
-    for (size_t i = 0; i < w->count;) {
-        const int64_t from_us = w->list[i]->best.clock_us;
-        int64_t best_ns = LUM_CLOCK_NOTHING;
-        for (; i < w->count && w->list[i]->best.clock_us < from_us + SHIFT_US;
-             i++) {
-            const int64_t late_ns = lum_clock_above(line, &w->list[i]->best);
-            best_ns = late_ns < best_ns ? late_ns : best_ns;
-        }
-        shifts += before_ns != LUM_CLOCK_NOTHING &&
-                          magnitude(best_ns - before_ns) > step_ns
-                      ? 1u
-                      : 0u;
-        before_ns = best_ns;
-    }
-    return shifts;
-}
-
 /* With batches the lateness of the best readings has few values, until the
- * drift has shifted lines against batches. Until then all may be late by the
- * distance of two such values. */
-static int64_t by_batches(struct lum_clock_window *w,
-                          const struct lum_clock_line *line)
+ * drift has shifted lines against batches. All may be late by the distance of
+ * two such values. */
+static int64_t by_batches(struct lum_clock_window *w)
 {
     for (size_t i = 0; i < w->count; i++) {
-        w->late_ns[i] = w->list[i]->next_ns;
+        w->late_ns[i] = w->list[i]->gap_ns;
     }
     qsort(w->late_ns, w->count, sizeof w->late_ns[0], by_value);
-    const int64_t step_ns = w->late_ns[w->count / 2u];
-    return step_ns != LUM_CLOCK_NOTHING &&
-                   count_shifts(w, line, step_ns / 3) < SHIFTS_MIN
-               ? step_ns
-               : 0;
+    return w->late_ns[w->count / 2u];
 }
 
 /* How late the arrivals on the line may be. */
@@ -208,7 +244,7 @@ static int64_t find_error(struct lum_clock_window *w,
     }
     error = larger(error, find_gap(w->late_ns, n));
     error = larger(error, by_usual(w->late_ns[n / 2u], n));
-    error = larger(error, by_batches(w, line));
+    error = larger(error, by_batches(w));
     return error < ERROR_MAX_NS ? error : ERROR_MAX_NS;
 }
 
@@ -227,25 +263,10 @@ static bool fit_drift(struct lum_clock_window *w, int64_t known_error_ppb,
         return false;
     }
     lie_under(w, line);
-    /* Both thirds have fewer arrivals than all. */
-    const int64_t end_ns = 2 * line->error_ns + STEP_NS;
+    const int64_t end_ns = line->error_ns + w->resolution_ns + STEP_NS;
     line->drift_error_ppb =
         end_ns * 1000000 / (line->to_us - line->from_us) + WANDER_PPB;
     return line->drift_error_ppb < known_error_ppb;
-}
-
-void lum_clock_look_back(const struct lum_clock_window *w,
-                         struct lum_clock_line *line)
-{
-    const int64_t newest = w->list[w->count - 1u]->index;
-    int64_t least = LUM_CLOCK_NOTHING;
-    for (size_t i = 0; i < w->count; i++) {
-        const int64_t late_ns = lum_clock_above(line, &w->list[i]->best);
-        if (w->list[i]->index > newest - RECENT && late_ns < least) {
-            least = late_ns;
-        }
-    }
-    line->recent_ns = least != LUM_CLOCK_NOTHING ? least : 0;
 }
 
 bool lum_clock_lay(struct lum_clock_window *window, int64_t known_ppb,
@@ -259,7 +280,6 @@ bool lum_clock_lay(struct lum_clock_window *window, int64_t known_ppb,
         line->from_us = line->at.clock_us;
         line->to_us = line->at.clock_us;
     }
-    lum_clock_look_back(window, line);
     return is_measured;
 }
 

@@ -28,12 +28,31 @@ struct lum_clock_reading {
     int64_t arrival_ns;
 };
 
+/* What is common to all stamps: they lie on whole multiples of their
+ * resolution, counted from whole seconds. */
+struct lum_clock_stamps {
+    int64_t step_us;   /* the largest that fits; 0: there is none yet */
+    uint32_t halvings; /* of a second, the fewest that fit;
+                          LUM_CLOCK_HALVINGS: none do */
+};
+
+#define LUM_CLOCK_STEP_MAX_US INT64_C(1000000)
+#define LUM_CLOCK_HALVINGS    16u
+
+/* The earliest of the latenesses that there are in a span. */
+#define LUM_CLOCK_EARLIEST 8u
+
+struct lum_clock_earliest {
+    struct lum_clock_reading first; /* to arrive */
+    uint32_t count;
+    int64_t late_ns[LUM_CLOCK_EARLIEST]; /* after the first, rising */
+};
+
 /* The earliest arrival of a span. */
 struct lum_clock_bucket {
     int64_t index; /* of the span; LUM_CLOCK_NOTHING: unused */
     struct lum_clock_reading best;
-    int64_t next_ns;  /* how much later the next different one is;
-                         LUM_CLOCK_NOTHING: there is none */
+    int64_t gap_ns;   /* the widest among its earliest */
     uint32_t batches; /* that ended in it; without batches, readings */
 };
 
@@ -43,8 +62,7 @@ struct lum_clock_line {
     int64_t drift_error_ppb;
     int64_t from_us; /* readings that it rests on */
     int64_t to_us;
-    int64_t error_ns;  /* between them */
-    int64_t recent_ns; /* the least by which a recent arrival is later */
+    int64_t error_ns; /* between them */
 };
 
 /* The used buckets in their order. */
@@ -52,6 +70,7 @@ struct lum_clock_window {
     const struct lum_clock_bucket *list[LUM_CLOCK_BUCKETS];
     size_t count;
     int64_t batches;
+    int64_t resolution_ns;                  /* of the stamps */
     int64_t late_ns[2 * LUM_CLOCK_BUCKETS]; /* what the search for the error
                                                sorts */
 };
@@ -59,6 +78,16 @@ struct lum_clock_window {
 /* The state of a fit, in either direction. False: something failed; then what
  * was read is of no use. */
 bool lum_clock_fit_pack(lum_clock_fit *fit, lum_pack *pack);
+
+/* Note a stamp. */
+void lum_clock_stamps_note(struct lum_clock_stamps *stamps, int64_t arrival_ns);
+
+/* In ns; at least 1000 once there is a stamp. */
+int64_t lum_clock_stamps_resolution(const struct lum_clock_stamps *stamps);
+
+/* Note an arrival of the span. Returns the widest gap among the earliest. */
+int64_t lum_clock_earliest_note(struct lum_clock_earliest *earliest,
+                                int64_t late_ns);
 
 /* us x ppb, in ns. */
 int64_t lum_clock_scale(int64_t us, int64_t ppb);
@@ -72,8 +101,8 @@ int64_t lum_clock_lateness(const struct lum_clock_reading *a,
 int64_t lum_clock_above(const struct lum_clock_line *line,
                         const struct lum_clock_reading *r);
 
-/* The line's error; grows with the distance from the arrivals that it rests
- * on. */
+/* The line's error, if the stamps are exact and the host's clock has a steady
+ * rate; grows with the distance from the arrivals that it rests on. */
 int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us);
 
 /* Lay the line under a window that is not empty. Its drift is measured if that
@@ -81,10 +110,6 @@ int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us);
  * overwritten. Returns whether the drift was measured. */
 bool lum_clock_lay(struct lum_clock_window *window, int64_t known_ppb,
                    int64_t known_error_ppb, struct lum_clock_line *line);
-
-/* Tell the line of the latest arrivals. */
-void lum_clock_look_back(const struct lum_clock_window *window,
-                         struct lum_clock_line *line);
 
 /* Whether a line lies under all of a window. */
 bool lum_clock_holds(const struct lum_clock_window *window,

@@ -226,6 +226,38 @@ static void warn_of_damage(const struct pass *pass)
     }
 }
 
+/* What makes times unsure without a trace in them. */
+static void warn_of_clocks(const struct pass *pass)
+{
+    const lum_demux *demux = lum_framer_demux(pass->framer);
+    uint64_t still = 0;
+    uint64_t steps = 0;
+    char text[200];
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+        lum_clock_fit_info clock;
+        if (summary_find_clock(&pass->summary, i, &clock)) {
+            still += clock.still;
+            steps += clock.host_steps;
+        }
+    }
+    if (still > 0) {
+        (void)snprintf(text, sizeof text,
+                       "the arrival times of %" PRIu64
+                       " line%s stood still: UTC is not known there; the "
+                       "sensor's clock is right, --time sensor",
+                       still, still == 1 ? "" : "s");
+        warn(pass->options, text);
+    }
+    if (steps > 0) {
+        (void)snprintf(text, sizeof text,
+                       "the clock of the host that recorded it was stepped "
+                       "%" PRIu64 " time%s: within a second of that, UTC is "
+                       "not known",
+                       steps, steps == 1 ? "" : "s");
+        warn(pass->options, text);
+    }
+}
+
 static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
@@ -245,6 +277,7 @@ static void warn_of_losses(const struct pass *pass)
     warn_of_layout(pass);
     warn_of_no_points(pass);
     warn_of_left_out(pass);
+    warn_of_clocks(pass);
 }
 
 /* A reader that has left is no failure. */

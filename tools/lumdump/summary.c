@@ -36,6 +36,9 @@ static lum_framer_counters count_sensor(const struct summary *s, size_t i)
 
 /* Whole numbers stand from the lines on, and the rate alone among them. Else
  * this does not compile, and a counter would be in no total. */
+/* Rounding below this is not worth a line. */
+#define COARSE_NS 10000
+
 #define NUMBERS_AT offsetof(lum_framer_counters, lines)
 #define RATE_AT    offsetof(lum_framer_counters, frames_per_second)
 typedef char every_number_is_added
@@ -273,9 +276,8 @@ static void print_json_interface(const lum_demux *demux, size_t sensor,
     }
 }
 
-/* False: there is no clock, or no line yet. */
-static bool find_clock(const struct summary *s, size_t sensor,
-                       lum_clock_fit_info *out)
+bool summary_find_clock(const struct summary *s, size_t sensor,
+                        lum_clock_fit_info *out)
 {
     const lum_clock_fit *clock = lum_framer_clock(s->framer, sensor);
     out->struct_size = sizeof *out;
@@ -285,7 +287,7 @@ static bool find_clock(const struct summary *s, size_t sensor,
 static void print_json_clock(const struct summary *s, size_t sensor, FILE *out)
 {
     lum_clock_fit_info clock;
-    if (!find_clock(s, sensor, &clock)) {
+    if (!summary_find_clock(s, sensor, &clock)) {
         return;
     }
     (void)fputs("      \"clock\": {", out);
@@ -293,11 +295,18 @@ static void print_json_clock(const struct summary *s, size_t sensor, FILE *out)
         (void)fprintf(out, "\"drift_ppm\": %.3f, \"drift_error_ppm\": %.3f, ",
                       clock.drift_ppb * 1e-3, clock.drift_error_ppb * 1e-3);
     }
+    if (clock.error_ns == LUM_CLOCK_ERROR_UNKNOWN) {
+        (void)fputs("\"utc_error_us\": null, ", out);
+    } else {
+        (void)fprintf(out, "\"utc_error_us\": %.1f, ",
+                      (double)clock.error_ns * 1e-3);
+    }
     (void)fprintf(out,
-                  "\"utc_error_us\": %.1f, \"sensor_breaks\": %" PRIu64
-                  ", \"host_steps\": %" PRIu64 "},\n",
-                  (double)clock.error_ns * 1e-3, clock.sensor_breaks,
-                  clock.host_steps);
+                  "\"stamp_resolution_us\": %.1f, \"sensor_breaks\": %" PRIu64
+                  ", \"host_steps\": %" PRIu64 ", \"stamps_still\": %" PRIu64
+                  "},\n",
+                  (double)clock.resolution_ns * 1e-3, clock.sensor_breaks,
+                  clock.host_steps, clock.still);
 }
 
 static void print_json_sensors(const struct summary *s, FILE *out)
@@ -553,17 +562,33 @@ static void print_clock(const char *title, const lum_clock_fit_info *clock,
         {"sensor_breaks", "times the sensor's clock started again",
          clock->sensor_breaks},
         {"host_steps", "times the host's clock was stepped", clock->host_steps},
+        {"stamps_still", "lines whose arrival times stood still", clock->still},
     };
+    const bool is_known = clock->error_ns != LUM_CLOCK_ERROR_UNKNOWN;
     if (clock->has_drift) {
         (void)fprintf(
             out,
             "%-10s %+14.3f  ppm by which the host's is faster, within "
             "%.3f\n",
             title, clock->drift_ppb * 1e-3, clock->drift_error_ppb * 1e-3);
+        title = "";
+    }
+    if (clock->has_drift && is_known) {
         (void)fprintf(out,
                       "%-10s %14.1f  microseconds that UTC may be off by "
                       "--time utc\n",
                       "", (double)clock->error_ns * 1e-3);
+    }
+    if (!is_known) {
+        (void)fprintf(out, "%-10s %14s  how far UTC may be off by --time utc\n",
+                      title, "unknown");
+        title = "";
+    }
+    if (clock->resolution_ns >= COARSE_NS) {
+        (void)fprintf(out,
+                      "%-10s %14.1f  microseconds that arrival times are "
+                      "rounded to\n",
+                      title, (double)clock->resolution_ns * 1e-3);
         title = "";
     }
     print_nonzero(title, rows, sizeof rows / sizeof rows[0], out);
@@ -576,7 +601,7 @@ static void print_clocks(const struct summary *s, FILE *out)
     for (size_t i = 0; i < n; i++) {
         lum_clock_fit_info clock;
         char name[LUM_SENSOR_NAME_BYTES];
-        if (is_shown(s, i) && find_clock(s, i, &clock)) {
+        if (is_shown(s, i) && summary_find_clock(s, i, &clock)) {
             if (n > 1) {
                 (void)fprintf(out, "%-10s %14s\n", "clock",
                               lum_demux_name(demux, i, name));

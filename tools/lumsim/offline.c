@@ -21,6 +21,9 @@
 
 #define FRAMES 10
 
+/* A system is woken up to so much too late. */
+#define WAKING_NS 9973
+
 /* The recording begins on the first of January 2026, UTC. */
 #define EPOCH_NS (INT64_C(1767225600) * 1000000000)
 
@@ -63,13 +66,17 @@ static int64_t utc_of(const struct options *o, int64_t sensor_ns)
            (int64_t)((double)sensor_ns * o->drift_ppm * 1e-6);
 }
 
-/* A system that looks at its packets now and then stamps all at once. */
+/* A system that looks at its packets now and then stamps all at once; nobody is
+ * woken to the microsecond. */
 static int64_t stamp_of(const struct options *o, int64_t sensor_ns)
 {
     const int64_t batch_ns = (int64_t)(o->batch_ms * 1e6);
     const int64_t utc_ns = utc_of(o, sensor_ns);
-    return batch_ns > 0 ? (utc_ns + batch_ns - 1) / batch_ns * batch_ns
-                        : utc_ns;
+    if (batch_ns <= 0) {
+        return utc_ns;
+    }
+    const int64_t batch = (utc_ns + batch_ns - 1) / batch_ns;
+    return batch * batch_ns + batch * 7919 % WAKING_NS % batch_ns;
 }
 
 /* --- Into the capture --- */

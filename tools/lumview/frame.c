@@ -1,6 +1,9 @@
 #define _POSIX_C_SOURCE 200809L
 #include "frame_make.h"
 
+#include "lum/frame/clock_fit.h"
+
+#include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -307,7 +310,9 @@ static void put_head(const struct frame *frame, const struct frame_head *head,
     put32(to + 48, head->sensor);
     put32(to + 52, fit32(head->shown));
     put_double(to + 56, (double)head->complete_ns * 1e-9);
-    put_double(to + 64, (double)head->begin.error_ns * 1e-9);
+    put_double(to + 64, head->begin.error_ns != LUM_CLOCK_ERROR_UNKNOWN
+                            ? (double)head->begin.error_ns * 1e-9
+                            : (double)NAN);
     put32(to + 72, (uint32_t)second_count);
     put32(to + 76, 0);
 }

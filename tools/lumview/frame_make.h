@@ -34,7 +34,8 @@ void frame_pool_free(struct frame_pool *pool);
 struct frame_moment {
     enum frame_time kind;
     int64_t utc_ns;   /* 0: not known */
-    int64_t error_ns; /* how far off it may be, where it is fitted */
+    int64_t error_ns; /* how far off it may be, where it is fitted; or
+                         LUM_CLOCK_ERROR_UNKNOWN */
 };
 
 /* The rest of the head. */

@@ -14,19 +14,24 @@
  *   that is sent after it was measured) cannot be seen in the arrivals, so it
  *   is in the answer. It is not part of the estimated error.
  * - UTC is that of the host's clock. If it is wrong, so is the answer.
+ * - Stamps may be rounded, down or up. Their resolution is the largest step
+ *   whose multiples they are, of whole microseconds or of halvings of a second.
+ *   It is part of the estimated error.
  * - At the beginning little is known, and the estimated error is large: with
- *   stamps in batches of 8 ms it falls below 1 ms within some tenths of a
- *   second, and below 100 us within some seconds.
+ *   stamps in batches of 8 ms it falls below 1 ms within about a second.
  * - An answer is made of what came before it. A later answer for the same
  *   reading may differ, but not by more than their errors.
  *
  * If a sensor restarts or the host's clock is stepped, this is noticed, and a
  * new fit begins with the drift that is known. Readings before the latest step
- * still use the fit before it. If the host's clock is slewed, the fit follows
- * within the window of 16 s; during this time the error grows.
+ * still use the fit before it. Within a second of a step nobody knows which
+ * time is right, and the error is ::LUM_CLOCK_ERROR_UNKNOWN. So it is while
+ * arrivals look like a step, and while they stand still. An answer from before
+ * a step cannot know of it. If the host's clock is slewed, by up to 500 ppm,
+ * the fit follows within the window of 16 s; during this time the error grows.
  *
  * It uses only integers, and is the same on every machine. The memory, about
- * 5 KB, does not grow. Only one thread at a time may use a fit; two share
+ * 6 KB, does not grow. Only one thread at a time may use a fit; two share
  * nothing. */
 #ifndef LUM_FRAME_CLOCK_FIT_H
 #define LUM_FRAME_CLOCK_FIT_H
@@ -92,11 +97,16 @@ typedef enum lum_clock_fit_event {
 lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
                                       int64_t arrival_ns);
 
+/** An error that nobody knows, larger than all others: the host's clock was
+ * stepped nearby, or its stamps stand still. */
+#define LUM_CLOCK_ERROR_UNKNOWN INT64_C(9223372036854775807)
+
 /** A moment. It never grows. */
 typedef struct lum_clock_time {
     int64_t utc_ns;   /**< ns since 1970 UTC */
     int64_t error_ns; /**< its estimated error in both directions, without
-                           the time that every packet needs at least */
+                           the time that every packet needs at least; or
+                           ::LUM_CLOCK_ERROR_UNKNOWN */
 } lum_clock_time;
 
 /** When the sensor's clock showed a reading.
@@ -123,6 +133,10 @@ typedef struct lum_clock_fit_info {
     int32_t drift_ppb;       /**< billionths by which the host's clock runs
                                   faster than the sensor's */
     int32_t drift_error_ppb; /**< its estimated error in both directions */
+    int64_t resolution_ns;   /**< of the arrivals, as seen in them; at least
+                                  1000 */
+    uint64_t still; /**< those of aside whose arrival was the same as that of
+                         readings long before: stamps stood still */
 } lum_clock_fit_info;
 
 /** Read the state of a fit.

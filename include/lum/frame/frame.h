@@ -151,7 +151,9 @@ typedef struct lum_frame_info {
                                lum_clock_fit_utc(); ::LUM_COLUMN_TIME counts
                                from it. 0: the layout has no clock, or no line
                                came */
-    int64_t utc_error_ns; /**< the estimated error of that time */
+    int64_t utc_error_ns; /**< the estimated error of that time;
+                               ::LUM_CLOCK_ERROR_UNKNOWN: nobody knows it, as
+                               near a step of the host's clock */
     uint64_t lines_in_pauses; /**< lines that the clock shows to be missing, and
                                    line numbers do not: whole sweeps, and the
                                    end of a first one; as far as is known */

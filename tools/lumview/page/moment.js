@@ -3,7 +3,7 @@
 const STEPS = 1e4; // of a second: what is shown is rounded to these
 const KINDS = [null, "arrival", "fitted"];
 
-// From the head of a frame: { utc, kind, error } in seconds; null where no time is known.
+// From the head of a frame: { utc, kind, error } in seconds; null where no time is known, and an error of NaN where that is not.
 export const makeMoment = (utc, kind, error) => (KINDS[kind] ? { utc, kind: KINDS[kind], error } : null);
 
 // Day and time of day, in UTC.
@@ -14,12 +14,16 @@ function partsOf(utc) {
     return [day, `${time}.${String(steps - seconds * STEPS).padStart(4, "0")}`];
 }
 
+// How exact it is.
 function errorText(seconds) {
-    return seconds < 1e-3 ? `${Math.ceil(seconds * 1e6)} µs` : `${(seconds * 1e3).toFixed(1)} ms`;
+    if (Number.isNaN(seconds)) return "error not known";
+    return seconds < 1e-3 ? `± ${Math.ceil(seconds * 1e6)} µs` : `± ${(seconds * 1e3).toFixed(1)} ms`;
 }
 
+const whyText = (seconds) => (Number.isNaN(seconds) ? ": the host's clock was stepped, or its stamps stand still" : "");
+
 const HINTS = {
-    fitted: ({ error }) => `UTC, by the sensor's clock fitted to when packets came; ± ${errorText(error)}`,
+    fitted: ({ error }) => `UTC, by the sensor's clock fitted to when packets came; ${errorText(error)}${whyText(error)}`,
     arrival: () => "UTC, when its first packet came; nothing could be fitted to the sensor's clock",
 };
 
@@ -33,5 +37,5 @@ export const hintOf = (moment) => (moment ? `began on ${partsOf(moment.utc)[0]},
 export const timeOf = (moment) => (moment ? `${partsOf(moment.utc)[1]} UTC` : "unknown");
 
 export function kindOf(moment) {
-    return !moment ? "unknown" : moment.kind === "fitted" ? `fitted, ± ${errorText(moment.error)}` : moment.kind;
+    return !moment ? "unknown" : moment.kind === "fitted" ? `fitted, ${errorText(moment.error)}` : moment.kind;
 }

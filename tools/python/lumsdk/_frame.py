@@ -181,8 +181,12 @@ class Frame:
 
     @property
     def utc_error_ns(self) -> Optional[int]:
-        """The estimated error of utc_ns in both directions; None: not known, since there is no clock."""
-        return self._info.utc_error_ns if self._info.begin_utc_ns else None
+        """The estimated error of utc_ns in both directions.
+
+        None: not known, since the profile has no clock, the host's clock was stepped nearby, or its stamps stand still.
+        """
+        error_ns = self._info.utc_error_ns
+        return error_ns if self._info.begin_utc_ns and error_ns != lib.LUM_CLOCK_ERROR_UNKNOWN else None
 
     @property
     def time(self) -> datetime.datetime:
@@ -209,6 +213,7 @@ class Frame:
         values = self._info.values()
         losses = values.pop("losses")
         del values["interface"]
+        values["utc_error_ns"] = self.utc_error_ns
         values["sensor"] = self.sensor
         for name in ("lines", "rows"):
             both = values.pop(name)

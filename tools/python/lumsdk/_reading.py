@@ -50,6 +50,14 @@ def _of_lines(c: Any) -> dict[str, int]:
             "stray_at_breaks": c.stray_at_breaks}
 
 
+def _of_clock(clock: Any) -> dict[str, int]:
+    """lum_clock_fit_info by lumdump's names."""
+    info = sized("lum_clock_fit_info")
+    if clock != ffi.NULL:
+        lib.lum_clock_fit_get_info(clock, info)
+    return {"sensor_breaks": info.sensor_breaks, "host_steps": info.host_steps, "stamps_still": info.still}
+
+
 class Counts:
     """What was counted: counts by lumdump's names, and the sensors that sent data."""
 
@@ -61,12 +69,12 @@ class Counts:
         number, name = lib.lum_demux_sensor_count(demux), ffi.new("char[]", lib.LUM_SENSOR_NAME_BYTES)
         self.sensors = [text(lib.lum_demux_name(demux, i, name)) for i in range(number)]
         self.requested = [self.sensors[i] for i in range(number) if lib.lum_demux_is_requested(demux, i)]
-        lines = _of_lines(of_sensor)
+        lines = {**_of_lines(of_sensor), **_of_clock(ffi.NULL)}
         self.paused_s = 0.0
         for i in range(len(self.sensors)):
             lib.lum_framer_count(framer, i, of_sensor)
             self.paused_s += of_sensor.paused_us * 1e-6
-            for name, count in _of_lines(of_sensor).items():
+            for name, count in {**_of_lines(of_sensor), **_of_clock(lib.lum_framer_clock(framer, i))}.items():
                 lines[name] += count
         self.counts: dict[str, int] = {**_of_packets(total), **lines, "damaged": damaged}
 
@@ -282,6 +290,7 @@ class Reading:
         for remark in self._remarks():
             warn(f"{self._name}: {remark}")
         self._check_points(counts.counts)
+        self._check_clocks(counts.counts)
 
     def _remarks(self) -> list[str]:
         """What is odd about the records, as lumdump says it."""
@@ -300,6 +309,14 @@ class Reading:
         if others:
             warn(f"{self._name}: several sensors have this address; that whose data came first was taken, and not "
                  f"{' '.join(others)}")
+
+    def _check_clocks(self, counts: dict[str, int]) -> None:
+        if counts["stamps_still"]:
+            warn(f"{self._name}: the arrival times of {counts['stamps_still']} lines stood still: UTC is not known there, and "
+                 "utc_error_ns of their frames is None")
+        if counts["host_steps"]:
+            warn(f"{self._name}: the clock of the host that recorded it was stepped {counts['host_steps']} times: within a "
+                 "second of that UTC is not known, and utc_error_ns of frames is None")
 
     def _check_points(self, counts: dict[str, int]) -> None:
         if counts["points"] or not counts["lines_blue"] + counts["lines_green"]:

@@ -105,7 +105,7 @@ def _line_times(frame: Frame, time: str) -> Array:
     clocks = np.asarray(lines["clock_us"])
     if time == "sensor" or not len(clocks):
         return clocks
-    if frame.utc_error_ns is None:
+    if not frame.info["begin_utc_ns"]:
         raise OptionError("time: 'utc' needs packets with a clock, which the profile does not have; "
                           "use \"arrival\"")
     return np.asarray(clocks - frame.info["begin_clock_us"] + frame.utc_ns // 1000)
