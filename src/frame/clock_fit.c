@@ -62,6 +62,7 @@ struct lum_clock_fit {
     struct lum_clock_line line;
     struct lum_clock_stamps stamps;
     struct lum_clock_reading latest; /* the truth is no later than this */
+    bool has_stamps;                 /* more than one */
     bool is_still;     /* the clock goes on, and stamps do not change */
     int64_t still_us;  /* from here on that is so, with the last one's stamp */
     int64_t prior_ppb; /* the drift, where it is not measured */
@@ -293,6 +294,8 @@ static void take(lum_clock_fit *fit, const struct lum_clock_reading *r)
     if (index <= newest - LUM_CLOCK_BUCKETS) {
         return;
     }
+    lum_clock_stamps_note_reading(&fit->stamps,
+                                  r->clock_us - fit->last.clock_us);
     put(fit, r);
     note_latest(fit, r);
     fit->last = *r;
@@ -414,6 +417,11 @@ void lum_clock_fit_learn(lum_clock_fit *to, const lum_clock_fit *from)
     }
 }
 
+void lum_clock_fit_note_stamp(lum_clock_fit *fit, int64_t arrival_ns)
+{
+    lum_clock_stamps_note(&fit->stamps, arrival_ns);
+}
+
 lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
                                       int64_t arrival_ns)
 {
@@ -429,8 +437,9 @@ lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
         begin(fit, &r, 1);
         return LUM_CLOCK_FIT_TAKEN;
     }
-    fit->is_still =
-        arrival_ns == fit->last.arrival_ns && clock_us > fit->still_us;
+    fit->has_stamps = fit->has_stamps || arrival_ns != fit->last.arrival_ns;
+    fit->is_still = arrival_ns == fit->last.arrival_ns &&
+                    (fit->is_still || clock_us > fit->still_us);
     if (fit->is_still) {
         fit->still++;
         fit->aside++;
@@ -514,10 +523,11 @@ static void pack_run(lum_pack *p, struct run *run,
 static void pack_stamps(lum_pack *p, struct lum_clock_stamps *s)
 {
     lum_pack_i64(p, &s->step_us);
+    lum_pack_i64(p, &s->lines_us);
     lum_pack_u32(p, &s->halvings);
-    (void)lum_pack_check(p, s->step_us > 0 &&
-                                s->step_us <= LUM_CLOCK_STEP_MAX_US &&
-                                s->halvings <= LUM_CLOCK_HALVINGS);
+    (void)lum_pack_check(
+        p, s->step_us > 0 && s->step_us <= LUM_CLOCK_STEP_MAX_US &&
+               s->lines_us >= 0 && s->halvings <= LUM_CLOCK_HALVINGS);
 }
 
 static void pack_earliest(lum_pack *p, struct lum_clock_earliest *e,
@@ -557,6 +567,7 @@ bool lum_clock_fit_pack(lum_clock_fit *fit, lum_pack *pack)
     pack_reading(p, &fit->latest, &fit->newest);
     pack_stamps(p, &fit->stamps);
     pack_earliest(p, &fit->earliest, &fit->newest);
+    lum_pack_bool(p, &fit->has_stamps);
     lum_pack_bool(p, &fit->is_still);
     lum_pack_i64(p, &fit->still_us);
     pack_line(p, &fit->line, &fit->newest);
@@ -614,7 +625,7 @@ static bool is_near(int64_t clock_us, int64_t other_us)
 static bool is_unknown(const lum_clock_fit *fit, int64_t clock_us)
 {
     const struct run *run = &fit->run;
-    return fit->is_still ||
+    return fit->is_still || !fit->has_stamps ||
            (fit->has_stepped && is_near(clock_us, fit->step_us)) ||
            (run->count > 1 && !run->is_sensor &&
             clock_us > run->first_us - STEP_NEAR_US);

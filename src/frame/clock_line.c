@@ -68,11 +68,30 @@ void lum_clock_stamps_note(struct lum_clock_stamps *s, int64_t arrival_ns)
     }
 }
 
+void lum_clock_stamps_note_reading(struct lum_clock_stamps *s, int64_t us)
+{
+    s->lines_us = common_divisor(s->lines_us, magnitude(us));
+}
+
+/* If the lines come in such steps themselves, as each 5 ms, the stamps need not
+ * be coarser than their digits. */
+static int64_t step_of(const struct lum_clock_stamps *s)
+{
+    int64_t step_us = 1;
+    if (s->lines_us == 0 || s->step_us == 0 || s->lines_us % s->step_us != 0) {
+        return s->step_us;
+    }
+    while (s->step_us % (step_us * 10) == 0) {
+        step_us *= 10;
+    }
+    return step_us;
+}
+
 int64_t lum_clock_stamps_resolution(const struct lum_clock_stamps *s)
 {
     const int64_t halved =
         s->halvings < LUM_CLOCK_HALVINGS ? SECOND_NS >> s->halvings : 0;
-    return larger(s->step_us * 1000, halved);
+    return larger(step_of(s) * 1000, halved);
 }
 
 static int64_t widest_gap(const struct lum_clock_earliest *e)

@@ -32,6 +32,7 @@ struct lum_clock_reading {
  * resolution, counted from whole seconds. */
 struct lum_clock_stamps {
     int64_t step_us;   /* the largest that fits; 0: there is none yet */
+    int64_t lines_us;  /* the same of the distances between readings */
     uint32_t halvings; /* of a second, the fewest that fit;
                           LUM_CLOCK_HALVINGS: none do */
 };
@@ -81,6 +82,9 @@ bool lum_clock_fit_pack(lum_clock_fit *fit, lum_pack *pack);
 
 /* Note a stamp. */
 void lum_clock_stamps_note(struct lum_clock_stamps *stamps, int64_t arrival_ns);
+
+/* Note a reading, us after another. */
+void lum_clock_stamps_note_reading(struct lum_clock_stamps *stamps, int64_t us);
 
 /* In ns; at least 1000 once there is a stamp. */
 int64_t lum_clock_stamps_resolution(const struct lum_clock_stamps *stamps);

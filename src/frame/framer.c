@@ -941,9 +941,21 @@ void lum_framer_set_interface(lum_framer *framer, const char *name)
     lum_demux_set_interface(framer->demux, name);
 }
 
+/* A data packet was taken; those that end no line have stamps, too. */
+static void note_stamp(lum_framer *f, int64_t time_ns)
+{
+    const size_t i = lum_demux_current_index(f->demux);
+    const struct sensor *s = i < LUM_DEMUX_SENSORS_MAX ? f->sensors[i] : NULL;
+    if (s != NULL && s->clock != NULL) {
+        lum_clock_fit_note_stamp(s->clock, time_ns);
+    }
+}
+
 lum_framer_event lum_framer_push(lum_framer *framer, const lum_record *record,
                                  lum_packet_kind *kind)
 {
+    lum_packet_kind own = LUM_PACKET_KINDS;
+    lum_packet_kind *its = kind != NULL ? kind : &own;
     lum_result r = LUM_OK;
     drop_draft(&framer->out);
     lum_framer_event event = go_on(framer);
@@ -951,8 +963,11 @@ lum_framer_event lum_framer_push(lum_framer *framer, const lum_record *record,
         end_flush(framer);
     }
     while (event == LUM_FRAMER_NONE &&
-           (r = lum_demux_push(framer->demux, record, kind)) > 0) {
+           (r = lum_demux_push(framer->demux, record, its)) > 0) {
         event = take(framer, r);
+    }
+    if (event == LUM_FRAMER_NONE && r == LUM_OK && *its == LUM_PACKET_DATA) {
+        note_stamp(framer, record->time_ns);
     }
     return r >= 0 ? event : LUM_FRAMER_FAILED;
 }

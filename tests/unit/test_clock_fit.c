@@ -157,7 +157,7 @@ static void the_first_reading_is_its_arrival_and_uncertain(void **state)
     assert_int_equal(lum_clock_fit_add(fit, 5000, EPOCH), LUM_CLOCK_FIT_TAKEN);
     assert_int_equal(lum_clock_fit_utc(fit, 5000, &time), LUM_OK);
     assert_int_equal(time.utc_ns, EPOCH);
-    assert_true(time.error_ns > 10 * MS);
+    assert_true(time.error_ns == LUM_CLOCK_ERROR_UNKNOWN);
     assert_int_equal(lum_clock_fit_utc(fit, 6000, &time), LUM_OK);
     assert_int_equal(time.utc_ns, EPOCH + MS);
     lum_clock_fit_free(fit);
@@ -790,7 +790,7 @@ static void stamps_that_never_change_do_no_harm(void **state)
         const int64_t clock_us = i * INT64_C(1000);
         (void)lum_clock_fit_add(s.fit, clock_us, EPOCH + 1234567);
         assert_int_equal(lum_clock_fit_utc(s.fit, clock_us, &time), LUM_OK);
-        assert_true(i < 50u || time.error_ns == LUM_CLOCK_ERROR_UNKNOWN);
+        assert_true(time.error_ns == LUM_CLOCK_ERROR_UNKNOWN);
     }
     assert_true(info_of(s.fit).still > 99900u);
     assert_true(info_of(s.fit).error_ns == LUM_CLOCK_ERROR_UNKNOWN);

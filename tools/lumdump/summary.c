@@ -34,11 +34,11 @@ static lum_framer_counters count_sensor(const struct summary *s, size_t i)
     return c;
 }
 
-/* Whole numbers stand from the lines on, and the rate alone among them. Else
- * this does not compile, and a counter would be in no total. */
 /* Rounding below this is not worth a line. */
 #define COARSE_NS 10000
 
+/* Whole numbers stand from the lines on, and the rate alone among them. Else
+ * this does not compile, and a counter would be in no total. */
 #define NUMBERS_AT offsetof(lum_framer_counters, lines)
 #define RATE_AT    offsetof(lum_framer_counters, frames_per_second)
 typedef char every_number_is_added

@@ -97,6 +97,10 @@ typedef enum lum_clock_fit_event {
 lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
                                       int64_t arrival_ns);
 
+/** Look at the arrival of a packet that brings no reading: its digits tell the
+ * resolution of the stamps, too. */
+void lum_clock_fit_note_stamp(lum_clock_fit *fit, int64_t arrival_ns);
+
 /** An error that nobody knows, larger than all others: the host's clock was
  * stepped nearby, or its stamps stand still. */
 #define LUM_CLOCK_ERROR_UNKNOWN INT64_C(9223372036854775807)
