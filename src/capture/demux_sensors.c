@@ -302,16 +302,21 @@ bool lum_demux_is_shared(const lum_demux *demux, size_t i)
     return is_shared;
 }
 
+const char *lum_demux_further(const lum_demux *demux, size_t sensor)
+{
+    const lum_demux_entry *entry = lum_demux_sensor_at(demux, sensor);
+    return entry->is_further ? entry->interface : "";
+}
+
 const char *lum_demux_name(const lum_demux *demux, size_t i,
                            char out[LUM_SENSOR_NAME_BYTES])
 {
-    const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
-    const uint32_t a = sensor->address;
+    const uint32_t a = lum_demux_address(demux, i);
+    const char *further = lum_demux_further(demux, i);
     (void)snprintf(out, LUM_SENSOR_NAME_BYTES, "%u.%u.%u.%u%s%s",
                    (unsigned)(a >> 24), (unsigned)(a >> 16 & 255u),
                    (unsigned)(a >> 8 & 255u), (unsigned)(a & 255u),
-                   sensor->is_further ? "%" : "",
-                   sensor->is_further ? sensor->interface : "");
+                   *further != '\0' ? "%" : "", further);
     return out;
 }
 

@@ -89,6 +89,17 @@ void lum_demux_hold(lum_demux *demux, size_t sensor, bool is_held)
     lum_demux_sensor_at(demux, sensor)->is_held = is_held;
 }
 
+bool lum_demux_sender(const lum_demux *demux, size_t *sensor)
+{
+    const lum_demux_entry *entry =
+        demux->last != NULL ? demux->last->sensor : NULL;
+    if (entry == NULL || !lum_demux_takes(demux, entry)) {
+        return false;
+    }
+    *sensor = entry->sensor_index;
+    return true;
+}
+
 bool lum_demux_last(const lum_demux *demux, size_t *sensor)
 {
     const lum_demux_entry *entry = demux->current;

@@ -10,6 +10,10 @@
 /** What decides which lines there are: only to be compared. */
 void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack);
 
+/** The interface that a sensor is named with; empty: none, as it came before
+ * others with its address. */
+const char *lum_demux_further(const lum_demux *demux, size_t sensor);
+
 /** The sensors' port. */
 uint16_t lum_demux_port(const lum_demux *demux);
 
@@ -44,6 +48,10 @@ bool lum_demux_is_behind(const lum_demux *demux);
 
 /** Pass over the data of a sensor that is known, or no longer. */
 void lum_demux_hold(lum_demux *demux, size_t sensor, bool is_held);
+
+/** The sensor that the last record was of.
+ * @return false: of none, or of one whose data is not assembled. */
+bool lum_demux_sender(const lum_demux *demux, size_t *sensor);
 
 /** The sensor whose data came last.
  * @return false: there is none. */

@@ -5,9 +5,6 @@
 #include <inttypes.h>
 #include <string.h>
 
-/* Answers to requests are no longer; what is, may be data. */
-#define CONTROL_BYTES_MAX LUM_TIMESTAMP_BYTES
-
 #define OUT_OF_ORDER_MIN 3u
 
 /* --- Looking --- */
@@ -44,27 +41,33 @@ static void note_port(lum_remarks *r, uint16_t port, bool is_source)
     if (i == r->port_count) {
         r->ports[r->port_count++].port = port;
     }
-    r->ports[i].both++;
     r->ports[i].from += is_source;
 }
 
-static bool is_of_a_g2(const lum_record *record)
+static bool is_of_a_g2(const lum_record *record, uint8_t *type)
 {
-    uint8_t type = 0;
     return record->kind == LUM_RECORD_DATAGRAM &&
-           lum_header_decode(record->payload, record->len, &type) !=
+           lum_header_decode(record->payload, record->len, type) !=
                LUM_E_FOREIGN;
+}
+
+/* Requests, answers and heartbeats go to and from other ports, too. */
+static bool may_be_data(const lum_record *record, uint8_t type)
+{
+    return type != LUM_TYPE_SET_IP && type != LUM_TYPE_TIMESTAMP &&
+           type != LUM_TYPE_TLV && record->len > LUM_HEADER_BYTES;
 }
 
 void lum_remarks_take(lum_remarks *remarks, const lum_pcap_record *from,
                       const lum_record *out)
 {
     lum_wrapping what;
+    uint8_t type = 0;
     if (from->len < from->whole && from->len > remarks->held_max) {
         remarks->held_max = from->len;
     }
-    if (is_of_a_g2(out)) {
-        if (out->len > CONTROL_BYTES_MAX) {
+    if (is_of_a_g2(out, &type)) {
+        if (may_be_data(out, type)) {
             note_port(remarks, out->source_port, true);
             note_port(remarks, out->destination_port, false);
         }
@@ -165,7 +168,7 @@ static bool say_order(const lum_demux_counters *counters, lum_error *out)
                         "%" PRIu64
                         " packets stand out of order in the capture by "
                         "their times, too far to be put together: reordercap "
-                        "in out sorts them",
+                        "IN OUT sorts a pcap or pcapng file",
                         counters->out_of_order);
     return true;
 }

@@ -23,7 +23,6 @@ typedef struct lum_remarks {
     struct {
         uint16_t port;
         uint64_t from; /* packets of a G2 that may be data, sent from it */
-        uint64_t both; /* sent from it or to it */
     } ports[LUM_REMARKS_PORTS];
     size_t port_count;
     uint32_t held_max; /* bytes of records that were cut; 0: none was */

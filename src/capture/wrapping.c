@@ -515,7 +515,7 @@ const char *lum_wrapping_remedy(const lum_wrapping *wrapping,
                        "record where the sensor's packets are plain IPv4");
     } else {
         (void)snprintf(out, LUM_WRAPPING_TEXT_BYTES,
-                       "strip it by editcap -C %u -L%s in out",
+                       "strip it by editcap -C %u -L%s IN OUT",
                        (unsigned)wrapping->cut, type_option(wrapping));
     }
     return out;

@@ -610,8 +610,6 @@ static void count_missing(lum_framer_counters *c, const lum_frame_info *info)
 static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
 {
     const size_t sensor = lum_demux_current_index(f->demux);
-    char name[LUM_SENSOR_NAME_BYTES];
-    const char *further = strchr(lum_demux_name(f->demux, sensor, name), '%');
     const lum_frame *first = draft->frames[0];
     const lum_frame_info *info = &first->info;
     lum_frame_end end = {.has_clock = f->has_clock,
@@ -631,7 +629,7 @@ static void seal(lum_framer *f, struct sensor *s, struct draft *draft)
         to->number = draft->number;
         to->sensor = lum_demux_address(f->demux, sensor);
         (void)snprintf(to->sensor_interface, sizeof to->sensor_interface, "%s",
-                       further != NULL ? further + 1 : "");
+                       lum_demux_further(f->demux, sensor));
         to->is_first = s->has_joined && !is_before(s->joined, draft->number);
         to->is_last = f->is_flushing;
         lum_frame_seal(draft->frames[i], &end);
@@ -944,8 +942,9 @@ void lum_framer_set_interface(lum_framer *framer, const char *name)
 /* A data packet was taken; those that end no line have stamps, too. */
 static void note_stamp(lum_framer *f, int64_t time_ns)
 {
-    const size_t i = lum_demux_current_index(f->demux);
-    const struct sensor *s = i < LUM_DEMUX_SENSORS_MAX ? f->sensors[i] : NULL;
+    size_t i = 0;
+    const struct sensor *s =
+        lum_demux_sender(f->demux, &i) ? f->sensors[i] : NULL;
     if (s != NULL && s->clock != NULL) {
         lum_clock_fit_note_stamp(s->clock, time_ns);
     }

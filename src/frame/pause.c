@@ -689,7 +689,7 @@ static bool is_possible(const lum_pause_eye *e)
     return (has_period || (!e->has_period && e->next_count == 0)) &&
            e->turn_us >= 0 && e->turn_us < 4 * TIME_MAX_US &&
            e->next_count < LUM_PAUSE_CONFIRM &&
-           e->sample_count < LUM_PAUSE_SAMPLES &&
+           e->sample_count <= LUM_PAUSE_SAMPLES &&
            e->highest_us >= -CLOCK_MAX_US && e->highest_us <= CLOCK_MAX_US;
 }
 

@@ -361,6 +361,24 @@ static void its_state_can_be_kept_at_any_line(void **state)
     }
 }
 
+/* As many lines as it takes, and no step from which to learn. */
+static void a_state_without_a_period_can_be_kept(void **state)
+{
+    (void)state;
+    struct stream s;
+    lum_pack written = {.written = NULL};
+    begin(&s);
+    for (uint32_t i = 0; i < 2u * LUM_PAUSE_SAMPLES; i++) {
+        take(&s, LUM_EYE_BLUE, 1, 100u - i, s.clock_us);
+        s.clock_us += PERIOD_US;
+    }
+    lum_pause_pack(&s.pause, &written);
+    lum_pack read = lum_pack_of(written.written, written.len);
+    lum_pause_pack(&s.pause, &read);
+    assert_false(read.has_failed);
+    lum_pack_reset(&written);
+}
+
 static void a_damaged_state_is_refused(void **state)
 {
     (void)state;
@@ -400,6 +418,7 @@ int main(void)
         cmocka_unit_test(another_scan_is_no_pause),
         cmocka_unit_test(a_frame_knows_its_pauses),
         cmocka_unit_test(its_state_can_be_kept_at_any_line),
+        cmocka_unit_test(a_state_without_a_period_can_be_kept),
         cmocka_unit_test(a_damaged_state_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -271,8 +271,9 @@ static void print_json_interface(const lum_demux *demux, size_t sensor,
     if (lum_demux_is_shared(demux, sensor)) {
         (void)fputs("      \"interface\": ", out);
         print_json_text(lum_demux_interface(demux, sensor), out);
-        (void)fprintf(out, ",\n      \"name\": \"%s\",\n",
-                      lum_demux_name(demux, sensor, name));
+        (void)fputs(",\n      \"name\": ", out);
+        print_json_text(lum_demux_name(demux, sensor, name), out);
+        (void)fputs(",\n", out);
     }
 }
 
