@@ -153,15 +153,16 @@ static void mark(lum_pause *p, unsigned eye, uint32_t frame, int64_t lines)
 {
     lum_pause_frame *f = NULL;
     for (unsigned i = 0; i < LUM_PAUSE_FRAMES; i++) {
-        if (p->frames[i].is_used && p->frames[i].frame == frame) {
+        if (p->frames[i].eyes != 0 && p->frames[i].frame == frame) {
             f = &p->frames[i];
         }
     }
     if (f == NULL) {
         f = &p->frames[p->frames_next];
         p->frames_next = (uint8_t)((p->frames_next + 1u) % LUM_PAUSE_FRAMES);
-        *f = (lum_pause_frame){.is_used = true, .frame = frame};
+        *f = (lum_pause_frame){.frame = frame};
     }
+    f->eyes = (uint8_t)(f->eyes | 1u << eye);
     f->lines[eye] += (uint64_t)lines;
 }
 
@@ -628,11 +629,12 @@ static bool take_marks(lum_pause *p, uint32_t frame, unsigned eyes,
 {
     for (unsigned i = 0; i < LUM_PAUSE_FRAMES; i++) {
         lum_pause_frame *f = &p->frames[i];
-        if (f->is_used && f->frame == frame) {
-            f->is_used = false;
+        if (f->eyes != 0 && f->frame == frame) {
+            const bool is_marked = (f->eyes & eyes) != 0;
+            f->eyes = 0;
             *lines += is_wanted(eyes, LUM_EYE_BLUE) ? f->lines[0] : 0;
             *lines += is_wanted(eyes, LUM_EYE_GREEN) ? f->lines[1] : 0;
-            return true;
+            return is_marked;
         }
     }
     return false;
@@ -720,8 +722,11 @@ static void pack_eye(lum_pack *p, lum_pause_eye *e)
 
 static void pack_frame(lum_pack *p, lum_pause_frame *f)
 {
-    lum_pack_bool(p, &f->is_used);
-    if (f->is_used) {
+    lum_pack_u8(p, &f->eyes);
+    if (!lum_pack_check(p, f->eyes < 1u << LUM_EYES)) {
+        f->eyes = 0;
+    }
+    if (f->eyes != 0) {
         lum_pack_u32(p, &f->frame);
         lum_pack_u64(p, &f->lines[LUM_EYE_BLUE]);
         lum_pack_u64(p, &f->lines[LUM_EYE_GREEN]);

@@ -59,7 +59,7 @@ typedef struct lum_pause_eye {
 
 /* What a frame lacks by a pause inside it. */
 typedef struct lum_pause_frame {
-    bool is_used;
+    uint8_t eyes; /* those that paused in it, a bit each; 0: not used */
     uint32_t frame;
     uint64_t lines[LUM_EYES];
 } lum_pause_frame;

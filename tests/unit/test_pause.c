@@ -209,6 +209,32 @@ static void an_eye_pauses_alone(void **state)
     expect(&s, 1, LINES * PERIOD_US, LINES - 30u);
 }
 
+static bool has_pause_of(unsigned eyes)
+{
+    struct stream s;
+    uint64_t lines = 0;
+    begin(&s);
+    go(&s, LINES + 20u);
+    for (uint32_t i = 0; i < 20u; i++) {
+        take(&s, LUM_EYE_BLUE, s.frame, s.number, s.clock_us);
+        step(&s);
+    }
+    s.number -= 20u; /* as many lines later, and no number says so */
+    for (uint32_t i = 0; i < LINES - 20u; i++) {
+        take(&s, LUM_EYE_GREEN, s.frame, s.number, s.clock_us);
+        step(&s);
+    }
+    return lum_pause_frame_ends(&s.pause, 2, eyes, true, &lines);
+}
+
+static void a_frame_without_the_eye_that_paused_is_whole(void **state)
+{
+    (void)state;
+    assert_true(has_pause_of(1u << LUM_EYE_BLUE | 1u << LUM_EYE_GREEN));
+    assert_true(has_pause_of(1u << LUM_EYE_GREEN));
+    assert_false(has_pause_of(1u << LUM_EYE_BLUE));
+}
+
 /* After a jump of the clock the assembler counts no line as skipped. */
 static void a_jump_of_the_clock_is_a_pause(void **state)
 {
@@ -411,6 +437,7 @@ int main(void)
         cmocka_unit_test(sweeps_that_vanished_are_counted),
         cmocka_unit_test(what_numbers_show_is_in_no_pause),
         cmocka_unit_test(an_eye_pauses_alone),
+        cmocka_unit_test(a_frame_without_the_eye_that_paused_is_whole),
         cmocka_unit_test(a_jump_of_the_clock_is_a_pause),
         cmocka_unit_test(a_clock_that_started_again_tells_no_time),
         cmocka_unit_test(a_coarse_clock_tells_as_much_as_it_can),
