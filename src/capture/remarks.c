@@ -7,6 +7,10 @@
 
 #define OUT_OF_ORDER_MIN 3u
 
+/* From so many on, and one of so many packets of data. */
+#define STRAY_MIN   16u
+#define STRAY_SHARE 16u
+
 /* --- Looking --- */
 
 static void note_wrapping(lum_remarks *r, const lum_wrapping *what,
@@ -173,6 +177,25 @@ static bool say_order(const lum_demux_counters *counters, lum_error *out)
     return true;
 }
 
+/* Two sensors that are taken for one disturb each other. */
+static bool say_stray(const lum_demux_counters *counters, lum_error *out)
+{
+    const uint64_t stray =
+        counters->assembly.stray + counters->assembly.conflict;
+    if (stray < STRAY_MIN ||
+        stray * STRAY_SHARE < counters->packets[LUM_PACKET_DATA]) {
+        return false;
+    }
+    (void)lum_error_set(
+        out,
+        "%" PRIu64 " packets contradict others of their sensor or are far from "
+        "its clock. If two sensors have one address, record "
+        "both interfaces into one pcapng file: dumpcap -i eth0 "
+        "-i eth1 -w out",
+        stray);
+    return true;
+}
+
 bool lum_remarks_get(const lum_remarks *remarks,
                      const lum_demux_counters *counters, uint16_t port,
                      size_t i, lum_error *out)
@@ -183,6 +206,9 @@ bool lum_remarks_get(const lum_remarks *remarks,
     }
     if (remarks == NULL) {
         return false;
+    }
+    if (say_stray(counters, out) && n-- == 0) {
+        return true;
     }
     if (say_port(remarks, port, out) && n-- == 0) {
         return true;

@@ -272,7 +272,9 @@ class OneAddress(Case):
         paths = [self.drive(4), self.drive(3)]
         named = [self.merged(f"{name}.pcapng", {name.encode(): path}) for name, path in zip(("eth0", "eth1"), paths)]
         self.assertEqual(summary(*named)["points"], sum(summary(path)["points"] for path in paths))
-        self.assertEqual(len(summary(*paths)["sensors"]), 1)
+        r = run("lumdump", *paths, "--json")  # pcap names none: they are one, and it is told
+        self.assertEqual(len(json.loads(r.stdout)["sensors"]), 1)
+        self.assertIn("If two sensors have one address", r.stderr)
 
 
 class Joined(Case):
