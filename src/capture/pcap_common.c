@@ -55,7 +55,7 @@ int lum_pcap_fail_damaged(const lum_pcap *reader, lum_error *error)
         error, "%s%s", reader->damage.text,
         lum_source_can_seek(reader->source)
             ? ""
-            : "; unpacked and named as a file, more of it may be read");
+            : "; more of it may be read if it is unpacked and named as a file");
 }
 
 uint64_t lum_pcap_damaged(const lum_pcap *reader, const char **first)

@@ -153,11 +153,13 @@ static bool say_wrapping(const lum_remarks *r, size_t i, lum_error *out)
     char remedy[LUM_WRAPPING_TEXT_BYTES];
     const bool is_ours = r->wrapped[i].is == LUM_WRAPPED_OURS;
     (void)lum_error_set(out,
-                        "%" PRIu64 " packets%s are wrapped in %s, which is not "
+                        "%" PRIu64 " packet%s%s wrapped in %s, which is not "
                         "read%s: %s",
-                        r->wrapped[i].count, is_ours ? " of a G2" : "",
+                        r->wrapped[i].count,
+                        r->wrapped[i].count == 1 ? "" : "s",
+                        is_ours ? " of a G2 came" : " came",
                         lum_wrapping_name(&r->wrapped[i].what, name),
-                        is_ours ? "" : "; if a G2's are inside",
+                        is_ours ? "" : "; if packets of a G2 are inside",
                         lum_wrapping_remedy(&r->wrapped[i].what, remedy));
     return true;
 }

@@ -256,7 +256,7 @@ class OneAddress(Case):
             self.assertEqual(r.returncode, 0, r.stderr)
             self.assertEqual(out.read_text(), self.points(alone))
             self.assertEqual(self.points(self.folder / "copy.pcap"), self.points(alone))
-            self.assertEqual("and not 10.42.0.37%eth1" in r.stderr, "%" not in asked)
+            self.assertEqual("--sensor 10.42.0.37%eth1 takes the other" in r.stderr, "%" not in asked)
         r = run("lumdump", source, "--sensor", "10.42.0.37%eth2", "--json")
         self.assertEqual(r.returncode, 1)
         self.assertIn("no data of 10.42.0.37%eth2 in it, but of 10.42.0.37 10.42.0.37%eth1", r.stderr)
@@ -433,7 +433,7 @@ class Wrapped(Case):
                 self.assertIn(name, said)
                 self.assertIn(f"strip it by editcap {options} IN OUT", said)
                 if link < 200:
-                    self.assertIn(f"{len(frames)} packets of a G2 are wrapped in {name},", said)
+                    self.assertIn(f"{len(frames)} packets of a G2 came wrapped in {name},", said)
                 if shutil.which("editcap") is not None:
                     made = self.folder / f"{i}-stripped.pcap"
                     subprocess.run(["editcap", *options.split(), source, made], check=True)
@@ -453,10 +453,10 @@ class Wrapped(Case):
         others = [gre(0x0800, udp(b"not of a G2")[14:])]
         frames = line_frames()
         said = run("lumdump", self.folder.write("others.pcap", pcap(others))).stderr
-        self.assertIn("1 packets are wrapped in GRE, which is not read; if a G2's are inside: strip it by editcap -C 38", said)
+        self.assertIn("1 packet came wrapped in GRE, which is not read; if packets of a G2 are inside: strip it by editcap -C 38", said)
         self.assertNotIn("GRE", run("lumdump", self.folder.write("both.pcap", pcap(others + frames))).stderr)
         mixed = run("lumdump", self.folder.write("mixed.pcap", pcap([gre(0x88BE, frames[0]), *frames]))).stderr
-        self.assertIn("1 packets of a G2 are wrapped in ERSPAN type I,", mixed)
+        self.assertIn("1 packet of a G2 came wrapped in ERSPAN type I,", mixed)
 
     def test_what_no_command_strips_says_how_to_record(self):
         v6 = [ethernet(0x86DD, ipv6(17, f[34:])) for f in line_frames()]

@@ -111,8 +111,8 @@ static void warn_of_shared_address(const struct pass *pass)
         if (lum_demux_address(demux, i) == o->sensor &&
             !lum_demux_is_requested(demux, i)) {
             (void)snprintf(text, sizeof text,
-                           "several sensors have this address; that whose data "
-                           "came first was taken, and not %s",
+                           "several sensors have this address, and the first "
+                           "one was taken: --sensor %s takes the other",
                            lum_demux_name(demux, i, name));
             warn(o, text);
         }

@@ -17,7 +17,7 @@ const RATES = [
 const LOSSES = [
     ["wire_words", "ranges, on the wire", "at least so many range words never came", "joined_words"],
     ["wire_lines", "lines, on the wire", "at least so many lines never came, or came without angles", "joined_lines"],
-    ["pauses", "pauses", "so often the sensor, or one eye, sent no lines; those missing are among the lines above"],
+    ["pauses", "pauses", "how often the sensor, or one eye, sent no lines; the lines that are missing are among those above"],
     ["kernel", "packets, in the system", "the receive buffer of the system was full"],
     ["ring", "packets, in lumview", "lumview was too slow to decode them"],
     ["refused", "packets, not usable", "late, malformed, foreign, or of an unknown kind"],
