@@ -194,6 +194,12 @@ def test_stamps_that_stand_still_tell_no_utc(exact, tmp_path):
     assert again.utc_error_ns is None and again == frames[0]
 
 
+def test_a_sensor_that_is_asked_for_may_come_second(tmp_path):
+    paths = [lumsdk.simulate(tmp_path / f"{i}.pcap", frames=2, address=f"10.42.0.{i}") for i in (37, 38)]
+    with lumsdk.open(paths, sensor="10.42.0.38") as source:
+        assert [frame.sensor for frame in source] == ["10.42.0.38"] * 2
+
+
 def test_clocks(frames):
     for frame in frames:
         assert isinstance(frame.utc_ns, int) and frame.utc_error_ns > 0

@@ -229,17 +229,10 @@ static void warn_of_damage(const struct pass *pass)
 /* What makes times unsure without a trace in them. */
 static void warn_of_clocks(const struct pass *pass)
 {
-    const lum_demux *demux = lum_framer_demux(pass->framer);
-    uint64_t still = 0;
-    uint64_t steps = 0;
+    const lum_clock_fit_info clocks = summary_count_clocks(&pass->summary);
+    const uint64_t still = clocks.still;
+    const uint64_t steps = clocks.host_steps;
     char text[200];
-    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
-        lum_clock_fit_info clock;
-        if (summary_find_clock(&pass->summary, i, &clock)) {
-            still += clock.still;
-            steps += clock.host_steps;
-        }
-    }
     if (still > 0) {
         (void)snprintf(text, sizeof text,
                        "the arrival times of %" PRIu64

@@ -277,18 +277,42 @@ static void print_json_interface(const lum_demux *demux, size_t sensor,
     }
 }
 
-bool summary_find_clock(const struct summary *s, size_t sensor,
-                        lum_clock_fit_info *out)
+/* False: there is no clock, or no line yet. */
+static bool find_clock(const struct summary *s, size_t sensor,
+                       lum_clock_fit_info *out)
 {
     const lum_clock_fit *clock = lum_framer_clock(s->framer, sensor);
     out->struct_size = sizeof *out;
     return clock != NULL && lum_clock_fit_get_info(clock, out) == LUM_OK;
 }
 
+lum_clock_fit_info summary_count_clocks(const struct summary *s)
+{
+    const size_t n = lum_demux_sensor_count(lum_framer_demux(s->framer));
+    lum_clock_fit_info total = {.struct_size = sizeof total};
+    for (size_t i = 0; i < n; i++) {
+        lum_clock_fit_info clock;
+        if (find_clock(s, i, &clock)) {
+            total.sensor_breaks += clock.sensor_breaks;
+            total.host_steps += clock.host_steps;
+            total.still += clock.still;
+        }
+    }
+    return total;
+}
+
+static void print_clock_counts(const lum_clock_fit_info *clock, FILE *out)
+{
+    (void)fprintf(out,
+                  "\"sensor_breaks\": %" PRIu64 ", \"host_steps\": %" PRIu64
+                  ", \"stamps_still\": %" PRIu64,
+                  clock->sensor_breaks, clock->host_steps, clock->still);
+}
+
 static void print_json_clock(const struct summary *s, size_t sensor, FILE *out)
 {
     lum_clock_fit_info clock;
-    if (!summary_find_clock(s, sensor, &clock)) {
+    if (!find_clock(s, sensor, &clock)) {
         return;
     }
     (void)fputs("      \"clock\": {", out);
@@ -302,12 +326,10 @@ static void print_json_clock(const struct summary *s, size_t sensor, FILE *out)
         (void)fprintf(out, "\"utc_error_us\": %.1f, ",
                       (double)clock.error_ns * 1e-3);
     }
-    (void)fprintf(out,
-                  "\"stamp_resolution_us\": %.1f, \"sensor_breaks\": %" PRIu64
-                  ", \"host_steps\": %" PRIu64 ", \"stamps_still\": %" PRIu64
-                  "},\n",
-                  (double)clock.resolution_ns * 1e-3, clock.sensor_breaks,
-                  clock.host_steps, clock.still);
+    (void)fprintf(out, "\"stamp_resolution_us\": %.1f, ",
+                  (double)clock.resolution_ns * 1e-3);
+    print_clock_counts(&clock, out);
+    (void)fputs("},\n", out);
 }
 
 static void print_json_sensors(const struct summary *s, FILE *out)
@@ -412,6 +434,7 @@ uint64_t summary_damaged(const struct summary *s, lum_error *why)
 void summary_print_json(const struct summary *s, FILE *out)
 {
     const lum_framer_counters points = summary_count(s);
+    const lum_clock_fit_info clocks = summary_count_clocks(s);
     const double seconds = duration_s(s);
     lum_demux_counters total = {.struct_size = sizeof total};
     lum_demux_total(lum_framer_demux(s->framer), &total);
@@ -438,6 +461,9 @@ void summary_print_json(const struct summary *s, FILE *out)
     }
     print_json_left_out(s, out);
     print_json_sensors(s, out);
+    (void)fputs("  ", out);
+    print_clock_counts(&clocks, out);
+    (void)fputs(",\n", out);
     print_members(&total, &points, "  ", out);
     (void)fputs("}\n", out);
 }
@@ -602,7 +628,7 @@ static void print_clocks(const struct summary *s, FILE *out)
     for (size_t i = 0; i < n; i++) {
         lum_clock_fit_info clock;
         char name[LUM_SENSOR_NAME_BYTES];
-        if (is_shown(s, i) && summary_find_clock(s, i, &clock)) {
+        if (is_shown(s, i) && find_clock(s, i, &clock)) {
             if (n > 1) {
                 (void)fprintf(out, "%-10s %14s\n", "clock",
                               lum_demux_name(demux, i, name));

@@ -60,9 +60,8 @@ uint64_t summary_damaged(const struct summary *summary, lum_error *why);
 /* What was made of the lines of all sensors. */
 lum_framer_counters summary_count(const struct summary *summary);
 
-/* False: the sensor has no clock, or no line yet. */
-bool summary_find_clock(const struct summary *s, size_t sensor,
-                        lum_clock_fit_info *out);
+/* Counts of all sensors' clocks: readings, breaks, steps. */
+lum_clock_fit_info summary_count_clocks(const struct summary *summary);
 
 void summary_print_text(const struct summary *summary, FILE *out);
 void summary_print_json(const struct summary *summary, FILE *out);
