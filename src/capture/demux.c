@@ -199,6 +199,9 @@ lum_result lum_demux_push(lum_demux *demux, const lum_record *record,
 {
     lum_record one;
     demux->has_given = demux->has_given && demux->joined.each != 0;
+    if (demux->options.records_are_single) {
+        lum_joined_take_whole(&demux->joined, record);
+    }
     lum_result r = assemble(demux);
     while (r == LUM_OK && lum_joined_next(&demux->joined, record, &one)) {
         r = count_record(demux, &one);

@@ -11,12 +11,12 @@ static bool has_magic(const uint8_t *p, size_t len, const uint8_t *magic)
     return len >= MAGIC_BYTES && memcmp(p, magic, MAGIC_BYTES) == 0;
 }
 
-/* Where the magic comes next behind the one at the start; len: nowhere. */
-static size_t find_next(const uint8_t *payload, size_t len,
-                        const uint8_t *magic)
+/* Where the magic comes first from there on; len: nowhere. */
+static size_t find_magic(const uint8_t *payload, size_t from, size_t len,
+                         const uint8_t *magic)
 {
     const uint8_t *const end = payload + len;
-    const uint8_t *p = payload + MAGIC_BYTES;
+    const uint8_t *p = payload + from;
     while ((p = memchr(p, magic[0], (size_t)(end - p))) != NULL) {
         if (has_magic(p, (size_t)(end - p), magic)) {
             return (size_t)(p - payload);
@@ -31,10 +31,12 @@ static size_t find_each(const uint8_t *payload, size_t len)
 {
     uint8_t magic[LUM_HEADER_BYTES];
     lum_header_encode(magic, 0);
-    if (!has_magic(payload, len, magic)) {
+    /* the last of several begins in the second half, which most lack */
+    if (!has_magic(payload, len, magic) ||
+        find_magic(payload, len / 2u, len, magic) == len) {
         return len;
     }
-    const size_t each = find_next(payload, len, magic);
+    const size_t each = find_magic(payload, MAGIC_BYTES, len, magic);
     for (size_t at = each; at < len; at += each) {
         if (!has_magic(payload + at, len - at, magic)) {
             return len;

@@ -281,7 +281,8 @@ static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
                                .has_sensor = o->has_sensor,
                                .sensor = o->sensor,
                                .port = o->port,
-                               .sensor_interface = o->sensor_interface};
+                               .sensor_interface = o->sensor_interface,
+                               .records_are_single = o->records_are_single};
     lum_layout_default(&demux.layout);
     lum_assembler_config_default(&demux.config);
     demux.layout = o->layout != NULL ? *o->layout : demux.layout;

@@ -44,9 +44,15 @@ static void begin_records(lum_reader *r)
 static int open_framer(lum_reader *r, const lum_reader_options *o,
                        lum_error *error)
 {
-    const lum_framer_options defaults = {.struct_size = sizeof defaults};
-    return lum_framer_new(o->framer != NULL ? o->framer : &defaults, &r->framer,
-                          error);
+    lum_framer_options options = {.struct_size = sizeof options};
+    if (o->framer != NULL && lum_sized_take(&options, sizeof options, o->framer,
+                                            "the framer's options",
+                                            "lum_framer_options", error) != 0) {
+        return -1;
+    }
+    /* a capture has taken them apart */
+    options.records_are_single |= o->records == NULL;
+    return lum_framer_new(&options, &r->framer, error);
 }
 
 static bool has_stopped(const lum_reader *r)

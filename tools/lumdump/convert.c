@@ -359,6 +359,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
                                         .has_sensor = pass->has_sensor,
                                         .sensor = pass->sensor,
                                         .port = o->port,
+                                        .records_are_single = true,
                                         .sensor_interface = o->sensor_interface,
                                         .has_range = true,
                                         .frame_first = o->frame_first,

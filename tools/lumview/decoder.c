@@ -64,6 +64,7 @@ struct decoder *decoder_new(const struct decoder_options *options)
                                        .has_sensor = options->has_sensor,
                                        .sensor = options->sensor,
                                        .port = options->port,
+                                       .records_are_single = true,
                                        .sensor_interface = options->interface,
                                        .points_max = FRAME_POINTS_MAX};
     d->options = *options;

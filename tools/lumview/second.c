@@ -26,6 +26,7 @@ struct second *second_new(const struct decoder_options *options)
                                        .has_sensor = options->has_sensor,
                                        .sensor = options->sensor,
                                        .port = options->port,
+                                       .records_are_single = true,
                                        .sensor_interface = options->interface,
                                        .points_max = FRAME_POINTS_MAX};
     if (lum_framer_new(&framer, &s->framer, NULL) != 0 ||

@@ -41,6 +41,9 @@ typedef struct lum_demux_options {
     const char
         *sensor_interface; /**< its interface, as lum_capture_interface() names
                          it; NULL: the first sensor of that address */
+    bool records_are_single; /**< no record holds joined datagrams, as those of
+                                  lum_capture_next() and of a live sensor: none
+                                  is looked through for them */
 } lum_demux_options;
 
 /** What was counted, of one address or of all. */

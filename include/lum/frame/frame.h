@@ -210,12 +210,12 @@ bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out);
 /** Rows of an eye: its highest line number that can be believed, plus 1; 0 if
  * there is none.
  *
- * A damaged packet can claim any number, so the rows say nothing about memory
- * that a caller cannot have: they are at most ::LUM_FRAME_ROWS_MAX. The number
- * of a line with all angles is believed. That of another line with points is
- * believed below twice the rows by such lines of this frame and of the one
- * before, plus 64; or below 4096, as long as there is no such line. Points of
- * the other lines are in the frame and in none of its rows. */
+ * A damaged packet can claim any number. These rows are at most
+ * ::LUM_FRAME_ROWS_MAX, so a grid of them can be allocated. The number of a
+ * line with all angles is believed. That of another line with points is
+ * believed if it is below twice the rows that such lines show in this frame and
+ * in the one before, plus 64; where none shows any, if it is below 4096. Points
+ * of lines that are not believed are in the frame, but in no row. */
 uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye);
 
 /** Marks a cell of a grid that has no point. */

@@ -132,6 +132,7 @@ typedef struct lum_framer_options {
                          ::LUM_PORT */
     const char *sensor_interface; /**< as lum_demux_options.sensor_interface;
                                 NULL: the first of its address */
+    bool records_are_single; /**< as lum_demux_options.records_are_single */
 } lum_framer_options;
 
 /** A framer. */

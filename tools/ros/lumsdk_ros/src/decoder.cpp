@@ -56,6 +56,7 @@ void Decoder::begin()
     o.has_sensor = options_.has_sensor;
     o.sensor = options_.sensor;
     o.points_max = points_max;
+    o.records_are_single = true;
     lum_framer *framer = nullptr;
     lum_error error = {""};
     if (lum_framer_new(&o, &framer, &error) != 0) {
