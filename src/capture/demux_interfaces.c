@@ -21,7 +21,7 @@ static void end_trial(lum_demux *demux, lum_demux_entry *entry,
         entry->counters.packets[LUM_PACKET_DATA] = 0;
         entry->counters.angle_packets = 0;
         entry->counters.range_packets = 0;
-        entry->is_refused = true;
+        lum_demux_set_sensor(demux, entry, NULL);
     }
 }
 
@@ -65,7 +65,7 @@ void lum_demux_note_sent(const lum_demux *demux, lum_demux_entry *sensor,
 {
     if (sensor->recent != NULL) {
         const lum_seen seen = lum_seen_of(record, &demux->group);
-        lum_recent_note(sensor->recent, &seen, record->time_ns);
+        lum_recent_note(sensor->recent, &seen, record->time_ns, demux->record);
     }
 }
 
@@ -112,6 +112,23 @@ static lum_stand find_place(const lum_demux *demux, const lum_record *record,
     return best;
 }
 
+/* A trial looks at what the sensors of its address sent of late.
+ * Returns whether all of that is there. */
+static bool look_back(const lum_demux *demux, lum_demux_entry *entry)
+{
+    bool is_whole = true;
+    entry->since = demux->record;
+    for (size_t i = 0; i < demux->sensor_count; i++) {
+        const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+        if (sensor->address == entry->address && sensor->recent != NULL) {
+            const uint64_t since = sensor->recent->since;
+            entry->since = since < entry->since ? since : entry->since;
+            is_whole &= lum_recent_is_whole(sensor->recent);
+        }
+    }
+    return is_whole;
+}
+
 static bool begin_trial(lum_demux *demux, lum_demux_entry *entry)
 {
     entry->like = lum_demux_find_sensor(demux, entry->address);
@@ -123,6 +140,10 @@ static bool begin_trial(lum_demux *demux, lum_demux_entry *entry)
 lum_result lum_demux_try(lum_demux *demux, const lum_record *record,
                          lum_demux_entry *entry)
 {
+    if (entry->trial == NULL && !look_back(demux, entry)) {
+        demux->is_unsure = true;
+        return LUM_OK;
+    }
     if ((entry->trial == NULL && !begin_trial(demux, entry)) ||
         !lum_demux_enqueue(demux, record, entry)) {
         return LUM_E_SPACE;

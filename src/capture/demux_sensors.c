@@ -146,8 +146,12 @@ static bool has_room(const lum_demux *demux, const lum_demux_entry *entry)
 void lum_demux_set_sensor(lum_demux *demux, lum_demux_entry *entry,
                           lum_demux_entry *sensor)
 {
-    demux->way_count += entry->sensor == NULL;
+    if (entry->origin == 0) {
+        entry->origin = ++demux->origin_count;
+        entry->since = entry->since != 0 ? entry->since : demux->record;
+    }
     entry->sensor = sensor;
+    entry->is_refused = sensor == NULL;
 }
 
 bool lum_demux_admit_sensor(lum_demux *demux, lum_demux_entry *entry)
@@ -237,7 +241,8 @@ void lum_demux_judge_order(lum_demux *demux)
 
 bool lum_demux_takes(const lum_demux *demux, const lum_demux_entry *sensor)
 {
-    return is_asked_for(demux, sensor) && !sensor->is_held;
+    return is_asked_for(demux, sensor) &&
+           (demux->held >> sensor->sensor_index & 1u) == 0;
 }
 
 lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *sensor,

@@ -15,7 +15,7 @@
 
 /* Addresses that are counted separately, each on each of its interfaces;
  * further ones are counted together. */
-#define LUM_DEMUX_ADDRESSES_MAX LUM_DEMUX_WAYS_MAX
+#define LUM_DEMUX_ADDRESSES_MAX LUM_DEMUX_ORIGINS_MAX
 
 /** An assembler with its storage. */
 typedef struct lum_demux_assembly {
@@ -38,7 +38,8 @@ typedef struct lum_demux_entry {
     bool is_sensor;
     bool is_further;     /* another sensor with this address came before */
     bool is_refused;     /* a sensor too many */
-    bool is_held;        /* its data is passed over */
+    uint32_t origin;     /* its number among those that are known, from 1 on */
+    uint64_t since;      /* lum_demux_origin.since */
     size_t sensor_index; /* valid if it is one */
     lum_demux_counters counters;
     lum_demux_assembly *assembly;
@@ -52,9 +53,13 @@ struct lum_demux {
     size_t address_count;
     size_t sensors[LUM_DEMUX_SENSORS_MAX]; /* indices of addresses */
     size_t sensor_count;
-    bool has_several;    /* records came from more than one interface */
-    size_t way_count;    /* addresses on interfaces whose sensor is known */
-    bool asked_is_there; /* the sensor that was asked for is one of them */
+    bool has_several;      /* records came from more than one interface */
+    uint32_t origin_count; /* entries of which it is known whose data they
+                              bring */
+    uint32_t held;         /* a bit for each sensor whose data is passed over */
+    uint64_t record;       /* the number of the record at hand */
+    bool is_unsure;        /* lum_demux_is_unsure() */
+    bool asked_is_there;   /* the sensor that was asked for is one of them */
     char asked_interface[LUM_INTERFACE_BYTES]; /* empty: none was asked for */
     char interface[LUM_INTERFACE_BYTES];       /* of the records to come */
     uint64_t other;
@@ -103,7 +108,7 @@ lum_demux_entry *lum_demux_find_address(lum_demux *demux, uint32_t address);
 lum_demux_entry *lum_demux_find_sensor(const lum_demux *demux,
                                        uint32_t address);
 
-/** Say whose data an entry brings. */
+/** Say whose data an entry brings; NULL: that of a sensor too many. */
 void lum_demux_set_sensor(lum_demux *demux, lum_demux_entry *entry,
                           lum_demux_entry *sensor);
 

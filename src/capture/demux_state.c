@@ -50,33 +50,61 @@ void lum_demux_restart(lum_demux *demux)
     demux->current = demux->addresses;
 }
 
-void lum_demux_admit(lum_demux *demux, const lum_demux_way *way)
+void lum_demux_admit(lum_demux *demux, const lum_demux_origin *origin)
 {
-    lum_demux_set_interface(demux, way->interface);
-    lum_demux_entry *entry = lum_demux_find_address(demux, way->address);
-    if (way->sensor >= demux->sensor_count) {
+    lum_demux_set_interface(demux, origin->interface);
+    lum_demux_entry *entry = lum_demux_find_address(demux, origin->address);
+    if (entry->origin != 0) {
+        return;
+    }
+    if (origin->sensor == demux->sensor_count) {
         (void)lum_demux_admit_sensor(demux, entry);
-    } else if (entry->sensor == NULL) {
+    } else {
         lum_demux_set_sensor(demux, entry,
-                             lum_demux_sensor_at(demux, way->sensor));
+                             origin->sensor < demux->sensor_count
+                                 ? lum_demux_sensor_at(demux, origin->sensor)
+                                 : NULL);
     }
 }
 
-size_t lum_demux_way_count(const lum_demux *demux)
+size_t lum_demux_origin_count(const lum_demux *demux)
 {
-    return demux->way_count;
+    return demux->origin_count;
 }
 
-bool lum_demux_get_way(const lum_demux *demux, size_t i, lum_demux_way *out)
+lum_demux_origin lum_demux_origin_at(const lum_demux *demux, size_t i)
 {
-    const lum_demux_entry *entry = &demux->addresses[i];
-    if (i >= demux->address_count || entry->sensor == NULL) {
-        return false;
+    const lum_demux_entry *entry = demux->addresses;
+    while (entry->origin != i + 1u) {
+        entry++;
     }
-    out->address = entry->address;
-    out->sensor = entry->sensor->sensor_index;
-    lum_demux_set_text(out->interface, entry->interface);
-    return true;
+    lum_demux_origin origin = {
+        .address = entry->address,
+        .sensor = entry->sensor != NULL ? (uint32_t)entry->sensor->sensor_index
+                                        : LUM_DEMUX_SENSORS_MAX,
+        .since = entry->since};
+    lum_demux_set_text(origin.interface, entry->interface);
+    return origin;
+}
+
+void lum_demux_set_record(lum_demux *demux, uint64_t number)
+{
+    demux->record = number;
+}
+
+void lum_demux_interrupt(lum_demux *demux)
+{
+    for (size_t i = 0; i < demux->sensor_count; i++) {
+        lum_recent *recent = lum_demux_sensor_at(demux, i)->recent;
+        if (recent != NULL) {
+            lum_recent_interrupt(recent);
+        }
+    }
+}
+
+bool lum_demux_is_unsure(const lum_demux *demux)
+{
+    return demux->is_unsure;
 }
 
 bool lum_demux_is_behind(const lum_demux *demux)
@@ -86,7 +114,8 @@ bool lum_demux_is_behind(const lum_demux *demux)
 
 void lum_demux_hold(lum_demux *demux, size_t sensor, bool is_held)
 {
-    lum_demux_sensor_at(demux, sensor)->is_held = is_held;
+    const uint32_t bit = UINT32_C(1) << sensor;
+    demux->held = is_held ? demux->held | bit : demux->held & ~bit;
 }
 
 bool lum_demux_sender(const lum_demux *demux, size_t *sensor)

@@ -21,32 +21,43 @@ uint16_t lum_demux_port(const lum_demux *demux);
 void lum_demux_restart(lum_demux *demux);
 
 /** An address on an interface, and whose data it brings. */
-typedef struct lum_demux_way {
+typedef struct lum_demux_origin {
     uint32_t address;
     char interface[LUM_INTERFACE_BYTES]; /**< empty: it is not known */
-    size_t sensor;                       /**< its index */
-} lum_demux_way;
+    uint32_t sensor; /**< its index; LUM_DEMUX_SENSORS_MAX: a sensor too many */
+    uint64_t since;  /**< the number of a record: records from it on, but none
+                          before, showed whose it is */
+} lum_demux_origin;
 
 /** Know one before its first data: a new sensor's if its index is the next. */
-void lum_demux_admit(lum_demux *demux, const lum_demux_way *way);
+void lum_demux_admit(lum_demux *demux, const lum_demux_origin *origin);
+
+/** Most that can be known. */
+#define LUM_DEMUX_ORIGINS_MAX 64u
 
 /** How many are known. It only rises. */
-size_t lum_demux_way_count(const lum_demux *demux);
+size_t lum_demux_origin_count(const lum_demux *demux);
 
-/** Most that lum_demux_get_way() may have. */
-#define LUM_DEMUX_WAYS_MAX 64u
+/** One of them, in the order in which they became known.
+ * @param i below lum_demux_origin_count(). */
+lum_demux_origin lum_demux_origin_at(const lum_demux *demux, size_t i);
 
-/** One of them, in no order.
- * @param i below LUM_DEMUX_WAYS_MAX.
- * @return false: there is none in this place. */
-bool lum_demux_get_way(const lum_demux *demux, size_t i, lum_demux_way *out);
+/** Number the records that are pushed next. */
+void lum_demux_set_record(lum_demux *demux, uint64_t number);
+
+/** Records were passed over: what was sent of late is not known. */
+void lum_demux_interrupt(lum_demux *demux);
+
+/** Whether an origin is to be found out from records some of which were passed
+ * over: its data is dropped. */
+bool lum_demux_is_unsure(const lum_demux *demux);
 
 /** Whether packets are held until it is known whose they are, or such were
  * given with the last record: then its assemblers are not where the capture is.
  */
 bool lum_demux_is_behind(const lum_demux *demux);
 
-/** Pass over the data of a sensor that is known, or no longer. */
+/** Pass over the data of a sensor, which may not be known yet, or no longer. */
 void lum_demux_hold(lum_demux *demux, size_t sensor, bool is_held);
 
 /** The sensor that the last record was of.

@@ -64,12 +64,29 @@ lum_seen lum_seen_of(const lum_record *record, const lum_group *group)
                       .tag = group->tag};
 }
 
-void lum_recent_note(lum_recent *recent, const lum_seen *seen, int64_t time_ns)
+void lum_recent_note(lum_recent *recent, const lum_seen *seen, int64_t time_ns,
+                     uint64_t record)
 {
+    if (recent->next == 0) {
+        recent->since = recent->count == 0 ? record : recent->turn;
+        recent->turn = record;
+    }
     recent->seen[recent->next] = *seen;
     recent->next = (recent->next + 1u) % LUM_RECENT_PACKETS;
     recent->count += recent->count < LUM_RECENT_PACKETS;
     recent->time_ns = time_ns;
+}
+
+void lum_recent_interrupt(lum_recent *recent)
+{
+    recent->count = 0;
+    recent->next = 0;
+    recent->lacks_earlier = true;
+}
+
+bool lum_recent_is_whole(const lum_recent *recent)
+{
+    return !recent->lacks_earlier || recent->count == LUM_RECENT_PACKETS;
 }
 
 /* The i-th from the last one on, which is 0. */

@@ -49,11 +49,23 @@ typedef struct lum_recent {
     lum_seen seen[LUM_RECENT_PACKETS];
     uint32_t count; /**< at most LUM_RECENT_PACKETS */
     uint32_t next;
-    int64_t time_ns; /**< of the last one */
+    int64_t time_ns;    /**< of the last one */
+    uint64_t since;     /**< the number of a record: no packet of one before it
+                             is remembered */
+    uint64_t turn;      /**< that of the packet in the first place */
+    bool lacks_earlier; /**< packets before the first one are not known */
 } lum_recent;
 
-/** Remember a packet. */
-void lum_recent_note(lum_recent *recent, const lum_seen *seen, int64_t time_ns);
+/** Remember a packet.
+ * @param record the number of its record, which never falls. */
+void lum_recent_note(lum_recent *recent, const lum_seen *seen, int64_t time_ns,
+                     uint64_t record);
+
+/** Forget them: records were passed over. */
+void lum_recent_interrupt(lum_recent *recent);
+
+/** Whether it has all that it would have without an interruption. */
+bool lum_recent_is_whole(const lum_recent *recent);
 
 /** How a packet stands to those of a sensor; of several sensors the lowest one
  * counts. */

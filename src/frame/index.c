@@ -143,13 +143,50 @@ const lum_index_entry *lum_index_at_time(const lum_index *index,
     return NULL;
 }
 
+bool lum_index_is_certain(const lum_index *index, uint64_t after)
+{
+    bool is_certain = true;
+    for (size_t i = 0; i < index->origin_count; i++) {
+        const lum_index_origin *o = &index->origins[i];
+        is_certain &= after < o->is.since || after >= o->known;
+    }
+    return is_certain;
+}
+
+static void take_later(const lum_index *index, lum_index_place *best,
+                       lum_index_place place, uint64_t limit)
+{
+    if (place.after > best->after && place.after <= limit &&
+        lum_index_is_certain(index, place.after)) {
+        *best = place;
+    }
+}
+
+lum_index_place lum_index_place_at(const lum_index *index, uint64_t after)
+{
+    lum_index_place best = {.after = 0};
+    for (size_t i = 0; i < index->birth_count; i++) {
+        const lum_index_birth *b = &index->births[i];
+        take_later(index, &best,
+                   (lum_index_place){b->after, b->capture, b->capture_len},
+                   after);
+    }
+    for (size_t i = 0; i < index->count; i++) {
+        const lum_index_entry *e = index->entries[i].entry;
+        take_later(index, &best,
+                   (lum_index_place){e->after, e->capture, e->capture_len},
+                   after);
+    }
+    return best;
+}
+
 /* --- As a file --- */
 
 /* docs/formats.md, Index. */
 static const char magic[8] = {'l', 'u', 'm', 'i', 'n', 'd', 'e', 'x'};
 
 enum {
-    FORMAT = 2,
+    FORMAT = 3,
     FORMAT_AT = sizeof magic,
     SUM_AT = FORMAT_AT + 2,
     BODY_AT = SUM_AT + 4
@@ -219,31 +256,32 @@ static void pack_births(lum_pack *p, lum_index *index)
     index->birth_count = count;
     for (uint32_t i = 0; i < count; i++) {
         lum_index_birth *b = &index->births[i];
-        lum_pack_u32(p, &b->address);
-        lum_pack_text(p, b->interface, sizeof b->interface);
         lum_pack_u64(p, &b->after);
         pack_blob(p, &b->capture, &b->capture_len);
     }
 }
 
-static void pack_mates(lum_pack *p, lum_index *index)
+static void pack_origins(lum_pack *p, lum_index *index)
 {
-    uint32_t count = (uint32_t)index->mate_count;
+    uint32_t count = (uint32_t)index->origin_count;
+    uint32_t sensors = 0;
     lum_pack_u32(p, &count);
-    if (!lum_pack_check(p, count <= LUM_DEMUX_WAYS_MAX)) {
+    if (!lum_pack_check(p, count <= LUM_DEMUX_ORIGINS_MAX)) {
         return;
     }
-    index->mate_count = count;
+    index->origin_count = count;
     for (uint32_t i = 0; i < count; i++) {
-        lum_index_mate *m = &index->mates[i];
-        uint32_t sensor = (uint32_t)m->way.sensor;
-        lum_pack_u32(p, &m->way.address);
-        lum_pack_text(p, m->way.interface, sizeof m->way.interface);
-        lum_pack_u32(p, &sensor);
-        lum_pack_u64(p, &m->after);
-        m->way.sensor = sensor;
-        (void)lum_pack_check(p, sensor < index->birth_count);
+        lum_index_origin *o = &index->origins[i];
+        lum_pack_u32(p, &o->is.address);
+        lum_pack_text(p, o->is.interface, sizeof o->is.interface);
+        lum_pack_u32(p, &o->is.sensor);
+        lum_pack_u64(p, &o->is.since);
+        lum_pack_u64(p, &o->known);
+        (void)lum_pack_check(p, o->is.sensor <= sensors ||
+                                    o->is.sensor == LUM_DEMUX_SENSORS_MAX);
+        sensors += o->is.sensor == sensors;
     }
+    (void)lum_pack_check(p, sensors == index->birth_count);
 }
 
 static void read_entries(lum_pack *p, lum_index *index, uint32_t count)
@@ -275,7 +313,7 @@ static void pack_body(lum_pack *p, lum_index *index)
     lum_pack_bool(p, &index->is_whole);
     lum_pack_u32(p, &stride);
     pack_births(p, index);
-    pack_mates(p, index);
+    pack_origins(p, index);
     lum_pack_u32(p, &count);
     (void)lum_pack_check(p, stride != 0);
     if (lum_pack_is_reading(p)) {

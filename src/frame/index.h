@@ -34,20 +34,26 @@ typedef struct lum_index_entry {
     size_t state_len;
 } lum_index_entry;
 
-/* The first data of a sensor. */
+/* Where the capture is before the first data of a sensor. */
 typedef struct lum_index_birth {
-    uint32_t address;
-    char interface[LUM_INTERFACE_BYTES]; /* empty: it is not known */
-    uint64_t after;   /* where the capture's state is, at it or before it */
+    uint64_t after;
     uint8_t *capture; /* allocated */
     size_t capture_len;
 } lum_index_birth;
 
-/* Another interface that brings a sensor's data. */
-typedef struct lum_index_mate {
-    lum_demux_way way;
-    uint64_t after; /* known from this record on */
-} lum_index_mate;
+/* Whose data comes from where. */
+typedef struct lum_index_origin {
+    lum_demux_origin is;
+    uint64_t known; /* after this record; a reading that begins behind is.since
+                       and before it would not find it out */
+} lum_index_origin;
+
+/* A place in the capture. */
+typedef struct lum_index_place {
+    uint64_t after;
+    const uint8_t *capture; /* NULL: it is the start */
+    size_t capture_len;
+} lum_index_place;
 
 /* A place in the list of entries. */
 typedef struct lum_index_slot {
@@ -58,8 +64,8 @@ typedef struct lum_index_slot {
 typedef struct lum_index {
     lum_index_birth births[LUM_DEMUX_SENSORS_MAX];
     size_t birth_count;
-    lum_index_mate mates[LUM_DEMUX_WAYS_MAX];
-    size_t mate_count;
+    lum_index_origin origins[LUM_DEMUX_ORIGINS_MAX]; /* as they became known */
+    size_t origin_count;
     lum_index_slot *entries; /* by order */
     size_t count;
     size_t room;
@@ -93,6 +99,12 @@ const lum_index_entry *lum_index_at_number(const lum_index *index,
 /* The last entry before which no frame begins at a time or after it. */
 const lum_index_entry *lum_index_at_time(const lum_index *index,
                                          int64_t time_ns);
+
+/* Whether a reading that begins after a record finds out whose all data is. */
+bool lum_index_is_certain(const lum_index *index, uint64_t after);
+
+/* The last place after at most this many records where that is so. */
+lum_index_place lum_index_place_at(const lum_index *index, uint64_t after);
 
 /* What an index is of: of another one it is of no use. */
 typedef struct lum_index_key {

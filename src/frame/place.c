@@ -4,7 +4,6 @@
 #include "capture/demux_state.h"
 #include "framer_state.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -58,7 +57,6 @@ static void forget(struct place *p)
     }
     lum_pack_reset(&p->early);
     p->early_after = 0;
-    p->ways = 0;
     p->awaited_count = 0;
     p->awaited_next = 0;
     p->is_approaching = false;
@@ -72,15 +70,6 @@ void lum_place_free(struct place *place)
     lum_pack_reset(&place->start);
     lum_pack_reset(&place->taught);
     lum_index_clear(&place->index);
-}
-
-void lum_place_note_end(lum_reader *reader)
-{
-    struct place *p = &reader->place;
-    if (!p->is_approaching && !p->is_lost &&
-        !lum_framer_is_skipping(reader->framer)) {
-        p->index.is_whole = true;
-    }
 }
 
 /* --- Entries are made --- */
@@ -155,46 +144,21 @@ static void note_births(lum_reader *r)
             p->keeps_index = false;
             return;
         }
-        const char *interface =
-            lum_demux_interface(demux, p->index.birth_count);
-        b->address = lum_demux_address(demux, p->index.birth_count);
-        (void)snprintf(b->interface, sizeof b->interface, "%s",
-                       interface != NULL ? interface : "");
         b->after = p->early_after;
         p->index.birth_count++;
     }
 }
 
-static bool is_mate_known(const lum_index *x, const lum_demux_way *way)
+/* After each jump they become known in the same order. */
+static void note_origins(lum_reader *r)
 {
-    bool is_known = false;
-    for (size_t i = 0; i < x->mate_count; i++) {
-        is_known |= x->mates[i].way.address == way->address &&
-                    strcmp(x->mates[i].way.interface, way->interface) == 0;
-    }
-    for (size_t i = 0; i < x->birth_count; i++) {
-        is_known |= x->births[i].address == way->address &&
-                    strcmp(x->births[i].interface, way->interface) == 0;
-    }
-    return is_known;
-}
-
-static void note_mates(lum_reader *r)
-{
-    struct place *p = &r->place;
+    lum_index *x = &r->place.index;
     const lum_demux *demux = lum_framer_demux(r->framer);
-    lum_demux_way way;
-    if (p->ways == lum_demux_way_count(demux)) {
-        return;
-    }
-    p->ways = lum_demux_way_count(demux);
-    for (size_t i = 0; i < LUM_DEMUX_WAYS_MAX; i++) {
-        if (lum_demux_get_way(demux, i, &way) &&
-            !is_mate_known(&p->index, &way) &&
-            p->index.mate_count < LUM_DEMUX_WAYS_MAX) {
-            p->index.mates[p->index.mate_count++] =
-                (lum_index_mate){.way = way, .after = p->records};
-        }
+    while (x->origin_count < lum_demux_origin_count(demux)) {
+        x->origins[x->origin_count] = (lum_index_origin){
+            .is = lum_demux_origin_at(demux, x->origin_count),
+            .known = r->place.records};
+        x->origin_count++;
     }
 }
 
@@ -247,9 +211,11 @@ static void note_data(lum_reader *r, size_t sensor, bool may_mark)
 /* What was held is of any sensor, and frames may have begun before. */
 static void note_all_data(lum_reader *r)
 {
-    const size_t count = lum_demux_sensor_count(lum_framer_demux(r->framer));
-    for (size_t i = 0; i < count; i++) {
-        note_data(r, i, false);
+    const lum_demux *demux = lum_framer_demux(r->framer);
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+        if (lum_demux_is_requested(demux, i)) {
+            note_data(r, i, false);
+        }
     }
 }
 
@@ -258,12 +224,13 @@ void lum_place_note_record(lum_reader *reader)
     struct place *p = &reader->place;
     const lum_demux *demux = lum_framer_demux(reader->framer);
     size_t sensor = 0;
-    if (!p->keeps_index || lum_framer_is_skipping(reader->framer)) {
+    if (!p->keeps_index || lum_framer_is_skipping(reader->framer) ||
+        lum_demux_is_unsure(demux)) {
         return;
     }
     const bool is_new = p->records > p->index.known;
     note_births(reader);
-    note_mates(reader);
+    note_origins(reader);
     if (lum_demux_is_behind(demux)) {
         note_all_data(reader);
     } else if (lum_demux_last(demux, &sensor)) {
@@ -271,6 +238,20 @@ void lum_place_note_record(lum_reader *reader)
     }
     p->index.known = is_new ? p->records : p->index.known;
     keep_early(reader);
+}
+
+/* Only then it may be found out whose some data is. */
+void lum_place_note_end(lum_reader *reader)
+{
+    struct place *p = &reader->place;
+    if (lum_framer_is_skipping(reader->framer)) {
+        return;
+    }
+    if (p->keeps_index) {
+        note_births(reader);
+        note_origins(reader);
+    }
+    p->index.is_whole |= !p->is_approaching && !p->is_lost;
 }
 
 /* Entries get the first frame that they give, and so their place in the
@@ -411,13 +392,6 @@ static int restart(lum_reader *r, lum_error *error)
                              : lum_reader_reopen(r, error);
 }
 
-/* Sensors whose data no frame needs are not waited for. */
-static bool is_needed(const lum_reader *r, size_t sensor)
-{
-    return lum_framer_gives(r->framer, sensor) &&
-           lum_demux_is_requested(lum_framer_demux(r->framer), sensor);
-}
-
 /* Each sensor needs the state before its own frame. */
 static void await(lum_reader *r, size_t sensor)
 {
@@ -439,37 +413,23 @@ static void await(lum_reader *r, size_t sensor)
     lum_demux_hold(lum_framer_sensors(r->framer), sensor, true);
 }
 
-/* To the next state that is awaited. */
-static int move_capture(lum_reader *r, lum_error *error)
+/* As near before a record as it is sure whose data comes. */
+static int move_capture(lum_reader *r, uint64_t after, lum_error *error)
 {
     struct place *p = &r->place;
-    const struct awaited *a = &p->awaited[p->awaited_next];
-    lum_pack pack = a->entry != NULL
-                        ? lum_pack_of(a->entry->capture, a->entry->capture_len)
-                        : lum_pack_of(a->birth->capture, a->birth->capture_len);
-    p->records = a->after;
-    return lum_capture_pack(r->capture, &pack, error);
-}
-
-static void admit(lum_reader *r, size_t sensor)
-{
-    const lum_index_birth *b = &r->place.index.births[sensor];
-    lum_demux_way way = {.address = b->address, .sensor = sensor};
-    memcpy(way.interface, b->interface, sizeof way.interface);
-    lum_demux_admit(lum_framer_sensors(r->framer), &way);
-}
-
-static void admit_mates(lum_reader *r)
-{
-    const struct place *p = &r->place;
     lum_demux *demux = lum_framer_sensors(r->framer);
-    for (size_t i = 0; i < p->index.mate_count; i++) {
-        const lum_index_mate *m = &p->index.mates[i];
-        if (m->after <= p->anchor.after &&
-            m->way.sensor < lum_demux_sensor_count(demux)) {
-            lum_demux_admit(demux, &m->way);
+    const lum_index_place to = lum_index_place_at(&p->index, after);
+    lum_pack pack = to.capture != NULL
+                        ? lum_pack_of(to.capture, to.capture_len)
+                        : lum_pack_of(p->start.written, p->start.len);
+    for (size_t i = 0; i < p->index.origin_count; i++) {
+        if (p->index.origins[i].known <= to.after) {
+            lum_demux_admit(demux, &p->index.origins[i].is);
         }
     }
+    lum_demux_interrupt(demux);
+    p->records = to.after;
+    return lum_capture_pack(r->capture, &pack, error);
 }
 
 static int jump(lum_reader *r, const lum_index_entry *to, lum_error *error)
@@ -484,26 +444,33 @@ static int jump(lum_reader *r, const lum_index_entry *to, lum_error *error)
     p->anchor.capture = NULL;
     p->anchor.state = NULL;
     p->is_approaching = true;
-    for (size_t i = 0;
-         i < p->index.birth_count && p->index.births[i].after <= anchor.after;
-         i++) {
-        admit(r, i);
-        if (is_needed(r, i)) {
+    for (size_t i = 0; i < p->index.birth_count; i++) {
+        if (anchor.active[i] != 0 && lum_framer_gives(r->framer, i)) {
             await(r, i);
         }
     }
-    admit_mates(r);
-    return p->awaited_count != 0 ? move_capture(r, error) : -1;
+    return p->awaited_count != 0 ? move_capture(r, p->awaited[0].after, error)
+                                 : -1;
 }
 
-/* An index that is of no use is dropped, and reading begins at the start. */
-static int go_without_index(lum_reader *r, lum_error *error)
+/* From the start, up to the present place, or to what is sought. */
+static int read_again(lum_reader *r, lum_error *error)
 {
-    const struct target target = r->place.target;
-    lum_index_clear(&r->place.index);
+    const struct place *p = &r->place;
+    const struct target target =
+        p->target.what != SOUGHT_NOTHING
+            ? p->target
+            : (struct target){.what = SOUGHT_ORDER, .order = p->order};
     const int result = restart(r, error);
     r->place.target = target;
     return result;
+}
+
+/* An index that is of no use is dropped. */
+static int go_without_index(lum_reader *r, lum_error *error)
+{
+    lum_index_clear(&r->place.index);
+    return read_again(r, error);
 }
 
 static bool load(lum_reader *r, const struct awaited *a)
@@ -515,7 +482,8 @@ static bool load(lum_reader *r, const struct awaited *a)
         return true;
     }
     lum_pack pack = lum_pack_of(a->entry->state, a->entry->state_len);
-    if (!lum_framer_pack_sensor(r->framer, a->sensor, a->entry->from, &pack)) {
+    if (a->sensor >= lum_demux_sensor_count(lum_framer_demux(r->framer)) ||
+        !lum_framer_pack_sensor(r->framer, a->sensor, a->entry->from, &pack)) {
         return false;
     }
     lum_framer_set_lines(r->framer, a->sensor, a->entry->from, a->entry->lines);
@@ -529,10 +497,13 @@ static bool load(lum_reader *r, const struct awaited *a)
 
 /* Whether no sensor that has its state sends before the next one gets its: as
  * far as is known, up to the anchor. */
-static bool is_idle(const struct place *p)
+static bool is_idle(const lum_reader *r)
 {
+    const struct place *p = &r->place;
     const struct awaited *next = &p->awaited[p->awaited_next];
-    if (next->after <= p->records || next->after > p->anchor.after) {
+    if (next->after <= p->records || next->after > p->anchor.after ||
+        !lum_index_is_certain(&p->index, next->after) ||
+        lum_demux_is_behind(lum_framer_demux(r->framer))) {
         return false;
     }
     for (size_t i = 0; i < p->awaited_next; i++) {
@@ -554,9 +525,9 @@ static int approach(lum_reader *reader, lum_error *error)
                 return go_without_index(reader, error);
             }
             p->awaited_next++;
-        } else if (!is_idle(p)) {
+        } else if (!is_idle(reader)) {
             break;
-        } else if (move_capture(reader, &reason) != 0) {
+        } else if (move_capture(reader, a->after, &reason) != 0) {
             return go_without_index(reader, error);
         }
     }
@@ -567,6 +538,9 @@ static int approach(lum_reader *reader, lum_error *error)
 int lum_place_approach(lum_reader *reader, lum_error *error)
 {
     const struct place *p = &reader->place;
+    if (lum_demux_is_unsure(lum_framer_demux(reader->framer))) {
+        return read_again(reader, error);
+    }
     return p->awaited_next < p->awaited_count ? approach(reader, error) : 0;
 }
 
@@ -667,14 +641,15 @@ int lum_reader_seek_frame(lum_reader *reader, uint64_t frame, lum_error *error)
                 reader->place.order <= frame, error);
 }
 
-/* The sensor's index; the count: it is not known. */
+/* The sensor's index; LUM_DEMUX_SENSORS_MAX: it is not known. */
 static size_t find_sensor(const lum_index *index, uint32_t address)
 {
     size_t i = 0;
-    while (i < index->birth_count && index->births[i].address != address) {
+    while (i < index->origin_count && index->origins[i].is.address != address) {
         i++;
     }
-    return i;
+    return i < index->origin_count ? index->origins[i].is.sensor
+                                   : LUM_DEMUX_SENSORS_MAX;
 }
 
 int lum_reader_seek_number(lum_reader *reader, uint32_t sensor, int64_t number,

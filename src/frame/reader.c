@@ -2,6 +2,8 @@
 
 #include "base/sized.h"
 #include "capture/capture_state.h"
+#include "capture/demux_state.h"
+#include "framer_state.h"
 
 #include <stdlib.h>
 
@@ -147,7 +149,7 @@ static void read_record(lum_reader *r)
         lum_framer_set_interface(r->framer, lum_capture_interface(r->capture));
     }
     r->stage = PUSHING;
-    r->place.records++;
+    lum_demux_set_record(lum_framer_sensors(r->framer), ++r->place.records);
     if (status <= 0) {
         const uint32_t dropped = record->dropped_fragments;
         *record = (lum_record){.kind = LUM_RECORD_FRAGMENT,

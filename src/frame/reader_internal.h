@@ -66,7 +66,6 @@ struct place {
     lum_pack taught; /* what the framer knew there */
     lum_pack early;  /* a state of late, for sensors that appear */
     uint64_t early_after;
-    size_t ways;      /* of the demultiplexer's, that were noted */
     uint64_t records; /* that were read */
     uint64_t order;   /* of the next frame */
     int64_t highest_ns;

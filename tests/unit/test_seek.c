@@ -28,6 +28,7 @@
 #define FRAMES     26u
 #define FRAMES_MAX 8192u
 #define SENSORS    2u
+#define INTERFACES 4u
 #define SEEKS      100u
 #define OTHER      (DRIVE_SENSOR + 1u)
 #define STRAY      (DRIVE_SENSOR + 9u)
@@ -70,7 +71,11 @@ struct recipe {
     bool has_stray; /* a sensor of one packet */
     bool one_stops; /* the second sensor, halfway */
     bool shares;    /* the second has the first's address, and an interface */
-    bool is_cut;    /* within a record */
+    uint32_t batch_lines; /* each interface in turn writes so many */
+    uint32_t late_lines;  /* each sensor comes again, so much later, on an
+                             interface of its own */
+    uint32_t second_from; /* the second sensor's first line */
+    bool is_cut;          /* within a record */
 };
 
 static const struct recipe recipes[] = {
@@ -119,6 +124,43 @@ static const struct recipe recipes[] = {
      .clock = 7000,
      .is_pcapng = true,
      .shares = true},
+    {.name = "batches of one address",
+     .disturbances = LOST,
+     .sensors = 2,
+     .clock = 7000,
+     .is_pcapng = true,
+     .shares = true,
+     .batch_lines = 250},
+    {.name = "batches from the middle on",
+     .disturbances = LOST,
+     .sensors = 2,
+     .clock = 7000,
+     .is_pcapng = true,
+     .shares = true,
+     .batch_lines = 180,
+     .second_from = 200},
+    {.name = "a late mirror",
+     .disturbances = LOST,
+     .sensors = 1,
+     .clock = 7000,
+     .is_pcapng = true,
+     .shares = true,
+     .late_lines = 200},
+    {.name = "late mirrors of both",
+     .disturbances = LOST,
+     .sensors = 2,
+     .clock = 7000,
+     .is_pcapng = true,
+     .shares = true,
+     .late_lines = 150},
+    {.name = "batches and mirrors of both",
+     .disturbances = LOST | REPEATED,
+     .sensors = 2,
+     .clock = 7000,
+     .is_pcapng = true,
+     .shares = true,
+     .batch_lines = 250,
+     .late_lines = 1},
     {.name = "cut", .disturbances = LOST, .sensors = 1, .is_cut = true},
     {.name = "joined", .disturbances = JOINED, .sensors = 1, .clock = 10},
     {.name = "joined by chance",
@@ -135,7 +177,7 @@ struct sent {
     uint64_t sort;
     int64_t time_ns;
     uint32_t sensor;
-    bool is_second;
+    uint32_t interface; /* where recipes share an address */
     size_t len;
     uint8_t bytes[DRIVE_BYTES];
 };
@@ -247,20 +289,21 @@ static void put_record(struct bytes *b, const struct recipe *recipe,
         put_section(b);
         put_interface(b, number % 1400u == 0 ? 6 : 9);
     }
-    if (number % 700u == (recipe->shares ? 0u : 300u)) {
-        put_interface(b, 9);
+    for (unsigned i = 1; i < INTERFACES; i++) {
+        if (number % 700u == (recipe->shares ? 0u : 300u)) {
+            put_interface(b, 9);
+        }
     }
-    const bool is_second = recipe->shares
-                               ? sent->is_second
-                               : number % 700u > 400u && number % 2u == 0;
-    const bool is_us = !is_second && number / 700u % 2u == 0;
+    const bool is_second = number % 700u > 400u && number % 2u == 0;
+    const uint32_t interface = recipe->shares ? sent->interface : is_second;
+    const bool is_us = interface == 0 && number / 700u % 2u == 0;
     const uint64_t ticks =
         is_us ? (uint64_t)time_ns / 1000u : (uint64_t)time_ns;
     const size_t padding = (4u - packet->len % 4u) % 4u;
     const size_t all = 32u + packet->len + padding;
     put_le(b, 6, 4);
     put_le(b, all, 4);
-    put_le(b, is_second ? 1 : 0, 4);
+    put_le(b, interface, 4);
     put_le(b, ticks >> 32, 4);
     put_le(b, ticks & UINT32_MAX, 4);
     put_le(b, packet->len, 4);
@@ -333,6 +376,32 @@ static bool is_left_out(const struct recipe *recipe, uint32_t i)
             i % (3u * LINES + 7u) < LINES - 2u);
 }
 
+/* All again on interfaces of their own, later. */
+static size_t mirror(const struct recipe *recipe, struct sent *all,
+                     size_t count, uint64_t turns)
+{
+    const uint64_t late = turns / (FRAMES * LINES) * recipe->late_lines;
+    for (size_t i = 0; i < count; i++) {
+        all[count + i] = all[i];
+        all[count + i].sort += late;
+        all[count + i].time_ns += 1000000 * (int64_t)recipe->late_lines;
+        all[count + i].interface += 2u;
+    }
+    return 2u * count;
+}
+
+/* The interfaces write in turn. */
+static void put_in_batches(const struct recipe *recipe, struct sent *all,
+                           size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        const int64_t batch_ns = 1000000 * (int64_t)recipe->batch_lines;
+        const uint64_t batch =
+            (uint64_t)((all[i].time_ns - START_NS) / batch_ns);
+        all[i].sort += (INTERFACES * batch + all[i].interface) << 32;
+    }
+}
+
 /* The datagrams of a drive, disturbed. */
 static struct sent *send_all(const struct recipe *recipe, size_t *count)
 {
@@ -345,12 +414,13 @@ static struct sent *send_all(const struct recipe *recipe, size_t *count)
         for (unsigned k = 0; k < 2u * recipe->sensors; k++) {
             const uint32_t sensor = k / 2u;
             const bool is_off =
-                recipe->one_stops && sensor == 1 && i > FRAMES * LINES / 2u;
+                sensor == 1 && (i < recipe->second_from ||
+                                (recipe->one_stops && i > FRAMES * LINES / 2u));
             const struct sent of = {.sort = turn,
                                     .time_ns = START_NS + 1000000 * (int64_t)i,
                                     .sensor = DRIVE_SENSOR +
                                               (recipe->shares ? 0 : sensor),
-                                    .is_second = sensor != 0};
+                                    .interface = sensor};
             drive_pixels(&line, k % 2u, (i + 7u * sensor) % LINES,
                          recipe->clock + 1000u * i + 17u * sensor,
                          10u * (i % 50u), 60u + i % 7u);
@@ -361,6 +431,12 @@ static struct sent *send_all(const struct recipe *recipe, size_t *count)
                           : send_line(recipe, &line, lacks(recipe, i) ? 1u : 0u,
                                       of, all + *count);
         }
+    }
+    if (recipe->late_lines != 0) {
+        *count = mirror(recipe, all, *count, turn);
+    }
+    if (recipe->batch_lines != 0) {
+        put_in_batches(recipe, all, *count);
     }
     qsort(all, *count, sizeof *all, by_sort);
     return all;
@@ -691,9 +767,13 @@ static void a_sought_frame_is_that_of_a_reading_from_the_start(void **state)
         assert_end(reader, recipes[i].is_cut);
         assert_true(index_of(reader).is_whole);
         assert_int_equal(index_of(reader).frames, frame_count);
-        assert_int_equal(has_further(), recipes[i].shares);
+        assert_int_equal(has_further(),
+                         recipes[i].shares && recipes[i].sensors == 2);
+        const bool has_few =
+            recipes[i].one_stops ||
+            recipes[i].batch_lines + recipes[i].late_lines != 0;
         assert_true(index_of(reader).entries + 6u >=
-                    (recipes[i].one_stops ? frame_count / 2u : frame_count));
+                    (has_few ? frame_count / 2u : frame_count));
         seed = 1000 + i;
         for (unsigned k = 0; k < SEEKS; k++) {
             seek_somewhere(reader, recipes[i].is_cut);
@@ -923,8 +1003,8 @@ static void an_index_that_does_not_fit_is_not_used(void **state)
     }
     index.at[8] = 1;
     write_file(index_path, index.at, index.len);
-    assert_not_used("its format is 1; 2 can be read");
-    index.at[8] = 2;
+    assert_not_used("its format is 1; 3 can be read");
+    index.at[8] = 3;
     write_file(index_path, index.at, index.len);
     capture.at[capture.len - 5u] ^= 1u;
     write_file(drive, capture.at, capture.len);

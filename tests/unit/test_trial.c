@@ -424,7 +424,7 @@ static void without_a_clock_repeats_and_lines_tell(void **state)
     lum_recent *recent = calloc(1, sizeof *recent);
     (void)state;
     assert_non_null(recent);
-    lum_recent_note(recent, &cases[0].seen, 0);
+    lum_recent_note(recent, &cases[0].seen, 0, 1);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const lum_seen *seen = &cases[i].seen;
         const lum_place_among place =
