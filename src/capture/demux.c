@@ -89,7 +89,7 @@ static lum_result take_known(lum_demux *demux, const lum_record *record,
     }
     lum_demux_note_sent(demux, sensor, record);
     const lum_result r =
-        is_held ? LUM_OK : lum_demux_give(demux, sensor, record->time_ns);
+        is_held ? LUM_OK : lum_demux_give(demux, entry, record->time_ns);
     if (r == LUM_OK && lum_demux_takes(demux, sensor)) {
         lum_demux_count_data(demux, record, &entry->counters);
     }

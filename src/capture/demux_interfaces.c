@@ -25,16 +25,9 @@ static void end_trial(lum_demux *demux, lum_demux_entry *entry,
     }
 }
 
-static lum_measure measure_of(const lum_demux *demux)
-{
-    const lum_demux_options *o = &demux->options;
-    return lum_measure_of(&o->layout.profile, o->config.gap_us,
-                          o->config.reorder_lines);
-}
-
 void lum_demux_judge_trials(lum_demux *demux, int64_t now_ns, bool is_over)
 {
-    const lum_measure measure = measure_of(demux);
+    const lum_measure measure = lum_demux_measure(demux);
     for (size_t i = 0; i < demux->address_count; i++) {
         lum_demux_entry *entry = &demux->addresses[i];
         if (entry->trial != NULL) {
@@ -73,7 +66,7 @@ bool lum_demux_meet_trials(lum_demux *demux, const lum_record *record,
                            const lum_demux_entry *sensor)
 {
     const lum_seen seen = lum_seen_of(record, &demux->group);
-    const lum_measure measure = measure_of(demux);
+    const lum_measure measure = lum_demux_measure(demux);
     bool waits = false;
     for (size_t i = 0; i < demux->address_count; i++) {
         lum_demux_entry *entry = &demux->addresses[i];
@@ -93,7 +86,7 @@ static lum_stand find_place(const lum_demux *demux, const lum_record *record,
                             const lum_seen *seen, lum_demux_entry *entry,
                             lum_place_among *out)
 {
-    const lum_measure measure = measure_of(demux);
+    const lum_measure measure = lum_demux_measure(demux);
     lum_stand best = LUM_STAND_ELSEWHERE;
     *out = (lum_place_among){.stand = best};
     for (size_t i = 0; i < demux->sensor_count; i++) {
@@ -171,7 +164,7 @@ lum_result lum_demux_give_held(lum_demux *demux)
     lum_result r = LUM_OK;
     while (!demux->is_pending && r == LUM_OK &&
            lum_queue_take(demux->queue, &record, &way)) {
-        const lum_demux_entry *entry = &demux->addresses[way];
+        lum_demux_entry *entry = &demux->addresses[way];
         lum_demux_entry *sensor = entry->sensor;
         (void)lum_packet_decode(&demux->options.layout, record.payload,
                                 record.len, &demux->group);
@@ -180,7 +173,7 @@ lum_result lum_demux_give_held(lum_demux *demux)
             lum_demux_note_sent(demux, sensor, &record); /* was on trial */
         }
         if (sensor != NULL) {
-            r = lum_demux_give(demux, sensor, record.time_ns);
+            r = lum_demux_give(demux, entry, record.time_ns);
         }
     }
     if (r < 0) {

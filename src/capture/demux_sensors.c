@@ -4,6 +4,9 @@
 
 #include <stdlib.h>
 
+/* A clock farther back has begun anew. */
+#define LATE_MAX_US 1000000
+
 /* --- Memory --- */
 
 static void free_assembly(lum_demux_assembly *assembly)
@@ -245,10 +248,37 @@ bool lum_demux_takes(const lum_demux *demux, const lum_demux_entry *sensor)
            (demux->held >> sensor->sensor_index & 1u) == 0;
 }
 
-lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *sensor,
+lum_measure lum_demux_measure(const lum_demux *demux)
+{
+    const lum_demux_options *o = &demux->options;
+    return lum_measure_of(&o->layout.profile, o->config.gap_us,
+                          o->config.reorder_lines);
+}
+
+/* What is so far behind what its sensor sent on another interface would be
+ * taken for a break of the clock. */
+static bool is_late_copy(const lum_demux *demux, const lum_demux_entry *entry)
+{
+    const lum_demux_entry *sensor = entry->sensor;
+    if (entry == sensor || !sensor->has_clock) {
+        return false;
+    }
+    const lum_measure m = lum_demux_measure(demux);
+    const int64_t behind_us =
+        lum_measure_us(&m, demux->group.clock_raw, sensor->clock);
+    return m.clock_bits != 0 && behind_us > (int64_t)m.gap_us &&
+           behind_us <= LATE_MAX_US;
+}
+
+lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *entry,
                           int64_t time_ns)
 {
+    lum_demux_entry *sensor = entry->sensor;
     if (!lum_demux_takes(demux, sensor)) {
+        return LUM_OK;
+    }
+    if (is_late_copy(demux, entry)) {
+        entry->counters.assembly.late++;
         return LUM_OK;
     }
     if (sensor->assembly == NULL) {
@@ -257,6 +287,8 @@ lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *sensor,
     if (sensor->assembly == NULL) {
         return LUM_E_SPACE;
     }
+    sensor->has_clock = true;
+    sensor->clock = demux->group.clock_raw;
     demux->current = sensor;
     demux->group_ns = time_ns;
     demux->is_pending = true;

@@ -33,6 +33,8 @@ typedef struct lum_demux_entry {
                                on another interface; NULL: that is not known */
     lum_trial *trial;               /* that is to tell; NULL: there is none */
     struct lum_demux_entry *like;   /* the sensor that it may be */
+    bool has_clock;
+    uint64_t clock;     /* of a sensor's packet that was given last */
     lum_recent *recent; /* of a sensor on a known interface; or NULL */
     bool is_waiting;    /* data of it is held */
     bool is_sensor;
@@ -130,9 +132,13 @@ void lum_demux_count_data(const lum_demux *demux, const lum_record *record,
 /** Whether data of a sensor is assembled. */
 bool lum_demux_takes(const lum_demux *demux, const lum_demux_entry *sensor);
 
-/** The group at hand is the sensor's: it waits for its assembler.
+/** What its packets are compared by. */
+lum_measure lum_demux_measure(const lum_demux *demux);
+
+/** The group at hand, from an entry whose sensor is known, waits for its
+ * assembler, or is counted as late.
  * @return LUM_OK, or LUM_E_SPACE without memory. */
-lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *sensor,
+lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *entry,
                           int64_t time_ns);
 
 /** The group at hand was assembled: count it if it stood out of order, behind

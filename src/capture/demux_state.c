@@ -166,6 +166,8 @@ bool lum_demux_pack_sensor(lum_demux *demux, size_t sensor, uint32_t from,
         pack->has_failed = true;
         return false;
     }
+    lum_pack_bool(pack, &entry->has_clock);
+    lum_pack_u64(pack, &entry->clock);
     demux->current = lum_pack_is_reading(pack) ? entry : demux->current;
     return lum_assembler_pack(&entry->assembly->assembler, from, pack);
 }

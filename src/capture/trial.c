@@ -108,12 +108,10 @@ lum_measure lum_measure_of(const lum_profile *profile, uint32_t gap_us,
                          .reorder_lines = reorder_lines};
 }
 
-/* The time from one clock to another, of those that are a wrap apart the
- * nearest. */
-static int64_t between_us(const lum_measure *m, uint64_t from, uint64_t to)
+int64_t lum_measure_us(const lum_measure *measure, uint64_t from, uint64_t to)
 {
-    return lum_clock_us(lum_clock_extend(0, to - from, m->clock_bits),
-                        m->clock_unit_ns);
+    return lum_clock_us(lum_clock_extend(0, to - from, measure->clock_bits),
+                        measure->clock_unit_ns);
 }
 
 static uint64_t size_of(int64_t us)
@@ -131,7 +129,7 @@ static bool is_same_place(const lum_seen *a, const lum_seen *b)
 static void look(lum_place_among *place, const lum_measure *m,
                  const lum_seen *seen, const lum_seen *other)
 {
-    const int64_t us = between_us(m, other->clock, seen->clock);
+    const int64_t us = lum_measure_us(m, other->clock, seen->clock);
     const uint64_t away = size_of(us) + 1u;
     if (seen->eye != other->eye || away > m->line_span_us + 1u) {
         return;
@@ -198,7 +196,7 @@ static lum_stand judge_clock(const lum_recent *recent, const lum_measure *m,
         is_next ? m->gap_us + passed_us / DRIFT_OF : (uint64_t)NEAR_US;
     const uint64_t ticks = (uint64_t)(passed_ns / (int64_t)m->clock_unit_ns);
     const uint64_t expected = recent_at(recent, 0)->clock + ticks;
-    if (size_of(between_us(m, expected, seen->clock)) > limit_us) {
+    if (size_of(lum_measure_us(m, expected, seen->clock)) > limit_us) {
         return LUM_STAND_ELSEWHERE;
     }
     return is_next ? LUM_STAND_NEXT : LUM_STAND_FITS;

@@ -92,6 +92,10 @@ typedef struct lum_measure {
 lum_measure lum_measure_of(const lum_profile *profile, uint32_t gap_us,
                            uint32_t reorder_lines);
 
+/** The time from one clock to another, of those that are a wrap apart the
+ * nearest. */
+int64_t lum_measure_us(const lum_measure *measure, uint64_t from, uint64_t to);
+
 /** Where a packet stands among a sensor's: the lines next to it in time, of its
  * eye. All bytes 0: none is known. */
 typedef struct lum_place_among {

@@ -334,6 +334,32 @@ static void repeats_are_repeats(void **state)
     }
 }
 
+/* Later than a break of the clock, by as much as they are remembered. */
+static void late_repeats_are_late(void **state)
+{
+    static const int64_t laters_ms[] = {101, 150, 200, 300};
+    const struct way a = {.interface = "eth0", .clock = 0u - 200000u};
+    (void)state;
+    line_us = 1562;
+    for (size_t l = 0; l < sizeof laters_ms / sizeof laters_ms[0]; l++) {
+        for (unsigned keeps = 5; keeps <= 10; keeps += 5) {
+            struct result both;
+            struct result alone;
+            send(&a);
+            mirror(1000000 * laters_ms[l], 0, keeps);
+            run(NULL, true, &both);
+            run("eth0", true, &alone);
+            assert_int_equal(both.sensors, 1);
+            /* at the end they fill what lacks in the last lines */
+            assert_true(keeps < 10 || both.lines[0] == alone.lines[0]);
+            assert_int_equal(both.total.assembly.stray, 0);
+            assert_true(both.total.assembly.late > count / 3u);
+            forget();
+        }
+    }
+    line_us = 156;
+}
+
 static void damaged_repeats_prove_nothing(void **state)
 {
     const struct way a = {.interface = "eth0", .clock = 1000000};
@@ -530,6 +556,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         FACT(two_sensors_are_two_however_alike),
         FACT(repeats_are_repeats),
+        FACT(late_repeats_are_late),
         FACT(damaged_repeats_prove_nothing),
         FACT(a_sensor_may_be_heard_on_either_interface_in_turn),
         FACT(a_sensor_that_goes_on_elsewhere_is_the_same),
