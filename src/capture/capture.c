@@ -284,12 +284,14 @@ bool lum_capture_remark(const lum_capture *capture, const lum_demux *demux,
                         uint16_t port, size_t i, lum_error *out)
 {
     lum_demux_counters total = {.struct_size = sizeof total};
+    lum_demux_mixture mixture = {.compared = 0};
     if (demux != NULL) {
         (void)lum_demux_total(demux, &total);
+        mixture = lum_demux_mixed(demux);
         port = lum_demux_port(demux);
     }
     return lum_remarks_get(capture != NULL ? &capture->remarks : NULL, &total,
-                           port != 0 ? port : LUM_PORT, i, out);
+                           &mixture, port != 0 ? port : LUM_PORT, i, out);
 }
 
 void lum_capture_close(lum_capture *capture)

@@ -2,6 +2,14 @@
 
 #include <stdlib.h>
 
+/* Which packets are compared with those next to them, which takes as long as a
+ * hundred others: one of so many, and of the first of so many. */
+#define COMPARED_FROM 1024u
+#define RARELY        2048u
+#define OFTEN         128u
+#define LOOK_PACKETS  (2u * LUM_RECENT_PACKETS)
+#define LOOK_EVERY    65536u
+
 bool lum_demux_is_doubtful(const lum_demux *demux, const lum_demux_entry *entry)
 {
     return entry->sensor == NULL && *entry->interface != '\0' &&
@@ -56,9 +64,23 @@ bool lum_demux_enqueue(lum_demux *demux, const lum_record *record,
 void lum_demux_note_sent(const lum_demux *demux, lum_demux_entry *sensor,
                          const lum_record *record)
 {
-    if (sensor->recent != NULL) {
-        const lum_seen seen = lum_seen_of(record, &demux->group);
-        lum_recent_note(sensor->recent, &seen, record->time_ns, demux->record);
+    /* without a name no other interface's data is compared with it */
+    const bool has_name = *sensor->interface != '\0';
+    const uint32_t turn = sensor->sent++ % LOOK_EVERY;
+    if (sensor->recent == NULL || (!has_name && turn >= LOOK_PACKETS)) {
+        return;
+    }
+    if (!has_name && turn == 0) {
+        lum_recent_interrupt(sensor->recent);
+    }
+    const lum_seen seen = lum_seen_of(record, &demux->group);
+    lum_recent_note(sensor->recent, &seen, record->time_ns, demux->record);
+    if (turn >= COMPARED_FROM &&
+        turn % (turn < LOOK_PACKETS ? OFTEN : RARELY) == 0) {
+        const lum_measure measure = lum_demux_measure(demux);
+        sensor->compared++;
+        sensor->contradicting +=
+            lum_recent_contradicts(sensor->recent, &measure);
     }
 }
 

@@ -4,6 +4,10 @@
 
 #include <stdlib.h>
 
+/* Compared packets that show two sensors, at least, and one of so many. */
+#define CONTRADICTING_MIN   6u
+#define CONTRADICTING_SHARE 8u
+
 /* A clock farther back has begun anew. */
 #define LATE_MAX_US 1000000
 
@@ -166,10 +170,8 @@ bool lum_demux_admit_sensor(lum_demux *demux, lum_demux_entry *entry)
     if (!has_room(demux, entry)) {
         return false;
     }
-    if (*entry->interface != '\0') {
-        /* without memory its repeats are not known */
-        entry->recent = calloc(1, sizeof *entry->recent);
-    }
+    /* without memory its repeats are not known */
+    entry->recent = calloc(1, sizeof *entry->recent);
     entry->is_sensor = true;
     lum_demux_set_sensor(demux, entry, entry);
     entry->sensor_index = demux->sensor_count;
@@ -360,6 +362,21 @@ const char *lum_demux_name(const lum_demux *demux, size_t i,
 bool lum_demux_is_requested(const lum_demux *demux, size_t i)
 {
     return is_asked_for(demux, lum_demux_sensor_at(demux, i));
+}
+
+lum_demux_mixture lum_demux_mixed(const lum_demux *demux)
+{
+    lum_demux_mixture all = {.compared = 0};
+    for (size_t i = 0; i < demux->sensor_count; i++) {
+        const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+        if (is_asked_for(demux, sensor) &&
+            sensor->contradicting >= CONTRADICTING_MIN &&
+            sensor->contradicting >= sensor->compared / CONTRADICTING_SHARE) {
+            all.compared += sensor->compared;
+            all.contradicting += sensor->contradicting;
+        }
+    }
+    return all;
 }
 
 bool lum_demux_is_wanted(const lum_demux *demux)

@@ -35,8 +35,11 @@ typedef struct lum_demux_entry {
     struct lum_demux_entry *like;   /* the sensor that it may be */
     bool has_clock;
     uint64_t clock;     /* of a sensor's packet that was given last */
-    lum_recent *recent; /* of a sensor on a known interface; or NULL */
-    bool is_waiting;    /* data of it is held */
+    lum_recent *recent; /* of a sensor; or NULL */
+    uint32_t sent;      /* packets of a sensor */
+    uint32_t compared;  /* of these, with those next to them */
+    uint32_t contradicting;
+    bool is_waiting; /* data of it is held */
     bool is_sensor;
     bool is_further;     /* another sensor with this address came before */
     bool is_refused;     /* a sensor too many */

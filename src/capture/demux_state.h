@@ -57,6 +57,15 @@ bool lum_demux_is_unsure(const lum_demux *demux);
  */
 bool lum_demux_is_behind(const lum_demux *demux);
 
+/** Packets of sensors as one of which the data of two seems to come. */
+typedef struct lum_demux_mixture {
+    uint32_t compared;      /**< with those next to them in time, of all */
+    uint32_t contradicting; /**< of these; 0: no sensor seems to be two */
+} lum_demux_mixture;
+
+/** Those of the sensors that were asked for. */
+lum_demux_mixture lum_demux_mixed(const lum_demux *demux);
+
 /** Pass over the data of a sensor, which may not be known yet, or no longer. */
 void lum_demux_hold(lum_demux *demux, size_t sensor, bool is_held);
 

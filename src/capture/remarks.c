@@ -179,28 +179,54 @@ static bool say_order(const lum_demux_counters *counters, lum_error *out)
     return true;
 }
 
-/* Two sensors that are taken for one disturb each other. */
-static bool say_stray(const lum_demux_counters *counters, lum_error *out)
+/* What shows that two sensors are taken for one: they disturb each other, or
+ * both seem whole. */
+static bool find_mixture(const lum_demux_counters *counters,
+                         const lum_demux_mixture *mixture, lum_error *out)
 {
     const uint64_t stray =
         counters->assembly.stray + counters->assembly.conflict;
-    if (stray < STRAY_MIN ||
-        stray * STRAY_SHARE < counters->packets[LUM_PACKET_DATA]) {
+    if (stray >= STRAY_MIN &&
+        stray * STRAY_SHARE >= counters->packets[LUM_PACKET_DATA]) {
+        (void)lum_error_set(out,
+                            "%" PRIu64 " packets contradict others of their "
+                            "sensor or are far from its clock",
+                            stray);
+        return true;
+    }
+    if (mixture->contradicting != 0) {
+        (void)lum_error_set(out,
+                            "two sensors seem to be taken for one, and frames "
+                            "to have points of both: %" PRIu32 " of %" PRIu32
+                            " packets that were looked at do not fit to those "
+                            "next to them in time",
+                            mixture->contradicting, mixture->compared);
+        return true;
+    }
+    return false;
+}
+
+static bool say_mixture(const lum_demux_counters *counters,
+                        const lum_demux_mixture *mixture, lum_error *out)
+{
+    lum_error what;
+    if (!find_mixture(counters, mixture, &what)) {
         return false;
     }
-    (void)lum_error_set(
-        out,
-        "%" PRIu64 " packets contradict others of their sensor or are far from "
-        "its clock. If two sensors have one address, record "
-        "both interfaces into one pcapng file: dumpcap -i eth0 "
-        "-i eth1 -w out",
-        stray);
+    (void)lum_error_set(out,
+                        "%s. If two sensors have one address, record each on "
+                        "an interface of its own, not on \"any\", into one "
+                        "pcapng file: dumpcap -i eth0 -i eth1 -w out. If each "
+                        "packet is there twice, editcap -w 1 IN OUT drops the "
+                        "copies",
+                        what.text);
     return true;
 }
 
 bool lum_remarks_get(const lum_remarks *remarks,
-                     const lum_demux_counters *counters, uint16_t port,
-                     size_t i, lum_error *out)
+                     const lum_demux_counters *counters,
+                     const lum_demux_mixture *mixture, uint16_t port, size_t i,
+                     lum_error *out)
 {
     size_t n = i;
     if (say_order(counters, out) && n-- == 0) {
@@ -209,7 +235,7 @@ bool lum_remarks_get(const lum_remarks *remarks,
     if (remarks == NULL) {
         return false;
     }
-    if (say_stray(counters, out) && n-- == 0) {
+    if (say_mixture(counters, mixture, out) && n-- == 0) {
         return true;
     }
     if (say_port(remarks, port, out) && n-- == 0) {

@@ -21,6 +21,10 @@ enum {
     NEAR_US = 10000,
     DRIFT_OF = 10000, /* in a pause a clock drifts by less than one part */
 
+    /* Those that came before one that is compared, if all are there. */
+    COMPARED_BEFORE = 512,
+    SETTLED_AFTER = 64, /* packets behind the newest: the clock was set back */
+
     /* Without a clock only so many packets are compared: less than a frame. */
     CLOCKLESS_PACKETS = 64
 };
@@ -125,18 +129,17 @@ static bool is_same_place(const lum_seen *a, const lum_seen *b)
            a->first == b->first;
 }
 
-/* One of the sensor's packets is looked at. */
-static void look(lum_place_among *place, const lum_measure *m,
-                 const lum_seen *seen, const lum_seen *other)
+static bool is_within_line(const lum_measure *m, const lum_seen *a,
+                           const lum_seen *b)
+{
+    return size_of(lum_measure_us(m, a->clock, b->clock)) <= m->line_span_us;
+}
+
+static void take_neighbour(lum_place_among *place, const lum_measure *m,
+                           const lum_seen *seen, const lum_seen *other)
 {
     const int64_t us = lum_measure_us(m, other->clock, seen->clock);
     const uint64_t away = size_of(us) + 1u;
-    if (seen->eye != other->eye || away > m->line_span_us + 1u) {
-        return;
-    }
-    if (is_same_place(seen, other)) {
-        place->stand = LUM_STAND_ELSEWHERE;
-    }
     if (us >= 0 && (place->before_us == 0 || away < place->before_us)) {
         place->before_us = away;
         place->before = other->line;
@@ -145,6 +148,19 @@ static void look(lum_place_among *place, const lum_measure *m,
         place->after_us = away;
         place->after = other->line;
     }
+}
+
+/* One of the sensor's packets is looked at. */
+static void look(lum_place_among *place, const lum_measure *m,
+                 const lum_seen *seen, const lum_seen *other)
+{
+    if (seen->eye != other->eye || !is_within_line(m, seen, other)) {
+        return;
+    }
+    if (is_same_place(seen, other)) {
+        place->stand = LUM_STAND_ELSEWHERE;
+    }
+    take_neighbour(place, m, seen, other);
 }
 
 static bool is_near_line(const lum_measure *m, uint32_t a, uint32_t b)
@@ -223,6 +239,63 @@ lum_place_among lum_recent_place(const lum_recent *recent,
     return place;
 }
 
+/* Several lines may have one coarse clock. */
+static bool is_near_at_once(const lum_place_among *place, const lum_measure *m,
+                            const lum_seen *seen)
+{
+    return (place->before_us == 1u &&
+            is_near_line(m, seen->line, place->before)) ||
+           (place->after_us == 1u && is_near_line(m, seen->line, place->after));
+}
+
+/* How many packets, from the i-th on, newer ones or older ones, have one clock
+ * or clocks of two sensors in turn: up to where it was set back for good. */
+static uint32_t run_from(const lum_recent *recent, const lum_measure *m,
+                         uint32_t at, bool is_newer)
+{
+    const uint32_t most = is_newer ? at + 1u : recent->count - at;
+    uint64_t edge = recent_at(recent, at)->clock;
+    uint32_t behind = 0;
+    uint32_t n = 0;
+    while (n < most && behind < SETTLED_AFTER) {
+        const uint64_t clock =
+            recent_at(recent, is_newer ? at - n : at + n)->clock;
+        const int64_t us = lum_measure_us(m, edge, clock);
+        const bool is_on = is_newer ? us >= 0 : us <= 0;
+        behind = is_on ? 0 : behind + 1u;
+        edge = is_on ? clock : edge;
+        n++;
+    }
+    return n - (behind < SETTLED_AFTER ? 0 : behind);
+}
+
+bool lum_recent_contradicts(const lum_recent *recent,
+                            const lum_measure *measure)
+{
+    lum_place_among place = {.stand = LUM_STAND_FITS};
+    if (measure->clock_bits == 0 || recent->count == 0) {
+        return false;
+    }
+    /* those of another clock came before it, or, as likely, after it */
+    const uint32_t at = recent->count < LUM_RECENT_PACKETS
+                            ? recent->count / 2u
+                            : recent->count - COMPARED_BEFORE;
+    const lum_seen *seen = recent_at(recent, at);
+    const uint32_t newest = at + 1u - run_from(recent, measure, at, true);
+    const uint32_t end = at + run_from(recent, measure, at, false);
+    for (uint32_t i = newest; i < end; i++) {
+        const lum_seen *other = recent_at(recent, i);
+        if (other->eye == seen->eye && other->line != seen->line) {
+            take_neighbour(&place, measure, seen, other);
+        } else if (other->sum != seen->sum && is_same_place(seen, other) &&
+                   is_within_line(measure, seen, other)) {
+            place.stand = LUM_STAND_ELSEWHERE;
+        }
+    }
+    return !is_near_at_once(&place, measure, seen) &&
+           lum_place_stand(&place, measure, seen) >= LUM_STAND_ASTRAY;
+}
+
 /* --- Trials --- */
 
 void lum_trial_add(lum_trial *trial, const lum_seen *seen,
@@ -295,9 +368,9 @@ lum_verdict lum_trial_judge(const lum_trial *trial, const lum_measure *measure,
         elsewhere == 0 &&
         (n.of[LUM_STAND_NEXT] > 0 ||
          (n.of[LUM_STAND_REPEAT] >= REPEATS_ENOUGH && n.range_repeats > 0));
-    const bool is_over =
-        trial->count == LUM_TRIAL_PACKETS || passed_ns > LUM_TRIAL_NS ||
-        (trial->count >= COMPARED_ENOUGH && passed_ns > COMPARED_NS);
+    const bool is_over = trial->count == LUM_TRIAL_PACKETS ||
+                         passed_ns > LUM_TRIAL_NS ||
+                         (trial->count >= COMPARED_ENOUGH && passed_ns > COMPARED_NS);
     return is_own || is_same || is_over ? settle(trial, &n) : LUM_VERDICT_OPEN;
 }
 

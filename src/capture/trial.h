@@ -115,6 +115,12 @@ lum_place_among lum_recent_place(const lum_recent *recent,
 lum_stand lum_place_stand(const lum_place_among *place,
                           const lum_measure *measure, const lum_seen *seen);
 
+/** Whether one that is remembered cannot be of the sensor that sent those next
+ * to it in time: its line is not between theirs, or it is another packet of the
+ * same place. Not without a clock. */
+bool lum_recent_contradicts(const lum_recent *recent,
+                            const lum_measure *measure);
+
 /** A trial. All bytes 0: it begins. */
 typedef struct lum_trial {
     lum_seen seen[LUM_TRIAL_PACKETS];

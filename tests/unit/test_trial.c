@@ -6,6 +6,8 @@
 
 #include <cmocka.h>
 
+#include "capture/demux_state.h"
+#include "capture/remarks.h"
 #include "capture/trial.h"
 #include "drive.h"
 
@@ -119,6 +121,7 @@ static int end(void **state)
 
 struct result {
     size_t sensors;
+    lum_demux_mixture mixture;
     uint64_t lines[LUM_DEMUX_SENSORS_MAX]; /* a sum of all that is in them */
     lum_demux_counters counted[LUM_DEMUX_SENSORS_MAX];
     lum_demux_counters total;
@@ -188,6 +191,7 @@ static void finish(lum_demux *demux, struct result *out)
     }
     assert_int_equal(r, LUM_OK);
     out->sensors = lum_demux_sensor_count(demux);
+    out->mixture = lum_demux_mixed(demux);
     for (size_t i = 0; i < out->sensors; i++) {
         out->counted[i].struct_size = sizeof out->counted[i];
         assert_int_equal(lum_demux_count(demux, i, &out->counted[i]), LUM_OK);
@@ -228,6 +232,8 @@ static void assert_as_ever(void)
     run(NULL, false, &plain);
     assert_int_equal(plain.sensors, 1);
     assert_int_equal(named.sensors, 1);
+    assert_int_equal(plain.mixture.contradicting, 0);
+    assert_int_equal(named.mixture.contradicting, 0);
     assert_true(named.lines[0] == plain.lines[0]);
     assert_same_counters(&named.total, &plain.total);
     assert_same_counters(&named.counted[0], &plain.counted[0]);
@@ -243,6 +249,7 @@ static void assert_two(void)
     const char *second = strcmp(first, "eth0") == 0 ? "eth1" : "eth0";
     run(NULL, true, &both);
     assert_int_equal(both.sensors, 2);
+    assert_int_equal(both.mixture.contradicting, 0);
     for (size_t i = 0; i < 2; i++) {
         struct result alone;
         run(i == 0 ? first : second, true, &alone);
@@ -289,6 +296,61 @@ static void two_sensors_are_two_however_alike(void **state)
     }
     frame_lines = 640;
     line_us = 156;
+}
+
+static void assert_warned(const struct result *result)
+{
+    const lum_remarks remarks = {.port_count = 0};
+    lum_error text = {""};
+    assert_true(lum_remarks_get(&remarks, &result->total, &result->mixture,
+                                LUM_PORT, 0, &text));
+    assert_non_null(strstr(text.text, "dumpcap -i eth0 -i eth1 -w out"));
+    assert_null(strchr(text.text, '\n'));
+}
+
+/* Also where all packets of one of them are late, or both seem whole. */
+static void two_sensors_on_one_interface_are_told(void **state)
+{
+    static const uint32_t clocks[] = {3000, 10000, 0u - 10000u, 50000};
+    static const uint32_t phases[] = {0, 1, 5, 30};
+    (void)state;
+    frame_lines = 64;
+    line_us = 1562;
+    for (size_t c = 0; c < sizeof clocks / sizeof clocks[0]; c++) {
+        for (size_t p = 0; p < sizeof phases / sizeof phases[0]; p++) {
+            struct result mixed;
+            send_alike(clocks[c], phases[p], 5000);
+            run(NULL, false, &mixed);
+            assert_int_equal(mixed.sensors, 1);
+            assert_in_range(mixed.mixture.contradicting, 6,
+                            mixed.mixture.compared);
+            assert_warned(&mixed);
+            forget();
+        }
+    }
+    frame_lines = 640;
+    line_us = 156;
+}
+
+/* Its clock comes again where it was; the frame, elsewhere. */
+static void a_sensor_that_begins_anew_is_one(void **state)
+{
+    const struct way first = {
+        .clock = 1000000, .interface = "eth0", .lines = 100};
+    const struct way second = {.clock = 1000000,
+                               .interface = "eth0",
+                               .phase = 30,
+                               .first = 50,
+                               .begin_ns = INT64_C(3000000000),
+                               .lines = 600};
+    struct result result;
+    (void)state;
+    send(&first);
+    send(&second);
+    run(NULL, false, &result);
+    assert_int_equal(result.sensors, 1);
+    assert_int_equal(result.mixture.contradicting, 0);
+    forget();
 }
 
 /* A copy of each packet of eth0, so much later. */
@@ -350,6 +412,7 @@ static void late_repeats_are_late(void **state)
             run(NULL, true, &both);
             run("eth0", true, &alone);
             assert_int_equal(both.sensors, 1);
+            assert_int_equal(both.mixture.contradicting, 0);
             /* at the end they fill what lacks in the last lines */
             assert_true(keeps < 10 || both.lines[0] == alone.lines[0]);
             assert_int_equal(both.total.assembly.stray, 0);
@@ -555,6 +618,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         FACT(two_sensors_are_two_however_alike),
+        FACT(two_sensors_on_one_interface_are_told),
+        FACT(a_sensor_that_begins_anew_is_one),
         FACT(repeats_are_repeats),
         FACT(late_repeats_are_late),
         FACT(damaged_repeats_prove_nothing),
