@@ -370,7 +370,7 @@ lum_verdict lum_trial_judge(const lum_trial *trial, const lum_measure *measure,
          (n.of[LUM_STAND_REPEAT] >= REPEATS_ENOUGH && n.range_repeats > 0));
     const bool is_over = trial->count == LUM_TRIAL_PACKETS ||
                          passed_ns > LUM_TRIAL_NS ||
-                         (trial->count >= COMPARED_ENOUGH && passed_ns > COMPARED_NS);
+                         (placed >= COMPARED_ENOUGH && passed_ns > COMPARED_NS);
     return is_own || is_same || is_over ? settle(trial, &n) : LUM_VERDICT_OPEN;
 }
 
