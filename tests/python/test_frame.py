@@ -1,6 +1,7 @@
 """Frames: columns, grids, clocks, lines; arrays that outlive all; frames as values."""
 import datetime
 import gc
+import pathlib
 import pickle
 import struct
 import subprocess
@@ -10,7 +11,7 @@ import warnings
 import lumsdk
 import numpy as np
 import pytest
-from conftest import PATIENCE_S
+from conftest import BIN, PATIENCE_S
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -222,6 +223,13 @@ def test_losses_are_told_by_cause(frames):
                                       "lines_late", "points_cut", "no_angle", "no_range"]
     info = frames[1].info
     assert info["points"] == len(frames[1]) and info["sensor"] == "10.42.0.37" and "rows_blue" in info
+
+
+def test_a_frame_that_holds_a_pause_is_not_complete(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(pathlib.Path(__file__).parents[1] / "tools"))
+    import outages
+    runs, wrong, _ = outages.quick(BIN, tmp_path, lumsdk)
+    assert runs > 130 and not wrong
 
 
 def test_it_is_shown_with_counts(frame):

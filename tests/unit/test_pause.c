@@ -209,6 +209,24 @@ static void an_eye_pauses_alone(void **state)
     expect(&s, 1, LINES * PERIOD_US, LINES - 30u);
 }
 
+/* Behind the jump of its clock green begins a frame, and blue follows in the
+ * middle of a sweep: its numbers show 43 lines that it has sent. */
+static void numbers_of_the_other_eye_may_show_more_than_is_missing(void **state)
+{
+    (void)state;
+    struct stream s;
+    begin(&s);
+    s.period_us = GAP_US / 32u;
+    go(&s, LINES + 10u);
+    for (uint32_t i = 0; i < 33u; i++) {
+        take(&s, LUM_EYE_BLUE, s.frame, s.number, s.clock_us);
+        step(&s);
+    }
+    s.frame++;
+    go(&s, LINES);
+    expect(&s, 1, 33u * s.period_us, 0);
+}
+
 static bool has_pause_of(unsigned eyes)
 {
     struct stream s;
@@ -361,12 +379,11 @@ static lum_pause_counts go_with_state(uint32_t at)
             const lum_pause before = s.pause;
             lum_pause_pack(&s.pause, &written);
             lum_pack read = lum_pack_of(written.written, written.len);
-            s.pause = (lum_pause){.gap_us = before.gap_us,
-                                  .tick_us = before.tick_us,
-                                  .counts = before.counts};
+            s.pause =
+                (lum_pause){.clock = before.clock, .counts = before.counts};
             lum_pause_pack(&s.pause, &read);
             assert_false(read.has_failed);
-            s.pause.is_counted = before.is_counted;
+            s.pause.latest.is_counted = before.latest.is_counted;
             lum_pack_reset(&written);
         }
         go(&s, 1);
@@ -437,6 +454,8 @@ int main(void)
         cmocka_unit_test(sweeps_that_vanished_are_counted),
         cmocka_unit_test(what_numbers_show_is_in_no_pause),
         cmocka_unit_test(an_eye_pauses_alone),
+        cmocka_unit_test(
+            numbers_of_the_other_eye_may_show_more_than_is_missing),
         cmocka_unit_test(a_frame_without_the_eye_that_paused_is_whole),
         cmocka_unit_test(a_jump_of_the_clock_is_a_pause),
         cmocka_unit_test(a_clock_that_started_again_tells_no_time),
