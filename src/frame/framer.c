@@ -1277,6 +1277,17 @@ lum_result lum_framer_count(const lum_framer *framer, size_t sensor,
                                                            : LUM_E_VALUE;
 }
 
+uint64_t lum_framer_refused(const lum_demux_counters *packets,
+                            const lum_framer_counters *lines)
+{
+    const lum_assembly_counters *a = &packets->assembly;
+    const uint64_t *kinds = packets->packets;
+    return a->late + a->conflict + a->no_room + a->stray -
+           lines->stray_at_breaks + kinds[LUM_PACKET_MALFORMED] +
+           kinds[LUM_PACKET_UNKNOWN_TAG] + kinds[LUM_PACKET_UNKNOWN_TYPE] +
+           kinds[LUM_PACKET_FOREIGN];
+}
+
 bool lum_framer_range(const lum_framer *framer, size_t sensor, int64_t *first,
                       int64_t *last)
 {

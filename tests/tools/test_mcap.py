@@ -10,11 +10,12 @@ import signal
 import struct
 import unittest
 
+import outages
 import shards
 import yaml
 from live import Sensor, tool, wait_until
 from mcap_file import File, statuses_of
-from support import Folder, group, line, pcap, read_csv, run, simulate, udp, word
+from support import BIN, Folder, group, line, pcap, read_csv, run, simulate, udp, word
 
 ADDRESSES = (f"127.21.0.{i}" for i in itertools.count(1))
 PLAIN = ("--compression", "none")
@@ -77,6 +78,13 @@ class Capture(Case):
         self.assertEqual(int(data[3]["points"]), sum(len(c.points) for c in file.clouds()))
         self.assertEqual((losses[0], losses[1]), ("lumdump: losses", 1))
         self.assertGreater(int(losses[3]["lost_words"]), 0)
+
+    def test_a_stray_of_a_break_is_among_all(self):
+        capture = outages.Capture(BIN, self.folder.path, 64, 10, 6, 1)
+        capture.without(210000, 170000)
+        self.dump(capture.path, "-o", self.folder / "a.mcap", *PLAIN, "-q")
+        losses = statuses_of(self.file("a.mcap").of("/diagnostics")[1])[0][3]
+        self.assertEqual([losses[key] for key in ("pauses", "stray", "stray_at_breaks")], ["1", "2", "2"])
 
     def test_it_says_where_it_is_from(self):
         calibration = self.folder.write("c.yaml", "speed_of_light: 299792458\n")

@@ -326,6 +326,12 @@ static void without_a_clock_arrivals_tell_a_second(void **state)
     lum_pause_end(&s.pause);
     assert_int_equal(s.pause.counts.pauses, 1);
     assert_in_range(s.pause.counts.paused_us, 3000000, 3000000 + PERIOD_US);
+    s.arrival_ns -= 3600 * SECOND_NS; /* the host's clock was set */
+    go(&s, LINES);
+    s.arrival_ns += 3 * SECOND_NS;
+    go(&s, LINES);
+    lum_pause_end(&s.pause);
+    assert_int_equal(s.pause.counts.pauses, 2);
 }
 
 static void another_scan_is_no_pause(void **state)
@@ -339,6 +345,24 @@ static void another_scan_is_no_pause(void **state)
         go(&s, 3u * s.lines);
         expect_none(&s);
     }
+    miss(&s, s.lines, false);
+    go(&s, s.lines);
+    expect(&s, 1, s.lines * PERIOD_US, 2u * s.lines);
+}
+
+/* The period is not exact. */
+static void a_sweep_that_takes_a_little_longer_is_no_pause(void **state)
+{
+    (void)state;
+    struct stream s;
+    begin(&s);
+    s.lines = 10u * LINES;
+    s.period_us = PERIOD_US / 10u;
+    go(&s, s.lines + 30u);
+    miss(&s, 9u * LINES, true);
+    pass(&s, 12 * s.period_us);
+    go(&s, s.lines);
+    expect_none(&s);
 }
 
 /* Frames in which one lies, or whose end it took. */
@@ -462,6 +486,7 @@ int main(void)
         cmocka_unit_test(a_coarse_clock_tells_as_much_as_it_can),
         cmocka_unit_test(without_a_clock_arrivals_tell_a_second),
         cmocka_unit_test(another_scan_is_no_pause),
+        cmocka_unit_test(a_sweep_that_takes_a_little_longer_is_no_pause),
         cmocka_unit_test(a_frame_knows_its_pauses),
         cmocka_unit_test(its_state_can_be_kept_at_any_line),
         cmocka_unit_test(a_state_without_a_period_can_be_kept),

@@ -101,7 +101,8 @@ static enum pass_result tell_losses(struct pass *pass, struct health *h,
     add(h, "duplicate", a->duplicate);
     add_loss(h, "conflict", a->conflict);
     add_loss(h, "no_room", a->no_room);
-    add_loss(h, "stray", a->stray - p->stray_at_breaks);
+    add_loss(h, "stray", a->stray);
+    add(h, "stray_at_breaks", p->stray_at_breaks);
     add_loss(h, "bad_words", a->bad_words);
     add_loss(h, "malformed", c->packets[LUM_PACKET_MALFORMED]);
     add_loss(h, "unknown_tag", c->packets[LUM_PACKET_UNKNOWN_TAG]);

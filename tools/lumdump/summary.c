@@ -15,14 +15,20 @@ struct named {
     uint64_t value;
 };
 
+struct part {
+    struct named row;
+    const char *of; /* the key of a loss */
+};
+
 /* Rows of each list: where one has more, this does not compile. */
 enum {
     KINDS = 8,
     CONTENT = 6,
     LOSSES = 22,
-    UNDER_WAY = 5,
+    UNDER_WAY = 4,
+    PARTS = UNDER_WAY + 1,
     LIVE_LOSSES = 4,
-    NAMED_MAX = KINDS + CONTENT + LOSSES + UNDER_WAY + LIVE_LOSSES + 1
+    NAMED_MAX = KINDS + CONTENT + LOSSES + PARTS + LIVE_LOSSES + 1
 };
 
 /* --- Counting --- */
@@ -115,8 +121,10 @@ static size_t list_content(const lum_demux_counters *c,
     return CONTENT;
 }
 
+/* paused: what `pauses` means. */
 static size_t list_losses(const lum_demux_counters *c,
-                          const lum_framer_counters *p, struct named *out)
+                          const lum_framer_counters *p, const char *paused,
+                          struct named *out)
 {
     const lum_assembly_counters *a = &c->assembly;
     const uint64_t *k = c->packets;
@@ -129,7 +137,7 @@ static size_t list_losses(const lum_demux_counters *c,
          p->lines_missing},
         {"lines_in_pauses", "lines missing in pauses, but for lines_skipped",
          p->lines_in_pauses},
-        {"pauses", "times that no lines came", p->pauses},
+        {"pauses", paused, p->pauses},
         {"lines_cut", "lines beyond the most that a frame has", p->lines_cut},
         {"no_angle", "words whose pixel has no angles", p->losses.no_angle},
         {"no_range", "words without a range above zero", p->losses.no_range},
@@ -158,26 +166,47 @@ static size_t list_losses(const lum_demux_counters *c,
     return LOSSES;
 }
 
-/* What of the losses is none. */
-static size_t list_under_way(const lum_framer_counters *p, struct named *out)
+/* What of the losses is none, as they were under way. */
+static size_t list_under_way(const lum_framer_counters *p, struct part *out)
 {
     const lum_under_way *u = &p->under_way;
-    const struct named rows[UNDER_WAY] = {
-        {"lines_under_way",
-         "of lines_missing_angles: cut by the stream's begin or end, not lost",
-         u->lines},
-        {"words_under_way", "of lost_words: the same", u->words},
-        {"no_angle_under_way", "of no_angle: the same", u->no_angle},
-        {"missing_under_way",
-         "of lines_missing: of the frames that were cut so",
-         p->missing_under_way},
-        {"stray_at_breaks", "of stray: they began again after a pause",
-         p->stray_at_breaks},
+    const struct part parts[UNDER_WAY] = {
+        {{"lines_under_way",
+          "of lines_missing_angles: cut by the stream's begin or end, not lost",
+          u->lines},
+         "lines_missing_angles"},
+        {{"words_under_way", "of lost_words: the same", u->words},
+         "lost_words"},
+        {{"no_angle_under_way", "of no_angle: the same", u->no_angle},
+         "no_angle"},
+        {{"missing_under_way",
+          "of lines_missing: of the frames that were cut so",
+          p->missing_under_way},
+         "lines_missing"},
     };
     for (size_t i = 0; i < UNDER_WAY; i++) {
-        out[i] = rows[i];
+        out[i] = parts[i];
     }
     return UNDER_WAY;
+}
+
+/* All that is none. */
+static size_t list_parts(const lum_framer_counters *p, struct part *out)
+{
+    size_t n = list_under_way(p, out);
+    out[n++] = (struct part){{"stray_at_breaks",
+                              "of stray: they began again after a pause",
+                              p->stray_at_breaks},
+                             "stray"};
+    return n;
+}
+
+static size_t rows_of(const struct part *parts, size_t n, struct named *out)
+{
+    for (size_t i = 0; i < n; i++) {
+        out[i] = parts[i].row;
+    }
+    return n;
 }
 
 static double duration_s(const struct summary *s)
@@ -188,10 +217,11 @@ static double duration_s(const struct summary *s)
 static size_t list_all(const lum_demux_counters *c,
                        const lum_framer_counters *p, struct named *out)
 {
+    struct part parts[PARTS];
     size_t n = list_kinds(c, out);
     n += list_content(c, p, out + n);
-    n += list_losses(c, p, out + n);
-    n += list_under_way(p, out + n);
+    n += list_losses(c, p, "times that no lines came", out + n);
+    n += rows_of(parts, list_parts(p, parts), out + n);
     return n;
 }
 
@@ -655,32 +685,18 @@ static void print_rates(const struct summary *s,
                   (double)points->points / seconds);
 }
 
-/* If all of a loss is in lines that were under way, it is not a loss. */
-static void leave_out_under_way(struct named *losses, size_t n,
-                                const lum_framer_counters *points)
+/* A loss of which all is a part that is none is left out. */
+static void leave_out_parts(struct named *losses, size_t n,
+                            const lum_framer_counters *points)
 {
-    static const char *const keys[UNDER_WAY - 1] = {
-        "lines_missing_angles", "lost_words", "no_angle", "lines_missing"};
-    struct named under_way[UNDER_WAY];
-    (void)list_under_way(points, under_way);
+    struct part parts[PARTS];
+    const size_t count = list_parts(points, parts);
     for (size_t i = 0; i < n; i++) {
-        for (size_t k = 0; k < UNDER_WAY - 1; k++) {
-            if (strcmp(losses[i].key, keys[k]) == 0 &&
-                losses[i].value == under_way[k].value) {
+        for (size_t k = 0; k < count; k++) {
+            if (strcmp(parts[k].of, losses[i].key) == 0 &&
+                losses[i].value == parts[k].row.value) {
                 losses[i].value = 0;
             }
-        }
-    }
-}
-
-static void name_pauses(struct named *losses, size_t n,
-                        const lum_framer_counters *points, char text[64])
-{
-    (void)snprintf(text, 64, "times that no lines came, %.3f s in all",
-                   paused_s(points));
-    for (size_t i = 0; i < n; i++) {
-        if (strcmp(losses[i].key, "pauses") == 0) {
-            losses[i].meaning = text;
         }
     }
 }
@@ -688,13 +704,12 @@ static void name_pauses(struct named *losses, size_t n,
 static void print_losses(const struct summary *s, const lum_demux_counters *c,
                          const lum_framer_counters *points, FILE *out)
 {
-    char pauses[64];
+    char paused[64];
     struct named rows[NAMED_MAX];
-    lum_demux_counters shown = *c;
-    shown.assembly.stray -= points->stray_at_breaks;
-    size_t n = list_losses(&shown, points, rows);
-    leave_out_under_way(rows, n, points);
-    name_pauses(rows, n, points, pauses);
+    (void)snprintf(paused, sizeof paused,
+                   "times that no lines came, %.3f s in all", paused_s(points));
+    size_t n = list_losses(c, points, paused, rows);
+    leave_out_parts(rows, n, points);
     n += s->live != NULL ? list_live_losses(s->live, rows + n) : 0;
     rows[n++] =
         (struct named){"damaged", "parts of the capture that could not be read",
@@ -711,6 +726,7 @@ static void print_losses(const struct summary *s, const lum_demux_counters *c,
 void summary_print_text(const struct summary *s, FILE *out)
 {
     const lum_framer_counters points = summary_count(s);
+    struct part parts[PARTS];
     struct named rows[NAMED_MAX];
     lum_demux_counters total = {.struct_size = sizeof total};
     lum_demux_total(lum_framer_demux(s->framer), &total);
@@ -728,6 +744,7 @@ void summary_print_text(const struct summary *s, FILE *out)
     print_rates(s, &points, out);
     print_clocks(s, out);
     /* the last one is of pauses */
-    print_nonzero("under way", rows, list_under_way(&points, rows) - 1u, out);
+    print_nonzero("under way", rows,
+                  rows_of(parts, list_under_way(&points, parts), rows), out);
     print_losses(s, &total, &points, out);
 }

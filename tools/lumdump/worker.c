@@ -52,11 +52,7 @@ static void make_view(struct worker *w)
     view.lost_words = c.assembly.lost_words - points.under_way.words;
     view.lost_lines = c.assembly.lines_skipped + points.lines_in_pauses +
                       c.assembly.lines_missing_angles - points.under_way.lines;
-    view.refused =
-        c.assembly.late + c.assembly.conflict + c.assembly.no_room +
-        c.assembly.stray - points.stray_at_breaks +
-        c.packets[LUM_PACKET_MALFORMED] + c.packets[LUM_PACKET_UNKNOWN_TAG] +
-        c.packets[LUM_PACKET_UNKNOWN_TYPE] + c.packets[LUM_PACKET_FOREIGN];
+    view.refused = lum_framer_refused(&c, &points);
     (void)pthread_mutex_lock(&w->lock);
     view.taken = w->view.taken;
     view.lost = w->view.lost;

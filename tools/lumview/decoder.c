@@ -129,11 +129,7 @@ static void count_all(const struct decoder *d, struct totals *out)
     out->joined_words = lines.under_way.words;
     out->joined_lines = lines.under_way.lines;
     out->pauses = lines.pauses;
-    out->refused =
-        c.assembly.late + c.assembly.conflict + c.assembly.no_room +
-        c.assembly.stray - lines.stray_at_breaks +
-        c.packets[LUM_PACKET_MALFORMED] + c.packets[LUM_PACKET_UNKNOWN_TAG] +
-        c.packets[LUM_PACKET_UNKNOWN_TYPE] + c.packets[LUM_PACKET_FOREIGN];
+    out->refused = lum_framer_refused(&c, &lines);
 }
 
 /* Points of skipped frames were not counted, except those of a line that ends

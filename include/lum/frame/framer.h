@@ -256,6 +256,14 @@ typedef struct lum_framer_counters {
                                    clock, which is a pause */
 } lum_framer_counters;
 
+/** Datagrams that were refused: late, in conflict, without room, stray,
+ * malformed, of an unknown tag or type, foreign. A stray that began a jump of
+ * the clock is part of a pause, and not among them: this alone, and
+ * stray_at_breaks, knows that; lum_assembly_counters.stray has all.
+ * @param packets, lines those of the same sensors. Thread safe. */
+uint64_t lum_framer_refused(const lum_demux_counters *packets,
+                            const lum_framer_counters *lines);
+
 /** Read the counters of a sensor.
  * @param sensor an index of lum_demux_address(); of one that sent no line
  *               all are 0.

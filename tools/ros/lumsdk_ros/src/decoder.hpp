@@ -21,7 +21,7 @@ struct DecoderCounts {
                             // not
     uint64_t pauses = 0;    // of the sensors
     uint64_t in_pauses = 0; // lines missing in them
-    uint64_t breaks = 0;    // strays that are no loss: they began again
+    uint64_t breaks = 0;    // of demux.assembly.stray: they began again
     uint64_t clouds = 0;
     uint64_t points = 0;
     uint64_t left_out = 0; // points of lines behind their cloud
