@@ -29,7 +29,7 @@ static uint64_t length_us(const lum_pause_latest *l)
 /* What it is in the counts. */
 static lum_pause_counts share(const lum_pause_latest *l)
 {
-    if (!l->has_pause || !l->is_counted) {
+    if (!l->has_pause) {
         return (lum_pause_counts){.pauses = 0};
     }
     return (lum_pause_counts){.pauses = 1,
@@ -48,7 +48,6 @@ static void join(lum_pause_latest *l, const lum_pause_found *found)
 {
     if (!l->has_pause) {
         l->has_pause = true;
-        l->is_counted = true;
         l->is_break = false;
         l->from_us = found->from_us;
         l->to_us = found->to_us;
@@ -126,7 +125,7 @@ static void note(lum_pause *p, unsigned eye, const lum_pause_found *found)
         join(l, found);
         mark_frames(p, eye, found);
     }
-    if (is_new || l->fresh > 0) {
+    if (is_new) {
         add_lines(l, found->lines);
     }
     if (found->turn_lines > 0 && overlaps(l, found->turn_us, found->turn_us)) {
@@ -206,10 +205,13 @@ bool lum_pause_frame_ends(lum_pause *p, uint32_t frame, unsigned eyes,
     bool has_pause = false;
     *lines = 0;
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        const lum_pause_eye *e = &p->eye[eye];
+        const bool is_torn = lum_pause_eye_doubts(e, frame);
         end_eye(p, eye, false);
         has_pause =
-            has_pause || (is_wanted(eyes, eye) && !is_end &&
-                          lum_pause_eye_has_stopped(&p->eye[eye], frame));
+            has_pause ||
+            (is_wanted(eyes, eye) &&
+             (is_torn || (!is_end && lum_pause_eye_has_stopped(e, frame))));
     }
     return take_marks(p, frame, eyes, lines) || has_pause;
 }
@@ -229,28 +231,6 @@ static void pack_frame(lum_pack *p, lum_pause_frame *f)
     }
 }
 
-static bool is_possible(const lum_pause_latest *l)
-{
-    return l->lines >= -LUM_PAUSE_CLOCK_MAX_US &&
-           l->lines <= LUM_PAUSE_CLOCK_MAX_US &&
-           l->from_us >= -LUM_PAUSE_CLOCK_MAX_US && l->from_us <= l->to_us &&
-           l->to_us <= LUM_PAUSE_CLOCK_MAX_US;
-}
-
-static void pack_latest(lum_pack *p, lum_pause_latest *l)
-{
-    lum_pack_u8(p, &l->fresh);
-    lum_pack_i64(p, &l->lines);
-    lum_pack_bool(p, &l->has_pause);
-    lum_pack_bool(p, &l->is_break);
-    lum_pack_i64(p, &l->from_us);
-    lum_pack_i64(p, &l->to_us);
-    l->is_counted = l->is_counted && !lum_pack_is_reading(p);
-    if (!lum_pack_check(p, is_possible(l))) {
-        *l = (lum_pause_latest){.fresh = 0};
-    }
-}
-
 void lum_pause_pack(lum_pause *p, lum_pack *pack)
 {
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
@@ -263,5 +243,7 @@ void lum_pause_pack(lum_pause *p, lum_pack *pack)
     if (!lum_pack_check(pack, p->frames_next < LUM_PAUSE_FRAMES)) {
         p->frames_next = 0;
     }
-    pack_latest(pack, &p->latest);
+    if (lum_pack_is_reading(pack)) {
+        p->latest = (lum_pause_latest){.fresh = 0};
+    }
 }

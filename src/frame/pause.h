@@ -34,10 +34,9 @@ typedef struct lum_pause_counts {
 /* The latest pause. Numbers may show lines of it before it is confirmed and
  * after, also as lines of the other eye. */
 typedef struct lum_pause_latest {
-    uint8_t fresh;   /* lines of both eyes that may yet show some */
-    int64_t lines;   /* missing by the clock, less those that numbers show */
-    bool has_pause;  /* else there is but what numbers show */
-    bool is_counted; /* else it was told elsewhere in the stream */
+    uint8_t fresh;  /* lines of both eyes that may yet show some */
+    int64_t lines;  /* missing by the clock, less those that numbers show */
+    bool has_pause; /* else there is but what numbers show */
     bool is_break;
     int64_t from_us;
     int64_t to_us;
@@ -75,8 +74,8 @@ void lum_pause_join(lum_pause *p);
 bool lum_pause_frame_ends(lum_pause *p, uint32_t frame, unsigned eyes,
                           bool is_end, uint64_t *lines);
 
-/* All but what lum_pause_init() sets and the counts, in either direction. The
- * counts begin anew where it is read. */
+/* All but what lum_pause_init() sets, the latest pause and the counts, in
+ * either direction: these begin anew where it is read. */
 void lum_pause_pack(lum_pause *p, lum_pack *pack);
 
 #endif

@@ -61,8 +61,7 @@ static int64_t silence_us(const lum_pause_line *a, const lum_pause_line *b,
 static int64_t unseen(const lum_pause_eye *e, const lum_pause_place *at,
                       const lum_pause_line *b, bool is_break)
 {
-    int64_t us = silence_us(&at->line, b, is_break);
-    us = us < 0 && is_break ? 0 : us;
+    const int64_t us = silence_us(&at->line, b, is_break);
     return lum_pause_scan_lines(&e->scan, &at->line, b, us) -
            skipped(at, b, is_break);
 }
@@ -300,6 +299,12 @@ bool lum_pause_eye_has_stopped(const lum_pause_eye *e, uint32_t frame)
     return last != NULL && lum_pause_turns(frame, last->frame) == 0 &&
            (last->frame != frame || e->scan.sweep == 0 ||
             last->number + UINT64_C(1) < e->scan.sweep);
+}
+
+bool lum_pause_eye_doubts(const lum_pause_eye *e, uint32_t frame)
+{
+    return e->next_count == 1u && e->doubted.frame == frame &&
+           lum_pause_turns(frame, e->last.frame) > 0;
 }
 
 /* --- As bytes --- */

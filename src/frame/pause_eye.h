@@ -135,6 +135,10 @@ void lum_pause_eye_join(lum_pause_eye *e);
  * expected any more. */
 bool lum_pause_eye_has_stopped(const lum_pause_eye *e, uint32_t frame);
 
+/* Whether its latest line is a straggler of a frame, far behind lines of the
+ * next by its clock: no other will confirm that before the frame ends. */
+bool lum_pause_eye_doubts(const lum_pause_eye *e, uint32_t frame);
+
 /* In either direction, as that of a scan. */
 void lum_pause_eye_pack(lum_pause_eye *e, lum_pack *pack);
 

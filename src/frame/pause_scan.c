@@ -42,8 +42,7 @@ bool lum_pause_scan_begin(lum_pause_scan *s, const lum_pause_line *lines,
     for (unsigned i = 1; i < count; i++) {
         const int64_t us = lum_pause_between_us(&lines[i - 1u], &lines[i]);
         const int64_t numbers = steps(&lines[i - 1u], &lines[i]);
-        if (lines[i].frame != lines[i - 1u].frame || numbers <= 0 || us <= 0 ||
-            us > PERIOD_MAX_US) {
+        if (numbers <= 0 || us <= 0 || us > PERIOD_MAX_US) {
             continue;
         }
         unsigned at = n++;
@@ -66,8 +65,9 @@ int64_t lum_pause_scan_us(const lum_pause_scan *s, int64_t lines)
 }
 
 /* Rounded. */
-static int64_t periods(const lum_pause_scan *s, int64_t us)
+static int64_t periods(const lum_pause_scan *s, int64_t all_us)
 {
+    const int64_t us = clamp(all_us, LUM_PAUSE_TIME_MAX_US);
     const int64_t half = us < 0 ? -s->sum_us / 2 : s->sum_us / 2;
     return (us * s->sum_lines + half) / s->sum_us;
 }
@@ -85,12 +85,11 @@ int64_t lum_pause_scan_lines(const lum_pause_scan *s, const lum_pause_line *a,
 void lum_pause_scan_follow(lum_pause_scan *s, const lum_pause_line *a,
                            const lum_pause_line *b)
 {
-    const int64_t n = steps(a, b);
-    if (b->frame != a->frame || n <= 0 || n > LUM_PAUSE_LINES_MIN) {
+    if (steps(a, b) != 1) {
         return;
     }
     s->sum_us += lum_pause_between_us(a, b);
-    s->sum_lines += n;
+    s->sum_lines++;
     if (s->sum_lines >= WINDOW_LINES) {
         s->sum_us = (s->sum_us + 1) / 2;
         s->sum_lines = (s->sum_lines + 1) / 2;
@@ -116,8 +115,7 @@ int64_t lum_pause_scan_turn(lum_pause_scan *s, const lum_pause_line *a,
         told = s->is_first_turn && us > s->turn_us - few_us
                    ? periods(s, s->turn_us)
                    : 0;
-        s->turn_us = us < s->turn_us ? us : s->turn_us;
-        s->turn_us = s->turn_us < few_us ? 0 : s->turn_us;
+        s->turn_us = us >= s->turn_us ? s->turn_us : us > 0 ? us : 0;
         s->is_first_turn = false;
     }
     if (lines > s->sweep || s->sweep - lines >= LUM_PAUSE_LINES_MIN) {

@@ -116,6 +116,12 @@ class Pauses(unittest.TestCase):
         got = capture.without(93.99 * capture.sweep_us / 64, 170000)
         self.assertEqual((got["pauses"], got["stray"], got["stray_at_breaks"]), (1, 2, 2))
         self.assertNotRegex(run("lumdump", capture.path).stdout, r"stray ")
+        kept = capture.cut(93.99 * capture.sweep_us / 64, 170000)[1]
+        far = bytearray(kept[20][2])
+        far[16 + outages.CLOCK + 3] ^= 0x40
+        got = capture.summary_of([*kept[:20], (0, 0, bytes(far)), *kept[20:]])
+        self.assertEqual((got["stray"], got["stray_at_breaks"]), (3, 2))
+        self.assertRegex(run("lumdump", capture.path).stdout, r" 3 +stray .*\n(.*\n)* +2 +stray_at_breaks ")
 
 
 class Case(unittest.TestCase):

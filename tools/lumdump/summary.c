@@ -190,14 +190,18 @@ static size_t list_under_way(const lum_framer_counters *p, struct part *out)
     return UNDER_WAY;
 }
 
+static struct named name_breaks(const lum_framer_counters *p)
+{
+    return (struct named){"stray_at_breaks",
+                          "of stray: they began again after a pause",
+                          p->stray_at_breaks};
+}
+
 /* All that is none. */
 static size_t list_parts(const lum_framer_counters *p, struct part *out)
 {
     size_t n = list_under_way(p, out);
-    out[n++] = (struct part){{"stray_at_breaks",
-                              "of stray: they began again after a pause",
-                              p->stray_at_breaks},
-                             "stray"};
+    out[n++] = (struct part){name_breaks(p), "stray"};
     return n;
 }
 
@@ -710,6 +714,9 @@ static void print_losses(const struct summary *s, const lum_demux_counters *c,
                    "times that no lines came, %.3f s in all", paused_s(points));
     size_t n = list_losses(c, points, paused, rows);
     leave_out_parts(rows, n, points);
+    if (points->stray_at_breaks < c->assembly.stray) {
+        rows[n++] = name_breaks(points);
+    }
     n += s->live != NULL ? list_live_losses(s->live, rows + n) : 0;
     rows[n++] =
         (struct named){"damaged", "parts of the capture that could not be read",
@@ -743,7 +750,6 @@ void summary_print_text(const struct summary *s, FILE *out)
     print_nonzero("content", rows, list_content(&total, &points, rows), out);
     print_rates(s, &points, out);
     print_clocks(s, out);
-    /* the last one is of pauses */
     print_nonzero("under way", rows,
                   rows_of(parts, list_under_way(&points, parts), rows), out);
     print_losses(s, &total, &points, out);
