@@ -3,6 +3,7 @@
 #include "lum/wire.h"
 
 #include <inttypes.h>
+#include <stdio.h>
 #include <string.h>
 
 #define OUT_OF_ORDER_MIN 3u
@@ -33,19 +34,26 @@ static void note_wrapping(lum_remarks *r, const lum_wrapping *what,
     r->wrapped[i].count++;
 }
 
-static void note_port(lum_remarks *r, uint16_t port, bool is_source)
+/* A sensor's data goes to the port of whoever asked last, so from one port it
+ * may go to many. */
+static void note_way(lum_remarks *r, uint16_t from, uint16_t to)
 {
     size_t i = 0;
-    while (i < r->port_count && r->ports[i].port != port) {
+    size_t of = 0;
+    while (i < r->way_count && !(r->ways[i].from == from &&
+                                 (r->ways[i].to == to || r->ways[i].to == 0))) {
+        of += r->ways[i].from == from;
         i++;
     }
-    if (i == LUM_REMARKS_PORTS) {
+    if (i == LUM_REMARKS_WAYS) {
         return;
     }
-    if (i == r->port_count) {
-        r->ports[r->port_count++].port = port;
+    if (i == r->way_count) {
+        r->ways[i].from = from;
+        r->ways[i].to = of < LUM_REMARKS_WAYS_OF ? to : 0;
+        r->way_count++;
     }
-    r->ports[i].from += is_source;
+    r->ways[i].count++;
 }
 
 static bool is_of_a_g2(const lum_record *record, uint8_t *type)
@@ -72,8 +80,7 @@ void lum_remarks_take(lum_remarks *remarks, const lum_pcap_record *from,
     }
     if (is_of_a_g2(out, &type)) {
         if (may_be_data(out, type)) {
-            note_port(remarks, out->source_port, true);
-            note_port(remarks, out->destination_port, false);
+            note_way(remarks, out->source_port, out->destination_port);
         }
     } else if (out->kind != LUM_RECORD_FRAGMENT) {
         const lum_wrapped is = lum_wrapping_find(
@@ -86,34 +93,45 @@ void lum_remarks_take(lum_remarks *remarks, const lum_pcap_record *from,
 
 /* --- Saying --- */
 
-static bool has_data_of(const lum_remarks *r, uint16_t port)
+/* Packets that came from a port and, like their sender's port, were not to the
+ * one that is read. from 0: from any. */
+static uint64_t count_unread(const lum_remarks *r, uint16_t from, uint16_t port)
 {
-    for (size_t i = 0; i < r->port_count; i++) {
-        if (r->ports[i].port == port) {
-            return true;
-        }
+    uint64_t count = 0;
+    for (size_t i = 0; i < r->way_count; i++) {
+        const bool is_read = r->ways[i].from == port || r->ways[i].to == port;
+        const bool is_meant = from == 0 || r->ways[i].from == from;
+        count += !is_read && is_meant ? r->ways[i].count : 0;
     }
-    return false;
+    return count;
 }
 
+/* Data is sent from the sensor's port, to any. */
 static bool say_port(const lum_remarks *r, uint16_t port, lum_error *out)
 {
-    size_t most = 0;
-    for (size_t i = 1; i < r->port_count; i++) {
-        most = r->ports[i].from > r->ports[most].from ? i : most;
+    uint64_t most = 0;
+    unsigned other = 0;
+    char rest[48] = "";
+    for (size_t i = 0; i < r->way_count; i++) {
+        const uint64_t count = count_unread(r, r->ways[i].from, port);
+        other = count > most ? r->ways[i].from : other;
+        most = count > most ? count : most;
     }
-    if (r->port_count == 0 || has_data_of(r, port)) {
+    if (most == 0) {
         return false;
     }
+    const uint64_t more = count_unread(r, 0, port) - most;
+    if (more != 0) {
+        (void)snprintf(rest, sizeof rest, ", and %" PRIu64 " from others",
+                       more);
+    }
     (void)lum_error_set(out,
-                        "%" PRIu64 " packets of a G2 came from UDP port %u, "
-                        "and none from or to port %u: something between has "
-                        "changed the port (NAT); read it with lumdump --port "
+                        "%" PRIu64 " packet%s of a G2 came from UDP port %u%s, "
+                        "but only port %u is read: something between has "
+                        "changed the port (NAT); read %s with lumdump --port "
                         "%u, lumview --sensor-port %u, in Python port=%u",
-                        r->ports[most].from, (unsigned)r->ports[most].port,
-                        (unsigned)port, (unsigned)r->ports[most].port,
-                        (unsigned)r->ports[most].port,
-                        (unsigned)r->ports[most].port);
+                        most, most == 1 ? "" : "s", other, rest, (unsigned)port,
+                        most == 1 ? "it" : "them", other, other, other);
     return true;
 }
 
@@ -144,7 +162,7 @@ static bool say_cut(const lum_remarks *r, const lum_demux_counters *counters,
 static bool matters(const lum_remarks *r, size_t i)
 {
     return r->wrapped[i].is == LUM_WRAPPED_OURS ||
-           (r->port_count == 0 && r->wrapped_count == 1);
+           (r->way_count == 0 && r->wrapped_count == 1);
 }
 
 static bool say_wrapping(const lum_remarks *r, size_t i, lum_error *out)

@@ -9,9 +9,11 @@
 #include "pcap.h"
 #include "wrapping.h"
 
-/** Most wrappings, and most UDP ports, that are told apart. */
+/** Most wrappings, and most ways from UDP port to UDP port, that are told
+ * apart; and the most of these from one port, to others than the first. */
 #define LUM_REMARKS_WRAPPINGS 6u
-#define LUM_REMARKS_PORTS     16u
+#define LUM_REMARKS_WAYS      64u
+#define LUM_REMARKS_WAYS_OF   4u
 
 /** What was seen. All bytes 0: nothing. */
 typedef struct lum_remarks {
@@ -22,10 +24,11 @@ typedef struct lum_remarks {
     } wrapped[LUM_REMARKS_WRAPPINGS];
     size_t wrapped_count;
     struct {
-        uint16_t port;
-        uint64_t from; /* packets of a G2 that may be data, sent from it */
-    } ports[LUM_REMARKS_PORTS];
-    size_t port_count;
+        uint16_t from;
+        uint16_t to;    /* 0: to any further port */
+        uint64_t count; /* packets of a G2 that may be data */
+    } ways[LUM_REMARKS_WAYS];
+    size_t way_count;
     uint32_t held_max; /* bytes of records that were cut; 0: none was */
 } lum_remarks;
 

@@ -481,7 +481,7 @@ class Port(Case):
         for beside in [], [requests[0]], [requests[1]]:
             source = self.folder.write("nat.pcap", pcap([udp(p, sport=5600) for p in packets] + beside))
             said = run("lumdump", source).stderr
-            self.assertIn(f"{len(packets)} packets of a G2 came from UDP port 5600, and none from or to port 5517", said)
+            self.assertIn(f"{len(packets)} packets of a G2 came from UDP port 5600, but only port 5517 is read", said)
             self.assertIn("lumdump --port 5600", said)
         r = run("lumdump", source, "--port", "5600", "-o", "-", "--format", "csv")
         self.assertEqual(r.stdout, expected)
@@ -496,9 +496,28 @@ class Port(Case):
         self.assertIn("to or from UDP port 7000", said)
         self.assertIn("came from UDP port 5517", said)
 
-    def test_a_second_sensor_behind_another_port_is_not_told(self):
-        frames = [udp(p, sport=port) for port in (5517, 5600) for p in line([word(2000, 1)])]
-        self.assertNotIn("5600", run("lumdump", self.folder.write("two.pcap", pcap(frames))).stderr)
+    def test_a_part_that_is_behind_another_port_is_told(self):
+        packets = [p for n in range(40) for p in line([word(2000, 1)] * 20, number=n, clock=1000 + 1000 * n)]
+        plain = [udp(p) for p in packets]
+        second = [udp(p, source="10.42.0.38", sport=5600) for p in packets]
+        third = [udp(p, source="10.42.0.39", sport=5700) for p in packets[:3]]
+        part = [udp(p, sport=5600) for p in packets[::10]]
+        for extra, told in ((second, f"{len(second)} packets of a G2 came from UDP port 5600,"), (part, "16 packets of a G2"),
+                            (second + third, f"{len(second)} packets of a G2 came from UDP port 5600, and 3 from others,")):
+            said = run("lumdump", self.folder.write("two.pcap", pcap(plain + extra))).stderr
+            self.assertIn(told, said)
+            self.assertIn("but only port 5517 is read: something between has changed the port (NAT); read them with lumdump --port 5600", said)
+
+    def test_other_ports_of_what_is_read_are_not_told(self):
+        packets = list(line([word(2000, 1)] * 20))
+        heartbeat, command = MAGIC + b"\x08\0\0\0", MAGIC + b"\x07\0\0\0" + bytes(20)
+        frames = [udp(p, dport=20000 + i) for i in range(200) for p in packets]
+        frames += [udp(p, sport=5600, dport=5517) for p in packets]
+        for a, b in ((50000, 5517), (5517, 50001), (50002, 5600), (5600, 50002)):
+            frames += [udp(p, sport=a, dport=b) for p in (heartbeat, command)]
+        self.assertNotIn("NAT", run("lumdump", self.folder.write("ports.pcap", pcap(frames))).stderr)
+        frames += [udp(p, sport=5601) for p in packets]  # still seen
+        self.assertIn("from UDP port 5601,", run("lumdump", self.folder.write("ports.pcap", pcap(frames))).stderr)
 
     def test_the_layout_is_found_there(self):
         plain = simulate(self.folder / "plain.pcap", "--frames", "2", "--lines", "64", "--seed", "3").read_bytes()
