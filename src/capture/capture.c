@@ -3,7 +3,6 @@
 #include "base/sized.h"
 #include "capture_open.h"
 #include "capture_state.h"
-#include "demux_state.h"
 #include "fragments.h"
 #include "joined.h"
 #include "link.h"
@@ -283,15 +282,8 @@ uint64_t lum_capture_comments_left_out(const lum_capture *capture,
 bool lum_capture_remark(const lum_capture *capture, const lum_demux *demux,
                         uint16_t port, size_t i, lum_error *out)
 {
-    lum_demux_counters total = {.struct_size = sizeof total};
-    lum_demux_mixture mixture = {.compared = 0};
-    if (demux != NULL) {
-        (void)lum_demux_total(demux, &total);
-        mixture = lum_demux_mixed(demux);
-        port = lum_demux_port(demux);
-    }
-    return lum_remarks_get(capture != NULL ? &capture->remarks : NULL, &total,
-                           &mixture, port != 0 ? port : LUM_PORT, i, out);
+    return lum_remarks_get(capture != NULL ? &capture->remarks : NULL, demux,
+                           port, i, out);
 }
 
 void lum_capture_close(lum_capture *capture)

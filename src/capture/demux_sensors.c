@@ -379,6 +379,13 @@ lum_demux_mixture lum_demux_mixed(const lum_demux *demux)
     return all;
 }
 
+bool lum_demux_leaves_out(const lum_demux *demux, size_t i)
+{
+    const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+    return sensor->address == demux->options.sensor &&
+           *demux->asked_interface == '\0' && !is_asked_for(demux, sensor);
+}
+
 bool lum_demux_is_wanted(const lum_demux *demux)
 {
     const lum_demux_entry *entry = demux->last;

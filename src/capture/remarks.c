@@ -1,5 +1,6 @@
 #include "remarks.h"
 
+#include "demux_state.h"
 #include "lum/wire.h"
 
 #include <inttypes.h>
@@ -129,7 +130,8 @@ static bool say_port(const lum_remarks *r, uint16_t port, lum_error *out)
                         "%" PRIu64 " packet%s of a G2 came from UDP port %u%s, "
                         "but only port %u is read: something between has "
                         "changed the port (NAT); read %s with lumdump --port "
-                        "%u, lumview --sensor-port %u, in Python port=%u",
+                        "%u, --sensor-port %u of lumview and lumsim, port=%u "
+                        "in Python and ROS",
                         most, most == 1 ? "" : "s", other, rest, (unsigned)port,
                         most == 1 ? "it" : "them", other, other, other);
     return true;
@@ -241,22 +243,46 @@ static bool say_mixture(const lum_demux_counters *counters,
     return true;
 }
 
-bool lum_remarks_get(const lum_remarks *remarks,
-                     const lum_demux_counters *counters,
-                     const lum_demux_mixture *mixture, uint16_t port, size_t i,
-                     lum_error *out)
+/* The n-th sensor too many of the address that was asked for. */
+static bool say_shared(const lum_demux *demux, size_t *n, lum_error *out)
+{
+    const size_t count = demux != NULL ? lum_demux_sensor_count(demux) : 0;
+    char name[LUM_SENSOR_NAME_BYTES];
+    for (size_t k = 0; k < count; k++) {
+        if (lum_demux_leaves_out(demux, k) && (*n)-- == 0) {
+            (void)lum_error_set(out,
+                                "several sensors have this address, and the "
+                                "first one was taken: name the other as %s "
+                                "(--sensor; sensor in Python and ROS)",
+                                lum_demux_name(demux, k, name));
+            return true;
+        }
+    }
+    return false;
+}
+
+bool lum_remarks_get(const lum_remarks *remarks, const lum_demux *demux,
+                     uint16_t port, size_t i, lum_error *out)
 {
     size_t n = i;
-    if (say_order(counters, out) && n-- == 0) {
+    lum_demux_counters total = {.struct_size = sizeof total};
+    const lum_demux_counters *counters = &total;
+    lum_demux_mixture mixture = {.compared = 0};
+    if (demux != NULL) {
+        (void)lum_demux_total(demux, &total);
+        mixture = lum_demux_mixed(demux);
+        port = lum_demux_port(demux);
+    }
+    if (say_shared(demux, &n, out) || (say_order(counters, out) && n-- == 0)) {
         return true;
     }
     if (remarks == NULL) {
         return false;
     }
-    if (say_mixture(counters, mixture, out) && n-- == 0) {
+    if (say_mixture(counters, &mixture, out) && n-- == 0) {
         return true;
     }
-    if (say_port(remarks, port, out) && n-- == 0) {
+    if (say_port(remarks, port != 0 ? port : LUM_PORT, out) && n-- == 0) {
         return true;
     }
     if (say_cut(remarks, counters, out) && n-- == 0) {

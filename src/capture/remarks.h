@@ -4,7 +4,6 @@
 #ifndef LUM_CAPTURE_REMARKS_H
 #define LUM_CAPTURE_REMARKS_H
 
-#include "demux_state.h"
 #include "lum/capture/demux.h"
 #include "pcap.h"
 #include "wrapping.h"
@@ -41,8 +40,7 @@ void lum_remarks_take(lum_remarks *remarks, const lum_pcap_record *from,
 /** As lum_capture_remark().
  * @param remarks NULL: of no capture. */
 LUM_MUST_CHECK bool lum_remarks_get(const lum_remarks *remarks,
-                                    const lum_demux_counters *counters,
-                                    const lum_demux_mixture *mixture,
-                                    uint16_t port, size_t i, lum_error *out);
+                                    const lum_demux *demux, uint16_t port,
+                                    size_t i, lum_error *out);
 
 #endif

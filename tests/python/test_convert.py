@@ -702,7 +702,7 @@ def test_two_sensors_with_one_address(make_capture, tmp_path):
         assert [length for sensor, of_info, length in found if sensor == of_info == name] == lengths
     assert [len(frame) for frame in lumsdk.open(pair, sensor="10.42.0.37%eth0")] == alone[0]
     assert [len(frame) for frame in lumsdk.open(pair, sensor=names[1])] == alone[1]
-    with pytest.warns(lumsdk.CaptureWarning, match="the first one was taken: sensor= also takes 10.42.0.37%eth1"):
+    with pytest.warns(lumsdk.CaptureWarning, match="the first one was taken: name the other as 10.42.0.37%eth1 "):
         assert [len(frame) for frame in lumsdk.open(pair, sensor=names[0])] == alone[0]
     with pytest.raises(lumsdk.CaptureError, match="no data of 10.42.0.37%eth2 in it, but of 10.42.0.37 10.42.0.37%eth1"):
         list(lumsdk.open(pair, sensor="10.42.0.37%eth2"))

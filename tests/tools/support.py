@@ -86,6 +86,26 @@ def ip(address):
     return bytes(int(part) for part in address.split("."))
 
 
+def block(kind, body, order="<"):
+    """Of a pcapng file, as are the next three."""
+    size = struct.pack(order + "I", len(body) + 12)
+    return struct.pack(order + "I", kind) + size + body + size
+
+
+def section(order="<"):
+    return block(0x0A0D0D0A, struct.pack(order + "IHHq", 0x1A2B3C4D, 1, 0, -1), order)
+
+
+def interface(link=1, order="<", name=b""):
+    option = struct.pack(order + "HH", 2, len(name)) + name + bytes(-len(name) % 4) if name else b""
+    return block(1, struct.pack(order + "HHI", link, 0, 0) + option, order)
+
+
+def packet(frame, index=0, us=1_700_000_000_000_000, order="<"):
+    fields = struct.pack(order + "IIIII", index, us >> 32, us & 0xFFFFFFFF, len(frame), len(frame))
+    return block(6, fields + frame + bytes(-len(frame) % 4), order)
+
+
 def udp(payload, source=SENSOR, destination=CLIENT, sport=5517, dport=50000):
     """An Ethernet frame with a UDP datagram."""
     segment = struct.pack(">HHHH", sport, dport, 8 + len(payload), 0) + payload

@@ -24,8 +24,8 @@ import unittest
 import bag_maker
 import mcap_maker
 import shards
-from support import (BIN, CLIENT, MAGIC, PATIENCE_S, SENSOR, Folder, frames_of, line, pcap, run, simulate, summary, udp,
-                     word)
+from support import (BIN, CLIENT, MAGIC, PATIENCE_S, SENSOR, Folder, block, frames_of, interface, line, packet, pcap, run,
+                     section, simulate, summary, udp, word)
 
 JUDGE = os.environ.get("LUM_JUDGE", "")
 # In small blocks, so that what is cut gives something.
@@ -33,25 +33,6 @@ PACKERS = {".gz": gzip.compress, ".zst": lambda data: piped("zstd", data), ".lz4
            ".bz2": lambda data: bz2.compress(data, 1)}
 LZ4_BLOCK = 65536
 LIMIT_KB = 64 * 1024
-
-
-def block(kind, body, order="<"):
-    size = struct.pack(order + "I", len(body) + 12)
-    return struct.pack(order + "I", kind) + size + body + size
-
-
-def section(order="<"):
-    return block(0x0A0D0D0A, struct.pack(order + "IHHq", 0x1A2B3C4D, 1, 0, -1), order)
-
-
-def interface(link=1, order="<", name=b""):
-    option = struct.pack(order + "HH", 2, len(name)) + name + bytes(-len(name) % 4) if name else b""
-    return block(1, struct.pack(order + "HHI", link, 0, 0) + option, order)
-
-
-def packet(frame, index=0, us=1_700_000_000_000_000, order="<"):
-    fields = struct.pack(order + "IIIII", index, us >> 32, us & 0xFFFFFFFF, len(frame), len(frame))
-    return block(6, fields + frame + bytes(-len(frame) % 4), order)
 
 
 def line_frames(count=1):
@@ -256,7 +237,7 @@ class OneAddress(Case):
             self.assertEqual(r.returncode, 0, r.stderr)
             self.assertEqual(out.read_text(), self.points(alone))
             self.assertEqual(self.points(self.folder / "copy.pcap"), self.points(alone))
-            self.assertEqual("--sensor 10.42.0.37%eth1 takes the other" in r.stderr, "%" not in asked)
+            self.assertEqual("name the other as 10.42.0.37%eth1 (--sensor" in r.stderr, "%" not in asked)
         r = run("lumdump", source, "--sensor", "10.42.0.37%eth2", "--json")
         self.assertEqual(r.returncode, 1)
         self.assertIn("no data of 10.42.0.37%eth2 in it, but of 10.42.0.37 10.42.0.37%eth1", r.stderr)

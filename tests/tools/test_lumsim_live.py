@@ -11,7 +11,8 @@ import time
 import unittest
 
 import shards
-from support import BIN, MAGIC, PATIENCE_S, Folder, frames_of, group, limited, pcap, run, simulate, udp
+from support import (BIN, MAGIC, PATIENCE_S, Folder, frames_of, group, interface, limited, packet, pcap, run, section,
+                     simulate, udp)
 
 PORT = 5517
 QUIET_S = 0.4      # for what must not
@@ -266,6 +267,36 @@ class Replay(Live):
         self.assertRegex(r.stderr, "no data of 10.0.0.3")
         client = self.start("--replay", capture, "--sensor", "10.0.0.2")
         self.assertEqual(self.received(client, 50), self.payloads(capture, "10.0.0.2"))
+
+    def test_sensors_of_one_address_are_told_apart(self):
+        sides = {name: list(frames_of(simulate(self.dir / "one.pcap", "--frames", 1, "--seed", seed).read_bytes()))
+                 for name, seed in ((b"eth0", 4), (b"eth1", 3))}
+        payloads = {name: [f[42:] for f in frames] for name, frames in sides.items()}
+        mixed = [(i, f) for pair in zip(*sides.values()) for i, f in enumerate(pair)]
+        mixed += [(i, f) for i, frames in enumerate(sides.values()) for f in frames[len(mixed) // 2:]]
+        capture = self.dir.write("two.pcapng", section() + b"".join(interface(name=name) for name in sides) + b"".join(
+            packet(f, i, 1_700_000_000_000_000 + 20 * n) for n, (i, f) in enumerate(mixed)))
+        r = run("lumsim", "--address", self.host, "--replay", capture)
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("10.42.0.37, 10.42.0.37%eth1; choose one by --sensor", r.stderr)
+        r = run("lumsim", "--address", self.host, "--replay", capture, "--sensor", "10.42.0.37%eth2")
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("no data of 10.42.0.37%eth2; there is data of 10.42.0.37, 10.42.0.37%eth1", r.stderr)
+        for name, asked in ((b"eth1", "10.42.0.37%eth1"), (b"eth0", "10.42.0.37")):
+            client = self.start("--replay", capture, "--sensor", asked)
+            self.assertEqual("name the other as 10.42.0.37%eth1" in self.ready, "%" not in asked)
+            self.assertEqual(self.received(client, len(payloads[name])), payloads[name])
+            self.end()
+
+    def test_another_port_is_told_and_can_be_chosen(self):
+        data = [group(2, 0, i, [bytes(4)]) for i in range(4)]
+        capture = self.dir.write("nat.pcap", pcap([udp(data[0]), *(udp(p, sport=5600) for p in data[1:])]))
+        client = self.start("--replay", capture)
+        self.assertIn("3 packets of a G2 came from UDP port 5600, but only port 5517 is read", self.ready)
+        self.assertEqual(self.received(client, 1), data[:1])
+        self.end()
+        client = self.start("--replay", capture, "--sensor-port", 5600)
+        self.assertEqual(self.received(client, 3), data[1:])
 
     def test_what_is_no_sensor_s_is_not_sent(self):
         data = group(2, 0, 1, [bytes(4)])

@@ -99,26 +99,6 @@ static enum exit_status refuse_sensor(const struct pass *pass)
     return EXIT_FAILED;
 }
 
-/* An address that does not say which of several sensors is meant. */
-static void warn_of_shared_address(const struct pass *pass)
-{
-    const struct options *o = pass->options;
-    const lum_demux *demux = lum_framer_demux(pass->framer);
-    const size_t n = o->has_sensor ? lum_demux_sensor_count(demux) : 0;
-    for (size_t i = 0; i < n && o->sensor_interface[0] == '\0'; i++) {
-        char name[LUM_SENSOR_NAME_BYTES];
-        char text[240];
-        if (lum_demux_address(demux, i) == o->sensor &&
-            !lum_demux_is_requested(demux, i)) {
-            (void)snprintf(text, sizeof text,
-                           "several sensors have this address, and the first "
-                           "one was taken: --sensor %s takes the other",
-                           lum_demux_name(demux, i, name));
-            warn(o, text);
-        }
-    }
-}
-
 bool conclude_lacks_data(const struct pass *pass)
 {
     lum_demux_counters total = {.struct_size = sizeof total};
@@ -265,7 +245,6 @@ static void warn_of_losses(const struct pass *pass)
     if (!pass->summary.has_time) {
         warn_of_nothing(o);
     }
-    warn_of_shared_address(pass);
     conclude_remarks(o, pass->capture, lum_framer_demux(pass->framer));
     warn_of_layout(pass);
     warn_of_no_points(pass);

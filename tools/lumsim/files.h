@@ -30,7 +30,6 @@ struct recorded {
 
 /* What a first look at it shows. */
 struct recording_facts {
-    uint32_t sensor; /* whose data it is, host order */
     uint64_t packets;
     size_t longest; /* bytes */
     int64_t first_ns;
@@ -39,12 +38,15 @@ struct recording_facts {
     lum_error damage; /* what of it was passed over, as a message; or "" */
 };
 
-/* Look through a capture and open it.
- * sensor: 0: the only one that there is; it is an error if there are several.
- * Returns 0, or -1 with the reason in error. */
-int recording_open(const char *path, const lum_layout *layout, uint32_t sensor,
-                   struct recording **out, struct recording_facts *facts,
-                   lum_error *error);
+/* Look through a capture and open it. Returns 0, or -1 with the reason in
+ * error. */
+int recording_open(const char *path, const lum_layout *layout,
+                   const struct replayed_sensor *sensor, struct recording **out,
+                   struct recording_facts *facts, lum_error *error);
+
+/* As lum_capture_remark(), until recording_rewind(). */
+bool recording_remark(const struct recording *recording, size_t i,
+                      lum_error *out);
 
 /* 1 with a packet; 0 at the end, or where it cannot be read any further; -1
  * with the reason in error if it is not open. */

@@ -47,15 +47,24 @@ int offline_run(const struct options *o)
     return refuse(o->output, "capture") ? 0 : 1;
 }
 
-int recording_open(const char *path, const lum_layout *layout, uint32_t sensor,
-                   struct recording **out, struct recording_facts *facts,
-                   lum_error *error)
+int recording_open(const char *path, const lum_layout *layout,
+                   const struct replayed_sensor *sensor, struct recording **out,
+                   struct recording_facts *facts, lum_error *error)
 {
     (void)layout;
     (void)sensor;
     *out = NULL;
     *facts = (struct recording_facts){0};
     return lum_error_set(error, "%s: this build reads no captures", path);
+}
+
+bool recording_remark(const struct recording *recording, size_t i,
+                      lum_error *out)
+{
+    (void)recording;
+    (void)i;
+    (void)out;
+    return false;
 }
 
 int recording_next(struct recording *recording, struct recorded *out,

@@ -22,6 +22,13 @@ static void warn_of_capture(const struct live *live)
     if (live->playback.facts.damage.text[0] != '\0') {
         (void)fprintf(stderr, "lumsim: %s\n", live->playback.facts.damage.text);
     }
+    lum_error remark;
+    for (size_t i = 0; live->playback.recording != NULL &&
+                       recording_remark(live->playback.recording, i, &remark);
+         i++) {
+        (void)fprintf(stderr, "lumsim: %s: %s\n", live->options->replay,
+                      remark.text);
+    }
 }
 
 static void announce(const struct live *live)

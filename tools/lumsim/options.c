@@ -52,9 +52,14 @@ static bool take_lines(void *options, const char *text, lum_error *why)
 }
 
 /* An address that a host may have. */
+static bool is_host(uint32_t address)
+{
+    return address >> 24 != 0 && address >> 28 < 0xeu;
+}
+
 static bool parse_host(const char *text, uint32_t *out, lum_error *why)
 {
-    return host_parse(text, out, why) && *out >> 24 != 0 && *out >> 28 < 0xeu;
+    return host_parse(text, out, why) && is_host(*out);
 }
 
 static bool take_address(void *options, const char *text, lum_error *why)
@@ -66,7 +71,9 @@ static bool take_address(void *options, const char *text, lum_error *why)
 static bool take_sensor(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
-    return parse_host(text, &o->replayed, why);
+    return host_parse_sensor(text, &o->replayed.address, o->replayed.interface,
+                             why) &&
+           is_host(o->replayed.address);
 }
 
 static bool take_pose(void *options, const char *text, lum_error *why)
@@ -210,7 +217,9 @@ static const struct option_spec specs[] = {
     {"replay", .group = ALL, TEXT(replay)},
     {"speed", .group = MODE_REPLAY, REAL(speed, SPEED_MIN, SPEED_MAX)},
     {"loop", .group = MODE_REPLAY, FLAG(loop)},
-    {"sensor", .group = MODE_REPLAY, CALL(take_sensor), .allowed = HOST},
+    {"sensor", .group = MODE_REPLAY, CALL(take_sensor),
+     .allowed = HOST ", or 10.42.0.37%eth1"},
+    {"sensor-port", .group = MODE_REPLAY, WHOLE(replayed.port, 1, UINT16_MAX)},
     {"help", .letter = 'h', .kind = OPTION_SHOW, .group = ALL,
      .show = show_help},
     {"version", .kind = OPTION_SHOW, .group = ALL, .show = show_version},

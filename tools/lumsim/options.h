@@ -3,6 +3,7 @@
 #define LUMSIM_OPTIONS_H
 
 #include "../common/set_keys.h"
+#include "lum/capture/record.h"
 #include "sim/fault.h"
 #include "sim/render.h"
 #include "timeline.h"
@@ -15,6 +16,14 @@ enum mode {
     MODE_FILE = 1,  /* writes a capture */
     MODE_SCENE = 2, /* a sensor on the network that looks at a scene */
     MODE_REPLAY = 4 /* one that sends what a capture holds */
+};
+
+/* Whose data of a capture is replayed. */
+struct replayed_sensor {
+    uint32_t address; /* 0: the only one that there is; it is an error if there
+                         are several */
+    char interface[LUM_INTERFACE_BYTES]; /* empty: none was named */
+    uint16_t port;                       /* of sensors there; 0: LUM_PORT */
 };
 
 /* Texts are NULL where the option was not given. */
@@ -35,7 +44,7 @@ struct options {
     int64_t frames;  /* 0: as many as suit the number of lines */
     uint32_t sensor; /* addresses in host order; 0: as suits the mode */
     uint32_t client;
-    uint32_t replayed; /* the sensor of the capture; 0: the only one */
+    struct replayed_sensor replayed;
     uint32_t clock_us; /* at boot */
     uint16_t client_port;
     uint16_t port;

@@ -19,7 +19,7 @@ int playback_open(struct playback *out, const struct options *o,
                   lum_error *error)
 {
     *out = (struct playback){.speed = o->speed, .loops = o->loop};
-    if (recording_open(o->replay, &o->render.layout, o->replayed,
+    if (recording_open(o->replay, &o->render.layout, &o->replayed,
                        &out->recording, &out->facts, error) != 0) {
         return -1;
     }

@@ -1,53 +1,32 @@
 #include "../common/number.h"
 #include "files.h"
+#include "lum/assembler.h"
 #include "lum/capture/capture.h"
-#include "lum/packet.h"
-#include "lum/wire.h"
+#include "lum/capture/demux.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define SENSORS_MAX 8u /* that are named */
-
 struct recording {
     char *path;
-    lum_layout layout;
     lum_capture *capture;
-    uint32_t sensor;
+    lum_demux *demux; /* tells whose a packet is; the first look through the
+                         capture teaches it the sensors */
 };
 
-/* Who sent data, in the order they first did. */
-struct senders {
-    uint32_t address[SENSORS_MAX];
-    size_t count;
-};
-
-/* The sensor whose data this is; 0: it is none. */
-static uint32_t sender_of(const lum_layout *layout, const lum_record *record)
+/* 1 if it is data of the sensor; 0; -1 without memory. */
+static int is_wanted(const struct recording *r, const lum_record *record)
 {
-    lum_group group;
-    if (!lum_record_is_datagram(record) ||
-        (record->source_port != LUM_PORT &&
-         record->destination_port != LUM_PORT) ||
-        lum_packet_decode(layout, record->payload, record->len, &group) !=
-            LUM_PACKET_DATA) {
-        return 0;
-    }
-    return record->source_port == LUM_PORT ? record->source
-                                           : record->destination;
-}
-
-static void note_sender(struct senders *senders, uint32_t address)
-{
-    for (size_t i = 0; i < senders->count; i++) {
-        if (senders->address[i] == address) {
-            return;
-        }
-    }
-    if (senders->count < SENSORS_MAX) {
-        senders->address[senders->count++] = address;
-    }
+    lum_packet_kind kind = LUM_PACKET_KINDS;
+    lum_result result;
+    lum_demux_set_interface(r->demux, lum_capture_interface(r->capture));
+    do {
+        result = lum_demux_push(r->demux, record, &kind);
+    } while (result > 0);
+    return result < 0
+               ? -1
+               : kind == LUM_PACKET_DATA && lum_demux_is_wanted(r->demux);
 }
 
 static void note_packet(struct recording_facts *facts, const lum_record *record)
@@ -64,80 +43,87 @@ static void note_packet(struct recording_facts *facts, const lum_record *record)
     facts->packets++;
 }
 
-/* The sensor's facts; those of all senders if sensor is 0. */
-static int look_through(lum_capture *capture, const lum_layout *layout,
-                        uint32_t sensor, struct senders *senders,
-                        struct recording_facts *facts)
+/* The sensor's facts; those of all if none was named. */
+static int look_through(const struct recording *r,
+                        struct recording_facts *facts, lum_error *error)
 {
     lum_record record;
     int result;
-    while ((result = lum_capture_next(capture, &record, NULL)) > 0) {
-        const uint32_t sender = sender_of(layout, &record);
-        if (sender != 0) {
-            note_sender(senders, sender);
-            if (sensor == 0 || sender == sensor) {
-                note_packet(facts, &record);
-            }
+    while ((result = lum_capture_next(r->capture, &record, NULL)) > 0) {
+        const int wanted = is_wanted(r, &record);
+        if (wanted < 0) {
+            return lum_error_set(error, "%s: not enough memory", r->path);
+        }
+        if (wanted > 0) {
+            note_packet(facts, &record);
         }
     }
-    return result;
-}
-
-static int refuse_several(const char *path, const struct senders *senders,
-                          lum_error *error)
-{
-    char names[SENSORS_MAX * 18] = "";
-    char name[16];
-    size_t len = 0;
-    for (size_t i = 0; i < senders->count; i++) {
-        len += (size_t)snprintf(
-            names + len, sizeof names - len, "%s%s", i > 0 ? ", " : "",
-            number_format_address(senders->address[i], name));
+    facts->is_cut_off = result < 0;
+    while (lum_demux_flush(r->demux) > 0) {
     }
-    return lum_error_set(error,
-                         "%s: data of several sensors: %s; choose one by "
-                         "--sensor ADDRESS",
-                         path, names);
-}
-
-static int refuse_empty(const char *path, const struct senders *senders,
-                        uint32_t sensor, lum_error *error)
-{
-    char wanted[16];
-    char there[16];
-    if (senders->count > 0) {
-        return lum_error_set(error, "%s: no data of %s; there is data of %s",
-                             path, number_format_address(sensor, wanted),
-                             number_format_address(senders->address[0], there));
-    }
-    return lum_error_set(
-        error,
-        "%s: not one data packet of a sensor; 'lumdump %s' shows what is there",
-        path, path);
-}
-
-static int examine(struct recording *r, struct recording_facts *facts,
-                   lum_error *error)
-{
-    struct senders senders = {.count = 0};
-    facts->is_cut_off =
-        look_through(r->capture, &r->layout, r->sensor, &senders, facts) < 0;
-    (void)lum_capture_damaged(r->capture, &facts->damage);
-    if (facts->packets == 0) {
-        return refuse_empty(r->path, &senders, r->sensor, error);
-    }
-    if (r->sensor == 0 && senders.count > 1) {
-        return refuse_several(r->path, &senders, error);
-    }
-    if (r->sensor == 0) {
-        r->sensor = senders.address[0];
-    }
-    facts->sensor = r->sensor;
     return 0;
 }
 
+static void list_sensors(const lum_demux *demux, char *out, size_t room)
+{
+    char name[LUM_SENSOR_NAME_BYTES];
+    size_t len = 0;
+    out[0] = '\0';
+    for (size_t i = 0; i < lum_demux_sensor_count(demux) && len < room; i++) {
+        len +=
+            (size_t)snprintf(out + len, room - len, "%s%s", i > 0 ? ", " : "",
+                             lum_demux_name(demux, i, name));
+    }
+}
+
+static int examine(const struct recording *r,
+                   const struct replayed_sensor *sensor,
+                   struct recording_facts *facts, lum_error *error)
+{
+    char names[LUM_ERROR_BYTES / 2u];
+    char wanted[16];
+    if (look_through(r, facts, error) != 0) {
+        return -1;
+    }
+    (void)lum_capture_damaged(r->capture, &facts->damage);
+    list_sensors(r->demux, names, sizeof names);
+    if (names[0] == '\0') {
+        return lum_error_set(error,
+                             "%s: not one data packet of a sensor; 'lumdump "
+                             "%s' shows what is there",
+                             r->path, r->path);
+    }
+    if (facts->packets == 0) {
+        return lum_error_set(
+            error, "%s: no data of %s%s%s; there is data of %s", r->path,
+            number_format_address(sensor->address, wanted),
+            sensor->interface[0] != '\0' ? "%" : "", sensor->interface, names);
+    }
+    return sensor->address != 0 || lum_demux_sensor_count(r->demux) == 1
+               ? 0
+               : lum_error_set(error,
+                               "%s: data of several sensors: %s; choose one by "
+                               "--sensor ADDRESS",
+                               r->path, names);
+}
+
+static lum_demux *make_demux(const lum_layout *layout,
+                             const struct replayed_sensor *sensor)
+{
+    lum_demux *demux = NULL;
+    lum_demux_options o = {.struct_size = sizeof o,
+                           .layout = *layout,
+                           .has_sensor = sensor->address != 0,
+                           .sensor = sensor->address,
+                           .port = sensor->port};
+    o.sensor_interface =
+        sensor->interface[0] != '\0' ? sensor->interface : NULL;
+    lum_assembler_config_default(&o.config);
+    return lum_demux_new(&o, &demux, NULL) == 0 ? demux : NULL;
+}
+
 static struct recording *make(const char *path, const lum_layout *layout,
-                              uint32_t sensor)
+                              const struct replayed_sensor *sensor)
 {
     const size_t size = strlen(path) + 1;
     struct recording *r = calloc(1, sizeof *r);
@@ -145,19 +131,18 @@ static struct recording *make(const char *path, const lum_layout *layout,
         return NULL;
     }
     r->path = malloc(size);
-    if (r->path == NULL) {
-        free(r);
+    r->demux = make_demux(layout, sensor);
+    if (r->path == NULL || r->demux == NULL) {
+        recording_close(r);
         return NULL;
     }
     memcpy(r->path, path, size);
-    r->layout = *layout;
-    r->sensor = sensor;
     return r;
 }
 
-int recording_open(const char *path, const lum_layout *layout, uint32_t sensor,
-                   struct recording **out, struct recording_facts *facts,
-                   lum_error *error)
+int recording_open(const char *path, const lum_layout *layout,
+                   const struct replayed_sensor *sensor, struct recording **out,
+                   struct recording_facts *facts, lum_error *error)
 {
     *facts = (struct recording_facts){0};
     if (strcmp(path, "-") == 0) {
@@ -169,12 +154,18 @@ int recording_open(const char *path, const lum_layout *layout, uint32_t sensor,
         return lum_error_set(error, "%s: not enough memory", path);
     }
     if (lum_capture_open(path, &r->capture, error) != 0 ||
-        examine(r, facts, error) != 0) {
+        examine(r, sensor, facts, error) != 0) {
         recording_close(r);
         return -1;
     }
     *out = r;
     return 0;
+}
+
+bool recording_remark(const struct recording *recording, size_t i,
+                      lum_error *out)
+{
+    return lum_capture_remark(recording->capture, recording->demux, 0, i, out);
 }
 
 int recording_next(struct recording *recording, struct recorded *out,
@@ -185,7 +176,12 @@ int recording_next(struct recording *recording, struct recorded *out,
         return lum_error_set(error, "%s is not open", recording->path);
     }
     while (lum_capture_next(recording->capture, &record, NULL) > 0) {
-        if (sender_of(&recording->layout, &record) == recording->sensor) {
+        const int wanted = is_wanted(recording, &record);
+        if (wanted < 0) {
+            return lum_error_set(error, "%s: not enough memory",
+                                 recording->path);
+        }
+        if (wanted > 0) {
             *out = (struct recorded){.time_ns = record.time_ns,
                                      .bytes = record.payload,
                                      .len = record.len};
@@ -206,6 +202,7 @@ void recording_close(struct recording *recording)
 {
     if (recording != NULL) {
         lum_capture_close(recording->capture);
+        lum_demux_free(recording->demux);
         free(recording->path);
         free(recording);
     }

@@ -170,8 +170,9 @@ lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
 
 /** What is odd about a stream, each with its cause and what to do: packets of a
  * G2 that are on another port, in the capture only in part, wrapped in what is
- * not read, or dropped since records stand out of order. Complete at the end of
- * the stream.
+ * not read, or dropped since records stand out of order; and sensors that were
+ * left out, as the requested one has their address. Complete at the end of the
+ * stream.
  * @param capture that was read; NULL: the records were others.
  * @param demux   that took them; NULL: none did, and what it counts is left
  *                out.

@@ -305,10 +305,6 @@ class Reading:
             return
         if not counts.requested:
             raise CaptureError(f"{self._name}: no data of {wanted.name} in it, but of {' '.join(counts.sensors)}")
-        others = [name for name in counts.sensors if name.startswith(f"{wanted.name}%") and name not in counts.requested]
-        if others:
-            warn(f"{self._name}: several sensors have this address, and the first one was taken: sensor= also takes "
-                 f"{' '.join(others)}")
 
     def _check_clocks(self, counts: dict[str, int]) -> None:
         if counts["stamps_still"]:
