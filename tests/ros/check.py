@@ -8,11 +8,13 @@ import pathlib
 import re
 import signal
 import statistics
+import struct
 import subprocess
 import sys
 import time
 
 import diagnostic_msgs.msg
+import lumsdk_ros.msg
 import rosbag
 import rosgraph
 import rospy
@@ -390,14 +392,52 @@ def what_a_capture_has_of_its_own_is_warned_of():
     subprocess.run(["rosparam", "delete", "/lumsdk_node"], capture_output=True, timeout=PATIENCE_S, check=False)  # of a launch before
     for path, arguments, kinds in ((known, [], both), (known, [f"_calibration:={calibration}"], {"profile"}), (plain, [], set()),
                                    (known, [f"_calibration:={calibration}", f"_profile:={profile}"], set())):
-        listener = clouds()
-        p = node(f"_source:={path}", "_wait_for:=[points]", *arguments)
-        listener.wait_for_silence()
-        PROCESSES.end(p, signal.SIGTERM)
-        listener.stop()
-        run("rosparam", "delete", "/lumsdk_node")
-        said = {k for k in both if f"{path} has a {k} of its own, which this node does not use: give it by ~{k}" in text_of(p)}
+        log = of_a_capture(path, *arguments)[1]
+        said = {k for k in both if f"{path} has a {k} of its own, which this node does not use: give it by ~{k}" in log}
         check(said == kinds, f"{path.name} {arguments}: warned of {said}, not {kinds}")
+
+
+def of_a_capture(path, *parameters):
+    """The clouds of a node, and what it said."""
+    listener = clouds()
+    p = node(f"_source:={path}", "_wait_for:=[points]", *parameters)
+    found = listener.wait_for_silence()
+    PROCESSES.end(p, signal.SIGTERM)
+    listener.stop()
+    run("rosparam", "delete", "/lumsdk_node")
+    return found, text_of(p)
+
+
+def sensors_of_one_address_are_told_apart():
+    sides = [capture(f"side-{seed}.pcap", "--frames", 2, "--lines", 64, "--seed", seed) for seed in (3, 4)]
+    both = WORK / "both.pcapng"
+    run("mergecap", "-F", "pcapng", "-I", "none", "-w", both, *sides)
+    sensors = json.loads(run(BIN / "lumdump", both, "--json"))["sensors"]  # interfaces are named by their numbers
+    further = sensors[1]["name"]
+    p = node(f"_source:={both}")
+    check(p.wait(PATIENCE_S) == 1 and f"~sensor has to name one: 10.42.0.37 or {further}" in text_of(p), tail(p))
+    run("rosparam", "delete", "/lumsdk_node")
+    for name, side in ((s["name"], sides[int(s["interface"])]) for s in sensors):
+        raw = Listener(RAW[0], lumsdk_ros.msg.Packets)
+        found, said = of_a_capture(both, f"_sensor:={name}")
+        packets = max(m.end for m in raw.messages)
+        raw.stop()
+        check(packets == json.loads(run(BIN / "lumdump", side, "--json"))["data"], f"{packets} packets on {RAW}")
+        for cloud, rows in zip(found, rows_of(side)):
+            check_cloud(cloud, rows)
+        warned = f"several sensors have this address, and the first one was taken: name the other as {further}" in said
+        check(len(found) == 2 and warned == ("%" not in name), f"{len(found)} clouds of {name}: {said[-300:]}")
+
+
+def another_port_is_told_and_can_be_chosen():
+    path = capture("street.pcap", "--frames", 2, "--lines", 64)
+    moved = WORK / "nat.pcap"
+    moved.write_bytes(path.read_bytes().replace(struct.pack(">H", 5517), struct.pack(">H", 5600)))
+    p = node(f"_source:={moved}")
+    wait_until(lambda: "but only port 5517 is read" in text_of(p), "the warning")
+    PROCESSES.end(p, signal.SIGTERM)
+    found, said = of_a_capture(moved, "_port:=5600")
+    check(len(found) == 2 and "5517" not in said, f"{len(found)} clouds: {said[-300:]}")
 
 
 def parameters_hold_a_calibration():
@@ -649,7 +689,8 @@ def bad_parameters_are_told():
                               ("_edge:=up", "~edge"), ("_return:=0", "~return"), ("_laser:=true", "~laser"),
                               ("_calibration:=/nonexistent.yaml", "/nonexistent.yaml"), ("_time:=then", "~time"),
                               ("_speed:=-1", "speed must be"),
-                              ("_lines:=40000", "lines must be"), ("_wait_for:=[nothing]", "~wait_for")):
+                              ("_lines:=40000", "lines must be"), ("_wait_for:=[nothing]", "~wait_for"), ("_sensor:=10.42.0.37%eth1", "~sensor"),
+                              ("_port:=5600", "~port")):
         arguments = ["_source:=bag", parameter] if "_source" not in parameter else [parameter]
         p = node(*arguments)
         check(p.wait(PATIENCE_S) == 1 and wanted in text_of(p), f"{parameter}: {p.returncode} {tail(p)}")
@@ -713,7 +754,8 @@ def rviz_shows_the_cloud():
 CHECKS = [the_documentation_builds_as_the_readme, neighbours_of_a_ring_are_neighbours,
           rings_follow_the_number_of_lines, eyes_have_topics_of_their_own, two_sensors_have_topics_of_their_own,
           capture_is_lumdumps, rough_capture_is_lumdumps, calibration_is_used,
-          what_a_capture_has_of_its_own_is_warned_of, parameters_hold_a_calibration,
+          what_a_capture_has_of_its_own_is_warned_of, sensors_of_one_address_are_told_apart,
+          another_port_is_told_and_can_be_chosen, parameters_hold_a_calibration,
           bag_is_the_capture, bag_launch_plays_a_bag, live_sensor, live_recording, laser_is_safe,
           two_nodes_cannot_own_a_sensor, a_moved_sensor_is_named,
           a_second_signal_ends_a_long_laser_off, bad_parameters_are_told, rviz_shows_the_cloud]

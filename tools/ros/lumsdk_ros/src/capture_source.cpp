@@ -96,6 +96,23 @@ class CaptureSource : public Source
         }
     }
 
+    // Once: a loop meets the same again.
+    void warn_of_records(const lum_demux *demux, const std::string &broken)
+    {
+        lum_error text = {""};
+        has_warned_ = true;
+        if (lum_capture_damaged(capture_.get(), &text) != 0) {
+            notes_.add(Note::warning, text.text);
+        }
+        if (!broken.empty()) {
+            notes_.add(Note::warning, broken);
+        }
+        for (size_t i = 0;
+             lum_capture_remark(capture_.get(), demux, 0, i, &text); i++) {
+            notes_.add(Note::warning, options_.source + ": " + text.text);
+        }
+    }
+
     void run()
     {
         try {
@@ -124,14 +141,11 @@ class CaptureSource : public Source
                                                     &error)) == 1) {
             wait_for(record.time_ns);
             record.time_ns += shift_ns_;
-            take(record);
+            pipeline_.take(record, lum_capture_interface(capture_.get()));
         }
-        lum_error damage = {""};
-        if (lum_capture_damaged(capture_.get(), &damage) != 0) {
-            notes_.add(Note::warning, damage.text);
-        }
-        if (status < 0) {
-            notes_.add(Note::warning, error.text);
+        const lum_demux *demux = pipeline_.end();
+        if (!has_warned_) {
+            warn_of_records(demux, status < 0 ? error.text : "");
         }
         pipeline_.finish(true);
         if (!stop_ && pipeline_.view().decoder.clouds == 0) {
@@ -168,42 +182,13 @@ class CaptureSource : public Source
         }
     }
 
-    // From the sensor's side, as the demultiplexer finds it.
-    bool is_of_sensor(const lum_record &r, uint32_t &sensor) const
-    {
-        lum_group group;
-        if (!lum_record_is_datagram(&r)) {
-            return false;
-        }
-        sensor = r.source;
-        if (r.source_port != LUM_PORT) {
-            sensor = r.destination;
-            if (r.destination_port != LUM_PORT ||
-                lum_packet_decode(&pipeline_.layout(), r.payload, r.len,
-                                  &group) != LUM_PACKET_DATA) {
-                return false;
-            }
-        }
-        return !options_.has_sensor || sensor == options_.sensor;
-    }
-
-    void take(const lum_record &record)
-    {
-        uint32_t sensor = 0;
-        if (is_of_sensor(record, sensor)) {
-            pipeline_.take(
-                {record.payload, record.len, record.time_ns, sensor});
-        } else {
-            pipeline_.take_other(record);
-        }
-    }
-
     const Options options_;
     const Outlet &outlet_;
     Notes &notes_;
     Pipeline pipeline_;
     Capture capture_;
     bool has_time_ = false;
+    bool has_warned_ = false;
     int64_t first_ns_ = 0;
     int64_t began_ns_ = 0;
     int64_t shift_ns_ = 0;

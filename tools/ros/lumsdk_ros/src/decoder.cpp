@@ -55,6 +55,10 @@ void Decoder::begin()
     o.view_count = 1;
     o.has_sensor = options_.has_sensor;
     o.sensor = options_.sensor;
+    o.port = options_.port;
+    o.sensor_interface = options_.sensor_interface.empty()
+                             ? nullptr
+                             : options_.sensor_interface.c_str();
     o.points_max = points_max;
     o.records_are_single = true;
     lum_framer *framer = nullptr;
@@ -65,6 +69,11 @@ void Decoder::begin()
     framer_.reset(framer);
 }
 
+void Decoder::set_interface(const char *name)
+{
+    lum_framer_set_interface(framer_.get(), name);
+}
+
 void Decoder::take(const lum_record &record)
 {
     lum_framer_event event = LUM_FRAMER_NONE;
@@ -72,10 +81,13 @@ void Decoder::take(const lum_record &record)
            LUM_FRAMER_NONE) {
         take_event(event);
     }
-    if (!options_.has_sensor &&
-        lum_demux_sensor_count(lum_framer_demux(framer_.get())) > 1) {
+    if (!options_.has_sensor && lum_demux_sensor_count(demux()) > 1) {
+        char first[LUM_SENSOR_NAME_BYTES];
+        char second[LUM_SENSOR_NAME_BYTES];
         throw std::runtime_error(
-            "data of several sensors: ~sensor has to name one");
+            std::string("data of several sensors: ~sensor has to name one: ") +
+            lum_demux_name(demux(), 0, first) + " or " +
+            lum_demux_name(demux(), 1, second));
     }
 }
 
@@ -123,12 +135,22 @@ void Decoder::take_frame(const lum_frame &frame)
     output_(cloud_);
 }
 
-void Decoder::finish()
+void Decoder::flush()
 {
     lum_framer_event event = LUM_FRAMER_NONE;
     while ((event = lum_framer_flush(framer_.get())) != LUM_FRAMER_NONE) {
         take_event(event);
     }
+}
+
+const lum_demux *Decoder::demux() const
+{
+    return lum_framer_demux(framer_.get());
+}
+
+void Decoder::finish()
+{
+    flush();
     add_lines(counts_);
     begin();
 }
@@ -136,12 +158,11 @@ void Decoder::finish()
 // What the framer at work has counted.
 void Decoder::add_lines(DecoderCounts &to) const
 {
-    const lum_demux *demux = lum_framer_demux(framer_.get());
     lum_demux_counters total = {};
     total.struct_size = sizeof total;
-    lum_demux_total(demux, &total);
+    lum_demux_total(demux(), &total);
     add(to.demux, total);
-    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+    for (size_t i = 0; i < lum_demux_sensor_count(demux()); i++) {
         lum_framer_counters c = {};
         c.struct_size = sizeof c;
         (void)lum_framer_count(framer_.get(), i, &c);

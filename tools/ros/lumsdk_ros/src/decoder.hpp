@@ -36,9 +36,18 @@ class Decoder
     // Throws std::runtime_error.
     Decoder(const Options &options, Output output);
 
+    // As lum_framer_set_interface().
+    void set_interface(const char *name);
+
     // Throws std::runtime_error where data of several sensors comes and none
     // was named.
     void take(const lum_record &record);
+
+    // Frames that are open come out.
+    void flush();
+
+    // Until the end of the packets.
+    const lum_demux *demux() const;
 
     // The end of the packets: what is open comes out, and others may follow.
     void finish();

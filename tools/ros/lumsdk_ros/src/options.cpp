@@ -70,15 +70,44 @@ void read_source(Parameters &p, Options &o)
         o.has_sensor = true;
         o.sensor = o.endpoint.address;
     }
+}
+
+// ADDRESS or ADDRESS%INTERFACE.
+void read_sensor(Parameters &p, Options &o)
+{
     const std::string sensor = p.text("sensor", "");
     if (sensor.empty() || o.kind == SourceKind::sensor) {
         return;
     }
+    const size_t percent = sensor.find('%');
     lum_error why = {""};
     o.has_sensor = true;
-    if (!parse_address(sensor, o.sensor, why)) {
+    if (!parse_address(sensor.substr(0, percent), o.sensor, why)) {
         refuse("~sensor: " + sensor +
                " is no address, such as 10.42.0.37: " + why.text);
+    }
+    if (percent == std::string::npos) {
+        return;
+    }
+    o.sensor_interface = sensor.substr(percent + 1);
+    if (o.sensor_interface.empty() ||
+        o.sensor_interface.size() >= LUM_INTERFACE_BYTES) {
+        refuse("~sensor: " + sensor + " names no interface behind the %");
+    }
+    if (o.kind != SourceKind::capture) {
+        refuse("~sensor: " + sensor + ": the packets of a bag have no "
+                                      "interface: name the address alone");
+    }
+}
+
+void read_port(Parameters &p, Options &o)
+{
+    const bool is_there = p.has("port");
+    o.port =
+        static_cast<uint16_t>(p.integer("port", LUM_PORT, 1, UINT16_MAX));
+    if (is_there && o.kind != SourceKind::capture) {
+        refuse("~port is the sensors' port in a capture, and ~source is " +
+               o.source);
     }
 }
 
@@ -211,6 +240,8 @@ Options read_options(const ros::NodeHandle &node)
     Parameters p(node);
     Options o;
     read_source(p, o);
+    read_sensor(p, o);
+    read_port(p, o);
     read_calibration(p, o);
     read_profile(p, o);
     lum_selection_default(&o.selection);

@@ -25,6 +25,8 @@ struct Options {
     lum_endpoint endpoint = {0, LUM_PORT}; // of a live sensor
     bool has_sensor = false;               // one of several
     uint32_t sensor = 0;                   // its address
+    std::string sensor_interface; // in the capture; empty: none was named
+    uint16_t port = LUM_PORT;     // of sensors in the capture
     bool has_calibration = false; // by a parameter
     bool has_profile = false;     // likewise
     lum_calibration calibration = {};

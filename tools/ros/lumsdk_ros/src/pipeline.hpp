@@ -23,7 +23,7 @@ class Pipeline
 {
   public:
     Pipeline(const Options &options, const Outlet &outlet)
-        : outlet_(outlet), layout_(options.layout),
+        : outlet_(outlet), layout_(options.layout), port_(options.port),
           decoder_(options, [this](const Cloud &c) { outlet_.publish(c); }),
           batcher_(options.layout, options.frame_id,
                    [this](unsigned eye, const PacketsPtr &packets) {
@@ -49,10 +49,25 @@ class Pipeline
         decoder_.take(record_of(packet));
     }
 
-    // What is no packet of a sensor, but counts.
-    void take_other(const lum_record &record)
+    // A record of a capture; only what its sensor sent is batched.
+    void take(const lum_record &record, const char *interface_name)
     {
+        decoder_.set_interface(interface_name);
         decoder_.take(record);
+        if (is_of_sensor(record)) {
+            const Packet packet = {record.payload, record.len, record.time_ns,
+                                   sensor_of(record)};
+            packets_++;
+            bytes_ += packet.len;
+            batcher_.add(packet);
+        }
+    }
+
+    // What came of the packets, all of them decoded; until finish().
+    const lum_demux *end()
+    {
+        decoder_.flush();
+        return decoder_.demux();
     }
 
     // Show what waits for its batch to be full.
@@ -85,14 +100,33 @@ class Pipeline
         return view_;
     }
 
-    const lum_layout &layout() const
+  private:
+    bool is_from_sensor(const lum_record &r) const
     {
-        return layout_;
+        return r.source_port == port_;
     }
 
-  private:
+    // As the demultiplexer finds it: data is a sensor's to whatever side it
+    // went, all else what it sent.
+    bool is_of_sensor(const lum_record &r) const
+    {
+        lum_group group;
+        return lum_record_is_datagram(&r) &&
+               (is_from_sensor(r) ||
+                (r.destination_port == port_ &&
+                 lum_packet_decode(&layout_, r.payload, r.len, &group) ==
+                     LUM_PACKET_DATA)) &&
+               lum_demux_is_wanted(decoder_.demux());
+    }
+
+    uint32_t sensor_of(const lum_record &r) const
+    {
+        return is_from_sensor(r) ? r.source : r.destination;
+    }
+
     const Outlet &outlet_;
     const lum_layout layout_;
+    const uint16_t port_;
     Decoder decoder_;
     Batcher batcher_;
     uint64_t packets_ = 0;
