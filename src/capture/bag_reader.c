@@ -28,14 +28,6 @@ enum opcode {
     OP_CONNECTION = 7
 };
 
-enum step {
-    FAILED = -1,
-    ENDED,
-    PACKET,
-    GO_ON,
-    DAMAGED /* with the reason in error; the record is passed over */
-};
-
 struct lum_bag_reader {
     lum_bag_packets *packets;
     lum_chunk *chunk;   /* one that is compressed */
@@ -45,8 +37,9 @@ struct lum_bag_reader {
     bool has_salvaged;  /* they were looked for */
     bool has_ours;      /* a connection with packets was described */
     bool has_message;   /* and one of its messages came */
-    int end;            /* GO_ON until the bag ENDED or FAILED */
-    lum_error error;    /* of the failure */
+    int end; /* LUM_PCAP_GO_ON until the bag LUM_PCAP_ENDED or LUM_PCAP_FAILED
+              */
+    lum_error error;                 /* of the failure */
     uint8_t ours[CONNECTIONS / 8u];  /* a bit for each such connection */
     uint8_t known[CONNECTIONS / 8u]; /* and of any kind */
     uint8_t packet[LUM_DATAGRAM_PACKET_MAX];
@@ -132,7 +125,8 @@ static int cut(const lum_pcap *r, uint64_t all, lum_error *error)
 
 static int skip(const lum_pcap *r, uint64_t bytes, lum_error *error)
 {
-    return lum_source_skip(current(r), bytes) ? GO_ON : cut(r, 0, error);
+    return lum_source_skip(current(r), bytes) ? LUM_PCAP_GO_ON
+                                              : cut(r, 0, error);
 }
 
 /* What is left of the chunk cannot be read. */
@@ -141,13 +135,13 @@ static int leave_chunk(lum_pcap *r, const char *what, lum_error *error)
     lum_bag_reader *b = r->bag;
     const int skipped = skip(r, room_of(r), error);
     b->chunk_end = 0;
-    if (skipped == GO_ON) {
+    if (skipped == LUM_PCAP_GO_ON) {
         (void)lum_pcap_fail(r, error,
                             "%s of a chunk is longer than what is "
                             "left of the chunk",
                             what);
     }
-    return skipped == GO_ON ? DAMAGED : skipped;
+    return skipped == LUM_PCAP_GO_ON ? LUM_PCAP_DAMAGED : skipped;
 }
 
 /* The header of the next record is at hand then, with the length behind it. */
@@ -160,7 +154,8 @@ static int read_header(lum_pcap *r, struct record *out, lum_error *error)
         return leave_chunk(r, "a record", error);
     }
     if (!lum_source_has(s, 4)) {
-        return s->left != 0 || s->has_failed ? cut(r, 0, error) : ENDED;
+        return s->left != 0 || s->has_failed ? cut(r, 0, error)
+                                             : LUM_PCAP_ENDED;
     }
     const uint32_t len = load_le32(s->at);
     const size_t all = 8u + (size_t)len;
@@ -179,7 +174,7 @@ static int read_header(lum_pcap *r, struct record *out, lum_error *error)
     }
     out->header = (lum_bytes_at){s->at + 4, len};
     out->data_len = load_le32(s->at + 4u + len);
-    return out->data_len <= room - all ? GO_ON
+    return out->data_len <= room - all ? LUM_PCAP_GO_ON
                                        : leave_chunk(r, "a record", error);
 }
 
@@ -193,14 +188,14 @@ static int has_data(lum_pcap *r, struct record *record, uint32_t most,
         (void)lum_pcap_fail(
             r, error, "%s has %lu bytes; at most %lu are possible", what,
             (unsigned long)record->data_len, (unsigned long)most);
-        return DAMAGED;
+        return LUM_PCAP_DAMAGED;
     }
     if (!lum_source_has(s, head + record->data_len)) {
         return cut(r, head + record->data_len, error);
     }
     record->header.at = s->at + 4;
     *data = (lum_bytes_at){s->at + head, record->data_len};
-    return GO_ON;
+    return LUM_PCAP_GO_ON;
 }
 
 static int take_connection(lum_pcap *r, struct record *record, lum_error *error)
@@ -210,7 +205,7 @@ static int take_connection(lum_pcap *r, struct record *record, lum_error *error)
     const int result =
         has_data(r, record, CONNECTION_MAX, "a connection", &data, error);
     const uint32_t id =
-        result == GO_ON ? number(record->header, "conn") : CONNECTIONS;
+        result == LUM_PCAP_GO_ON ? number(record->header, "conn") : CONNECTIONS;
     if (id < CONNECTIONS) {
         b->known[id / 8u] |= (uint8_t)(1u << id % 8u);
         if (is(find(data, "type"), TYPE)) {
@@ -230,14 +225,14 @@ static int take_message(lum_pcap *r, struct record *record, lum_error *error)
                             "a message of connection %lu, which was not "
                             "described before",
                             (unsigned long)id);
-        return DAMAGED;
+        return LUM_PCAP_DAMAGED;
     }
     if (!has_bit(r->bag->ours, id)) {
-        return GO_ON;
+        return LUM_PCAP_GO_ON;
     }
     const int result = has_data(r, record, LUM_BAG_MESSAGE_MAX,
                                 "a message of " TYPE, &data, error);
-    if (result != GO_ON) {
+    if (result != LUM_PCAP_GO_ON) {
         return result;
     }
     const int added = lum_bag_packets_add(r->bag->packets, data.at, data.len);
@@ -247,10 +242,10 @@ static int take_message(lum_pcap *r, struct record *record, lum_error *error)
     if (added == 0) {
         (void)lum_pcap_fail(r, error,
                             "a message of " TYPE " contradicts itself");
-        return DAMAGED;
+        return LUM_PCAP_DAMAGED;
     }
     r->bag->has_message = true;
-    return GO_ON;
+    return LUM_PCAP_GO_ON;
 }
 
 /* --- Chunks --- */
@@ -263,18 +258,18 @@ static int unpack_chunk(lum_pcap *r, const lum_chunk_head *head,
     const uint64_t end = b->chunk_end;
     const lum_chunk_result result = lum_chunk_read(b->chunk, r, head, error);
     if (result == LUM_CHUNK_FAILED) {
-        return FAILED;
+        return LUM_PCAP_FAILED;
     }
     if (!lum_source_skip(s, end - lum_source_offset(s))) {
         return cut(r, 0, error);
     }
     if (result == LUM_CHUNK_DAMAGED) {
-        return DAMAGED;
+        return LUM_PCAP_DAMAGED;
     }
     const lum_bytes_at records = lum_chunk_records(b->chunk);
     b->inner = lum_source_from_memory("a chunk", records.at, records.len);
     return b->inner != NULL
-               ? GO_ON
+               ? LUM_PCAP_GO_ON
                : lum_pcap_fail(r, error, "not enough memory for a chunk");
 }
 
@@ -297,7 +292,7 @@ static int enter_chunk(lum_pcap *r, const struct record *record,
     }
     lum_source_take(r->source, 8u + record->header.len);
     r->bag->chunk_end = lum_source_offset(r->source) + record->data_len;
-    return is_plain ? GO_ON : unpack_chunk(r, &head, error);
+    return is_plain ? LUM_PCAP_GO_ON : unpack_chunk(r, &head, error);
 }
 
 /* --- From record to record --- */
@@ -306,7 +301,7 @@ static int take_bag(lum_pcap *r, const struct record *record)
 {
     const lum_bytes_at at = find(record->header, "index_pos");
     r->bag->index = at.len == 8u ? load_le64(at.at) : 0;
-    return GO_ON;
+    return LUM_PCAP_GO_ON;
 }
 
 static int take_record(lum_pcap *r, struct record *record, lum_error *error)
@@ -314,7 +309,7 @@ static int take_record(lum_pcap *r, struct record *record, lum_error *error)
     switch (opcode_of(record->header)) {
     case 0:
         (void)lum_pcap_fail(r, error, "a record without a type");
-        return room_of(r) != UINT64_MAX ? DAMAGED : FAILED;
+        return room_of(r) != UINT64_MAX ? LUM_PCAP_DAMAGED : LUM_PCAP_FAILED;
     case OP_BAG:
         return take_bag(r, record);
     case OP_CONNECTION:
@@ -322,7 +317,7 @@ static int take_record(lum_pcap *r, struct record *record, lum_error *error)
     case OP_MESSAGE:
         return take_message(r, record, error);
     default:
-        return GO_ON;
+        return LUM_PCAP_GO_ON;
     }
 }
 
@@ -337,14 +332,15 @@ static int read_record(lum_pcap *r, lum_error *error)
     struct record record = {{NULL, 0}, 0};
     lum_error why = {""};
     int result = read_header(r, &record, error);
-    if (result != GO_ON) {
+    if (result != LUM_PCAP_GO_ON) {
         return result;
     }
     if (opcode_of(record.header) == OP_CHUNK && room_of(r) == UINT64_MAX) {
         return enter_chunk(r, &record, error);
     }
     result = take_record(r, &record, error);
-    if (result == FAILED || pass_over(r, &record, &why) == GO_ON) {
+    if (result == LUM_PCAP_FAILED ||
+        pass_over(r, &record, &why) == LUM_PCAP_GO_ON) {
         return result;
     }
     return lum_error_set(error, "%s", why.text);
@@ -357,10 +353,10 @@ static void read_connections(lum_pcap *r)
 {
     struct record record = {{NULL, 0}, 0};
     lum_error why = {""};
-    while (read_header(r, &record, &why) == GO_ON &&
+    while (read_header(r, &record, &why) == LUM_PCAP_GO_ON &&
            opcode_of(record.header) == OP_CONNECTION &&
-           take_connection(r, &record, &why) == GO_ON &&
-           pass_over(r, &record, &why) == GO_ON) {
+           take_connection(r, &record, &why) == LUM_PCAP_GO_ON &&
+           pass_over(r, &record, &why) == LUM_PCAP_GO_ON) {
     }
 }
 
@@ -374,7 +370,7 @@ static int salvage(lum_pcap *r, lum_error *error)
     const uint64_t chunk_end = b->chunk_end;
     lum_source *inner = b->inner;
     if (b->has_salvaged || b->index == 0 || !lum_source_can_seek(s)) {
-        return GO_ON;
+        return LUM_PCAP_GO_ON;
     }
     b->has_salvaged = true;
     b->inner = NULL;
@@ -385,7 +381,8 @@ static int salvage(lum_pcap *r, lum_error *error)
     b->inner = inner;
     b->chunk_end = chunk_end;
     r->at = at;
-    return lum_source_seek(s, back, error) == 0 ? GO_ON : FAILED;
+    return lum_source_seek(s, back, error) == 0 ? LUM_PCAP_GO_ON
+                                                : LUM_PCAP_FAILED;
 }
 
 static int next_record(lum_pcap *r, lum_error *error)
@@ -397,11 +394,12 @@ static int next_record(lum_pcap *r, lum_error *error)
         b->inner = NULL;
     }
     int result = read_record(r, &why);
-    if (result == DAMAGED) {
+    if (result == LUM_PCAP_DAMAGED) {
         lum_pcap_note_damage(r, &why);
         result = salvage(r, &why);
     }
-    return result == FAILED ? lum_error_set(error, "%s", why.text) : result;
+    return result == LUM_PCAP_FAILED ? lum_error_set(error, "%s", why.text)
+                                     : result;
 }
 
 /* --- Packets --- */
@@ -411,19 +409,19 @@ static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
     lum_bag_reader *b = r->bag;
     lum_record datagram;
     while (!lum_bag_packets_next(b->packets, &datagram)) {
-        if (b->end == FAILED && error != NULL) {
+        if (b->end == LUM_PCAP_FAILED && error != NULL) {
             *error = b->error;
         }
-        if (b->end != GO_ON) {
+        if (b->end != LUM_PCAP_GO_ON) {
             return b->end;
         }
         b->end = next_record(r, &b->error);
-        if (b->end != GO_ON) {
+        if (b->end != LUM_PCAP_GO_ON) {
             lum_bag_packets_end(b->packets);
         }
     }
     lum_datagram_packet_make(&datagram, (uint32_t)datagram.len, b->packet, out);
-    return PACKET;
+    return LUM_PCAP_READ;
 }
 
 /* --- The start and the end --- */
@@ -462,19 +460,19 @@ int lum_bag_reader_begin(lum_pcap *reader, uint32_t *link_type,
         (b->chunk = lum_chunk_new()) == NULL) {
         return lum_error_set(error, "not enough memory to read a bag");
     }
-    b->end = GO_ON;
+    b->end = LUM_PCAP_GO_ON;
     lum_source_take(reader->source, MAGIC_BYTES);
-    int result = GO_ON;
-    while (result == GO_ON && !has_begun(reader)) {
+    int result = LUM_PCAP_GO_ON;
+    while (result == LUM_PCAP_GO_ON && !has_begun(reader)) {
         result = next_record(reader, error);
     }
-    if (result == ENDED) {
+    if (result == LUM_PCAP_ENDED) {
         return reader->damaged != 0
                    ? lum_pcap_fail_damaged(reader, error)
                    : lum_error_set(error, "it has no messages of " TYPE
                                           "; clouds cannot be decoded again");
     }
-    if (result == FAILED ||
+    if (result == LUM_PCAP_FAILED ||
         lum_pcap_add_interface(reader, &interface, error) != 0) {
         return -1;
     }

@@ -13,14 +13,6 @@
 
 #define NAME_BYTES 80u
 
-/* What a step led to. */
-enum step {
-    FAILED = -1,
-    ENDED,
-    PACKET,
-    GO_ON
-};
-
 struct lum_mcap_reader {
     lum_mcap_records *records;
     bool has_ours;  /* a channel with datagrams came */
@@ -98,10 +90,10 @@ static int read_message(lum_pcap *r, lum_bytes_at message, lum_pcap_record *out)
         (void)lum_pcap_fail(
             r, &why, "a message of " SCHEMA_NAME " does not hold a datagram");
         lum_pcap_note_damage(r, &why);
-        return GO_ON;
+        return LUM_PCAP_GO_ON;
     }
     lum_datagram_packet_make(&datagram, whole, r->mcap->packet, out);
-    return PACKET;
+    return LUM_PCAP_READ;
 }
 
 static void take_comment(void *context, const uint8_t *text, size_t len)
@@ -118,7 +110,7 @@ static int next_step(lum_pcap *r, lum_pcap_record *out, lum_error *error)
     lum_mcap_record record;
     const int result = lum_mcap_records_next(r->mcap->records, &record, error);
     if (result != 1) {
-        return result == 0 ? ENDED : FAILED;
+        return result == 0 ? LUM_PCAP_ENDED : LUM_PCAP_FAILED;
     }
     switch (record.kind) {
     case LUM_MCAP_IS_SCHEMA:
@@ -134,18 +126,18 @@ static int next_step(lum_pcap *r, lum_pcap_record *out, lum_error *error)
                                r);
         break;
     }
-    return GO_ON;
+    return LUM_PCAP_GO_ON;
 }
 
 static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
 {
-    int result = GO_ON;
+    int result = LUM_PCAP_GO_ON;
     if (r->mcap->has_first) {
         r->mcap->has_first = false;
         *out = r->mcap->first;
-        return PACKET;
+        return LUM_PCAP_READ;
     }
-    while (result == GO_ON) {
+    while (result == LUM_PCAP_GO_ON) {
         result = next_step(r, out, error);
     }
     return result;
@@ -194,15 +186,15 @@ int lum_mcap_reader_begin(lum_pcap *reader, uint32_t *link_type,
         (m->records = lum_mcap_records_new(reader, &wanted)) == NULL) {
         return lum_error_set(error, "not enough memory to read an MCAP file");
     }
-    int result = GO_ON;
-    while (result == GO_ON && !has_begun(reader)) {
+    int result = LUM_PCAP_GO_ON;
+    while (result == LUM_PCAP_GO_ON && !has_begun(reader)) {
         result = next_step(reader, &m->first, error);
-        m->has_first = result == PACKET;
+        m->has_first = result == LUM_PCAP_READ;
     }
-    if (result == ENDED) {
+    if (result == LUM_PCAP_ENDED) {
         return refuse_without_packets(reader, error);
     }
-    if (result == FAILED ||
+    if (result == LUM_PCAP_FAILED ||
         lum_pcap_add_interface(reader, &interface, error) != 0) {
         return -1;
     }

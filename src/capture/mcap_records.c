@@ -20,15 +20,6 @@ enum opcode {
     OP_METADATA = 12
 };
 
-/* What a step led to. */
-enum step {
-    FAILED = -1,
-    ENDED,
-    RECORD,
-    GO_ON,
-    DAMAGED /* and passed over, with the reason in error */
-};
-
 struct lum_mcap_records {
     lum_pcap *reader;
     lum_mcap_wanted wanted;
@@ -72,7 +63,7 @@ static int too_short(const lum_mcap_records *m, const char *what,
 {
     (void)lum_pcap_fail(m->reader, error,
                         "a %s is shorter than what it says it has", what);
-    return DAMAGED;
+    return LUM_PCAP_DAMAGED;
 }
 
 static int read_schema(const lum_mcap_records *m, const struct raw *raw,
@@ -86,7 +77,7 @@ static int read_schema(const lum_mcap_records *m, const struct raw *raw,
     out->rest = (lum_bytes_at){raw->at + 2, (size_t)raw->len - 2u};
     return lum_mcap_take_text(&out->rest, &out->name) &&
                    lum_mcap_take_text(&out->rest, &out->encoding)
-               ? RECORD
+               ? LUM_PCAP_READ
                : too_short(m, "schema", error);
 }
 
@@ -102,7 +93,7 @@ static int read_channel(const lum_mcap_records *m, const struct raw *raw,
     out->rest = (lum_bytes_at){raw->at + 4, (size_t)raw->len - 4u};
     return lum_mcap_take_text(&out->rest, &out->name) &&
                    lum_mcap_take_text(&out->rest, &out->encoding)
-               ? RECORD
+               ? LUM_PCAP_READ
                : too_short(m, "channel", error);
 }
 
@@ -113,10 +104,11 @@ static int not_described(const lum_mcap_records *m, unsigned channel,
                         "a message of channel %u, which was not described "
                         "before",
                         channel);
-    return DAMAGED;
+    return LUM_PCAP_DAMAGED;
 }
 
-/* Of which at least the channel is at hand: RECORD, GO_ON or DAMAGED. */
+/* Of which at least the channel is at hand: LUM_PCAP_READ, LUM_PCAP_GO_ON or
+ * LUM_PCAP_DAMAGED. */
 static int look_at_message(const lum_mcap_records *m, const uint8_t *message,
                            lum_error *error)
 {
@@ -125,7 +117,7 @@ static int look_at_message(const lum_mcap_records *m, const uint8_t *message,
     if (want == LUM_MCAP_UNKNOWN) {
         return not_described(m, channel, error);
     }
-    return want == LUM_MCAP_HAND_OUT ? RECORD : GO_ON;
+    return want == LUM_MCAP_HAND_OUT ? LUM_PCAP_READ : LUM_PCAP_GO_ON;
 }
 
 static int read_message(lum_mcap_records *m, const struct raw *raw,
@@ -136,7 +128,7 @@ static int read_message(lum_mcap_records *m, const struct raw *raw,
         return too_short(m, "message", error);
     }
     const int look = look_at_message(m, raw->at, error);
-    if (look != RECORD) {
+    if (look != LUM_PCAP_READ) {
         return look;
     }
     if (raw->len < MESSAGE_HEAD) {
@@ -147,7 +139,7 @@ static int read_message(lum_mcap_records *m, const struct raw *raw,
                              .log_ns = load_le64(raw->at + 6)};
     out->rest =
         (lum_bytes_at){raw->at + MESSAGE_HEAD, (size_t)raw->len - MESSAGE_HEAD};
-    return RECORD;
+    return LUM_PCAP_READ;
 }
 
 /* A record whose bytes are at hand. */
@@ -162,7 +154,7 @@ static int read_raw(lum_mcap_records *m, const struct raw *raw,
     case OP_MESSAGE:
         return read_message(m, raw, out, error);
     default:
-        return GO_ON;
+        return LUM_PCAP_GO_ON;
     }
 }
 
@@ -179,7 +171,7 @@ static int next_in_chunk(lum_mcap_records *m, lum_mcap_record *out,
         (void)lum_pcap_fail(m->reader, error,
                             "a record of a chunk is longer than "
                             "what is left of the chunk");
-        return DAMAGED;
+        return LUM_PCAP_DAMAGED;
     }
     const struct raw raw = {at[0], at + RECORD_HEAD, load_le64(at + 1)};
     m->chunk_at += RECORD_HEAD + (size_t)raw.len;
@@ -204,7 +196,7 @@ static int skip(const lum_pcap *r, uint64_t len, lum_error *error)
 {
     return lum_source_skip(r->source, RECORD_HEAD) &&
                    lum_source_skip(r->source, len)
-               ? GO_ON
+               ? LUM_PCAP_GO_ON
                : cut(r, len > UINT64_MAX - RECORD_HEAD ? 0 : RECORD_HEAD + len,
                      error);
 }
@@ -218,7 +210,7 @@ static int take_record(lum_mcap_records *m, struct raw *raw, uint32_t max,
     lum_source *s = r->source;
     if (raw->len > max) {
         const int skipped = skip(r, raw->len, error);
-        if (skipped != GO_ON) {
+        if (skipped != LUM_PCAP_GO_ON) {
             return skipped;
         }
         (void)lum_pcap_fail(r, error,
@@ -226,7 +218,7 @@ static int take_record(lum_mcap_records *m, struct raw *raw, uint32_t max,
                             "are possible",
                             raw->opcode, (unsigned long long)raw->len,
                             (unsigned long)max);
-        return DAMAGED;
+        return LUM_PCAP_DAMAGED;
     }
     const size_t all = RECORD_HEAD + (size_t)raw->len;
     if (!lum_source_has(s, all)) {
@@ -247,12 +239,12 @@ static int take_message(lum_mcap_records *m, struct raw *raw,
             return cut(r, 0, error);
         }
         const int look = look_at_message(m, r->source->at + RECORD_HEAD, error);
-        if (look != RECORD) {
+        if (look != LUM_PCAP_READ) {
             lum_error why = {""};
             m->messages++;
             const int skipped = skip(r, raw->len, &why);
-            *error = skipped == GO_ON ? *error : why;
-            return skipped == GO_ON ? look : skipped;
+            *error = skipped == LUM_PCAP_GO_ON ? *error : why;
+            return skipped == LUM_PCAP_GO_ON ? look : skipped;
         }
     }
     return take_record(m, raw, m->wanted.bytes_max, out, error);
@@ -265,12 +257,12 @@ static int take_chunk(lum_mcap_records *m, const struct raw *raw,
     m->chunk_at = 0;
     switch (lum_mcap_chunk_read(m->chunk, m->reader, raw->len, error)) {
     case LUM_CHUNK_READ:
-        return GO_ON;
+        return LUM_PCAP_GO_ON;
     case LUM_CHUNK_DAMAGED:
-        return DAMAGED;
+        return LUM_PCAP_DAMAGED;
     case LUM_CHUNK_FAILED:
     default:
-        return FAILED;
+        return LUM_PCAP_FAILED;
     }
 }
 
@@ -282,8 +274,9 @@ static int take_statistics(const lum_mcap_records *m, const struct raw *raw,
     const lum_pcap *r = m->reader;
     if (raw->len < 8u) {
         const int skipped = skip(r, raw->len, error);
-        return skipped == GO_ON ? too_short(m, "record of statistics", error)
-                                : skipped;
+        return skipped == LUM_PCAP_GO_ON
+                   ? too_short(m, "record of statistics", error)
+                   : skipped;
     }
     if (!lum_source_has(r->source, RECORD_HEAD + 8u)) {
         return cut(r, 0, error);
@@ -311,7 +304,7 @@ static int take_metadata(const lum_mcap_records *m, const struct raw *raw,
     *out = (lum_mcap_record){.kind = LUM_MCAP_IS_METADATA};
     out->rest = (lum_bytes_at){s->at + RECORD_HEAD, (size_t)raw->len};
     lum_source_take(s, RECORD_HEAD + (size_t)raw->len);
-    return RECORD;
+    return LUM_PCAP_READ;
 }
 
 static bool has_magic(const lum_source *s)
@@ -328,7 +321,7 @@ static int take_footer(lum_mcap_records *m, const struct raw *raw,
     const lum_pcap *r = m->reader;
     lum_source *s = r->source;
     const int skipped = skip(r, raw->len, error);
-    if (skipped != GO_ON) {
+    if (skipped != LUM_PCAP_GO_ON) {
         return skipped;
     }
     if (!lum_source_has(s, MAGIC_BYTES)) {
@@ -344,7 +337,7 @@ static int take_footer(lum_mcap_records *m, const struct raw *raw,
     if (lum_source_has(s, 1)) {
         return lum_pcap_fail(r, error, "there are bytes behind its footer");
     }
-    return ENDED;
+    return LUM_PCAP_ENDED;
 }
 
 static int next_in_file(lum_mcap_records *m, lum_mcap_record *out,
@@ -354,7 +347,7 @@ static int next_in_file(lum_mcap_records *m, lum_mcap_record *out,
     lum_source *s = r->source;
     r->at = lum_source_offset(s);
     if (m->has_ended) {
-        return ENDED;
+        return LUM_PCAP_ENDED;
     }
     if (!lum_source_has(s, RECORD_HEAD)) {
         return s->left != 0 || s->has_failed
@@ -390,8 +383,9 @@ static int next_in_file(lum_mcap_records *m, lum_mcap_record *out,
 static int go_back(lum_mcap_records *m, lum_error *error)
 {
     m->is_salvaging = false;
-    return lum_source_seek(m->reader->source, m->back, error) == 0 ? GO_ON
-                                                                   : FAILED;
+    return lum_source_seek(m->reader->source, m->back, error) == 0
+               ? LUM_PCAP_GO_ON
+               : LUM_PCAP_FAILED;
 }
 
 /* The source is at the summary then; 0: there is none. */
@@ -414,12 +408,12 @@ static int begin_salvage(lum_mcap_records *m, lum_error *error)
 {
     lum_source *s = m->reader->source;
     if (m->has_salvaged || !lum_source_can_seek(s)) {
-        return GO_ON;
+        return LUM_PCAP_GO_ON;
     }
     m->has_salvaged = true;
     m->back = lum_source_offset(s);
     m->is_salvaging = true;
-    return find_summary(s) ? GO_ON : go_back(m, error);
+    return find_summary(s) ? LUM_PCAP_GO_ON : go_back(m, error);
 }
 
 /* Up to what is no longer part of a good summary. */
@@ -428,7 +422,7 @@ static int next_of_summary(lum_mcap_records *m, lum_mcap_record *out,
 {
     lum_source *s = m->reader->source;
     lum_error none = {""};
-    int result = FAILED;
+    int result = LUM_PCAP_FAILED;
     if (lum_source_has(s, RECORD_HEAD)) {
         struct raw raw = {s->at[0], NULL, load_le64(s->at + 1)};
         if (raw.opcode == OP_SCHEMA || raw.opcode == OP_CHANNEL) {
@@ -438,7 +432,9 @@ static int next_of_summary(lum_mcap_records *m, lum_mcap_record *out,
             result = skip(m->reader, raw.len, &none);
         }
     }
-    return result == RECORD || result == GO_ON ? result : go_back(m, error);
+    return result == LUM_PCAP_READ || result == LUM_PCAP_GO_ON
+               ? result
+               : go_back(m, error);
 }
 
 static int next_step(lum_mcap_records *m, lum_mcap_record *out,
@@ -455,16 +451,17 @@ int lum_mcap_records_next(lum_mcap_records *records, lum_mcap_record *out,
                           lum_error *error)
 {
     lum_error why; /* clearing all of it takes as long as a message */
-    int result = GO_ON;
+    int result = LUM_PCAP_GO_ON;
     why.text[0] = '\0';
-    while (result == GO_ON) {
+    while (result == LUM_PCAP_GO_ON) {
         result = next_step(records, out, &why);
-        if (result == DAMAGED) {
+        if (result == LUM_PCAP_DAMAGED) {
             lum_pcap_note_damage(records->reader, &why);
             result = begin_salvage(records, &why);
         }
     }
-    return result == FAILED ? lum_error_set(error, "%s", why.text) : result;
+    return result == LUM_PCAP_FAILED ? lum_error_set(error, "%s", why.text)
+                                     : result;
 }
 
 /* --- The start and the end --- */

@@ -6,6 +6,15 @@
 #include "byte_order.h"
 #include "pcap.h"
 
+/** What a step of a reader led to. */
+enum lum_pcap_step {
+    LUM_PCAP_FAILED = -1, /**< with the reason in error */
+    LUM_PCAP_ENDED,
+    LUM_PCAP_READ, /**< what was asked for is at hand */
+    LUM_PCAP_GO_ON,
+    LUM_PCAP_DAMAGED /**< and passed over, or can be; with the reason */
+};
+
 /** What is read of an MCAP file. */
 typedef struct lum_mcap_reader lum_mcap_reader;
 typedef struct lum_bag_reader lum_bag_reader;

@@ -30,15 +30,6 @@ enum {
     BINARY_MAX = 63
 };
 
-/* What a block led to. */
-enum step {
-    FAILED = -1,
-    ENDED,
-    PACKET,
-    GO_ON,
-    DAMAGED /* its length is that of both ends; with the reason in error */
-};
-
 /* A block at hand, from its header to behind its trailer. */
 struct block {
     const uint8_t *at;
@@ -231,14 +222,14 @@ static int read_interface(lum_pcap *r, const struct block *b, lum_error *error)
         interface = (lum_pcap_interface){.ticks = 1, .is_lost = true};
     }
     if (lum_pcap_add_interface(r, &interface, error) != 0) {
-        return FAILED;
+        return LUM_PCAP_FAILED;
     }
     if (interface.is_lost) {
         (void)lum_error_set(error, "%s", why.text);
-        return DAMAGED;
+        return LUM_PCAP_DAMAGED;
     }
     hand_out_options(r, LUM_PCAP_INTERFACE, options_from(b, 16));
-    return GO_ON;
+    return LUM_PCAP_GO_ON;
 }
 
 /* Nothing of a section can be read whose header cannot. */
@@ -248,17 +239,17 @@ static int read_section(lum_pcap *r, const struct block *b, lum_error *error)
     r->is_lost = true;
     if (b->len < SECTION_BYTES_MIN) {
         (void)too_short(r, b, error);
-        return DAMAGED;
+        return LUM_PCAP_DAMAGED;
     }
     const unsigned version = load_u16(r, b->at + 12);
     if (version != VERSION) {
         (void)lum_pcap_fail(
             r, error, "a section of pcapng version %u; 1 can be read", version);
-        return DAMAGED;
+        return LUM_PCAP_DAMAGED;
     }
     r->is_lost = false;
     hand_out_options(r, LUM_PCAP_SECTION, options_from(b, 24));
-    return GO_ON;
+    return LUM_PCAP_GO_ON;
 }
 
 /* The byte order of a section comes after its length. */
@@ -353,18 +344,18 @@ static int skip_block(lum_pcap *r, const struct block *b, lum_error *error)
 static int skip_long_block(lum_pcap *r, const struct block *b, lum_error *error)
 {
     if (skip_block(r, b, error) != 0) {
-        return FAILED;
+        return LUM_PCAP_FAILED;
     }
     (void)lum_pcap_fail(r, error,
                         "a block of type %lu has %lu bytes; at most %u are "
                         "possible",
                         (unsigned long)b->type, (unsigned long)b->len,
                         LUM_PCAPNG_BLOCK_MAX);
-    return DAMAGED;
+    return LUM_PCAP_DAMAGED;
 }
 
-/* Returns GO_ON with a block of a type that is read; DAMAGED with one that is
- * too long, which is taken; ENDED. */
+/* Returns LUM_PCAP_GO_ON with a block of a type that is read; LUM_PCAP_DAMAGED
+ * with one that is too long, which is taken; LUM_PCAP_ENDED. */
 static int next_block(lum_pcap *r, struct block *b, lum_error *error)
 {
     lum_source *s = r->source;
@@ -372,23 +363,23 @@ static int next_block(lum_pcap *r, struct block *b, lum_error *error)
     while ((result = read_block_header(r, b, error)) == 1 &&
            !is_read(b->type)) {
         if (skip_block(r, b, error) != 0) {
-            return FAILED;
+            return LUM_PCAP_FAILED;
         }
     }
     if (result != 1) {
-        return result == 0 ? ENDED : FAILED;
+        return result == 0 ? LUM_PCAP_ENDED : LUM_PCAP_FAILED;
     }
     if (b->len > LUM_PCAPNG_BLOCK_MAX) {
         return skip_long_block(r, b, error);
     }
     if (!lum_source_has(s, b->len)) {
         (void)lum_pcap_fail_cut(r, "block", s->left, b->len, error);
-        return FAILED;
+        return LUM_PCAP_FAILED;
     }
     b->at = s->at;
     return check_trailer(r, b->len, b->at + b->len - TRAILER_BYTES, error) == 0
-               ? GO_ON
-               : FAILED;
+               ? LUM_PCAP_GO_ON
+               : LUM_PCAP_FAILED;
 }
 
 /* --- Packets --- */
@@ -533,10 +524,11 @@ static int lost(const lum_pcap *r, lum_error *error)
 {
     (void)lum_pcap_fail(r, error,
                         "a block of a section whose header could not be read");
-    return DAMAGED;
+    return LUM_PCAP_DAMAGED;
 }
 
-/* A section or an interface: GO_ON, DAMAGED or FAILED. */
+/* A section or an interface: LUM_PCAP_GO_ON, LUM_PCAP_DAMAGED or
+ * LUM_PCAP_FAILED. */
 static int read_other(lum_pcap *r, const struct block *b, lum_error *error)
 {
     if (b->type == BLOCK_SECTION) {
@@ -545,7 +537,7 @@ static int read_other(lum_pcap *r, const struct block *b, lum_error *error)
     return r->is_lost ? lost(r, error) : read_interface(r, b, error);
 }
 
-/* PACKET, GO_ON, DAMAGED or FAILED. */
+/* LUM_PCAP_READ, LUM_PCAP_GO_ON, LUM_PCAP_DAMAGED or LUM_PCAP_FAILED. */
 static int read_block(lum_pcap *r, const struct block *b, lum_pcap_record *out,
                       lum_error *error)
 {
@@ -558,7 +550,7 @@ static int read_block(lum_pcap *r, const struct block *b, lum_pcap_record *out,
     const int read = b->type == BLOCK_SIMPLE_PACKET
                          ? read_simple(r, b, out, error)
                          : read_packet(r, b, out, error);
-    return read == 0 ? PACKET : DAMAGED;
+    return read == 0 ? LUM_PCAP_READ : LUM_PCAP_DAMAGED;
 }
 
 /* What follows a block that is too long to be read knows that it was there. */
@@ -571,18 +563,18 @@ static int lose_block(lum_pcap *r, const struct block *b, lum_error *error)
     }
     return b->type != BLOCK_INTERFACE ||
                    lum_pcap_add_interface(r, &lost, error) == 0
-               ? DAMAGED
-               : FAILED;
+               ? LUM_PCAP_DAMAGED
+               : LUM_PCAP_FAILED;
 }
 
 static int next_step(lum_pcap *r, lum_pcap_record *out, lum_error *error)
 {
     struct block b;
     int result = next_block(r, &b, error);
-    if (result == GO_ON) {
+    if (result == LUM_PCAP_GO_ON) {
         result = read_block(r, &b, out, error);
-        lum_source_take(r->source, result != FAILED ? b.len : 0);
-    } else if (result == DAMAGED) {
+        lum_source_take(r->source, result != LUM_PCAP_FAILED ? b.len : 0);
+    } else if (result == LUM_PCAP_DAMAGED) {
         result = lose_block(r, &b, error);
     }
     return result;
@@ -598,15 +590,16 @@ static void note_damage(lum_pcap *r, const lum_error *why)
 static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
 {
     lum_error why; /* clearing all of it takes as long as a packet */
-    int result = GO_ON;
+    int result = LUM_PCAP_GO_ON;
     why.text[0] = '\0';
-    while (result == GO_ON || result == DAMAGED) {
+    while (result == LUM_PCAP_GO_ON || result == LUM_PCAP_DAMAGED) {
         result = next_step(r, out, &why);
-        if (result == DAMAGED) {
+        if (result == LUM_PCAP_DAMAGED) {
             note_damage(r, &why);
         }
     }
-    return result == FAILED ? lum_error_set(error, "%s", why.text) : result;
+    return result == LUM_PCAP_FAILED ? lum_error_set(error, "%s", why.text)
+                                     : result;
 }
 
 /* --- Up to the first interface --- */
@@ -615,15 +608,15 @@ static int next_packet(lum_pcap *r, lum_pcap_record *out, lum_error *error)
 static int begin_step(lum_pcap *r, struct block *b, lum_error *error)
 {
     int result = next_block(r, b, error);
-    if (result == DAMAGED) {
+    if (result == LUM_PCAP_DAMAGED) {
         return lose_block(r, b, error);
     }
-    if (result != GO_ON || is_packet(b->type)) {
-        return result == GO_ON ? PACKET : result;
+    if (result != LUM_PCAP_GO_ON || is_packet(b->type)) {
+        return result == LUM_PCAP_GO_ON ? LUM_PCAP_READ : result;
     }
     result = read_other(r, b, error);
-    lum_source_take(r->source, result != FAILED ? b->len : 0);
-    return result == DAMAGED && r->is_lost ? FAILED : result;
+    lum_source_take(r->source, result != LUM_PCAP_FAILED ? b->len : 0);
+    return result == LUM_PCAP_DAMAGED && r->is_lost ? LUM_PCAP_FAILED : result;
 }
 
 static int refuse_without_interface(const lum_pcap *r, lum_error *error)
@@ -639,25 +632,25 @@ int lum_pcapng_begin(lum_pcap *reader, uint32_t *link_type, lum_error *error)
 {
     struct block b = {.type = 0};
     lum_error why = {""};
-    int result = GO_ON;
+    int result = LUM_PCAP_GO_ON;
     bool has_any = false;
     reader->next = next_packet;
-    while (!reader->has_wanted && result >= GO_ON) {
+    while (!reader->has_wanted && result >= LUM_PCAP_GO_ON) {
         result = begin_step(reader, &b, &why);
-        if (result == DAMAGED) {
+        if (result == LUM_PCAP_DAMAGED) {
             note_damage(reader, &why);
-        } else if (result == GO_ON && b.type == BLOCK_INTERFACE) {
+        } else if (result == LUM_PCAP_GO_ON && b.type == BLOCK_INTERFACE) {
             const uint32_t last = reader->interface_count - 1u;
             const uint32_t found = reader->interfaces[last].link_type;
             *link_type = has_any && !reader->has_wanted ? *link_type : found;
             has_any = true;
         }
     }
-    if (result == FAILED) {
+    if (result == LUM_PCAP_FAILED) {
         return lum_error_set(error, "%s", why.text);
     }
     if (!has_any) {
         return refuse_without_interface(reader, error);
     }
-    return reader->has_wanted ? 1 : result == PACKET ? 2 : 0;
+    return reader->has_wanted ? 1 : result == LUM_PCAP_READ ? 2 : 0;
 }
