@@ -273,6 +273,16 @@ static int unpack_chunk(lum_pcap *r, const lum_chunk_head *head,
                : lum_pcap_fail(r, error, "not enough memory for a chunk");
 }
 
+/* What it has is read all the same. UINT32_MAX: it does not say. */
+static int check_plain(const lum_pcap *r, const lum_chunk_head *head,
+                       lum_error *error)
+{
+    return head->unpacked == UINT32_MAX ||
+                   lum_chunk_check_plain(r, head, error) == LUM_CHUNK_READ
+               ? LUM_PCAP_GO_ON
+               : LUM_PCAP_DAMAGED;
+}
+
 /* Records stand in a chunk as they do beside it. One that is not compressed is
  * read where it is, so that one that is cut gives what it has. */
 static int enter_chunk(lum_pcap *r, const struct record *record,
@@ -284,7 +294,6 @@ static int enter_chunk(lum_pcap *r, const struct record *record,
                            .unpacked = number(record->header, "size"),
                            .known = known,
                            .remedy = "rosbag decompress"};
-    const bool is_plain = is(name, "none");
     if (name.len == 0 || name.len > LUM_CHUNK_NAME_MAX) {
         lum_chunk_name(&head, (const uint8_t *)"?", 1);
     } else {
@@ -292,7 +301,8 @@ static int enter_chunk(lum_pcap *r, const struct record *record,
     }
     lum_source_take(r->source, 8u + record->header.len);
     r->bag->chunk_end = lum_source_offset(r->source) + record->data_len;
-    return is_plain ? LUM_PCAP_GO_ON : unpack_chunk(r, &head, error);
+    return is(name, "none") ? check_plain(r, &head, error)
+                            : unpack_chunk(r, &head, error);
 }
 
 /* --- From record to record --- */
@@ -466,11 +476,12 @@ int lum_bag_reader_begin(lum_pcap *reader, uint32_t *link_type,
     while (result == LUM_PCAP_GO_ON && !has_begun(reader)) {
         result = next_record(reader, error);
     }
+    if (result != LUM_PCAP_GO_ON && lum_pcap_is_spoilt(reader)) {
+        return lum_pcap_fail_damaged(reader, error);
+    }
     if (result == LUM_PCAP_ENDED) {
-        return reader->damaged != 0
-                   ? lum_pcap_fail_damaged(reader, error)
-                   : lum_error_set(error, "it has no messages of " TYPE
-                                          "; clouds cannot be decoded again");
+        return lum_error_set(error, "it has no messages of " TYPE
+                                    "; clouds cannot be decoded again");
     }
     if (result == LUM_PCAP_FAILED ||
         lum_pcap_add_interface(reader, &interface, error) != 0) {

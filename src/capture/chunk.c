@@ -92,6 +92,19 @@ static lum_unpacker *find_unpacker(const lum_pcap *r, const lum_chunk_head *h,
     return unpacker;
 }
 
+lum_chunk_result lum_chunk_check_plain(const lum_pcap *reader,
+                                       const lum_chunk_head *head,
+                                       lum_error *error)
+{
+    if (head->packed == head->unpacked) {
+        return LUM_CHUNK_READ;
+    }
+    (void)lum_pcap_fail(
+        reader, error, "an uncompressed chunk of %llu bytes has %llu",
+        (unsigned long long)head->unpacked, (unsigned long long)head->packed);
+    return LUM_CHUNK_DAMAGED;
+}
+
 static lum_chunk_result check_lengths(const lum_pcap *r,
                                       const lum_chunk_head *h, lum_error *error)
 {
@@ -99,18 +112,13 @@ static lum_chunk_result check_lengths(const lum_pcap *r,
     if (most > LUM_CHUNK_RECORDS_MAX) {
         (void)lum_pcap_fail(r, error,
                             "a chunk of %llu bytes; at most %lu can be read: "
-                            "%s makes smaller ones",
+                            "%s makes a file that can be read",
                             (unsigned long long)most,
                             (unsigned long)LUM_CHUNK_RECORDS_MAX, h->remedy);
         return LUM_CHUNK_DAMAGED;
     }
-    if (h->compression[0] == '\0' && h->packed != h->unpacked) {
-        (void)lum_pcap_fail(
-            r, error, "an uncompressed chunk of %lu bytes has %lu",
-            (unsigned long)h->unpacked, (unsigned long)h->packed);
-        return LUM_CHUNK_DAMAGED;
-    }
-    return LUM_CHUNK_READ;
+    return h->compression[0] == '\0' ? lum_chunk_check_plain(r, h, error)
+                                     : LUM_CHUNK_READ;
 }
 
 /* --- Its bytes --- */

@@ -59,6 +59,11 @@ LUM_MUST_CHECK lum_chunk_result lum_chunk_read(lum_chunk *chunk,
                                                const lum_chunk_head *head,
                                                lum_error *error);
 
+/** Check that a chunk that is not compressed is as long as its head says.
+ * @param error gets why it is LUM_CHUNK_DAMAGED. */
+LUM_MUST_CHECK lum_chunk_result lum_chunk_check_plain(
+    const lum_pcap *reader, const lum_chunk_head *head, lum_error *error);
+
 /** Its records, until the next chunk is read. */
 lum_bytes_at lum_chunk_records(const lum_chunk *chunk);
 

@@ -110,6 +110,9 @@ static int begin(lum_input *in, lum_comments *comments, lum_error *error)
             in->source->name, reason.text);
         return 1;
     }
+    if (begun < 0 && lum_pcap_is_spoilt(in->reader)) {
+        return lum_error_set(error, "%s: %s", in->source->name, reason.text);
+    }
     if (begun < 0) {
         return lum_error_set(error,
                              "%s: not a capture (%s); a pcap, pcapng, MCAP or "
@@ -161,16 +164,30 @@ void lum_input_close(lum_input *input)
     }
 }
 
+static bool has_link(const lum_input *in)
+{
+    return lum_pcap_has_wanted(in->reader);
+}
+
+static bool is_all_damaged(const lum_input *in)
+{
+    return in->records == 0 && lum_pcap_is_spoilt(in->reader);
+}
+
 int lum_input_next(lum_input *input, lum_pcap_record *out, lum_error *error)
 {
     lum_error reason;
     reason.text[0] = '\0';
     const int got = lum_pcap_next(input->reader, out, &reason);
-    if (got == 0 && !lum_input_has_link(input)) {
+    if (got == 0 && !has_link(input)) {
         return refuse_link(input, error);
     }
-    if (got > 0 && !lum_input_has_link(input)) {
+    if (got > 0 && !has_link(input)) {
         look_inside(input, out);
+    }
+    if (got <= 0 && is_all_damaged(input)) {
+        (void)lum_pcap_fail_damaged(input->reader, &reason);
+        return lum_error_set(error, "%s: %s", input->source->name, reason.text);
     }
     if (got >= 0) {
         input->records += (uint64_t)got;
@@ -210,9 +227,9 @@ int lum_input_pack(lum_input *input, lum_pack *pack, lum_error *error)
     return 0;
 }
 
-bool lum_input_has_link(const lum_input *input)
+bool lum_input_is_unread(const lum_input *input)
 {
-    return lum_pcap_has_wanted(input->reader);
+    return !has_link(input) || is_all_damaged(input);
 }
 
 const char *lum_input_name(const lum_input *input)

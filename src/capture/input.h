@@ -40,8 +40,9 @@ bool lum_input_can_seek(const lum_input *input);
 LUM_MUST_CHECK int lum_input_pack(lum_input *input, lum_pack *pack,
                                   lum_error *error);
 
-/** Whether an interface was described that can be read. */
-bool lum_input_has_link(const lum_input *input);
+/** Whether nothing of it could be read: no interface that can be was described,
+ * or all was damaged. */
+bool lum_input_is_unread(const lum_input *input);
 
 /** Its name in messages; lives as long as the input. */
 const char *lum_input_name(const lum_input *input);

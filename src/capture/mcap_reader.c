@@ -156,15 +156,12 @@ void lum_mcap_reader_free(lum_mcap_reader *reader)
 static int refuse_without_packets(const lum_pcap *r, lum_error *error)
 {
     const char *other = r->mcap->other;
-    return r->mcap->has_ours || (r->damaged != 0 && other[0] == '\0')
-               ? lum_pcap_fail_damaged(r, error)
-               : lum_error_set(
-                     error,
-                     "it has no packets of a sensor, %s%s; clouds cannot be "
-                     "decoded again%s%s",
-                     other[0] != '\0' ? "only messages such as "
-                                      : "and no messages",
-                     other, r->damaged != 0 ? "; " : "", r->damage.text);
+    return lum_error_set(
+        error,
+        "it has no packets of a sensor, %s%s; clouds cannot be decoded "
+        "again%s%s",
+        other[0] != '\0' ? "only messages such as " : "and no messages", other,
+        r->damaged != 0 ? "; " : "", r->damage.text);
 }
 
 /* Of a file with damage, up to a packet: what describes it may stand at its
@@ -190,6 +187,10 @@ int lum_mcap_reader_begin(lum_pcap *reader, uint32_t *link_type,
     while (result == LUM_PCAP_GO_ON && !has_begun(reader)) {
         result = next_step(reader, &m->first, error);
         m->has_first = result == LUM_PCAP_READ;
+    }
+    if (result != LUM_PCAP_GO_ON && result != LUM_PCAP_READ &&
+        lum_pcap_is_spoilt(reader) && (m->has_ours || m->other[0] == '\0')) {
+        return lum_pcap_fail_damaged(reader, error);
     }
     if (result == LUM_PCAP_ENDED) {
         return refuse_without_packets(reader, error);

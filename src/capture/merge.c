@@ -301,8 +301,8 @@ static void read_part(lum_merge *m, struct part *p)
         end_part(m, p, LUM_CAPTURE_WHOLE);
     } else if (got < 0) {
         end_part(m, p,
-                 lum_input_has_link(p->input) ? LUM_CAPTURE_BROKEN
-                                              : LUM_CAPTURE_UNREAD);
+                 lum_input_is_unread(p->input) ? LUM_CAPTURE_UNREAD
+                                               : LUM_CAPTURE_BROKEN);
     }
 }
 

@@ -117,6 +117,14 @@ LUM_MUST_CHECK int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out,
  *              reader. "": there is none. */
 uint64_t lum_pcap_damaged(const lum_pcap *reader, const char **first);
 
+/** Whether damage is why nothing could be read, if nothing was. */
+bool lum_pcap_is_spoilt(const lum_pcap *reader);
+
+/** Say that nothing could be read of a file with damage, and why: the first
+ * reason.
+ * @return -1. */
+int lum_pcap_fail_damaged(const lum_pcap *reader, lum_error *error);
+
 /** Whether it can be read from another place: lum_pcap_pack() is for such. An
  * MCAP file cannot, since the channels before that place would be missing. */
 bool lum_pcap_can_seek(const lum_pcap *reader);

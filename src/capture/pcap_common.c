@@ -49,13 +49,19 @@ void lum_pcap_note_damage(lum_pcap *reader, const lum_error *reason)
     reader->damaged++;
 }
 
+bool lum_pcap_is_spoilt(const lum_pcap *reader)
+{
+    return reader->damaged != 0 && !reader->source->has_failed;
+}
+
 int lum_pcap_fail_damaged(const lum_pcap *reader, lum_error *error)
 {
     return lum_error_set(
-        error, "%s%s", reader->damage.text,
+        error, "nothing of it can be read: %s%s", reader->damage.text,
         lum_source_can_seek(reader->source)
             ? ""
-            : "; more of it may be read if it is unpacked and named as a file");
+            : "; some of it may be readable if it is unpacked and named as a "
+              "file");
 }
 
 uint64_t lum_pcap_damaged(const lum_pcap *reader, const char **first)

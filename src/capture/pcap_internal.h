@@ -77,11 +77,6 @@ int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,
  * @param reason as lum_pcap_fail() makes it. */
 void lum_pcap_note_damage(lum_pcap *reader, const lum_error *reason);
 
-/** Why nothing could be read of a file with damage, whose end may describe what
- * the damaged part did.
- * @return -1. */
-int lum_pcap_fail_damaged(const lum_pcap *reader, lum_error *error);
-
 /** Add an interface.
  * @return 0, or -1 with the reason in error. */
 LUM_MUST_CHECK int lum_pcap_add_interface(lum_pcap *reader,

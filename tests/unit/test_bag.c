@@ -553,6 +553,15 @@ static void put_overrun_packed(image *im, image *records)
     put_lz4(im, records);
 }
 
+/* What it has is read. */
+static void put_another_size(image *im, image *records)
+{
+    image fields = {0};
+    put_field(&fields, "compression", "none", 4);
+    put_number(&fields, "size", (uint32_t)records->len + 1u);
+    put_record(im, 5, &fields, records);
+}
+
 static void put_no_type(image *im, image *records)
 {
     for (size_t i = 0; i + 4u < records->len; i++) {
@@ -630,7 +639,7 @@ static void a_damaged_chunk_is_passed_over(void **state)
     }
 }
 
-/* What follows cannot be understood there, which is counted. */
+/* What follows cannot be understood there. */
 static void a_bag_without_an_index_loses_what_was_described(void **state)
 {
     struct outcome o;
@@ -639,8 +648,20 @@ static void a_bag_without_an_index_loses_what_was_described(void **state)
     read_bytes(bag.bytes, bag.len, &o);
     assert_int_equal(o.end, -1); /* its connection comes last */
     assert_int_equal(o.damaged, 5);
+    expect_text(o.error.text, "nothing of it can be read: byte ");
     expect_text(o.error.text, "lz4");
     free(bag.bytes);
+}
+
+static void a_chunk_of_another_length_than_it_says_is_read_and_counted(
+    void **state)
+{
+    static const struct damage size = {put_another_size, "", 1};
+    (void)state;
+    for (unsigned i = 0; i < 3u; i++) {
+        image bag = with_damage(&size, i, false);
+        expect_damage(&bag, "012345", 1, "an uncompressed chunk of ");
+    }
 }
 
 static void a_damaged_index_does_no_harm(void **state)
@@ -798,6 +819,8 @@ int main(void)
         cmocka_unit_test(an_empty_batch_is_a_half_too),
         cmocka_unit_test(a_damaged_chunk_is_passed_over),
         cmocka_unit_test(a_bag_without_an_index_loses_what_was_described),
+        cmocka_unit_test(
+            a_chunk_of_another_length_than_it_says_is_read_and_counted),
         cmocka_unit_test(a_damaged_index_does_no_harm),
         cmocka_unit_test(chunks_by_lz4_are_read),
         cmocka_unit_test(a_message_nobody_described_is_counted),

@@ -66,8 +66,9 @@ typedef enum lum_capture_end {
     LUM_CAPTURE_UNDER_WAY, /**< it is not at its end yet */
     LUM_CAPTURE_WHOLE,     /**< it was read to its end, but for damaged parts */
     LUM_CAPTURE_BROKEN,    /**< the rest could not be read */
-    LUM_CAPTURE_UNREAD /**< it could not be opened when its turn came, or has
-                            no interface that can be read */
+    LUM_CAPTURE_UNREAD /**< it could not be opened when its turn came, has no
+                            interface that can be read, or all of it is
+                            damaged */
 } lum_capture_end;
 
 /** One source of a capture. */
