@@ -230,7 +230,8 @@ static void note_order(lum_demux *demux)
     const lum_profile *p = &demux->options.layout.profile;
     demux->behind_ns = lum_order_behind_ns(
         &demux->current->order, &p->group[LUM_FIELD_TIMESTAMP],
-        p->clock_unit_ns, demux->group_ns, &demux->group);
+        p->clock_unit_ns, (int64_t)demux->options.config.gap_us * 1000,
+        demux->group_ns, &demux->group);
     demux->lost_before = count_late(demux->current);
 }
 

@@ -15,17 +15,23 @@ typedef struct lum_order {
     bool has_newest;
     int64_t newest_ns;
     uint64_t newest_ticks;
+    uint64_t ahead;  /**< records since time last went on by a break */
+    uint64_t behind; /**< in a row, in order, each a break behind those */
+    int64_t last_ns; /**< of the last one behind */
 } lum_order;
 
-/** Follow a record of data.
- * @param field   of the sensor's clock.
- * @param unit_ns of its ticks.
+/** Follow a record of data. Where some records stand a break or more ahead of
+ * more others that follow them, these others are in order: the few that stand
+ * too early are counted by as many of those.
+ * @param field    of the sensor's clock.
+ * @param unit_ns  of its ticks.
+ * @param break_ns how long no data comes in a break.
  * @return how far it stands behind a later one, in ns, where it is behind by
  *         about as much by the sensor's clock: a step of the host's clock, or
  *         the network, leaves these apart. Without a sensor's clock by its time
  *         alone. 0: it is in order. */
 int64_t lum_order_behind_ns(lum_order *order, const lum_field *field,
-                            uint32_t unit_ns, int64_t time_ns,
+                            uint32_t unit_ns, int64_t break_ns, int64_t time_ns,
                             const lum_group *group);
 
 #endif

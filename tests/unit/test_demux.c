@@ -392,7 +392,38 @@ static int64_t behind(lum_order *order, const lum_field *field, int64_t time_ns,
                       uint64_t ticks)
 {
     const lum_group group = {.clock_raw = ticks};
-    return lum_order_behind_ns(order, field, 1000, time_ns, &group);
+    return lum_order_behind_ns(order, field, 1000, INT64_MAX, time_ns, &group);
+}
+
+/* Records of 1 ms each, by their places, each 100 ms or more apart a break. */
+static size_t count_behind(const int *places, size_t count)
+{
+    const lum_field field = {.at = 20, .bytes = 4};
+    lum_order order = {false};
+    size_t n = 0;
+    for (size_t i = 0; i < count; i++) {
+        const lum_group group = {.clock_raw = 1000u * (uint64_t)places[i]};
+        n += lum_order_behind_ns(&order, &field, 1000, 100000000,
+                                 places[i] * INT64_C(1000000), &group) != 0;
+    }
+    return n;
+}
+
+static void the_fewer_of_two_that_stand_apart_are_out_of_order(void **state)
+{
+    static const int early[] = {1, 2, 900, 3, 4, 5, 6, 900, 901, 902};
+    static const int first[] = {900, 1, 2, 3, 4, 5, 6};
+    static const int late[] = {500, 501, 502, 503, 1, 504, 505};
+    static const int halves[] = {500, 501, 502, 503, 1, 2, 3, 4};
+    static const int more[] = {500, 501, 1, 2, 3, 4, 5, 502, 503};
+    static const int back[] = {1500, 1200, 900, 600, 300};
+    (void)state;
+    assert_int_equal(count_behind(early, 10), 1);
+    assert_int_equal(count_behind(first, 7), 1);
+    assert_int_equal(count_behind(late, 7), 1);
+    assert_int_equal(count_behind(halves, 8), 4);
+    assert_int_equal(count_behind(more, 9), 2);
+    assert_int_equal(count_behind(back, 5), 4);
 }
 
 static void what_stands_behind_by_both_clocks_is_out_of_order(void **state)
@@ -404,7 +435,7 @@ static void what_stands_behind_by_both_clocks_is_out_of_order(void **state)
     const lum_field narrow = {.at = 20, .bytes = 1};
     const lum_field none = {.at = 20};
     const uint32_t end = UINT32_MAX;
-    lum_order order = {false, 0, 0};
+    lum_order order = {false};
     (void)state;
     assert_int_equal(behind(&order, &wide, 100 * MS, end), 0);
     assert_int_equal(behind(&order, &wide, 110 * MS, 9999), 0);
@@ -414,7 +445,8 @@ static void what_stands_behind_by_both_clocks_is_out_of_order(void **state)
     assert_int_equal(behind(&order, &wide, 102 * MS, 10999), 0);
     assert_int_equal(behind(&order, &wide, 109 * MS, 1999), 0);
     assert_int_equal(behind(&order, &wide, INT64_MIN / 2, 1999), 0);
-    order = (lum_order){true, 1 * MS, 10};
+    order = (lum_order){
+        .has_newest = true, .newest_ns = 1 * MS, .newest_ticks = 10};
     assert_int_equal(behind(&order, &narrow, 1 * MS - 20000, 246), 20000);
     assert_int_equal(behind(&order, &none, 0, 0), 1 * MS);
 }
@@ -429,6 +461,7 @@ int main(void)
         cmocka_unit_test(only_a_datagram_is_taken_apart),
         cmocka_unit_test(joined_datagrams_are_those_that_were_sent),
         cmocka_unit_test(what_stands_behind_by_both_clocks_is_out_of_order),
+        cmocka_unit_test(the_fewer_of_two_that_stand_apart_are_out_of_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -61,7 +61,9 @@ typedef struct lum_demux_counters {
     uint64_t out_of_order; /**< packets of data whose records stand behind
                                 later ones, by their times and by the sensor's
                                 clock alike, and were *late* or *stray* for
-                                that, or taken for a jump of the clock */
+                                that, or taken for a jump of the clock; where
+                                fewer stand too early than others behind them,
+                                as many as those */
 } lum_demux_counters;
 
 /** A demultiplexer. */
