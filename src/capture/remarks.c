@@ -167,6 +167,16 @@ static bool matters(const lum_remarks *r, size_t i)
            (r->way_count == 0 && r->wrapped_count == 1);
 }
 
+/* Whether packets of a G2 are there that stand in something else, or plain. */
+static bool has_others(const lum_remarks *r, size_t i)
+{
+    bool has = r->way_count != 0;
+    for (size_t k = 0; k < r->wrapped_count; k++) {
+        has |= k != i && r->wrapped[k].is == LUM_WRAPPED_OURS;
+    }
+    return has;
+}
+
 static bool say_wrapping(const lum_remarks *r, size_t i, lum_error *out)
 {
     char name[LUM_WRAPPING_TEXT_BYTES];
@@ -174,14 +184,30 @@ static bool say_wrapping(const lum_remarks *r, size_t i, lum_error *out)
     const bool is_ours = r->wrapped[i].is == LUM_WRAPPED_OURS;
     (void)lum_error_set(out,
                         "%" PRIu64 " packet%s%s wrapped in %s, which is not "
-                        "read%s: %s",
+                        "read%s: %s%s",
                         r->wrapped[i].count,
                         r->wrapped[i].count == 1 ? "" : "s",
                         is_ours ? " of a G2 came" : " came",
                         lum_wrapping_name(&r->wrapped[i].what, name),
                         is_ours ? "" : "; if packets of a G2 are inside",
-                        lum_wrapping_remedy(&r->wrapped[i].what, remedy));
+                        lum_wrapping_remedy(&r->wrapped[i].what, remedy),
+                        has_others(r, i) && !r->wrapped[i].what.has_no_cut
+                            ? ", but from these packets alone, since others of "
+                              "a G2 are not wrapped in it: first put these "
+                              "into a file of their own (tshark -r IN -Y "
+                              "FILTER -w OUT)"
+                            : "");
     return true;
+}
+
+static bool say_wrappings(const lum_remarks *r, size_t n, lum_error *out)
+{
+    for (size_t k = 0; k < r->wrapped_count; k++) {
+        if (matters(r, k) && n-- == 0) {
+            return say_wrapping(r, k, out);
+        }
+    }
+    return false;
 }
 
 /* Fewer come of the network alone. */
@@ -288,10 +314,5 @@ bool lum_remarks_get(const lum_remarks *remarks, const lum_demux *demux,
     if (say_cut(remarks, counters, out) && n-- == 0) {
         return true;
     }
-    for (size_t k = 0; k < remarks->wrapped_count; k++) {
-        if (matters(remarks, k) && n-- == 0) {
-            return say_wrapping(remarks, k, out);
-        }
-    }
-    return false;
+    return say_wrappings(remarks, n, out);
 }

@@ -439,6 +439,7 @@ class Wrapped(Case):
         self.assertNotIn("GRE", run("lumdump", self.folder.write("both.pcap", pcap(others + frames))).stderr)
         mixed = run("lumdump", self.folder.write("mixed.pcap", pcap([gre(0x88BE, frames[0]), *frames]))).stderr
         self.assertIn("1 packet of a G2 came wrapped in ERSPAN type I,", mixed)
+        self.assertIn("-L IN OUT, but from these packets alone, since others of a G2 are not wrapped in it: first put these", mixed)
 
     def test_what_no_command_strips_says_how_to_record(self):
         v6 = [ethernet(0x86DD, ipv6(17, f[34:])) for f in line_frames()]
@@ -619,6 +620,7 @@ class Order(Case):
         for name, records in (
                 ("network", rough),
                 ("step", [(t - 1_000_000_000 * (t > middle), f) for t, f in rough]),
+                ("one early", [shaken[-10], *shaken[:-10], *shaken[-9:]]),
                 ("small step", [(t - 3_000_000 * (t > middle), f) for t, f in rough]),
                 ("jitter", [(t + 40_000 * (i * 7 % 11), f) for i, (t, f) in enumerate(shaken)]),
                 ("coarse", [(t // 10_000_000 * 10_000_000, f) for t, f in rough])):
