@@ -2,6 +2,7 @@
 #include "base/outfile_io.h"
 #include "base/sized.h"
 #include "byte_order.h"
+#include "link.h"
 #include "lum/capture/capture.h"
 #include "pcapng_writer.h"
 
@@ -11,16 +12,12 @@
 #include <string.h>
 
 enum {
-    ETHERNET_BYTES = 14,
-    IPV4_BYTES = 20,
-    UDP_BYTES = 8,
     HEADER_BYTES = ETHERNET_BYTES + IPV4_BYTES + UDP_BYTES,
     PAYLOAD_BYTES_MAX = 65535 - IPV4_BYTES - UDP_BYTES,
     SNAP_BYTES = 262144, /* what tcpdump writes */
     PROTOCOL_UDP = 17,
     VERSION = 2,
     VERSION_MINOR = 4,
-    LINKTYPE_ETHERNET = 1,
     FILE_HEADER_BYTES = 24,
     RECORD_HEADER_BYTES = 16,
     /* more than all that comes before the first datagram */

@@ -1,11 +1,12 @@
 #include "datagram_packet.h"
 
 #include "byte_order.h"
+#include "link.h"
 
 #include <string.h>
 
 enum {
-    HEADERS_BYTES = 28, /* of IPv4 and UDP */
+    HEADERS_BYTES = IPV4_BYTES + UDP_BYTES,
     IPV4_VERSION_AND_WORDS = 0x45,
     IPV4_TTL = 64,
     IPV4_UDP = 17

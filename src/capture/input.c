@@ -100,6 +100,7 @@ static void take_option(void *context, lum_pcap_place place, unsigned code,
 static int begin(lum_input *in, lum_comments *comments, lum_error *error)
 {
     lum_error reason = {""};
+    char hint[LUM_UNPACK_HINT_BYTES];
     lum_comments_rewind(comments);
     lum_pcap_take_options(in->reader, take_option, comments);
     const int begun =
@@ -119,7 +120,7 @@ static int begin(lum_input *in, lum_comments *comments, lum_error *error)
                              "bag file is expected%s",
                              in->source->name, reason.text,
                              lum_source_offset(in->source) == 0
-                                 ? lum_unpack_hint(in->source)
+                                 ? lum_unpack_hint(in->source, hint)
                                  : "");
     }
     return begun > 0 ? 0 : refuse_all(in, error);

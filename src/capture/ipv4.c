@@ -3,8 +3,6 @@
 #include "byte_order.h"
 
 enum {
-    IPV4_BYTES = 20,
-    UDP_BYTES = 8,
     PROTOCOL_UDP = 17,
     MORE_FRAGMENTS = 0x2000,
     OFFSET_MASK = 0x1fff

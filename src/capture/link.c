@@ -2,27 +2,12 @@
 
 #include "byte_order.h"
 
-/* As files have them: https://www.tcpdump.org/linktypes.html */
-enum {
-    LINKTYPE_NULL = 0,
-    LINKTYPE_ETHERNET = 1,
-    LINKTYPE_RAW_OLD = 12, /* some systems' own number of it */
-    LINKTYPE_RAW = 101,
-    LINKTYPE_LOOP = 108,
-    LINKTYPE_LINUX_SLL = 113,
-    LINKTYPE_IPV4 = 228,
-    LINKTYPE_LINUX_SLL2 = 276
-};
-
 enum {
     ETHERTYPE_IPV4 = 0x0800,
     ETHERTYPE_8021Q = 0x8100,
     ETHERTYPE_8021AD = 0x88a8,
     ETHERTYPE_QINQ = 0x9100,
     TAG_BYTES = 4,
-    ETHERNET_BYTES = 14,
-    SLL_BYTES = 16,
-    SLL2_BYTES = 20,
     LOOPBACK_BYTES = 4,
     AF_INET_EVERYWHERE = 2
 };

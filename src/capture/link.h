@@ -10,6 +10,27 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/** Link types as files have them: https://www.tcpdump.org/linktypes.html */
+enum {
+    LINKTYPE_NULL = 0,
+    LINKTYPE_ETHERNET = 1,
+    LINKTYPE_RAW_OLD = 12, /**< some systems' own number of it */
+    LINKTYPE_RAW = 101,
+    LINKTYPE_LOOP = 108,
+    LINKTYPE_LINUX_SLL = 113,
+    LINKTYPE_IPV4 = 228,
+    LINKTYPE_LINUX_SLL2 = 276
+};
+
+/** Bytes of headers, without tags and options. */
+enum {
+    ETHERNET_BYTES = 14,
+    SLL_BYTES = 16,
+    SLL2_BYTES = 20,
+    IPV4_BYTES = 20,
+    UDP_BYTES = 8
+};
+
 /** Some of a frame's bytes. */
 typedef struct lum_span {
     const uint8_t *at; /**< the first */

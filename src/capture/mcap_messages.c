@@ -263,9 +263,15 @@ lum_mcap_event lum_mcap_messages_next(lum_mcap_messages *messages,
 }
 
 uint64_t lum_mcap_messages_damaged(const lum_mcap_messages *messages,
-                                   const char **first)
+                                   lum_error *error)
 {
-    return lum_pcap_damaged(messages->place, first);
+    const lum_pcap *place = messages->place;
+    const char *first = "";
+    const uint64_t n = lum_pcap_damaged(place, &first);
+    if (n != 0) {
+        lum_pcap_tell_damage(place->source->name, n, 0, first, error);
+    }
+    return n;
 }
 
 /* --- The start and the end --- */

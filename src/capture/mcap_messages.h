@@ -60,9 +60,9 @@ LUM_MUST_CHECK lum_mcap_event lum_mcap_messages_next(
     lum_mcap_messages *messages, lum_mcap_message *out, lum_error *error);
 
 /** How many chunks and messages could not be read and were passed over so far.
- * @param first gets why the first was, with its byte; lives as long as the
- *              reader. "": there is none. */
+ * @param error may be NULL; unless there are none, it gets the file, how many,
+ *              and why the first was. */
 uint64_t lum_mcap_messages_damaged(const lum_mcap_messages *messages,
-                                   const char **first);
+                                   lum_error *error);
 
 #endif

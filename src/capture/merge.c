@@ -422,25 +422,6 @@ static const struct part *find_damaged(const lum_merge *m, const char **first)
     return NULL;
 }
 
-static void tell_damage(const struct part *p, const char *first, uint64_t rest,
-                        lum_error *error)
-{
-    const char *ignored = NULL;
-    const uint64_t n = damaged_of(p, &ignored);
-    char others[64] = "";
-    if (rest != 0) {
-        (void)snprintf(others, sizeof others,
-                       ", and %llu of the other captures",
-                       (unsigned long long)rest);
-    }
-    (void)lum_error_set(
-        error,
-        "%s: %llu part%s of it%s could not be read and %s passed over%s: %s",
-        p->name, (unsigned long long)n, n == 1u ? "" : "s", others,
-        n + rest == 1u ? "was" : "were", n == 1u ? "" : "; the first is at",
-        first);
-}
-
 uint64_t lum_merge_damaged(const lum_merge *merge, lum_error *error)
 {
     const char *first = "";
@@ -451,7 +432,8 @@ uint64_t lum_merge_damaged(const lum_merge *merge, lum_error *error)
     const struct part *p = find_damaged(merge, &first);
     if (p != NULL) {
         const char *ignored = NULL;
-        tell_damage(p, first, total - damaged_of(p, &ignored), error);
+        const uint64_t n = damaged_of(p, &ignored);
+        lum_pcap_tell_damage(p->name, n, total - n, first, error);
     }
     return total;
 }

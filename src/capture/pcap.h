@@ -117,6 +117,13 @@ LUM_MUST_CHECK int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out,
  *              reader. "": there is none. */
 uint64_t lum_pcap_damaged(const lum_pcap *reader, const char **first);
 
+/** Say how many parts were passed over.
+ * @param name of the file.
+ * @param rest parts of other captures that are read with it.
+ * @param first as lum_pcap_damaged() gives it. */
+void lum_pcap_tell_damage(const char *name, uint64_t damaged, uint64_t rest,
+                          const char *first, lum_error *out);
+
 /** Whether damage is why nothing could be read, if nothing was. */
 bool lum_pcap_is_spoilt(const lum_pcap *reader);
 

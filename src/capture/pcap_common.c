@@ -70,6 +70,22 @@ uint64_t lum_pcap_damaged(const lum_pcap *reader, const char **first)
     return reader->damaged;
 }
 
+void lum_pcap_tell_damage(const char *name, uint64_t damaged, uint64_t rest,
+                          const char *first, lum_error *out)
+{
+    char others[64] = "";
+    if (rest != 0) {
+        (void)snprintf(others, sizeof others,
+                       ", and %llu of the other captures",
+                       (unsigned long long)rest);
+    }
+    (void)lum_error_set(
+        out, "%s: %llu part%s of it%s could not be read and %s passed over%s%s",
+        name, (unsigned long long)damaged, damaged == 1u ? "" : "s", others,
+        damaged + rest == 1u ? "was" : "were",
+        damaged == 1u ? ": " : "; the first is at ", first);
+}
+
 /* What a description can say, without more interfaces than there is memory
  * for. */
 static void pack_interface(lum_pack *pack, lum_pcap_interface *interface)

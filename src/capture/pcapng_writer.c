@@ -1,6 +1,7 @@
 #include "pcapng_writer.h"
 
 #include "byte_order.h"
+#include "link.h"
 
 #include <string.h>
 
@@ -15,7 +16,6 @@ enum {
     END_BYTES = OPTION_BYTES + TRAILER_BYTES, /* of the options and the block */
     BYTE_ORDER = 0x1a2b3c4d,
     VERSION = 1,
-    LINKTYPE_ETHERNET = 1,
     OPTION_COMMENT = 1,
     OPTION_APPLICATION = 4,
     OPTION_RESOLUTION = 9,

@@ -1,5 +1,6 @@
 #include "unpack.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,24 +18,18 @@ struct compression {
     uint8_t first_mask;
     lum_unpacker *const *unpacker;
     const char *library;
-    const char *hint;
+    const char *program; /* its -dc unpacks */
 };
 
 static const struct compression compressions[] = {
-    {"gzip",
-     {0x1f, 0x8b},
-     2,
-     0xff,
-     &lum_unpack_gzip,
-     "zlib",
-     "; it is compressed, and this build has no zlib: use gzip -dc"},
+    {"gzip", {0x1f, 0x8b}, 2, 0xff, &lum_unpack_gzip, "zlib", "gzip"},
     {"zstd",
      {0x28, 0xb5, 0x2f, 0xfd},
      4,
      0xff,
      &lum_unpack_zstd,
      "libzstd",
-     "; it is compressed, and this build has no libzstd: use zstd -dc"},
+     "zstd"},
     /* A frame to be skipped, which some programs write first. */
     {"zstd",
      {0x50, 0x2a, 0x4d, 0x18},
@@ -42,21 +37,15 @@ static const struct compression compressions[] = {
      0xf0,
      &lum_unpack_zstd,
      "libzstd",
-     "; it is compressed, and this build has no libzstd: use zstd -dc"},
+     "zstd"},
     {"lz4",
      {0x04, 0x22, 0x4d, 0x18},
      4,
      0xff,
      &lum_unpack_lz4,
      "liblz4",
-     "; it is compressed, and this build has no liblz4: use lz4 -dc"},
-    {"bz2",
-     {'B', 'Z', 'h'},
-     3,
-     0xff,
-     &lum_unpack_bz2,
-     "libbz2",
-     "; it is compressed, and this build has no libbz2: use bzip2 -dc"},
+     "lz4"},
+    {"bz2", {'B', 'Z', 'h'}, 3, 0xff, &lum_unpack_bz2, "libbz2", "bzip2"},
 };
 
 #define COMPRESSIONS (sizeof compressions / sizeof compressions[0])
@@ -128,7 +117,8 @@ static bool is_tar(lum_source *source)
            memcmp(source->at + TAR_MARK_AT, mark, sizeof mark) == 0;
 }
 
-const char *lum_unpack_hint(lum_source *source)
+/* What is not unpacked in any build. */
+static const char *hint_of_others(lum_source *source)
 {
     static const struct {
         uint8_t magic[MAGIC_BYTES];
@@ -140,22 +130,32 @@ const char *lum_unpack_hint(lum_source *source)
         {{0x5d, 0, 0, 0}, 3, "; it is compressed: use xz -dc --format=lzma"},
         {{'7', 'z', 0xbc, 0xaf}, 4, "; it is a 7z archive: use 7z e"},
     };
-    const struct compression *c = find(source);
-    if (is_tar(source)) {
-        return "; it is an archive of files: unpack it by tar -xf";
-    }
-    if (c != NULL) {
-        return source->packed != NULL
-                   ? "; it is compressed twice: unpack it once with gzip -dc, "
-                     "zstd -dc, lz4 -dc or bzip2 -dc"
-                   : c->hint;
-    }
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         if (begins_with(source, known[i].magic, known[i].len)) {
             return known[i].text;
         }
     }
     return "";
+}
+
+const char *lum_unpack_hint(lum_source *source, char out[LUM_UNPACK_HINT_BYTES])
+{
+    const struct compression *c = find(source);
+    const char *text = hint_of_others(source);
+    if (is_tar(source)) {
+        text = "; it is an archive of files: unpack it by tar -xf";
+    } else if (c != NULL && source->packed != NULL) {
+        text = "; it is compressed twice: unpack it once with gzip -dc, zstd "
+               "-dc, lz4 -dc or bzip2 -dc";
+    }
+    (void)snprintf(out, LUM_UNPACK_HINT_BYTES, "%s", text);
+    if (text[0] == '\0' && c != NULL) {
+        (void)snprintf(out, LUM_UNPACK_HINT_BYTES,
+                       "; it is compressed, and this build has no %s: use %s "
+                       "-dc",
+                       c->library, c->program);
+    }
+    return out;
 }
 
 /* --- By a library that reads from memory to memory --- */

@@ -58,8 +58,13 @@ lum_unpacker *lum_unpack_named(const char *name, const char **library);
  * @return 0; -1 without memory, with the reason in error. */
 LUM_MUST_CHECK int lum_unpack(lum_source **source, lum_error *error);
 
+/** Bytes that every text of lum_unpack_hint() fits, the NUL included. */
+#define LUM_UNPACK_HINT_BYTES 96u
+
 /** Advice for a source of which nothing was taken, that is not a capture but is
- * often taken for one: "; it is ...", or "". */
-const char *lum_unpack_hint(lum_source *source);
+ * often taken for one: "; it is ...", or "".
+ * @return out. */
+const char *lum_unpack_hint(lum_source *source,
+                            char out[LUM_UNPACK_HINT_BYTES]);
 
 #endif

@@ -6,25 +6,14 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The link types that it has to know by themselves; link.c has the others. */
+/* No link layer that is read. */
 enum {
-    LINKTYPE_ETHERNET = 1,
-    LINKTYPE_RAW_OLD = 12,
-    LINKTYPE_RAW = 101,
-    LINKTYPE_LINUX_SLL = 113,
-    LINKTYPE_IPV4 = 228,
-    LINKTYPE_LINUX_SLL2 = 276,
     LINKTYPE_DSA_FIRST = 281,
     LINKTYPE_DSA_LAST = 285
 };
 
 enum {
-    ETHERNET_BYTES = 14,
-    SLL_BYTES = 16,
-    SLL2_BYTES = 20,
-    IPV4_BYTES = 20,
     IPV6_BYTES = 40,
-    UDP_BYTES = 8,
     FIXED_BYTES =
         IPV4_BYTES + UDP_BYTES, /* before the magic, without options */
     LAYERS_MAX = 24,            /* of a frame, tags included */

@@ -137,10 +137,10 @@ static struct outcome outcome_of(const uint8_t *bytes, size_t len)
     lum_mcap_messages *reader = lum_mcap_messages_new(source, &o.error);
     o.last = LUM_MCAP_FAILED;
     if (reader != NULL) {
-        const char *first = "";
+        lum_error first = {""};
         read_all(reader, &o);
         o.damaged = lum_mcap_messages_damaged(reader, &first);
-        strcpy(o.first, first);
+        strcpy(o.first, first.text);
     }
     lum_mcap_messages_free(reader);
     lum_source_close(source);

@@ -255,16 +255,10 @@ static int play_file(struct player *p, lum_error *error)
 
 static void say_damage(const struct player *p)
 {
-    const char *first = "";
-    const uint64_t n =
-        p->file != NULL ? lum_mcap_messages_damaged(p->file, &first) : 0;
-    if (n != 0 && !p->options->quiet) {
-        (void)fprintf(stderr,
-                      "lumros2: warning: %s: %" PRIu64
-                      " part%s of it could not be read and %s passed over%s: "
-                      "%s\n",
-                      p->name, n, n == 1 ? "" : "s", n == 1 ? "was" : "were",
-                      n == 1 ? "" : "; the first is at", first);
+    lum_error damage = {""};
+    if (p->file != NULL && lum_mcap_messages_damaged(p->file, &damage) != 0 &&
+        !p->options->quiet) {
+        (void)fprintf(stderr, "lumros2: warning: %s\n", damage.text);
     }
 }
 
