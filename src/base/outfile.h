@@ -65,7 +65,8 @@ LUM_MUST_CHECK int lum_outfile_show(lum_outfile *file, lum_error *error);
 
 /** Whether its file still has the name that it was given: others may remove or
  * rename it, or its directory, while it is written. Not while another thread
- * uses the output.
+ * uses the output. On a system without /proc a removed file cannot be told from
+ * a renamed one; on Windows nothing is looked at.
  * @return 0, also for what is written directly; -1 with what became of it in
  *         error, and ENOENT in errno: then writing goes on. */
 LUM_MUST_CHECK int lum_outfile_check(const lum_outfile *file, lum_error *error);
@@ -75,12 +76,22 @@ LUM_MUST_CHECK int lum_outfile_check(const lum_outfile *file, lum_error *error);
 void lum_outfile_wrote(lum_outfile *file, size_t n);
 
 /** Close it, give it its name when its bytes are on the disk, and wait until
- * the name is there too. A file that was removed meanwhile gets its name back
- * where the system can do that. Outputs that are written directly are only
- * closed.
+ * the name is there too. Outputs that are written directly are only closed.
+ *
+ * A file that was renamed meanwhile stays where it is. One that was removed, or
+ * replaced, is put back where Linux can do that: a file that is not wanted is
+ * soon removed again, and bytes that are gone do not come back. It gets its
+ * name if that is free, else NAME.recovered, and replaces no other file. If it
+ * has another link, it gets one more; else its bytes are copied, with 64 KiB of
+ * memory, for as long as that takes. A copy whose names are both taken, or that
+ * cannot be linked, keeps NAME.0123456789ab.part. Where nothing can be put
+ * back, because the directory is gone or the disk is full, the bytes are lost
+ * when this returns, and nothing else is left. All of this is a failure.
+ *
  * Call lum_outfile_discard() after it.
- * @return 0, or -1 with the reason in error and in errno; of a file that was
- *         removed or renamed, where its bytes are. */
+ * @return 0, or -1 with the reason in error and in errno; ENOENT if the file
+ *         was removed or renamed: error says where its bytes are now, or that
+ *         they are lost, and why. */
 LUM_MUST_CHECK int lum_outfile_finish(lum_outfile *file, lum_error *error);
 
 /** Free it; a file without its name is removed. */

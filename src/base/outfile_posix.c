@@ -1,7 +1,7 @@
 #define _XOPEN_SOURCE    700 /* POSIX 2008 with realpath() */
 #define _DARWIN_C_SOURCE     /* O_NOFOLLOW */
 
-#include "base/outfile.h"
+#include "outfile_io.h"
 
 #include "base/system.h"
 #include "base/writeback.h"
@@ -15,6 +15,9 @@
 #include <unistd.h>
 
 #define PATH_BYTES 4096u
+
+#define RECOVERED ".recovered"
+#define COPY_SIZE ((size_t)1 << 16) /* bytes of memory that a copy takes */
 
 #define TRIES 100 /* to find a name that is free */
 #define BEGIN_SIZE                                                             \
@@ -290,73 +293,47 @@ static int find_name(const lum_outfile *file, char *out, size_t room)
     return n <= 0 ? -1 : is_at(file, out);
 }
 
+/* where: a name, or "". */
 static int fail_lost(const lum_outfile *file, const char *what,
-                     const char *rest, lum_error *error)
+                     const char *where, const char *rest, lum_error *error)
 {
-    (void)lum_error_set(
-        error, "%s: %s%s%s%s", file->name, file->part != NULL ? file->part : "",
-        file->part != NULL ? ", where it is written, " : "", what, rest);
+    (void)lum_error_set(error, "%s: %s%s%s%s%s", file->name,
+                        file->part != NULL ? file->part : "",
+                        file->part != NULL ? ", where it is written, " : "",
+                        what, where, rest);
     errno = ENOENT;
     return -1;
+}
+
+static int fail_removed(const lum_outfile *file, const char *rest,
+                        lum_error *error)
+{
+    return fail_lost(file, "was removed while it was written", "", rest, error);
 }
 
 int lum_outfile_check(const lum_outfile *file, lum_error *error)
 {
     char name[PATH_BYTES];
-    char copy[128];
+    char remedy[160];
     if (file->path == NULL || is_at(file, present_name(file))) {
         return 0;
     }
     switch (find_name(file, name, sizeof name)) {
     case 1:
         return fail_lost(file,
-                         "was renamed while it was written; its data is "
-                         "in ",
-                         name, error);
+                         "was renamed while it was written; its data is in ",
+                         name, "", error);
     case 0:
-        (void)snprintf(copy, sizeof copy,
-                       "until this run ends, cp /proc/%ld/fd/%d NAME saves its "
-                       "data",
+        (void)snprintf(remedy, sizeof remedy,
+                       "; its data is put back when the file ends, if its "
+                       "folder has room; to save it now: "
+                       "cp /proc/%ld/fd/%d NAME",
                        (long)getpid(), file->fd);
-        return fail_lost(file, "was removed while it was written; ", copy,
-                         error);
+        return fail_removed(file, remedy, error);
     default:
         return fail_lost(file, "was removed or renamed while it was written",
-                         "", error);
+                         "", "", error);
     }
-}
-
-/* A file with another name can have its own again. */
-static bool link_back(const lum_outfile *file)
-{
-    char self[64];
-    return linkat(AT_FDCWD, name_descriptor(file, self), AT_FDCWD,
-                  present_name(file), AT_SYMLINK_FOLLOW) == 0 &&
-           is_at(file, present_name(file));
-}
-
-/* At the end. */
-static int check_name(const lum_outfile *file, lum_error *error)
-{
-    char name[PATH_BYTES];
-    if (lum_outfile_check(file, error) == 0) {
-        return 0;
-    }
-    if (find_name(file, name, sizeof name) != 0) {
-        return -1;
-    }
-    if (link_back(file)) {
-        return file->part != NULL
-                   ? 0
-                   : fail_lost(file,
-                               "was removed while it was written; its "
-                               "data is in ",
-                               "it again", error);
-    }
-    return fail_lost(file,
-                     "was removed while it was written, and its data is "
-                     "lost",
-                     "", error);
 }
 
 /* The directory holds the name. One that may not be read cannot be opened. */
@@ -390,7 +367,8 @@ static int give_name(lum_outfile *file, lum_error *error)
         return 0;
     }
     if (!is_ours(file)) {
-        return fail_lost(file, "was removed or is another file now", "", error);
+        return fail_lost(file, "was removed or is another file now", "", "",
+                         error);
     }
     if (lum_claim_is_locked(file->path)) {
         return refuse_busy(file, error);
@@ -474,6 +452,152 @@ void lum_outfile_wrote(lum_outfile *file, size_t n)
         forget_old(file);
     }
 }
+
+/* --- A removed file is put back --- */
+
+/* All bytes of a file to another one. 0 or an errno. */
+static int copy_bytes(int from, lum_outfile *to)
+{
+    char *bytes = malloc(COPY_SIZE);
+    int code = bytes != NULL ? 0 : ENOMEM;
+    ssize_t n = 1;
+    while (code == 0 && n != 0) {
+        n = read(from, bytes, COPY_SIZE);
+        code = n >= 0 || errno == EINTR ? 0 : errno;
+        for (ssize_t at = 0; at < n && code == 0;) {
+            size_t written = 0;
+            code = lum_outfile_put(to, bytes + at, (size_t)(n - at), &written);
+            lum_outfile_wrote(to, written);
+            at += (ssize_t)written;
+        }
+    }
+    free(bytes);
+    return code;
+}
+
+/* A new file beside it, on the disk. 0 or an errno. */
+static int fill_copy(lum_outfile *copy, int from, const lum_claim *mark)
+{
+    struct stat status;
+    if (fstat(from, &status) != 0 ||
+        create_part(copy, S_IRUSR | S_IWUSR) != 0 || settle(copy, NULL) != 0) {
+        return errno;
+    }
+    lum_claim_note(mark, copy->part);
+    keep_mode(copy, &status);
+    const int code = copy_bytes(from, copy);
+    release(copy);
+    return code != 0 ? code : lum_system_sync(copy->fd);
+}
+
+/* Linux opens an open file once more, without a name of it. A copy that is
+ * killed is removed by the next run, as any unfinished file. 0 or an errno. */
+static int make_copy(const lum_outfile *file, lum_outfile *copy)
+{
+    char self[64];
+    const bool has_claim = file->claim.fd >= 0;
+    const int from = open(name_descriptor(file, self), O_RDONLY | O_CLOEXEC);
+    if (from < 0) {
+        return errno;
+    }
+    if (!has_claim) {
+        (void)!lum_claim_take(file->path, file->name, &copy->claim, NULL);
+    }
+    const int code =
+        fill_copy(copy, from, has_claim ? &file->claim : &copy->claim);
+    (void)close(from);
+    return code;
+}
+
+/* A link under its name, or beside it. Replaces nothing.
+ * @return the link's name, to be freed; NULL with the reason in errno. */
+static char *make_link(const lum_outfile *file, const char *from)
+{
+    static const char *const endings[] = {"", RECOVERED};
+    const size_t room = strlen(file->path) + sizeof RECOVERED;
+    char *name = malloc(room);
+    for (size_t i = 0; name != NULL && i < 2u; i++) {
+        (void)snprintf(name, room, "%s%s", file->path, endings[i]);
+        if (linkat(AT_FDCWD, from, AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0) {
+            return name;
+        }
+    }
+    free(name);
+    return NULL;
+}
+
+/* @return the copy's name, to be freed; NULL with the reason in errno. */
+static char *copy_back(const lum_outfile *file)
+{
+    lum_outfile copy = {
+        .path = file->path, .fd = -1, .grows = true, .claim = LUM_CLAIM_NONE};
+    const int code = make_copy(file, &copy);
+    char *name = code == 0 ? make_link(file, copy.part) : NULL;
+    if (code == 0 && name == NULL) {
+        name = copy.part; /* where there are no links */
+        copy.part = NULL;
+    }
+    copy.path = NULL;
+    lum_outfile_discard(&copy);
+    errno = code;
+    return name;
+}
+
+/* What it says of a file that lost all its names, and has one again. */
+static int fail_put_back(const lum_outfile *file, const char *name,
+                         lum_error *error)
+{
+    const bool is_safe = sync_directory(file, NULL) == 0;
+    return fail_lost(
+        file, "was removed while it was written; its data was put back as ",
+        name, is_safe ? "" : ", a name that may not be on the disk", error);
+}
+
+static int fail_gone(const lum_outfile *file, int code, lum_error *error)
+{
+    char why[128];
+    char rest[192];
+    if (strerror_r(code, why, sizeof why) != 0) {
+        (void)snprintf(why, sizeof why, "error %d", code);
+    }
+    (void)snprintf(rest, sizeof rest,
+                   "; its data is lost, as it could not be put back: %s", why);
+    return fail_removed(file, rest, error);
+}
+
+/* A file with another link needs no copy. */
+static int put_back(const lum_outfile *file, lum_error *error)
+{
+    char self[64];
+    struct stat status;
+    const bool has_link = fstat(file->fd, &status) == 0 && status.st_nlink > 0;
+    char *name = has_link ? make_link(file, name_descriptor(file, self))
+                          : copy_back(file);
+    const int code = errno;
+    if (name != NULL) {
+        (void)fail_put_back(file, name, error);
+    } else if (has_link) {
+        (void)fail_removed(
+            file, "; its data has another name, which is not known", error);
+    } else {
+        (void)fail_gone(file, code, error);
+    }
+    free(name);
+    errno = ENOENT;
+    return -1;
+}
+
+/* At the end. */
+static int check_name(const lum_outfile *file, lum_error *error)
+{
+    char name[PATH_BYTES];
+    if (lum_outfile_check(file, error) == 0) {
+        return 0;
+    }
+    return find_name(file, name, sizeof name) == 0 ? put_back(file, error) : -1;
+}
+
+/* --- The end --- */
 
 int lum_outfile_finish(lum_outfile *file, lum_error *error)
 {

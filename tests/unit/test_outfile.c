@@ -13,10 +13,12 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/magic.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/vfs.h>
@@ -439,9 +441,9 @@ static void only_what_was_written_gets_the_name(void **state)
     assert_int_equal(lum_outfile_finish(&file, &error), -1);
     assert_non_null(strstr(error.text, part));
     lum_outfile_discard(&file);
-    assert_false(exists("a"));
+    expect_file("a", "");
     expect_file(part, "of another");
-    assert_int_equal(count_files(), 1);
+    assert_int_equal(count_files(), 2);
 }
 
 static void expect_told(const lum_outfile *file, const char *what,
@@ -508,16 +510,115 @@ static void a_folder_that_is_renamed_is_told(void **state)
     assert_int_equal(rmdir(in_directory("old")), 0);
 }
 
-static void a_file_that_is_removed_can_be_copied_until_its_end(void **state)
+static void a_file_that_is_removed_is_copied_back(void **state)
 {
     char place[64];
+    struct stat status;
     (void)state;
     lum_outfile file = open_shown("a");
+    assert_int_equal(chmod(in_directory("a"), 0640), 0);
     assert_int_equal(unlink(in_directory("a")), 0);
     snprintf(place, sizeof place, "cp /proc/%ld/fd/%d", (long)getpid(),
              file.fd);
     expect_told(&file, "removed", place);
-    expect_lost(&file, "its data is lost");
+    put(&file, " and more");
+    expect_lost(&file, in_directory("a"));
+    expect_file("a", "data and more");
+    assert_int_equal(stat(in_directory("a"), &status), 0);
+    assert_int_equal(status.st_mode & 0777u, 0640);
+    assert_int_equal(count_files(), 1);
+}
+
+/* More than the memory that copies, and odd. */
+static void a_large_file_is_copied_whole(void **state)
+{
+    enum {
+        BYTES = 300001
+    };
+    static uint8_t want[BYTES];
+    static uint8_t got[BYTES + 1];
+    (void)state;
+    for (size_t i = 0; i < BYTES; i++) {
+        want[i] = (uint8_t)(i * 2654435761u >> 13);
+    }
+    lum_outfile file = open_shown("a");
+    assert_int_equal(pwrite(file.fd, want, BYTES, 0), BYTES);
+    assert_int_equal(unlink(in_directory("a")), 0);
+    expect_lost(&file, in_directory("a"));
+    FILE *copy = fopen(in_directory("a"), "rb");
+    assert_non_null(copy);
+    assert_int_equal(fread(got, 1, sizeof got, copy), BYTES);
+    (void)fclose(copy);
+    assert_memory_equal(got, want, BYTES);
+}
+
+/* The file that is there stays, and so does one in the second place. */
+static void a_file_that_is_replaced_is_saved_beside_it(void **state)
+{
+    (void)state;
+    lum_outfile file = open_shown("a");
+    assert_int_equal(unlink(in_directory("a")), 0);
+    put_file("a", "another");
+    expect_told(&file, "removed", "/fd/");
+    expect_lost(&file, in_directory("a.recovered"));
+    expect_file("a", "another");
+    expect_file("a.recovered", "data");
+    assert_int_equal(unlink(in_directory("a")), 0);
+    file = open_shown("a");
+    assert_int_equal(unlink(in_directory("a")), 0);
+    put_file("a", "another");
+    expect_lost(&file, in_directory("a."));
+    expect_file("a", "another");
+    expect_file("a.recovered", "data");
+    expect_file(find_part("a."), "data");
+    assert_int_equal(count_files(), 3);
+}
+
+static void a_folder_that_is_removed_takes_the_data_with_it(void **state)
+{
+    (void)state;
+    assert_int_equal(mkdir(in_directory("day"), 0777), 0);
+    lum_outfile file = open_shown("day/a");
+    assert_int_equal(unlink(in_directory("day/a")), 0);
+    assert_int_equal(rmdir(in_directory("day")), 0);
+    expect_told(&file, "removed", "/fd/");
+    expect_lost(&file, "its data is lost, as it could not be put back: No such "
+                       "file or directory");
+    assert_int_equal(count_files(), 0);
+}
+
+static void a_folder_that_is_there_again_gets_the_data(void **state)
+{
+    (void)state;
+    assert_int_equal(mkdir(in_directory("day"), 0777), 0);
+    lum_outfile file = open_shown("day/a");
+    assert_int_equal(unlink(in_directory("day/a")), 0);
+    assert_int_equal(rmdir(in_directory("day")), 0);
+    assert_int_equal(mkdir(in_directory("day"), 0777), 0);
+    expect_lost(&file, in_directory("day/a"));
+    expect_file("day/a", "data");
+    assert_int_equal(unlink(in_directory("day/a")), 0);
+    assert_int_equal(rmdir(in_directory("day")), 0);
+}
+
+static void a_disk_without_room_keeps_no_half_copy(void **state)
+{
+    struct rlimit before;
+    (void)state;
+    lum_outfile file = open_shown("a");
+    assert_int_equal(unlink(in_directory("a")), 0);
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    const struct rlimit small = {.rlim_cur = 3, .rlim_max = before.rlim_max};
+    void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
+    lum_error error = {""};
+    const int result = lum_outfile_finish(&file, &error);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    (void)signal(SIGXFSZ, handler);
+    assert_int_equal(result, -1);
+    assert_non_null(strstr(error.text, "is lost"));
+    assert_non_null(strstr(error.text, "File too large"));
+    lum_outfile_discard(&file);
     assert_int_equal(count_files(), 0);
 }
 
@@ -525,11 +626,40 @@ static void a_file_with_another_link_gets_its_name_back(void **state)
 {
     (void)state;
     lum_outfile file = open_shown("a");
+    const ino_t inode = file.inode;
+    struct stat status;
     assert_int_equal(link(in_directory("a"), in_directory("b")), 0);
     assert_int_equal(unlink(in_directory("a")), 0);
-    expect_lost(&file, "its data is in it again");
-    expect_file("a", "data");
+    expect_lost(&file, in_directory("a"));
+    assert_int_equal(stat(in_directory("a"), &status), 0);
+    assert_int_equal(status.st_ino, inode);
     expect_file("b", "data");
+    assert_int_equal(count_files(), 2);
+}
+
+static void an_unfinished_file_that_is_removed_gets_its_name(void **state)
+{
+    (void)state;
+    lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
+    put(&file, "data");
+    assert_int_equal(unlink(in_directory(find_part("a."))), 0);
+    expect_told(&file, ".part, where it is written, was removed", "/fd/");
+    expect_lost(&file, in_directory("a"));
+    expect_file("a", "data");
+    assert_int_equal(count_files(), 1);
+}
+
+/* One that has failed replaces nothing. */
+static void an_unfinished_file_that_is_removed_keeps_the_old(void **state)
+{
+    (void)state;
+    put_file("a", "old");
+    lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
+    put(&file, "data");
+    assert_int_equal(unlink(in_directory(find_part("a."))), 0);
+    expect_lost(&file, in_directory("a.recovered"));
+    expect_file("a", "old");
+    expect_file("a.recovered", "data");
 }
 
 static void an_unfinished_file_that_is_renamed_is_told(void **state)
@@ -1022,8 +1152,15 @@ int main(void)
         FACT(a_file_that_is_renamed_is_told_with_its_name),
         FACT(a_file_that_has_its_name_again_is_fine),
         FACT(a_folder_that_is_renamed_is_told),
-        FACT(a_file_that_is_removed_can_be_copied_until_its_end),
+        FACT(a_file_that_is_removed_is_copied_back),
+        FACT(a_large_file_is_copied_whole),
+        FACT(a_file_that_is_replaced_is_saved_beside_it),
+        FACT(a_folder_that_is_removed_takes_the_data_with_it),
+        FACT(a_folder_that_is_there_again_gets_the_data),
+        FACT(a_disk_without_room_keeps_no_half_copy),
         FACT(a_file_with_another_link_gets_its_name_back),
+        FACT(an_unfinished_file_that_is_removed_gets_its_name),
+        FACT(an_unfinished_file_that_is_removed_keeps_the_old),
         FACT(an_unfinished_file_that_is_renamed_is_told),
         FACT(what_a_killed_run_left_goes_with_the_next),
         FACT(a_mark_cannot_have_other_files_removed),

@@ -239,8 +239,9 @@ LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
                                             lum_error *error);
 
 /** Whether the file still has the name that it was given: others may remove or
- * rename it, or its directory, while it is written. Ask once a second. Writing
- * goes on, and lum_capture_writer_close() fails, too.
+ * rename it, or its directory, while it is written. Ask twice a second. Writing
+ * goes on, and lum_capture_writer_close() fails, too. On Windows nothing is
+ * looked at.
  * @return 0, or -1 with what became of the file in error, and where its data
  *         is. */
 LUM_MUST_CHECK int lum_capture_writer_check(const lum_capture_writer *writer,
@@ -249,9 +250,13 @@ LUM_MUST_CHECK int lum_capture_writer_check(const lum_capture_writer *writer,
 /** Write what is buffered, wait until it is on the disk, give the file its name
  * if it has none yet, and close. A file of lum_capture_writer_open() without a
  * datagram gets no name: it is removed, and one of that name stays as it is.
- * NULL is allowed.
- * @return 0, or -1 with the reason in error; closed either way. What has no
- *         name then is removed. */
+ * NULL is allowed. A file that others removed while it was written is put back
+ * on Linux, by a copy if it has no other link, for as long as that takes: under
+ * its name, or, if another file has that, as NAME.recovered. That is a failure
+ * too.
+ * @return 0, or -1 with the reason in error, ENOENT in errno if the file was
+ *         removed or renamed; closed either way. What has no name then is
+ *         removed. */
 LUM_MUST_CHECK int lum_capture_writer_close(lum_capture_writer *writer,
                                             lum_error *error);
 

@@ -65,7 +65,8 @@ void world_disk_put_text(world_disk *disk, const char *path,
 
 typedef enum world_name_change {
     WORLD_NAME_MADE,    /* by open() */
-    WORLD_NAME_GIVEN,   /* by rename(): another file may have had it */
+    WORLD_NAME_GIVEN,   /* by rename(): another file may have had it; by
+                           linkat() */
     WORLD_NAME_REMOVED, /* by unlink() */
     WORLD_NAME_LOST     /* by a power cut */
 } world_name_change;

@@ -450,18 +450,61 @@ static int remove_name(const char *path, bool is_folder)
     return code;
 }
 
-/* As Linux answers for a file that has lost its last name; no tool makes a
- * second one. */
+/* The file that is to have one more name, not held; NULL: none may. */
+static disk_inode *linked_file(const disk_place *from)
+{
+    const world_file *file = from->inode->magic == DISK_DESCRIPTOR
+                                 ? disk_proc_file(from->inode)
+                                 : NULL;
+    disk_inode *inode = file != NULL ? disk_file_inode(file) : from->inode;
+    return inode != NULL && S_ISREG(inode->mode) && inode->links > 0 ? inode
+                                                                     : NULL;
+}
+
+static int link_found(const disk_place *from, const disk_place *to)
+{
+    char path[PATH_MAX];
+    disk_inode *inode = linked_file(from);
+    if (inode == NULL || to->inode != NULL) {
+        return inode == NULL ? ENOENT : EEXIST;
+    }
+    const int code = may_change(to->folder);
+    if (code == 0) {
+        disk_path_of(from->folder, from->name, path);
+        disk_link_name(to->folder, to->name, inode, path);
+    }
+    return code;
+}
+
+static int make_link(const char *from, const char *to)
+{
+    disk_place source;
+    disk_place target;
+    int code = pass(to, WORLD_DISK_RENAME);
+    code = code != 0 ? code : find_there(from, DISK_STAYS, &source);
+    if (code != 0) {
+        return code;
+    }
+    code = find(to, DISK_NAMES, &target);
+    if (code == 0) {
+        code = link_found(&source, &target);
+        disk_place_drop(&target);
+    }
+    disk_place_drop(&source);
+    return code;
+}
+
+/* Only of paths that are absolute or begin where the process is; what is linked
+ * is no symbolic link but a descriptor of /proc. */
 int world_call_linkat(int from_fd, const char *from, int to_fd, const char *to,
                       int flags)
 {
     (void)from_fd;
-    (void)from;
     (void)to_fd;
-    (void)to;
     (void)flags;
     world_call(CALL_NS);
-    return refuse(ENOENT);
+    const int code = make_link(from, to);
+    return code == 0 ? 0 : refuse(code);
 }
 
 int world_call_unlink(const char *path)

@@ -173,6 +173,8 @@ void disk_path_of(const disk_inode *folder, const char *name,
 /* Names that change, as processes see it: told to those who watch, and on the
  * disk once it is synced. */
 void disk_add_name(disk_inode *folder, const char *name, disk_inode *inode);
+void disk_link_name(disk_inode *folder, const char *name, disk_inode *inode,
+                    const char *old_path);
 void disk_remove_name(disk_inode *folder, const char *name);
 void disk_move_name(disk_inode *from, const char *name, disk_inode *to,
                     const char *new_name);

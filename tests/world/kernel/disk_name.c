@@ -418,6 +418,14 @@ void disk_add_name(disk_inode *folder, const char *name, disk_inode *inode)
     tell(WORLD_NAME_MADE, folder, name, NULL, inode);
 }
 
+void disk_link_name(disk_inode *folder, const char *name, disk_inode *inode,
+                    const char *old_path)
+{
+    set_name(folder, name, inode);
+    note(folder->disk)->part[0] = part(folder, name, inode);
+    tell(WORLD_NAME_GIVEN, folder, name, old_path, inode);
+}
+
 void disk_remove_name(disk_inode *folder, const char *name)
 {
     disk_inode *inode =
