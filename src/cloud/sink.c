@@ -41,6 +41,8 @@ struct lum_sink {
     bool has_ended;   /* the thread writes no more */
     int failure;      /* errno of the first write that failed; sticky */
     lum_error naming; /* why the file got no name; "": that did not fail */
+    bool is_watched;  /* somebody asks what became of the file */
+    lum_error lost;   /* as the thread last saw it; "": nothing */
 };
 
 /* --- Writing to the file --- */
@@ -131,17 +133,24 @@ static int put_block(lum_sink *sink, const block *from)
     return failure == 0 ? give_name(sink) : failure;
 }
 
-/* Write the oldest block; lock is held before and after. */
+/* Write the oldest block; lock is held before and after. A caller who keeps
+ * this thread busy cannot look at the file himself. */
 static void write_oldest(lum_sink *sink)
 {
     const block *oldest = &sink->blocks[sink->writing];
+    const bool looks = sink->is_watched;
+    lum_error lost = {""};
     int failure = sink->cancelled ? ECANCELED : sink->failure;
     (void)pthread_mutex_unlock(&sink->lock);
     if (failure == 0) {
         failure = put_block(sink, oldest);
     }
+    if (failure == 0 && looks) {
+        (void)!lum_outfile_check(&sink->file, &lost);
+    }
     (void)pthread_mutex_lock(&sink->lock);
     sink->failure = failure;
+    sink->lost = lost;
     sink->writing = (sink->writing + 1u) % BLOCKS;
     sink->queued--;
     (void)pthread_cond_broadcast(&sink->changed);
@@ -326,8 +335,20 @@ int lum_sink_check(lum_sink *sink, lum_error *error)
 {
     (void)pthread_mutex_lock(&sink->lock);
     const bool is_busy = sink->queued > 0;
+    const lum_error lost = sink->lost;
+    sink->is_watched = true;
     (void)pthread_mutex_unlock(&sink->lock);
-    return is_busy ? 0 : lum_outfile_check(&sink->file, error);
+    if (!is_busy) {
+        return lum_outfile_check(&sink->file, error);
+    }
+    if (lost.text[0] == '\0') {
+        return 0;
+    }
+    if (error != NULL) {
+        *error = lost;
+    }
+    errno = ENOENT;
+    return -1;
 }
 
 int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,

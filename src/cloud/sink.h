@@ -81,7 +81,8 @@ uint64_t lum_sink_bytes(const lum_sink *sink);
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_sink_flush(lum_sink *sink, lum_error *error);
 
-/** As lum_outfile_check(). While the thread writes, nothing is looked at.
+/** As lum_outfile_check(). From the first call on the thread looks after each
+ * block that it writes; while it writes, the answer is that of its last look.
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_sink_check(lum_sink *sink, lum_error *error);
 
@@ -95,7 +96,8 @@ LUM_MUST_CHECK int lum_sink_patch(lum_sink *sink, uint64_t offset,
 /** Write what is left, wait until it is on the disk, give the file its name,
  * free the sink.
  * @return 0, or -1 with the reason in error and in errno; then nothing is left
- *         behind. */
+ *         behind, except of a file that others removed or renamed: see
+ *         lum_outfile_finish(). */
 LUM_MUST_CHECK int lum_sink_close(lum_sink *sink, lum_error *error);
 
 /** Stop writing, remove the file, free the sink. NULL is allowed. Does not wait

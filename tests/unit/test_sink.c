@@ -1,4 +1,4 @@
-#define _POSIX_C_SOURCE 200809L
+#define _GNU_SOURCE /* syscall */
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,11 +12,13 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <semaphore.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -480,6 +482,63 @@ static int ask_append_on_stdout(int fd)
     return seekable;
 }
 
+/* Large writes, each of which waits to be let through. */
+static struct {
+    bool is_shut;
+    sem_t entered;
+    sem_t passes;
+} gate;
+
+/* In the place of the C library's. */
+ssize_t write(int fd, const void *bytes, size_t n)
+{
+    if (gate.is_shut && n >= LUM_SINK_BLOCK_BYTES) {
+        (void)sem_post(&gate.entered);
+        (void)sem_wait(&gate.passes);
+    }
+    return (ssize_t)syscall(SYS_write, fd, bytes, n);
+}
+
+static void put_block(lum_sink *sink)
+{
+    char *bytes = lum_sink_reserve(sink, LUM_SINK_BLOCK_BYTES, NULL);
+    assert_non_null(bytes);
+    memset(bytes, 'x', LUM_SINK_BLOCK_BYTES);
+    lum_sink_commit(sink, LUM_SINK_BLOCK_BYTES);
+}
+
+/* The thread has a block to write at each moment. */
+static void a_busy_output_is_told_that_its_file_was_removed(void **state)
+{
+    lum_error error = {""};
+    lum_sink *sink = NULL;
+    (void)state;
+    (void)sem_init(&gate.entered, 0, 0);
+    (void)sem_init(&gate.passes, 0, 0);
+    assert_int_equal(lum_sink_open_growing(in_directory("a"), &sink, NULL), 0);
+    put_block(sink);
+    assert_int_equal(lum_sink_patch(sink, 0, "", 0, &error), 0);
+    assert_int_equal(lum_sink_check(sink, &error), 0);
+    gate.is_shut = true;
+    put_block(sink);
+    put_block(sink);
+    assert_non_null(lum_sink_reserve(sink, 1, &error));
+    (void)sem_wait(&gate.entered);
+    assert_int_equal(unlink(in_directory("a")), 0);
+    (void)sem_post(&gate.passes);
+    (void)sem_wait(&gate.entered);
+    const int result = lum_sink_check(sink, &error);
+    const int code = errno;
+    gate.is_shut = false;
+    (void)sem_post(&gate.passes);
+    assert_int_equal(result, -1);
+    assert_int_equal(code, ENOENT);
+    assert_non_null(strstr(error.text, "was removed"));
+    assert_int_equal(lum_sink_close(sink, &error), -1);
+    assert_non_null(strstr(error.text, "put back"));
+    assert_int_equal(unlink(in_directory("a")), 0);
+}
+
 static void an_output_opened_to_append_cannot_be_patched(void **state)
 {
     (void)state;
@@ -515,6 +574,7 @@ int main(void)
         cmocka_unit_test(a_flush_does_not_wait_for_a_reader_that_sleeps),
         cmocka_unit_test(a_flush_tells_that_the_reader_has_left),
         cmocka_unit_test(a_slow_reader_gets_every_byte),
+        cmocka_unit_test(a_busy_output_is_told_that_its_file_was_removed),
         cmocka_unit_test(a_patch_counts_from_where_standard_output_stood),
         cmocka_unit_test(an_output_opened_to_append_cannot_be_patched),
     };
