@@ -25,6 +25,11 @@ struct closer {
     bool has_failed;
     int code; /* of the failure */
     lum_error error;
+    bool has_lost;
+    bool has_told_lost; /* one of them */
+    lum_error first_lost;
+    lum_error lost[CLOSER_ROOM_MAX]; /* to be told */
+    size_t lost_count;
 };
 
 int closing_finish(struct closing *file, lum_error *error)
@@ -47,10 +52,24 @@ struct closer *closer_new(size_t room, lum_error *error)
     return c;
 }
 
+/* The lock is held. They are taken twice a second: there is room. */
+static void note_lost(struct closer *c, const lum_error *error)
+{
+    if (!c->has_lost) {
+        c->has_lost = true;
+        c->first_lost = *error;
+    }
+    if (c->lost_count < CLOSER_ROOM_MAX) {
+        c->lost[c->lost_count++] = *error;
+    }
+}
+
 /* The lock is held. code: 0 or an errno. */
 static void note(struct closer *c, int code, const lum_error *error)
 {
-    if (code != 0 && !c->has_failed) {
+    if (code == ENOENT) {
+        note_lost(c, error);
+    } else if (code != 0 && !c->has_failed) {
         c->has_failed = true;
         c->code = code;
         c->error = *error;
@@ -196,12 +215,55 @@ int closer_check(struct closer *closer, lum_error *error)
     return result;
 }
 
+/* The lock is held. */
+static bool take_lost(struct closer *c, lum_error *out)
+{
+    if (c->lost_count == 0) {
+        return false;
+    }
+    *out = c->lost[0];
+    c->lost_count--;
+    memmove(c->lost, c->lost + 1, c->lost_count * sizeof c->lost[0]);
+    c->has_told_lost = true;
+    return true;
+}
+
+/* Who waits for the end tells the first one himself. */
+bool closer_take_lost(struct closer *closer, lum_error *out)
+{
+    (void)pthread_mutex_lock(&closer->lock);
+    const bool is_taken = closer->waiting == 0 && take_lost(closer, out);
+    (void)pthread_mutex_unlock(&closer->lock);
+    return is_taken;
+}
+
+/* The lock is held. */
+static int pass_on_lost(struct closer *c, lum_error *error)
+{
+    lum_error first;
+    if (!c->has_lost) {
+        return 0;
+    }
+    if (!c->has_told_lost) {
+        (void)take_lost(c, &first);
+    }
+    if (error != NULL) {
+        *error = c->first_lost;
+    }
+    errno = ENOENT;
+    return -1;
+}
+
 int closer_wait(struct closer *closer, lum_error *error)
 {
     (void)pthread_mutex_lock(&closer->lock);
     wait_until(closer, 0);
+    const int result =
+        pass_on(closer, error) != 0 ? -1 : pass_on_lost(closer, error);
+    const int code = errno;
     (void)pthread_mutex_unlock(&closer->lock);
-    return closer_check(closer, error);
+    errno = code;
+    return result;
 }
 
 bool closer_is_waited_for(struct closer *closer)

@@ -1,6 +1,7 @@
 /* Finishes the files of a live output in a separate thread. That thread waits
  * for the disk for any time, and the thread that fills the files does not wait.
- * Files are finished one after another, in the order of arrival. */
+ * Files are finished one after another, in the order of arrival. One that
+ * others removed or renamed is told, and is a failure only at the end. */
 #ifndef LUMDUMP_CLOSER_H
 #define LUMDUMP_CLOSER_H
 
@@ -44,7 +45,12 @@ void closer_sync(struct closer *closer, int copy, const char *name);
 /* The first failure so far: 0, or -1 with the reason in error and errno. */
 int closer_check(struct closer *closer, lum_error *error);
 
-/* Wait until all is finished; then as closer_check(). */
+/* What became of the next file that others removed or renamed. Any thread's.
+ * False: no more so far. */
+bool closer_take_lost(struct closer *closer, lum_error *out);
+
+/* Wait until all is finished; then as closer_check(), or -1 with ENOENT in
+ * errno and what became of the first file that was lost. */
 int closer_wait(struct closer *closer, lum_error *error);
 
 /* Whether somebody waits for it now. Any thread's. */

@@ -196,6 +196,12 @@ bool lane_look(struct lane *lane, int64_t now_ns)
     return is_news;
 }
 
+bool lane_take_lost(struct lane *lane, lum_error *out)
+{
+    return (lane->worker != NULL && worker_take_lost(lane->worker, out)) ||
+           (lane->closer != NULL && closer_take_lost(lane->closer, out));
+}
+
 bool lane_stands_still(const struct lane *lane, int64_t now_ns, int64_t limit)
 {
     return lane->end == LANE_LIVES && lane->dropped > lane->dropped_before &&

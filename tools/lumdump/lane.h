@@ -41,7 +41,6 @@ struct lane {
     struct worker_view view; /* as last looked */
     uint64_t dropped;        /* datagrams that the ring had no room for */
     uint64_t told;           /* of them */
-    bool has_told_lost;      /* a file */
     int64_t told_ns;
     int64_t moved_ns;        /* when it was last seen to take something, or to
                                 wait for its disk to finish a file */
@@ -73,6 +72,11 @@ const char *lane_name(const struct lane *lane);
 /* Check its state; an end is noted. Returns whether it has ended since the last
  * check. */
 bool lane_look(struct lane *lane, int64_t now_ns);
+
+/* What became of a file that others removed or renamed: once while it is
+ * written, and once when it is finished, except of the first if that says how
+ * the lane ended. False: no more so far. */
+bool lane_take_lost(struct lane *lane, lum_error *out);
 
 /* Whether its buffer is full and nothing was taken from it for this long. */
 bool lane_stands_still(const struct lane *lane, int64_t now_ns, int64_t limit);

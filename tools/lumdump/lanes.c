@@ -172,22 +172,22 @@ static void tell_drops(struct lane *lane, struct say *say, int64_t now_ns)
     }
 }
 
-/* A file that is lost is told even with --quiet, and once. */
+/* Files that are lost are told even with --quiet. */
 static void tell_lost(struct lane *lane, struct say *say)
 {
-    if (!lane->has_told_lost && lane->view.lost.text[0] != '\0') {
-        lane->has_told_lost = true;
-        say_error(say, "%s", lane->view.lost.text);
+    lum_error lost;
+    while (lane_take_lost(lane, &lost)) {
+        say_error(say, "%s", lost.text);
     }
 }
 
 static void watch_output(struct lanes *lanes, struct lane *lane,
                          struct say *say, int64_t now_ns)
 {
+    tell_lost(lane, say);
     if (lane_look(lane, now_ns)) {
         tell_ended(lanes, lane, say);
     }
-    tell_lost(lane, say);
     tell_drops(lane, say, now_ns);
     if (!lane->is_recording && count_living(lanes) > 1 &&
         lane_stands_still(lane, now_ns, STALL_NS)) {
@@ -325,6 +325,7 @@ void lanes_end(struct lanes *lanes, struct say *say)
         waits = is_summary_pending(lanes, say, now_ns);
         for (size_t i = 0; i < lanes->count; i++) {
             waits |= is_pending(lanes, lanes->outputs[i], say, now_ns, &ending);
+            tell_lost(lanes->outputs[i], say);
         }
         say_flush(say);
         if (waits) {

@@ -28,7 +28,8 @@
 struct frame_file {
     int64_t frame; /* its own; of a file that ends by rotation, its last */
     lum_writer *writer;
-    size_t number; /* in a folder */
+    size_t number;     /* in a folder */
+    bool is_told_lost; /* others have removed or renamed it */
 };
 
 struct output {
@@ -46,8 +47,9 @@ struct output {
     bool is_in_place; /* read as it comes */
     bool rotates;
     struct closer *closer; /* NULL: finished here */
-    bool is_begun;   /* the capture's beginning is on its way to the disk */
-    lum_claim claim; /* to the name of which others are made */
+    bool is_begun;     /* the capture's beginning is on its way to the disk */
+    bool is_told_lost; /* the capture */
+    lum_claim claim;   /* to the name of which others are made */
     lum_writer_options writer_options;
     lum_mcap_options mcap;
     struct frame_file files[OPEN_FRAMES_MAX]; /* the first serves a lone file */
@@ -115,15 +117,16 @@ static int open_named(struct output *o, const char *name, lum_error *error)
 {
     if (o->is_capture) {
         o->is_begun = false;
+        o->is_told_lost = false;
         return o->options->is_live
                    ? capture_file_record(name, o->about, &o->capture, error)
                    : capture_file_open(name, o->about, &o->capture, error);
     }
+    o->files[0] = (struct frame_file){.number = o->number - 1u};
     if (lum_writer_open(name, &o->writer_options, &o->files[0].writer, error) !=
         0) {
         return -1;
     }
-    o->files[0].number = o->number - 1u;
     o->file_count = 1;
     return 0;
 }
@@ -502,7 +505,8 @@ static lum_writer *file_of_frame(struct output *o, int64_t frame, bool *failed,
         *failed = true;
         return NULL;
     }
-    o->files[o->file_count++] = (struct frame_file){frame, writer, 0};
+    o->files[o->file_count++] =
+        (struct frame_file){.frame = frame, .writer = writer};
     return writer;
 }
 
@@ -762,13 +766,30 @@ int output_flush(struct output *o, bool files, lum_error *error)
                : 0;
 }
 
-int output_check(const struct output *o, lum_error *out)
+bool output_find_lost(struct output *o, lum_error *out)
 {
-    int result =
-        o->capture != NULL ? lum_capture_writer_check(o->capture, out) : 0;
-    for (size_t i = 0; i < o->file_count && result == 0; i++) {
-        result = lum_writer_check(o->files[i].writer, out);
+    bool is_found = o->capture != NULL && !o->is_told_lost &&
+                    lum_capture_writer_check(o->capture, out) != 0;
+    o->is_told_lost |= is_found;
+    for (size_t i = 0; i < o->file_count && !is_found; i++) {
+        struct frame_file *file = &o->files[i];
+        is_found =
+            !file->is_told_lost && lum_writer_check(file->writer, out) != 0;
+        file->is_told_lost |= is_found;
     }
+    return is_found;
+}
+
+/* A folder has its metadata though files of it were lost.
+ * result: that of the files. */
+static int finish_folder(struct output *o, int result, lum_error *error)
+{
+    const int code = errno;
+    if (result == 0) {
+        return bag_folder_finish(o->folder, error);
+    }
+    (void)!bag_folder_finish(o->folder, NULL);
+    errno = code;
     return result;
 }
 
@@ -784,8 +805,8 @@ int output_close(struct output *o, lum_error *error)
     if (result == 0 && o->closer != NULL) {
         result = closer_wait(o->closer, error);
     }
-    if (result == 0 && o->folder != NULL) {
-        result = bag_folder_finish(o->folder, error);
+    if (o->folder != NULL && (result == 0 || errno == ENOENT)) {
+        result = finish_folder(o, result, error);
     }
     const int code = errno;
     output_abort(o);

@@ -82,9 +82,9 @@ int output_end_frame(struct output *output, int64_t frame, lum_error *error);
  * also to readers of recordings. */
 int output_flush(struct output *output, bool files, lum_error *error);
 
-/* Whether each file that is being written still has its name. -1: out says what
- * became of one. */
-int output_check(const struct output *output, lum_error *out);
+/* Whether a file that is being written was removed or renamed by others, and
+ * was not yet found: out says what became of it. */
+bool output_find_lost(struct output *output, lum_error *out);
 
 /* Give the files their names, free the output. Files that could not be finished
  * are removed, except recordings. */

@@ -278,14 +278,14 @@ int outputs_flush(struct outputs *outputs, bool files, lum_error *error)
                     error);
 }
 
-int outputs_check(const struct outputs *outputs, lum_error *out)
+bool outputs_find_lost(struct outputs *outputs, lum_error *out)
 {
-    int result = 0;
-    for (size_t i = 0; i < outputs->count && result == 0; i++) {
-        result =
-            outputs->list[i] != NULL ? output_check(outputs->list[i], out) : 0;
+    bool is_found = false;
+    for (size_t i = 0; i < outputs->count && !is_found; i++) {
+        is_found =
+            outputs->list[i] != NULL && output_find_lost(outputs->list[i], out);
     }
-    return result;
+    return is_found;
 }
 
 /* --- The end --- */

@@ -34,8 +34,8 @@ void outputs_finish_by(struct outputs *outputs, struct closer *closer);
 bool outputs_want_lines(const struct outputs *outputs);
 bool outputs_want_frames(const struct outputs *outputs);
 
-/* As output_check(), of all. */
-int outputs_check(const struct outputs *outputs, lum_error *out);
+/* As output_find_lost(), of all. */
+bool outputs_find_lost(struct outputs *outputs, lum_error *out);
 
 /* As those of output.h, for all. */
 int outputs_set_time(struct outputs *outputs, int64_t time_ns,

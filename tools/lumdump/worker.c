@@ -16,6 +16,9 @@
 #define FILES_NS  INT64_C(500000000)
 #define HEALTH_NS INT64_C(1000000000)
 
+/* Files that are found lost between two looks from outside. */
+#define LOST_MAX 4u
+
 /* Datagrams between looks at the clock. */
 #define DATAGRAMS_A_LOOK 256u
 
@@ -35,6 +38,8 @@ struct worker {
 
     pthread_mutex_t lock; /* guards what follows */
     struct worker_view view;
+    lum_error lost[LOST_MAX]; /* what became of files, to be told */
+    size_t lost_count;
     bool keep;
     bool is_dropped;
 };
@@ -55,18 +60,25 @@ static void make_view(struct worker *w)
     view.refused = lum_framer_refused(&c, &points);
     (void)pthread_mutex_lock(&w->lock);
     view.taken = w->view.taken;
-    view.lost = w->view.lost;
     w->view = view;
     (void)pthread_mutex_unlock(&w->lock);
+}
+
+static bool has_room_for_lost(struct worker *w)
+{
+    (void)pthread_mutex_lock(&w->lock);
+    const bool has_room = w->lost_count < LOST_MAX;
+    (void)pthread_mutex_unlock(&w->lock);
+    return has_room;
 }
 
 /* Whoever removes a file that is written learns of it before the end. */
 static void look_for_files(struct worker *w)
 {
-    lum_error lost = {""};
-    if (outputs_check(w->pass->outputs, &lost) != 0) {
+    lum_error lost;
+    while (has_room_for_lost(w) && outputs_find_lost(w->pass->outputs, &lost)) {
         (void)pthread_mutex_lock(&w->lock);
-        w->view.lost = lost;
+        w->lost[w->lost_count++] = lost;
         (void)pthread_mutex_unlock(&w->lock);
     }
 }
@@ -262,6 +274,17 @@ void worker_look(struct worker *worker, struct worker_view *out)
     (void)pthread_mutex_lock(&worker->lock);
     *out = worker->view;
     (void)pthread_mutex_unlock(&worker->lock);
+}
+
+bool worker_take_lost(struct worker *worker, lum_error *out)
+{
+    (void)pthread_mutex_lock(&worker->lock);
+    const bool is_there = worker->lost_count > 0;
+    if (is_there) {
+        *out = worker->lost[--worker->lost_count];
+    }
+    (void)pthread_mutex_unlock(&worker->lock);
+    return is_there;
 }
 
 void worker_finish(struct worker *worker, bool keep)

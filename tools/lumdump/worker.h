@@ -24,7 +24,6 @@ struct worker_view {
     uint64_t lost_lines; /* skipped, or without all angles; likewise */
     uint64_t refused;    /* datagrams that reassembly could not use */
     bool has_ended;      /* its outputs are closed */
-    lum_error lost;      /* what became of a file while it was written; "" */
 };
 
 /* Where datagrams went from and to. */
@@ -46,6 +45,10 @@ int worker_start(const struct worker_setup *setup, struct worker **out,
                  lum_error *error);
 
 void worker_look(struct worker *worker, struct worker_view *out);
+
+/* What became of a file while it was written, each one once. False: no more so
+ * far. */
+bool worker_take_lost(struct worker *worker, lum_error *out);
 
 /* No more will come. Its outputs are finished once all that is in the ring has
  * been written, where keep is set or one of them has failed, which is aborted;

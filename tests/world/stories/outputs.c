@@ -5,6 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* What the judges of files can read. */
+#define PCAP_HEADER 24
+#define PACKETS     "--mcap packets --compression none -o p.mcap"
+
 /* A recording beside others, ended when it has said something; its JSON. */
 static const char *record_until(const user_bench *b, user_sensor *s,
                                 const char *arguments, const char *pattern)
@@ -37,29 +41,170 @@ STORY(a_reader_that_never_comes_back,
     user_expect_like(user_err(dump), "outputs +stalled  standard output");
 }
 
+static void remove_file(const user_bench *b, const char *name)
+{
+    world_disk_remove(world_disk_of(b->host), user_path(name));
+}
+
+static double records_of(const user_bench *b, const char *name)
+{
+    return user_number(summary_of(b, name), "records");
+}
+
+/* Output number i, whose file was lost, has all that came in a file. */
+static void expect_put_back(const user_bench *b, const char *json, unsigned i,
+                            const char *name)
+{
+    user_expect_same(user_value(json, user_format("outputs.%u.end", i)),
+                     "failed");
+    user_expect_has(user_value(json, user_format("outputs.%u.error", i)),
+                    user_format("put back as %s", name));
+    user_expect_equal(records_of(b, name), user_number(json, "received"));
+}
+
 STORY(a_recording_that_is_removed,
-      "whoever removes a recording is told at once, and at the end")
+      "a recording that is removed is told at once, and put back at the end")
 {
     const user_bench b = user_bench_new();
     user_sensor *s = user_sensor_start(b.sensor, "--rate 2");
     user_tool *dump = user_start(
-        b.host, RECORD " --json -q -o raw.pcap -o other.pcap -o p.mcap");
+        b.host, RECORD " --json -q -o raw.pcap -o other.pcap " PACKETS);
     until_data(&b, "raw.pcap", 100000);
     until_data(&b, "other.pcap", 100000);
     until_data(&b, "p.mcap", 100000);
-    world_disk_remove(world_disk_of(b.host), user_path("raw.pcap"));
-    world_disk_remove(world_disk_of(b.host), user_path("p.mcap"));
-    user_until(user_like(user_err(dump), "raw.pcap: was removed") &&
-               user_like(user_err(dump), "p.mcap: was removed"));
+    remove_file(&b, "raw.pcap");
+    user_until(user_has(user_err(dump), "raw.pcap: was removed"));
+    user_pause_between_ms(0, 3000);
+    remove_file(&b, "p.mcap");
+    user_until(user_has(user_err(dump), "p.mcap: was removed"));
     user_expect(user_laser_is_on(s));
     user_expect_end(dump, SIGINT, 1);
     const char *got = user_out(dump);
-    user_expect_same(user_value(got, "outputs.0.end"), "failed");
-    user_expect_same(user_value(got, "outputs.1.end"), "done");
-    user_expect_same(user_value(got, "outputs.2.end"), "failed");
-    user_expect_has(user_value(got, "outputs.0.error"), "was removed");
-    user_expect_equal(user_number(summary_of(&b, "other.pcap"), "records"),
-                      user_number(got, "outputs.1.datagrams"));
+    expect_put_back(&b, got, 0, "raw.pcap");
+    expect_whole(&b, got, 1, "other.pcap");
+    expect_put_back(&b, got, 2, "p.mcap");
+    user_expect_equal(user_count(user_err(dump), "raw.pcap: was removed"), 2);
+    user_expect_equal(user_count(user_err(dump), "p.mcap: was removed"), 2);
+    expect_no_parts(&b);
+}
+
+STORY(a_recording_that_is_replaced,
+      "a recording that is replaced is saved beside the other file")
+{
+    const user_bench b = user_bench_new();
+    (void)user_sensor_start(b.sensor, "--rate 2");
+    world_disk *disk = world_disk_of(b.host);
+    user_tool *dump = user_start(b.host, RECORD " --json -q -o raw.pcap");
+    until_data(&b, "raw.pcap", 100000);
+    char *header = world_disk_read(disk, user_path("raw.pcap"), NULL);
+    remove_file(&b, "raw.pcap");
+    world_disk_put(disk, user_path("raw.pcap"), header, PCAP_HEADER);
+    free(header);
+    user_until(user_has(user_err(dump), "raw.pcap: was removed"));
+    user_expect_end(dump, SIGINT, 1);
+    expect_put_back(&b, user_out(dump), 0, "raw.pcap.recovered");
+    user_expect_equal(user_size(b.host, "raw.pcap"), PCAP_HEADER);
+}
+
+STORY(a_folder_that_is_removed,
+      "a recording whose folder is removed is lost alone, and told")
+{
+    const user_bench b = user_bench_new();
+    (void)user_sensor_start(b.sensor, "--rate 2");
+    world_disk_make_folder(world_disk_of(b.host), user_path("day"));
+    user_tool *dump =
+        user_start(b.host, RECORD " --json -q -o day/raw.pcap -o other.pcap");
+    user_until(user_size(b.host, "day/raw.pcap") > 100000);
+    remove_file(&b, "day/raw.pcap");
+    remove_file(&b, "day");
+    user_until(user_has(user_err(dump), "day/raw.pcap: was removed"));
+    user_expect_end(dump, SIGINT, 1);
+    user_expect_has(user_value(user_out(dump), "outputs.0.error"),
+                    "its data is lost, as it could not be put back: No such "
+                    "file or directory");
+    expect_whole(&b, user_out(dump), 1, "other.pcap");
+}
+
+STORY(a_copy_that_does_not_fit,
+      "a removed recording is lost if the disk has no room, and told")
+{
+    const user_bench b = user_bench_new();
+    (void)user_sensor_start(b.sensor, "--rate 2");
+    user_tool *dump = user_start(b.host, RECORD " -q -o raw.pcap");
+    until_data(&b, "raw.pcap", 200000);
+    remove_file(&b, "raw.pcap");
+    user_until(user_has(user_err(dump), "raw.pcap: was removed"));
+    user_signal(dump, SIGINT);
+    world_disk_fill(world_disk_of(b.host), 100000);
+    user_expect_status(dump, 1);
+    user_expect_like(user_err(dump), "its data is lost.*No space left");
+    user_expect(user_size(b.host, "raw.pcap") < 0);
+    expect_no_parts(&b);
+}
+
+STORY(a_copy_that_is_given_up, "a signal gives up a copy, whose rest the next "
+                               "run removes")
+{
+    const user_bench b = user_bench_new();
+    user_sensor *s = user_sensor_start(b.sensor, "--rate 2");
+    user_tool *dump = user_start(b.host, RECORD " --json -o raw.pcap");
+    until_data(&b, "raw.pcap", 200000);
+    remove_file(&b, "raw.pcap");
+    user_until(user_has(user_err(dump), "raw.pcap: was removed"));
+    world_disk_stall(world_disk_of(b.host), WORLD_DISK_RENAME, WORLD_NEVER);
+    user_signal(dump, SIGINT);
+    user_until(user_files(b.host, "raw.pcap.", ".part") > 0);
+    user_until(user_has(user_err(dump), "to be written; Ctrl-C gives it up"));
+    user_signal(dump, SIGINT);
+    user_until(*user_out(dump) != '\0');
+    world_disk_heal(world_disk_of(b.host));
+    user_expect_status(dump, 1);
+    user_expect_same(user_value(user_out(dump), "outputs.0.end"), "stalled");
+    user_expect(!user_laser_is_on(s));
+    dump = user_run(b.host, RECORD " -q --duration 1 -o raw.pcap");
+    user_expect_status(dump, 0);
+    expect_no_parts(&b);
+}
+
+STORY(files_that_are_removed_in_turn,
+      "each file of a recording that is removed is told, and it goes on")
+{
+    const user_bench b = user_bench_new();
+    (void)user_sensor_start(b.sensor, "--rate 4");
+    user_tool *dump =
+        user_start(b.host, RECORD " --json -q --rotate 200kB -o r.pcap");
+    until_data(&b, "r-0001.pcap", 50000);
+    remove_file(&b, "r-0001.pcap");
+    user_until(user_has(user_err(dump), "put back as r-0001.pcap"));
+    until_data(&b, "r-0003.pcap", 50000);
+    remove_file(&b, "r-0003.pcap");
+    user_until(user_has(user_err(dump), "put back as r-0003.pcap"));
+    until_data(&b, "r-0005.pcap", 50000);
+    user_expect_end(dump, SIGINT, 1);
+    double records = 0;
+    for (unsigned i = 1; i <= user_files(b.host, "r-", ".pcap"); i++) {
+        records += records_of(&b, user_format("r-%04u.pcap", i));
+    }
+    user_expect_equal(records, user_number(user_out(dump), "received"));
+    user_expect_same(user_value(user_out(dump), "outputs.0.end"), "failed");
+    expect_no_parts(&b);
+}
+
+STORY(a_busy_table_that_is_removed,
+      "a file that is removed is told though its disk is always busy")
+{
+    const user_bench b = user_bench_new();
+    (void)user_sensor_start(b.sensor, "--rate 4");
+    world_disk *disk = world_disk_of(b.host);
+    user_tool *dump = user_start(b.host, RECORD " --json -q " PACKETS);
+    until_data(&b, "p.mcap", 1000000);
+    world_disk_slow(disk, WORLD_DISK_WRITE, 2 * WORLD_S, 3 * WORLD_S);
+    user_until(user_has(user_err(dump), "p.mcap is too slow"));
+    remove_file(&b, "p.mcap");
+    user_until(user_has(user_err(dump), "p.mcap: was removed"));
+    world_disk_heal(disk);
+    user_expect_end(dump, SIGINT, 1);
+    user_expect_has(user_err(dump), "put back as p.mcap");
 }
 
 STORY(a_second_signal, "a second signal does not wait for an output")
