@@ -501,6 +501,30 @@ def test_a_file_is_replaced_with_its_mode_and_through_a_link(drive, tmp_path):
     assert len(np.load(real)) and left_in(tmp_path) == ["link.npy", "real.npy"]
 
 
+@pytest.mark.parametrize(("kind", "told"), [("csv", "was removed while it was written; its data was put back as .*a.csv"),
+                                            ("npy", "was removed or renamed while it was written: convert again")])
+@pytest.mark.parametrize("is_replaced", [False, True])
+def test_a_file_that_is_removed_meanwhile_is_told(frames, tmp_path, kind, told, is_replaced):
+    lumsdk.convert(frames, tmp_path / f"whole.{kind}")
+
+    def removing():
+        yield frames[0]
+        (part,) = tmp_path.glob("a.*.part")
+        part.unlink()
+        if is_replaced:
+            part.write_text("mine")
+        yield from frames[1:]
+    with pytest.raises(OSError, match=f"a.{kind}: .*[.]part, where it is written, {told}"):
+        lumsdk.convert(removing(), tmp_path / f"a.{kind}")
+    if is_replaced:
+        (part,) = tmp_path.glob("a.*.part")
+        assert part.read_text() == "mine"
+        part.unlink()
+    if kind == "csv":
+        assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
+    assert left_in(tmp_path) == (["a.csv", "whole.csv"] if kind == "csv" else [f"whole.{kind}"])
+
+
 def test_two_runs_do_not_write_one_file(frames, tmp_path, drive):
     def slow():
         yield frames[0]

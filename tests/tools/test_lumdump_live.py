@@ -306,6 +306,23 @@ class Moved(Case):
         self.assertIn(f"raw.pcap: was renamed while it was written; its data is in {self.folder / 'mine.pcap'}", self.said())
         self.assertEqual(summary(self.folder / "mine.pcap")["records"], summary(self.folder / "kept.pcap")["records"])
 
+    def test_a_file_of_a_folder_that_is_removed_is_told_and_put_back(self):
+        self.simulator()
+        p = self.start("-q", "-o", self.folder / "bag", "--format", "rosbag2", "--mcap", "packets", "--json",
+                       stdout=subprocess.PIPE, stderr=open(self.folder / "said", "w"))
+        lost = self.folder / "bag/bag_0.mcap"
+        self.wait_for(lambda: lost.exists() and lost.stat().st_size > 100_000, "the first messages")
+        lost.unlink()
+        self.wait_for(lambda: "bag_0.mcap: was removed" in self.said(), "the message")
+        p.send_signal(signal.SIGINT)
+        with limited(p):
+            got = json.loads(p.stdout.read())
+        p.stdout.close()
+        self.assertEqual(p.wait(PATIENCE_S), 1)
+        self.assertIn(f"its data was put back as {lost}", self.said())
+        self.assertEqual(summary(lost)["records"], got["received"])
+        self.assertTrue((self.folder / "bag/metadata.yaml").exists())
+
 
 class Stalls(Case):
     def test_a_full_disk_switches_the_laser_off(self):

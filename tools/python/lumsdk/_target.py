@@ -190,9 +190,16 @@ class Target:
         self._part = self._claim.beside()
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
         self.file = os.fdopen(os.open(self._part, flags, 0o666), "w+b", buffering=1 << 20)
+        self._made = os.fstat(self.file.fileno())
         if fcntl is not None:
             with contextlib.suppress(OSError):
                 fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+    def _is_there(self) -> bool:
+        """Whether others have not removed, renamed or replaced it."""
+        with contextlib.suppress(OSError):
+            return os.path.samestat(os.lstat(self._part), self._made)
+        return False
 
     @property
     def folder(self) -> str:
@@ -227,6 +234,8 @@ class Target:
         size = os.fstat(self.file.fileno()).st_size
         self.file.close()
         last_look()
+        if not self._is_there():
+            raise OSError(f"{self._part}, where it is written, was removed or renamed while it was written: convert again")
         if self._mode is not None:
             os.chmod(self._part, self._mode)
         os.replace(self._part, self._path)
@@ -244,7 +253,7 @@ class Target:
         """Remove what was written. Nothing happens after finish()."""
         with contextlib.suppress(OSError, ValueError):
             self.file.close()
-        if self._part:
+        if self._part and self._is_there():
             with contextlib.suppress(OSError):
                 os.unlink(self._part)
         self._part = ""
