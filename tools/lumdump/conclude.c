@@ -56,6 +56,8 @@ void conclude_notes(struct pass *pass)
     }
 }
 
+/* --- The sensors --- */
+
 static void print_sensors(const struct pass *pass)
 {
     const lum_demux *demux = lum_framer_demux(pass->framer);
@@ -106,6 +108,8 @@ bool conclude_lacks_data(const struct pass *pass)
     return total.packets[LUM_PACKET_DATA] == 0 &&
            pass->diagnosis.shape_count > 0;
 }
+
+/* --- Warnings --- */
 
 /* If lines gave no point: why, as far as the counters show. */
 static void warn_of_no_points(const struct pass *pass)
@@ -251,6 +255,8 @@ static void warn_of_losses(const struct pass *pass)
     warn_of_left_out(pass);
     warn_of_clocks(pass);
 }
+
+/* --- The end --- */
 
 /* A reader that has left is no failure. */
 enum exit_status conclude_stdout(void)
