@@ -526,16 +526,22 @@ static char *make_link(const lum_outfile *file, const char *from)
     return NULL;
 }
 
-/* @return the copy's name, to be freed; NULL with the reason in errno. */
+/* Others may remove the copy, too.
+ * @return the copy's name, to be freed; NULL with the reason in errno. */
 static char *copy_back(const lum_outfile *file)
 {
+    char self[64];
     lum_outfile copy = {
         .path = file->path, .fd = -1, .grows = true, .claim = LUM_CLAIM_NONE};
-    const int code = make_copy(file, &copy);
-    char *name = code == 0 ? make_link(file, copy.part) : NULL;
-    if (code == 0 && name == NULL) {
-        name = copy.part; /* where there are no links */
-        copy.part = NULL;
+    char *name = NULL;
+    int code = make_copy(file, &copy);
+    if (code == 0) {
+        name = make_link(file, name_descriptor(&copy, self));
+        code = errno;
+        if (name == NULL && copy.part != NULL && is_ours(&copy)) {
+            name = copy.part; /* where there are no links */
+            copy.part = NULL;
+        }
     }
     copy.path = NULL;
     lum_outfile_discard(&copy);

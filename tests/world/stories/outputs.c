@@ -166,6 +166,31 @@ STORY(a_copy_that_is_given_up, "a signal gives up a copy, whose rest the next "
     expect_no_parts(&b);
 }
 
+STORY(a_copy_that_is_removed, "who removes the copy, too, is told that the "
+                              "data is lost")
+{
+    const user_bench b = user_bench_new();
+    world_disk *disk = world_disk_of(b.host);
+    (void)user_sensor_start(b.sensor, "--rate 2");
+    user_tool *dump = user_start(b.host, RECORD " -q -o raw.pcap");
+    until_data(&b, "raw.pcap", 200000);
+    remove_file(&b, "raw.pcap");
+    user_until(user_has(user_err(dump), "raw.pcap: was removed"));
+    world_disk_stall(disk, WORLD_DISK_RENAME, WORLD_NEVER);
+    user_signal(dump, SIGINT);
+    user_until(user_files(b.host, "raw.pcap.", ".part") > 0);
+    unsigned i = 0;
+    while (!user_has(world_disk_name(disk, "/home", i), ".part")) {
+        i++;
+    }
+    remove_file(&b, world_disk_name(disk, "/home", i));
+    expect_no_parts(&b);
+    world_disk_heal(disk);
+    user_expect_status(dump, 1);
+    user_expect_has(user_err(dump), "its data is lost");
+    user_expect(user_size(b.host, "raw.pcap") < 0);
+}
+
 STORY(files_that_are_removed_in_turn,
       "each file of a recording that is removed is told, and it goes on")
 {
