@@ -620,8 +620,9 @@ static bool is_near(int64_t clock_us, int64_t other_us)
     return magnitude(clock_us - other_us) <= STEP_NEAR_US;
 }
 
-/* Whether the stamps nearby tell no time: they stand still, or the host's clock
- * was stepped, or it seems so; a single arrival is none. */
+/* Whether the time nearby is not known: stamps stand still, or only one has
+ * come, or the host's clock was stepped, or that seems so; a single reading
+ * that contradicts the line is no step. */
 static bool is_unknown(const lum_clock_fit *fit, int64_t clock_us)
 {
     const struct run *run = &fit->run;

@@ -71,9 +71,9 @@ struct lum_clock_window {
     const struct lum_clock_bucket *list[LUM_CLOCK_BUCKETS];
     size_t count;
     int64_t batches;
-    int64_t resolution_ns;                  /* of the stamps */
-    int64_t late_ns[2 * LUM_CLOCK_BUCKETS]; /* what the search for the error
-                                               sorts */
+    int64_t resolution_ns; /* of the stamps */
+    int64_t
+        late_ns[LUM_CLOCK_BUCKETS]; /* what the search for the error sorts */
 };
 
 /* The state of a fit, in either direction. False: something failed; then what

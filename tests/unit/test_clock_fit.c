@@ -95,8 +95,8 @@ static int64_t arrival_of(struct stream *s, int64_t truth_ns)
     return s->resolution_ns > 0 ? ns / s->resolution_ns * s->resolution_ns : ns;
 }
 
-/* One line of both eyes. */
-static void one_line(struct stream *s)
+/* One line of both eyes; its clock. */
+static int64_t add_line(struct stream *s)
 {
     const int64_t clock_us = clock_of(s);
     s->truth_ns = truth_of(s, clock_us);
@@ -105,8 +105,14 @@ static void one_line(struct stream *s)
             s->fit, clock_us, arrival_of(s, s->truth_ns + eye * s->eye_ns));
         s->event = event != LUM_CLOCK_FIT_TAKEN ? event : s->event;
     }
-    assert_int_equal(lum_clock_fit_utc(s->fit, clock_us, &s->time), LUM_OK);
     s->line += 1.0;
+    return clock_us;
+}
+
+static void one_line(struct stream *s)
+{
+    const int64_t clock_us = add_line(s);
+    assert_int_equal(lum_clock_fit_utc(s->fit, clock_us, &s->time), LUM_OK);
 }
 
 static struct seen pass(struct stream *s, double seconds)
@@ -185,7 +191,7 @@ static void batches_and_drift_leave_less_than_50_us(void **state)
         for (size_t k = 0; k < sizeof drifts / sizeof drifts[0]; k++) {
             struct stream s = stream_of(lines[i], drifts[k], 8 * MS);
             const struct seen first = pass(&s, 2.0);
-            const struct seen later = pass(&s, 18.0);
+            const struct seen later = pass(&s, i == 0 ? 18.0 : 8.0);
             const lum_clock_fit_info info = info_of(s.fit);
             assert_true(first.beyond == 0.0);
             assert_true(later.worst_ns < 50 * US);
@@ -221,7 +227,7 @@ static void the_error_that_is_told_is_honest(void **state)
                                         ways[i].ppm, ways[i].batch_ns);
             s.jitter_us = ways[i].jitter_us;
             s.clock_us = 99991;
-            const struct seen seen = pass(&s, 16.0);
+            const struct seen seen = pass(&s, k == 0 ? 16.0 : 8.0);
             if (seen.beyond > 0.03) {
                 fail_msg("%zu/%u: %.1f %% beyond", i, k, seen.beyond * 100.0);
             }
@@ -240,7 +246,7 @@ static struct seen see_frames(struct stream *s, double seconds)
         const int64_t clock_us = clock_of(s);
         lum_clock_time time;
         for (unsigned k = 0; k < lines + 8u; k++) {
-            one_line(s);
+            (void)add_line(s);
         }
         s->line -= 8.0; /* they come once more, which is no news */
         assert_int_equal(lum_clock_fit_utc(s->fit, clock_us, &time), LUM_OK);
@@ -252,7 +258,8 @@ static struct seen see_frames(struct stream *s, double seconds)
     return seen;
 }
 
-/* Slews, wander, batches, delays and coarse stamps, in all combinations. */
+/* Slews, wander, batches and coarse stamps, any three of them in all
+ * combinations; drifts and delays. */
 static void the_error_holds_for_99_of_100_frames(void **state)
 {
     (void)state;
@@ -261,6 +268,9 @@ static void the_error_holds_for_99_of_100_frames(void **state)
     const int64_t batches[] = {0, MS, 8 * MS, 20 * MS};
     const int64_t resolutions[] = {US, 100 * US, MS, 10 * MS};
     for (unsigned i = 0; i < 5u * 3u * 4u * 4u; i++) {
+        if ((i + i / 4u + i / 16u + i / 48u) % 2u != 0) {
+            continue;
+        }
         struct stream s = stream_of(i % 13u == 0 ? LINE_640_US : LINE_64_US,
                                     50.0 * (i % 3u) - 50.0, batches[i % 4u]);
         s.resolution_ns = resolutions[i / 4u % 4u];
@@ -331,7 +341,7 @@ static void arrivals_that_leave_the_line_make_it_uncertain(void **state)
 static void a_drift_that_changes_slowly_is_followed(void **state)
 {
     (void)state;
-    struct stream s = stream_of(LINE_640_US, 20.0, 0);
+    struct stream s = stream_of(LINE_64_US, 20.0, 0);
     struct seen seen = {0, 0, 0.0};
     for (unsigned i = 0; i < 600u; i++) {
         s.host_ns = truth_of(&s, clock_of(&s));
@@ -568,7 +578,7 @@ static void a_clock_that_is_slewed_is_followed_and_the_error_grows(void **state)
     (void)state;
     const double rates[] = {200.0, -200.0};
     for (size_t i = 0; i < 2u; i++) {
-        struct stream s = stream_of(LINE_640_US, 0.0, 0);
+        struct stream s = stream_of(LINE_64_US, 0.0, 0);
         (void)pass(&s, 16.0);
         s.host_ns = truth_of(&s, clock_of(&s));
         s.clock_us = clock_of(&s);
@@ -663,7 +673,7 @@ static void strays_among_others_are_no_break(void **state)
 static void a_longest_drive_goes_on_beyond_32_bits(void **state)
 {
     (void)state;
-    struct stream s = stream_of(100000.0, 50.0, 0);
+    struct stream s = stream_of(300000.0, 50.0, 0);
     (void)pass(&s, 5000.0); /* the wire's clock wraps at 4,295 s */
     const struct seen seen = pass(&s, 100.0);
     assert_true(seen.worst_ns < 50 * US);
@@ -799,6 +809,29 @@ static void stamps_that_never_change_do_no_harm(void **state)
     lum_clock_fit_free(s.fit);
 }
 
+/* The last stamp may be right for as long as its error; then nobody knows. */
+static void while_stamps_stand_still_the_error_is_not_known(void **state)
+{
+    (void)state;
+    struct stream s = stream_of(LINE_64_US, 50.0, 0);
+    (void)pass(&s, 5.0);
+    const int64_t stamp_ns = truth_of(&s, clock_of(&s));
+    for (unsigned i = 0; i < 640u; i++) {
+        const int64_t clock_us = clock_of(&s);
+        (void)lum_clock_fit_add(s.fit, clock_us, stamp_ns);
+        assert_int_equal(lum_clock_fit_utc(s.fit, clock_us, &s.time), LUM_OK);
+        assert_true(s.time.error_ns == LUM_CLOCK_ERROR_UNKNOWN ||
+                    llabs(s.time.utc_ns - truth_of(&s, clock_us)) <=
+                        s.time.error_ns);
+        s.line += 1.0;
+    }
+    assert_true(s.time.error_ns == LUM_CLOCK_ERROR_UNKNOWN);
+    assert_true(info_of(s.fit).still > 600u);
+    const struct seen later = pass(&s, 2.0);
+    assert_true(later.told_ns < MS && later.beyond == 0.0);
+    lum_clock_fit_free(s.fit);
+}
+
 static void a_shorter_info_of_an_older_program_is_filled(void **state)
 {
     (void)state;
@@ -857,6 +890,7 @@ int main(void)
         cmocka_unit_test(values_out_of_range_are_refused),
         cmocka_unit_test(any_readings_are_taken),
         cmocka_unit_test(stamps_that_never_change_do_no_harm),
+        cmocka_unit_test(while_stamps_stand_still_the_error_is_not_known),
         cmocka_unit_test(a_shorter_info_of_an_older_program_is_filled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

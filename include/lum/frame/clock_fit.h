@@ -30,8 +30,8 @@
  * a step cannot know of it. If the host's clock is slewed, by up to 500 ppm,
  * the fit follows within the window of 16 s; during this time the error grows.
  *
- * It uses only integers, and is the same on every machine. The memory, about
- * 6 KB, does not grow. Only one thread at a time may use a fit; two share
+ * It uses only integers, and is the same on every machine. The memory,
+ * 5.5 KB, does not grow. Only one thread at a time may use a fit; two share
  * nothing. */
 #ifndef LUM_FRAME_CLOCK_FIT_H
 #define LUM_FRAME_CLOCK_FIT_H
@@ -88,8 +88,8 @@ typedef enum lum_clock_fit_event {
 } lum_clock_fit_event;
 
 /** Take a reading. Readings come in about the order of arrival; one that is
- * late, by up to the window, is taken too. Time is bounded: that of sorting 256
- * numbers, a few times a second.
+ * late, by up to the window, is taken too. Time is bounded: that of sorting 128
+ * numbers twice, a few times a second.
  * @param clock_us   the sensor's clock, extended beyond its 32 bits: that of a
  *                   lum_line, or of a packet by lum_clock_extend().
  * @param arrival_ns when the packet that bears it arrived, ns since 1970 UTC.
@@ -101,7 +101,7 @@ lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
  * resolution of the stamps, too. */
 void lum_clock_fit_note_stamp(lum_clock_fit *fit, int64_t arrival_ns);
 
-/** An error that nobody knows, larger than all others: the host's clock was
+/** An error that is not known, larger than all others: the host's clock was
  * stepped nearby, or its stamps stand still. */
 #define LUM_CLOCK_ERROR_UNKNOWN INT64_C(9223372036854775807)
 
