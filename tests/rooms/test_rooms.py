@@ -158,12 +158,13 @@ class Documents(unittest.TestCase):
 
 
 class Frames(unittest.TestCase):
-    """One place makes frames of packets; besides it only programs for controllers, which have the core alone."""
+    """One place makes frames of packets; besides it only programs for controllers, which have the core alone, and a replay,
+    which makes none but asks whose a packet is."""
 
     MAKERS = {
         "lum_assembler": {"src/core/assembler.c", "src/capture/demux.c", "src/capture/demux_sensors.c",
                           "examples/firmware/gateway.c", "examples/porting/main.c"},
-        "lum_demux": {"src/capture/demux.c", "src/frame/framer.c"},
+        "lum_demux": {"src/capture/demux.c", "src/frame/framer.c", "tools/lumsim/recording.c"},
     }
 
     def test_no_other_source_calls_an_assembler(self):

@@ -42,6 +42,8 @@ static void show_version(void)
     (void)puts("lumsim " LUM_VERSION);
 }
 
+/* --- Values --- */
+
 static bool take_lines(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
@@ -173,6 +175,8 @@ static bool take_fault(void *options, const char *text, lum_error *why)
 #define PROBABILITY(field)                                                     \
     REAL(field, 0.0, 1.0), .allowed = "a probability from 0 to 1"
 
+/* --- The table --- */
+
 static const struct option_spec specs[] = {
     {"output", .letter = 'o', .group = ALL, TEXT(output)},
     {"frames", .letter = 'n', .group = DRIVE, WHOLE(frames, 1, FRAMES_MAX)},
@@ -226,6 +230,8 @@ static const struct option_spec specs[] = {
 };
 
 #define SPECS (sizeof specs / sizeof specs[0])
+
+/* --- What fits together --- */
 
 static int see_help(void)
 {
