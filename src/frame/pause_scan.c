@@ -96,6 +96,13 @@ void lum_pause_scan_follow(lum_pause_scan *s, const lum_pause_line *a,
     }
 }
 
+/* The period is not exact: one of nothing may seem to be less. */
+static int64_t least_turn_us(int64_t a, int64_t b)
+{
+    const int64_t least = a < b ? a : b;
+    return least > 0 ? least : 0;
+}
+
 /* The shortest turn that was seen is one with all lines. */
 int64_t lum_pause_scan_turn(lum_pause_scan *s, const lum_pause_line *a,
                             const lum_pause_line *b, bool is_pause)
@@ -115,7 +122,7 @@ int64_t lum_pause_scan_turn(lum_pause_scan *s, const lum_pause_line *a,
         told = s->is_first_turn && us > s->turn_us - few_us
                    ? periods(s, s->turn_us)
                    : 0;
-        s->turn_us = us >= s->turn_us ? s->turn_us : us > 0 ? us : 0;
+        s->turn_us = least_turn_us(s->turn_us, us);
         s->is_first_turn = false;
     }
     if (lines > s->sweep || s->sweep - lines >= LUM_PAUSE_LINES_MIN) {
