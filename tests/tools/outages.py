@@ -84,7 +84,8 @@ class Capture:
 
 
 def check(capture, begin_us, length_us, eye):
-    """What is wrong with what is said of an outage, "" if nothing, and how many lines the numbers show too many, if they alone do."""
+    """What is wrong with what is said of an outage, "" if nothing, and how many lines the numbers show too many, if they alone do, as
+    of one eye's."""
     seen, kept = capture.cut(begin_us, length_us, eye)
     calm = capture.calm_summary(seen)
     got = capture.summary_of(kept)
@@ -99,7 +100,7 @@ def check(capture, begin_us, length_us, eye):
         return "more pauses than outages: " + told, 0
     if capture.lumsdk and capture.is_beside_whole_frame(begin_us, kept, eye):
         return "in a frame that is called complete: " + told, 0
-    if off > most and got["lines_in_pauses"] == 0:
+    if eye is not None and off > most and got["lines_in_pauses"] == 0:
         return "", off  # lines_skipped is the protocol's: docs/protocol.md, section 6, Pauses
     return told if abs(off) > most else "", 0
 
@@ -166,11 +167,11 @@ def soak(bin_dir, folder, count, seed):
     for lines, phases in ((64, 24), (640, 6)):
         for rate in (5, 10, 20):
             n, failed, more = outages(bin_dir, folder, [(lines, rate)], all_lengths, phases, seed + rate, lumsdk=lumsdk)
-            print(f"{lines} lines, {rate} Hz: {n} outages, {len(failed)} wrong; lines_skipped alone has too many in {len(more)}", flush=True)
+            print(f"{lines} lines, {rate} Hz: {n} outages, {len(failed)} wrong; lines_skipped alone has too many in {len(more)} of one eye", flush=True)
             runs, wrong, too_many = runs + n, wrong + failed, too_many + more
     wrong += calm(bin_dir, folder, count, seed)
     for line in wrong:
         print(line)
-    print(f"{runs} outages and {count} captures without one: {len(wrong)} wrong; lines_skipped alone has too many in {len(too_many)},"
+    print(f"{runs} outages and {count} captures without one: {len(wrong)} wrong; lines_skipped alone has too many in {len(too_many)} of one eye,"
           f" at most {max(too_many, default=0)}")
     return not wrong
