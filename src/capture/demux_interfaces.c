@@ -2,13 +2,12 @@
 
 #include <stdlib.h>
 
-/* Which packets are compared with those next to them, which takes as long as a
- * hundred others: one of so many, and of the first of so many. */
+/* Which packets are compared with those next to them, which takes as long as
+ * tens of others: one of so many, and of the first of so many. */
 #define COMPARED_FROM 1024u
 #define RARELY        2048u
-#define OFTEN         128u
-#define LOOK_PACKETS  (2u * LUM_RECENT_PACKETS)
-#define LOOK_EVERY    65536u
+#define OFTEN         512u
+#define LOOK_PACKETS  LUM_DEMUX_LOOK_PACKETS
 
 bool lum_demux_is_doubtful(const lum_demux *demux, const lum_demux_entry *entry)
 {
@@ -61,16 +60,13 @@ bool lum_demux_enqueue(lum_demux *demux, const lum_record *record,
     return entry->is_waiting;
 }
 
-void lum_demux_note_sent(const lum_demux *demux, lum_demux_entry *sensor,
-                         const lum_record *record)
+void lum_demux_look_at_sent(const lum_demux *demux, lum_demux_entry *sensor,
+                            const lum_record *record, uint32_t turn)
 {
-    /* without a name no other interface's data is compared with it */
-    const bool has_name = *sensor->interface != '\0';
-    const uint32_t turn = sensor->sent++ % LOOK_EVERY;
-    if (sensor->recent == NULL || (!has_name && turn >= LOOK_PACKETS)) {
+    if (sensor->recent == NULL) {
         return;
     }
-    if (!has_name && turn == 0) {
+    if (turn == 0 && *sensor->interface == '\0') {
         lum_recent_interrupt(sensor->recent);
     }
     const lum_seen seen = lum_seen_of(record, &demux->group);

@@ -20,9 +20,25 @@ void lum_demux_judge_trials(lum_demux *demux, int64_t now_ns, bool is_over);
 bool lum_demux_enqueue(lum_demux *demux, const lum_record *record,
                        lum_demux_entry *entry);
 
+/** Without a name no other interface's data is compared with a sensor's: only
+ * so many of so many packets are remembered, to be compared with each other. */
+#define LUM_DEMUX_LOOK_PACKETS 5120u
+#define LUM_DEMUX_LOOK_EVERY   65536u
+
+/** The turn-th packet of LUM_DEMUX_LOOK_EVERY is remembered. */
+void lum_demux_look_at_sent(const lum_demux *demux, lum_demux_entry *sensor,
+                            const lum_record *record, uint32_t turn);
+
 /** Remember a packet of a sensor. */
-void lum_demux_note_sent(const lum_demux *demux, lum_demux_entry *sensor,
-                         const lum_record *record);
+static inline void lum_demux_note_sent(const lum_demux *demux,
+                                       lum_demux_entry *sensor,
+                                       const lum_record *record)
+{
+    const uint32_t turn = sensor->sent++ % LUM_DEMUX_LOOK_EVERY;
+    if (turn < LUM_DEMUX_LOOK_PACKETS || *sensor->interface != '\0') {
+        lum_demux_look_at_sent(demux, sensor, record, turn);
+    }
+}
 
 /** Those on trial under a sensor's address meet its packet.
  * @return whether it has to wait: others of its address do. */

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 /* Compared packets that show two sensors, at least, and one of so many. */
-#define CONTRADICTING_MIN   6u
+#define CONTRADICTING_MIN   3u
 #define CONTRADICTING_SHARE 8u
 
 /* A clock farther back has begun anew. */

@@ -248,25 +248,52 @@ static bool is_near_at_once(const lum_place_among *place, const lum_measure *m,
            (place->after_us == 1u && is_near_line(m, seen->line, place->after));
 }
 
-/* How many packets, from the i-th on, newer ones or older ones, have one clock
- * or clocks of two sensors in turn: up to where it was set back for good. */
-static uint32_t run_from(const lum_recent *recent, const lum_measure *m,
-                         uint32_t at, bool is_newer)
+static void compare(lum_place_among *place, const lum_seen *seen,
+                    const lum_seen *other, int64_t ticks, int64_t span)
 {
-    const uint32_t most = is_newer ? at + 1u : recent->count - at;
-    uint64_t edge = recent_at(recent, at)->clock;
-    uint32_t behind = 0;
-    uint32_t n = 0;
-    while (n < most && behind < SETTLED_AFTER) {
-        const uint64_t clock =
-            recent_at(recent, is_newer ? at - n : at + n)->clock;
-        const int64_t us = lum_measure_us(m, edge, clock);
-        const bool is_on = is_newer ? us >= 0 : us <= 0;
-        behind = is_on ? 0 : behind + 1u;
-        edge = is_on ? clock : edge;
-        n++;
+    if (other->line == seen->line) {
+        if (other->first == seen->first && other->tag == seen->tag &&
+            other->sum != seen->sum && ticks <= span && -ticks <= span) {
+            place->stand = LUM_STAND_ELSEWHERE;
+        }
+        return;
     }
-    return n - (behind < SETTLED_AFTER ? 0 : behind);
+    if (ticks <= 0 &&
+        (place->before_us == 0 || (uint64_t)-ticks < place->before_us - 1u)) {
+        place->before_us = (uint64_t)-ticks + 1u;
+        place->before = other->line;
+    }
+    if (ticks >= 0 &&
+        (place->after_us == 0 || (uint64_t)ticks < place->after_us - 1u)) {
+        place->after_us = (uint64_t)ticks + 1u;
+        place->after = other->line;
+    }
+}
+
+/* With newer packets (step -1) or older ones (1): all that have one clock, or
+ * clocks of two sensors in turn, up to where it was set back for good. In ticks
+ * instead of us, as thousands are compared. */
+static void compare_from(lum_place_among *place, const lum_recent *recent,
+                         const lum_measure *m, uint32_t at, int step)
+{
+    const lum_seen *seen = recent_at(recent, at);
+    const unsigned shift = 64u - m->clock_bits;
+    const int64_t scale = (int64_t)1 << shift;
+    const int64_t span = (int64_t)m->line_span_us * 1000 / m->clock_unit_ns;
+    int64_t edge = 0;
+    uint32_t behind = 0;
+    for (uint32_t i = at + (uint32_t)step;
+         i < recent->count && behind < SETTLED_AFTER; i += (uint32_t)step) {
+        const lum_seen *other = recent_at(recent, i);
+        const int64_t ticks =
+            (int64_t)((other->clock - seen->clock) << shift) / scale;
+        const bool is_on = step < 0 ? ticks >= edge : ticks <= edge;
+        behind = is_on ? 0 : behind + 1u;
+        edge = is_on ? ticks : edge;
+        if (other->eye == seen->eye) {
+            compare(place, seen, other, ticks, span);
+        }
+    }
 }
 
 bool lum_recent_contradicts(const lum_recent *recent,
@@ -281,17 +308,8 @@ bool lum_recent_contradicts(const lum_recent *recent,
                             ? recent->count / 2u
                             : recent->count - COMPARED_BEFORE;
     const lum_seen *seen = recent_at(recent, at);
-    const uint32_t newest = at + 1u - run_from(recent, measure, at, true);
-    const uint32_t end = at + run_from(recent, measure, at, false);
-    for (uint32_t i = newest; i < end; i++) {
-        const lum_seen *other = recent_at(recent, i);
-        if (other->eye == seen->eye && other->line != seen->line) {
-            take_neighbour(&place, measure, seen, other);
-        } else if (other->sum != seen->sum && is_same_place(seen, other) &&
-                   is_within_line(measure, seen, other)) {
-            place.stand = LUM_STAND_ELSEWHERE;
-        }
-    }
+    compare_from(&place, recent, measure, at, -1);
+    compare_from(&place, recent, measure, at, 1);
     return !is_near_at_once(&place, measure, seen) &&
            lum_place_stand(&place, measure, seen) >= LUM_STAND_ASTRAY;
 }

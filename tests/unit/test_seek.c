@@ -383,6 +383,12 @@ static bool is_left_out(const struct recipe *recipe, uint32_t i)
             i % (3u * LINES + 7u) < LINES - 2u);
 }
 
+static bool is_off(const struct recipe *recipe, uint32_t sensor, uint32_t i)
+{
+    return sensor == 1 && (i < recipe->second_from ||
+                           (recipe->one_stops && i > FRAMES * LINES / 2u));
+}
+
 /* All again on interfaces of their own, later. */
 static size_t mirror(const struct recipe *recipe, struct sent *all,
                      size_t count, uint64_t turns)
@@ -420,9 +426,6 @@ static struct sent *send_all(const struct recipe *recipe, size_t *count)
     for (uint32_t i = 0; i < FRAMES * LINES; i++) {
         for (unsigned k = 0; k < 2u * recipe->sensors; k++) {
             const uint32_t sensor = k / 2u;
-            const bool is_off =
-                sensor == 1 && (i < recipe->second_from ||
-                                (recipe->one_stops && i > FRAMES * LINES / 2u));
             const struct sent of = {.sort = turn,
                                     .time_ns = START_NS + 1000000 * (int64_t)i,
                                     .sensor = DRIVE_SENSOR +
@@ -432,7 +435,8 @@ static struct sent *send_all(const struct recipe *recipe, size_t *count)
                          recipe->clock + 1000u * i + 17u * sensor,
                          10u * (i % 50u), 60u + i % 7u);
             turn += 10u * line.count;
-            const bool is_gone = is_off || is_left_out(recipe, i);
+            const bool is_gone =
+                is_off(recipe, sensor, i) || is_left_out(recipe, i);
             *count += is_gone
                           ? 0
                           : send_line(recipe, &line, lacks(recipe, i) ? 1u : 0u,
