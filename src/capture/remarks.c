@@ -225,15 +225,20 @@ static bool say_order(const lum_demux_counters *counters, lum_error *out)
     return true;
 }
 
+static bool is_much(uint64_t n, const lum_demux_counters *counters)
+{
+    return n >= STRAY_MIN &&
+           n * STRAY_SHARE >= counters->packets[LUM_PACKET_DATA];
+}
+
 /* What shows that two sensors are taken for one: they disturb each other, or
- * both seem whole. */
+ * both seem whole, or the second one's data is late. */
 static bool find_mixture(const lum_demux_counters *counters,
                          const lum_demux_mixture *mixture, lum_error *out)
 {
     const uint64_t stray =
         counters->assembly.stray + counters->assembly.conflict;
-    if (stray >= STRAY_MIN &&
-        stray * STRAY_SHARE >= counters->packets[LUM_PACKET_DATA]) {
+    if (is_much(stray, counters)) {
         (void)lum_error_set(out,
                             "%" PRIu64 " packets contradict others of their "
                             "sensor or are far from its clock",
@@ -247,6 +252,14 @@ static bool find_mixture(const lum_demux_counters *counters,
                             " packets that were looked at do not fit to those "
                             "next to them in time",
                             mixture->contradicting, mixture->compared);
+        return true;
+    }
+    if (counters->out_of_order < OUT_OF_ORDER_MIN &&
+        is_much(counters->assembly.late, counters)) {
+        (void)lum_error_set(out,
+                            "%" PRIu64 " packets are late, behind newer lines "
+                            "of their sensor, and are not used",
+                            counters->assembly.late);
         return true;
     }
     return false;

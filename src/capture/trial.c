@@ -140,12 +140,12 @@ static void take_neighbour(lum_place_among *place, const lum_measure *m,
 {
     const int64_t us = lum_measure_us(m, other->clock, seen->clock);
     const uint64_t away = size_of(us) + 1u;
-    if (us >= 0 && (place->before_us == 0 || away < place->before_us)) {
-        place->before_us = away;
+    if (us >= 0 && (place->to_before == 0 || away < place->to_before)) {
+        place->to_before = away;
         place->before = other->line;
     }
-    if (us <= 0 && (place->after_us == 0 || away < place->after_us)) {
-        place->after_us = away;
+    if (us <= 0 && (place->to_after == 0 || away < place->to_after)) {
+        place->to_after = away;
         place->after = other->line;
     }
 }
@@ -182,7 +182,7 @@ lum_stand lum_place_stand(const lum_place_among *place,
     if (place->stand != LUM_STAND_FITS) {
         return place->stand;
     }
-    if (place->before_us == 0 || place->after_us == 0) {
+    if (place->to_before == 0 || place->to_after == 0) {
         return LUM_STAND_AHEAD;
     }
     return (has_clock ? is_between(seen->line, place->before, place->after)
@@ -243,9 +243,9 @@ lum_place_among lum_recent_place(const lum_recent *recent,
 static bool is_near_at_once(const lum_place_among *place, const lum_measure *m,
                             const lum_seen *seen)
 {
-    return (place->before_us == 1u &&
+    return (place->to_before == 1u &&
             is_near_line(m, seen->line, place->before)) ||
-           (place->after_us == 1u && is_near_line(m, seen->line, place->after));
+           (place->to_after == 1u && is_near_line(m, seen->line, place->after));
 }
 
 static void compare(lum_place_among *place, const lum_seen *seen,
@@ -259,13 +259,13 @@ static void compare(lum_place_among *place, const lum_seen *seen,
         return;
     }
     if (ticks <= 0 &&
-        (place->before_us == 0 || (uint64_t)-ticks < place->before_us - 1u)) {
-        place->before_us = (uint64_t)-ticks + 1u;
+        (place->to_before == 0 || (uint64_t)-ticks < place->to_before - 1u)) {
+        place->to_before = (uint64_t)-ticks + 1u;
         place->before = other->line;
     }
     if (ticks >= 0 &&
-        (place->after_us == 0 || (uint64_t)ticks < place->after_us - 1u)) {
-        place->after_us = (uint64_t)ticks + 1u;
+        (place->to_after == 0 || (uint64_t)ticks < place->to_after - 1u)) {
+        place->to_after = (uint64_t)ticks + 1u;
         place->after = other->line;
     }
 }

@@ -99,8 +99,8 @@ int64_t lum_measure_us(const lum_measure *measure, uint64_t from, uint64_t to);
 /** Where a packet stands among a sensor's: the lines next to it in time, of its
  * eye. All bytes 0: none is known. */
 typedef struct lum_place_among {
-    uint64_t before_us; /**< how far before, plus 1; 0: there is none */
-    uint64_t after_us;
+    uint64_t to_before; /**< how far its clock is, plus 1; 0: there is none */
+    uint64_t to_after;
     uint32_t before; /**< its line */
     uint32_t after;
     lum_stand stand; /**< what the lines do not decide; else LUM_STAND_FITS */

@@ -334,6 +334,29 @@ static void two_sensors_on_one_interface_are_told(void **state)
     line_us = 156;
 }
 
+/* Nothing next to its packets is remembered. */
+static void a_second_sensor_far_behind_is_told(void **state)
+{
+    const struct way first = {
+        .clock = 1000000, .interface = "eth0", .lines = 700};
+    const struct way second = {.clock = 920000,
+                               .interface = "eth0",
+                               .phase = 30,
+                               .first = 50,
+                               .begin_ns = 5000,
+                               .lines = 700};
+    struct result result;
+    (void)state;
+    send(&first);
+    send(&second);
+    run(NULL, false, &result);
+    assert_int_equal(result.sensors, 1);
+    assert_int_equal(result.mixture.contradicting, 0);
+    assert_warned(&result);
+    assert_non_null(strstr(result.remark.text, " packets are late"));
+    forget();
+}
+
 /* Its clock comes again where it was; the frame, elsewhere. */
 static void a_sensor_that_begins_anew_is_one(void **state)
 {
@@ -621,6 +644,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         FACT(two_sensors_are_two_however_alike),
         FACT(two_sensors_on_one_interface_are_told),
+        FACT(a_second_sensor_far_behind_is_told),
         FACT(a_sensor_that_begins_anew_is_one),
         FACT(repeats_are_repeats),
         FACT(late_repeats_are_late),
