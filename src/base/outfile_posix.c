@@ -490,33 +490,38 @@ static int fill_copy(lum_outfile *copy, int from, const lum_claim *mark)
     return code != 0 ? code : lum_system_sync(copy->fd);
 }
 
+/* Unless another writes the file of this name. */
+static bool may_take_name(const lum_outfile *file, lum_claim *out)
+{
+    return lum_claim_take(file->path, file->name, out, NULL) == 0 ||
+           errno != EBUSY;
+}
+
 /* Linux opens an open file once more, without a name of it. A copy that is
  * killed is removed by the next run, as any unfinished file. 0 or an errno. */
-static int make_copy(const lum_outfile *file, lum_outfile *copy)
+static int make_copy(const lum_outfile *file, const lum_claim *claim,
+                     lum_outfile *copy)
 {
     char self[64];
-    const bool has_claim = file->claim.fd >= 0;
     const int from = open(name_descriptor(file, self), O_RDONLY | O_CLOEXEC);
     if (from < 0) {
         return errno;
     }
-    if (!has_claim) {
-        (void)!lum_claim_take(file->path, file->name, &copy->claim, NULL);
-    }
-    const int code =
-        fill_copy(copy, from, has_claim ? &file->claim : &copy->claim);
+    const int code = fill_copy(copy, from, claim);
     (void)close(from);
     return code;
 }
 
-/* A link under its name, or beside it. Replaces nothing.
+/* A link under its name, or beside it. Replaces nothing, also not what another
+ * writes and gives this name later.
  * @return the link's name, to be freed; NULL with the reason in errno. */
-static char *make_link(const lum_outfile *file, const char *from)
+static char *make_link(const lum_outfile *file, bool is_name_free,
+                       const char *from)
 {
     static const char *const endings[] = {"", RECOVERED};
     const size_t room = strlen(file->path) + sizeof RECOVERED;
     char *name = malloc(room);
-    for (size_t i = 0; name != NULL && i < 2u; i++) {
+    for (size_t i = is_name_free ? 0 : 1u; name != NULL && i < 2u; i++) {
         (void)snprintf(name, room, "%s%s", file->path, endings[i]);
         if (linkat(AT_FDCWD, from, AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0) {
             return name;
@@ -528,15 +533,16 @@ static char *make_link(const lum_outfile *file, const char *from)
 
 /* Others may remove the copy, too.
  * @return the copy's name, to be freed; NULL with the reason in errno. */
-static char *copy_back(const lum_outfile *file)
+static char *copy_back(const lum_outfile *file, const lum_claim *claim,
+                       bool is_name_free)
 {
     char self[64];
     lum_outfile copy = {
         .path = file->path, .fd = -1, .grows = true, .claim = LUM_CLAIM_NONE};
     char *name = NULL;
-    int code = make_copy(file, &copy);
+    int code = make_copy(file, claim, &copy);
     if (code == 0) {
-        name = make_link(file, name_descriptor(&copy, self));
+        name = make_link(file, is_name_free, name_descriptor(&copy, self));
         code = errno;
         if (name == NULL && copy.part != NULL && is_ours(&copy)) {
             name = copy.part; /* where there are no links */
@@ -577,9 +583,14 @@ static int put_back(const lum_outfile *file, lum_error *error)
     char self[64];
     struct stat status;
     const bool has_link = fstat(file->fd, &status) == 0 && status.st_nlink > 0;
-    char *name = has_link ? make_link(file, name_descriptor(file, self))
-                          : copy_back(file);
+    lum_claim own = LUM_CLAIM_NONE;
+    const bool has_claim = file->claim.fd >= 0;
+    const bool is_free = has_claim || may_take_name(file, &own);
+    char *name =
+        has_link ? make_link(file, is_free, name_descriptor(file, self))
+                 : copy_back(file, has_claim ? &file->claim : &own, is_free);
     const int code = errno;
+    lum_claim_drop(&own);
     if (name != NULL) {
         (void)fail_put_back(file, name, error);
     } else if (has_link) {

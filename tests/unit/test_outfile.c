@@ -465,6 +465,13 @@ static void expect_lost(lum_outfile *file, const char *says)
     lum_outfile_discard(file);
 }
 
+static void expect_put_back(lum_outfile *file, const char *name)
+{
+    char says[512];
+    (void)snprintf(says, sizeof says, "put back as %s", in_directory(name));
+    expect_lost(file, says);
+}
+
 static lum_outfile open_shown(const char *name)
 {
     lum_outfile file = open_as(name, LUM_OUTFILE_GROWS);
@@ -522,7 +529,7 @@ static void a_file_that_is_removed_is_copied_back(void **state)
              file.fd);
     expect_told(&file, "removed", place);
     put(&file, " and more");
-    expect_lost(&file, in_directory("a"));
+    expect_put_back(&file, "a");
     expect_file("a", "data and more");
     assert_int_equal(stat(in_directory("a"), &status), 0);
     assert_int_equal(status.st_mode & 0777u, 0640);
@@ -544,7 +551,7 @@ static void a_large_file_is_copied_whole(void **state)
     lum_outfile file = open_shown("a");
     assert_int_equal(pwrite(file.fd, want, BYTES, 0), BYTES);
     assert_int_equal(unlink(in_directory("a")), 0);
-    expect_lost(&file, in_directory("a"));
+    expect_put_back(&file, "a");
     FILE *copy = fopen(in_directory("a"), "rb");
     assert_non_null(copy);
     assert_int_equal(fread(got, 1, sizeof got, copy), BYTES);
@@ -560,18 +567,39 @@ static void a_file_that_is_replaced_is_saved_beside_it(void **state)
     assert_int_equal(unlink(in_directory("a")), 0);
     put_file("a", "another");
     expect_told(&file, "removed", "/fd/");
-    expect_lost(&file, in_directory("a.recovered"));
+    expect_put_back(&file, "a.recovered");
     expect_file("a", "another");
     expect_file("a.recovered", "data");
     assert_int_equal(unlink(in_directory("a")), 0);
     file = open_shown("a");
     assert_int_equal(unlink(in_directory("a")), 0);
     put_file("a", "another");
-    expect_lost(&file, in_directory("a."));
+    expect_put_back(&file, "a.");
     expect_file("a", "another");
     expect_file("a.recovered", "data");
     expect_file(find_part("a."), "data");
     assert_int_equal(count_files(), 3);
+}
+
+/* Which gets its name at its end. */
+static void a_file_that_another_writes_by_now_is_saved_beside_it(void **state)
+{
+    (void)state;
+    for (int has_link = 0; has_link < 2; has_link++) {
+        lum_outfile file = open_shown("a");
+        if (has_link != 0) {
+            assert_int_equal(link(in_directory("a"), in_directory("b")), 0);
+        }
+        assert_int_equal(unlink(in_directory("a")), 0);
+        lum_outfile next = open_as("a", LUM_OUTFILE_WHOLE);
+        put(&next, "next");
+        expect_put_back(&file, "a.recovered");
+        finish(&next);
+        expect_file("a", "next");
+        expect_file("a.recovered", "data");
+        assert_int_equal(unlink(in_directory("a")), 0);
+        assert_int_equal(unlink(in_directory("a.recovered")), 0);
+    }
 }
 
 static void a_folder_that_is_removed_takes_the_data_with_it(void **state)
@@ -595,7 +623,7 @@ static void a_folder_that_is_there_again_gets_the_data(void **state)
     assert_int_equal(unlink(in_directory("day/a")), 0);
     assert_int_equal(rmdir(in_directory("day")), 0);
     assert_int_equal(mkdir(in_directory("day"), 0777), 0);
-    expect_lost(&file, in_directory("day/a"));
+    expect_put_back(&file, "day/a");
     expect_file("day/a", "data");
     assert_int_equal(unlink(in_directory("day/a")), 0);
     assert_int_equal(rmdir(in_directory("day")), 0);
@@ -630,7 +658,7 @@ static void a_file_with_another_link_gets_its_name_back(void **state)
     struct stat status;
     assert_int_equal(link(in_directory("a"), in_directory("b")), 0);
     assert_int_equal(unlink(in_directory("a")), 0);
-    expect_lost(&file, in_directory("a"));
+    expect_put_back(&file, "a");
     assert_int_equal(stat(in_directory("a"), &status), 0);
     assert_int_equal(status.st_ino, inode);
     expect_file("b", "data");
@@ -644,7 +672,7 @@ static void an_unfinished_file_that_is_removed_gets_its_name(void **state)
     put(&file, "data");
     assert_int_equal(unlink(in_directory(find_part("a."))), 0);
     expect_told(&file, ".part, where it is written, was removed", "/fd/");
-    expect_lost(&file, in_directory("a"));
+    expect_put_back(&file, "a");
     expect_file("a", "data");
     assert_int_equal(count_files(), 1);
 }
@@ -657,7 +685,7 @@ static void an_unfinished_file_that_is_removed_keeps_the_old(void **state)
     lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
     put(&file, "data");
     assert_int_equal(unlink(in_directory(find_part("a."))), 0);
-    expect_lost(&file, in_directory("a.recovered"));
+    expect_put_back(&file, "a.recovered");
     expect_file("a", "old");
     expect_file("a.recovered", "data");
 }
@@ -1155,6 +1183,7 @@ int main(void)
         FACT(a_file_that_is_removed_is_copied_back),
         FACT(a_large_file_is_copied_whole),
         FACT(a_file_that_is_replaced_is_saved_beside_it),
+        FACT(a_file_that_another_writes_by_now_is_saved_beside_it),
         FACT(a_folder_that_is_removed_takes_the_data_with_it),
         FACT(a_folder_that_is_there_again_gets_the_data),
         FACT(a_disk_without_room_keeps_no_half_copy),

@@ -252,8 +252,9 @@ LUM_MUST_CHECK int lum_capture_writer_check(const lum_capture_writer *writer,
  * datagram gets no name: it is removed, and one of that name stays as it is.
  * NULL is allowed. A file that others removed while it was written is put back
  * on Linux, by a copy if it has no other link, for as long as that takes: under
- * its name, or, if another file has that, as NAME.recovered. That is a failure
- * too.
+ * its name, as NAME.recovered if another file has that or another run writes
+ * it, or as NAME.*.part if both are taken or there are no links. That is a
+ * failure too; error says which, or that the data is lost.
  * @return 0, or -1 with the reason in error, ENOENT in errno if the file was
  *         removed or renamed; closed either way. What has no name then is
  *         removed. */

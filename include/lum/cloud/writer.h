@@ -315,16 +315,15 @@ LUM_MUST_CHECK int lum_writer_flush(lum_writer *writer, lum_error *error);
 /** Whether the file still has the name that it was given: others may remove or
  * rename it, or its directory, while it is written. Ask twice a second. Writing
  * goes on, and lum_writer_close() fails, too. On Windows nothing is looked at.
- * While the file's thread writes, the answer is that of its last look, after
- * the block before.
+ * While the file's thread is writing a block, this returns what the thread saw
+ * after the block before. It looks from the first call on.
  * @return 0, or -1 with what became of the file in error, and where its data
  *         is. */
 LUM_MUST_CHECK int lum_writer_check(lum_writer *writer, lum_error *error);
 
 /** Finish the file, wait until it is on the disk, give it its name, free the
- * writer. A file that others removed while it was written is put back on Linux,
- * by a copy if it has no other link, for as long as that takes: under its name,
- * or, if another file has that, as NAME.recovered. That is a failure too.
+ * writer. A file that others removed while it was written is put back as by
+ * lum_capture_writer_close(), which is a failure too.
  * @return 0, or -1 with the reason in error, for example that the lines differ
  *         from those of the rehearsal, or are fewer than the rows of an
  *         organised file; then no file is left. ENOENT in errno if the file was
