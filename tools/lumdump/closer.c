@@ -244,7 +244,7 @@ static int pass_on_lost(struct closer *c, lum_error *error)
     if (!c->has_lost) {
         return 0;
     }
-    if (!c->has_told_lost) {
+    if (error != NULL && !c->has_told_lost) {
         (void)take_lost(c, &first);
     }
     if (error != NULL) {

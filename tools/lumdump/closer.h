@@ -46,7 +46,7 @@ void closer_sync(struct closer *closer, int copy, const char *name);
 int closer_check(struct closer *closer, lum_error *error);
 
 /* What became of the next file that others removed or renamed. Any thread's.
- * False: no more so far. */
+ * False: none now, or somebody is in closer_wait(), which gives the first. */
 bool closer_take_lost(struct closer *closer, lum_error *out);
 
 /* Wait until all is finished; then as closer_check(), or -1 with ENOENT in

@@ -273,6 +273,7 @@ void worker_look(struct worker *worker, struct worker_view *out)
 {
     (void)pthread_mutex_lock(&worker->lock);
     *out = worker->view;
+    out->has_ended = out->has_ended && worker->lost_count == 0;
     (void)pthread_mutex_unlock(&worker->lock);
 }
 
@@ -281,7 +282,10 @@ bool worker_take_lost(struct worker *worker, lum_error *out)
     (void)pthread_mutex_lock(&worker->lock);
     const bool is_there = worker->lost_count > 0;
     if (is_there) {
-        *out = worker->lost[--worker->lost_count];
+        *out = worker->lost[0];
+        worker->lost_count--;
+        memmove(worker->lost, worker->lost + 1,
+                worker->lost_count * sizeof worker->lost[0]);
     }
     (void)pthread_mutex_unlock(&worker->lock);
     return is_there;
