@@ -37,9 +37,8 @@ struct lum_bag_reader {
     bool has_salvaged;  /* they were looked for */
     bool has_ours;      /* a connection with packets was described */
     bool has_message;   /* and one of its messages came */
-    int end; /* LUM_PCAP_GO_ON until the bag LUM_PCAP_ENDED or LUM_PCAP_FAILED
-              */
-    lum_error error;                 /* of the failure */
+    int end;            /* LUM_PCAP_GO_ON until it ended or failed */
+    lum_error error;    /* of the failure */
     uint8_t ours[CONNECTIONS / 8u];  /* a bit for each such connection */
     uint8_t known[CONNECTIONS / 8u]; /* and of any kind */
     uint8_t packet[LUM_DATAGRAM_PACKET_MAX];

@@ -2,11 +2,10 @@
 
 #include <stdlib.h>
 
-/* Which packets are compared with those next to them, which takes as long as
- * tens of others: one of so many, and of the first of so many. */
-#define COMPARED_FROM 1024u
-#define RARELY        2048u
-#define OFTEN         512u
+/* To compare a packet with those next to it takes as long as tens of others. */
+#define COMPARED_FROM 1024u /* before, too few are remembered */
+#define RARELY        2048u /* one packet of these is compared, */
+#define OFTEN         512u  /* and of these among the first LOOK_PACKETS */
 #define LOOK_PACKETS  LUM_DEMUX_LOOK_PACKETS
 
 bool lum_demux_is_doubtful(const lum_demux *demux, const lum_demux_entry *entry)

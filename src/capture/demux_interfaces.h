@@ -20,8 +20,10 @@ void lum_demux_judge_trials(lum_demux *demux, int64_t now_ns, bool is_over);
 bool lum_demux_enqueue(lum_demux *demux, const lum_record *record,
                        lum_demux_entry *entry);
 
-/** Without a name no other interface's data is compared with a sensor's: only
- * so many of so many packets are remembered, to be compared with each other. */
+/** Where a sensor's interface has no name, only the first
+ * LUM_DEMUX_LOOK_PACKETS of each LUM_DEMUX_LOOK_EVERY packets are remembered,
+ * to be compared with each other: there is no other interface's data to be
+ * compared with. */
 #define LUM_DEMUX_LOOK_PACKETS 5120u
 #define LUM_DEMUX_LOOK_EVERY   65536u
 

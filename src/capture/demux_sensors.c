@@ -4,7 +4,8 @@
 
 #include <stdlib.h>
 
-/* Compared packets that show two sensors, at least, and one of so many. */
+/* Two sensors are told if at least 3, and 1 of 8, of the packets that were
+ * compared contradict those next to them. */
 #define CONTRADICTING_MIN   3u
 #define CONTRADICTING_SHARE 8u
 
@@ -258,7 +259,7 @@ lum_measure lum_demux_measure(const lum_demux *demux)
                           o->config.reorder_lines);
 }
 
-/* What is so far behind what its sensor sent on another interface would be
+/* What is so far behind what its sensor sent on its first interface would be
  * taken for a break of the clock. */
 static bool is_late_copy(const lum_demux *demux, const lum_demux_entry *entry)
 {
@@ -290,8 +291,10 @@ lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *entry,
     if (sensor->assembly == NULL) {
         return LUM_E_SPACE;
     }
-    sensor->has_clock = true;
-    sensor->clock = demux->group.clock_raw;
+    if (entry == sensor) {
+        sensor->has_clock = true;
+        sensor->clock = demux->group.clock_raw;
+    }
     demux->current = sensor;
     demux->group_ns = time_ns;
     demux->is_pending = true;

@@ -41,8 +41,9 @@ static void note_way(lum_remarks *r, uint16_t from, uint16_t to)
 {
     size_t i = 0;
     size_t of = 0;
-    while (i < r->way_count && !(r->ways[i].from == from &&
-                                 (r->ways[i].to == to || r->ways[i].to == 0))) {
+    while (i < r->way_count &&
+           !(r->ways[i].from == from &&
+             (r->ways[i].to == to || (r->ways[i].to == 0 && to != LUM_PORT)))) {
         of += r->ways[i].from == from;
         i++;
     }
@@ -51,7 +52,7 @@ static void note_way(lum_remarks *r, uint16_t from, uint16_t to)
     }
     if (i == r->way_count) {
         r->ways[i].from = from;
-        r->ways[i].to = of < LUM_REMARKS_WAYS_OF ? to : 0;
+        r->ways[i].to = of < LUM_REMARKS_WAYS_OF || to == LUM_PORT ? to : 0;
         r->way_count++;
     }
     r->ways[i].count++;

@@ -502,6 +502,12 @@ class Port(Case):
         frames += [udp(p, sport=5601) for p in packets]  # still seen
         self.assertIn("from UDP port 5601,", run("lumdump", self.folder.write("ports.pcap", pcap(frames))).stderr)
 
+    def test_what_is_read_of_a_port_with_many_others_is_not_told(self):
+        packets = list(line([word(2000, 1)] * 20))
+        frames = [udp(p, sport=5600, dport=20000 + i) for i in range(5) for p in packets] + [udp(p, sport=5600, dport=5517) for p in packets]
+        said = run("lumdump", self.folder.write("ports.pcap", pcap(frames))).stderr
+        self.assertIn(f"{5 * len(packets)} packets of a G2 came from UDP port 5600,", said)
+
     def test_the_layout_is_found_there(self):
         plain = simulate(self.folder / "plain.pcap", "--frames", "2", "--lines", "64", "--seed", "3").read_bytes()
         made = self.folder.write("nat.pcap", plain.replace(b"\x15\x8d", b"\x15\xe0"))

@@ -504,6 +504,19 @@ static void a_sensor_that_goes_on_elsewhere_is_the_same(void **state)
     assert_two();
 }
 
+static void a_corrupt_clock_there_costs_that_packet_alone(void **state)
+{
+    const struct way a = {.interface = "eth0", .clock = 1100000, .lines = 150};
+    const struct way b = {
+        .interface = "eth1", .clock = 1100000, .from_line = 150, .lines = 400};
+    (void)state;
+    send(&a);
+    const size_t first = count;
+    send(&b);
+    all[(first + count) / 2u].bytes[22] ^= 0x04; /* 0.26 s ahead */
+    assert_as_ever();
+}
+
 /* As on an interface that shows a packet of another host. */
 static void one_packet_makes_no_sensor(void **state)
 {
@@ -651,6 +664,7 @@ int main(void)
         FACT(damaged_repeats_prove_nothing),
         FACT(a_sensor_may_be_heard_on_either_interface_in_turn),
         FACT(a_sensor_that_goes_on_elsewhere_is_the_same),
+        FACT(a_corrupt_clock_there_costs_that_packet_alone),
         FACT(one_packet_makes_no_sensor),
         FACT(without_a_clock_repeats_and_lines_tell),
         FACT(the_sensor_that_is_asked_for_is_taken_alone),
