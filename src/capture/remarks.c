@@ -278,7 +278,8 @@ static bool say_mixture(const lum_demux_counters *counters,
                         "an interface of its own, not on \"any\", into one "
                         "pcapng file: dumpcap -i eth0 -i eth1 -w out. If each "
                         "packet is there twice, editcap -w 1 IN OUT drops the "
-                        "copies",
+                        "copies; if the layout may be another one, lumdump "
+                        "--infer finds it",
                         what.text);
     return true;
 }
