@@ -183,12 +183,12 @@ class Captures(Lumsim):
         options = "--lines", 640, "--returns-max", 8, "--loss", 0.01, "--seed", 4
         alone = list(records(self.simulate(*options, name="alone.pcap")))
         lengths, at = set(), 0
-        for time, payload in records(self.simulate(*options, "--joined")):
+        for arrival, payload in records(self.simulate(*options, "--joined")):
             parts = []
             while sum(map(len, parts)) < len(payload):
                 parts.append(alone[at][1])
                 at += 1
-            self.assertEqual((b"".join(parts), alone[at - 1][0]), (payload, time))
+            self.assertEqual((b"".join(parts), alone[at - 1][0]), (payload, arrival))
             self.assertEqual({len(p) for p in parts[:-1]} - {len(parts[0])}, set())
             self.assertLessEqual(len(parts[-1]), len(parts[0]))
             self.assertLessEqual(len(payload), 65507)

@@ -230,7 +230,8 @@ def _by_lumdump(plan: _Plan) -> Summary:
     if is_url(plan.name):
         names = [plan.name.rsplit("/", 1)[0] + "/" + os.path.basename(name) for name in names]
     return Summary(source=said["source"], format=plan.format, outputs=names, frames=said["frames"], points=said["points"],
-                   bytes=size, truncated=said["truncated"], sensors=[sensor.get("name", sensor["address"]) for sensor in said["sensors"]],
+                   bytes=size, truncated=said["truncated"],
+                   sensors=[sensor.get("name", sensor["address"]) for sensor in said["sensors"]],
                    losses={cause: said[cause] for cause in LOSSES if cause in said},
                    left_out=_lumdump.left_out_of(said))
 

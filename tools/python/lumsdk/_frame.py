@@ -102,7 +102,8 @@ class _Info:
         i = sized("lum_frame_info")
         lib.lum_frame_get_info(frame, i)
         losses = {"lost_words": i.lost_words, "lines_missing_angles": i.lines_missing_angles,
-                  "lines_missing": sum(i.lines_missing), "lines_in_pauses": i.lines_in_pauses, "lines_cut": i.lines_cut, "lines_late": i.lines_late,
+                  "lines_missing": sum(i.lines_missing), "lines_in_pauses": i.lines_in_pauses, "lines_cut": i.lines_cut,
+                  "lines_late": i.lines_late,
                   "points_cut": i.points_cut, "no_angle": i.losses.no_angle, "no_range": i.losses.no_range}
         values = {name: getattr(i, name) for name in cls.__slots__[:12]}
         values.update(interface=text(i.sensor_interface), lines=tuple(i.lines), losses=losses,

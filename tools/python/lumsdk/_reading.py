@@ -294,7 +294,8 @@ class Reading:
 
     def _remarks(self) -> list[str]:
         """What is odd about the records, as lumdump says it."""
-        remarks, out = [], ffi.new("lum_error *")
+        remarks: list[str] = []
+        out = ffi.new("lum_error *")
         while lib.lum_reader_remark(self._reader, len(remarks), out):
             remarks.append(text(out.text))
         return remarks

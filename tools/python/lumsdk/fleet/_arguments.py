@@ -16,13 +16,13 @@ from ._job import LUMDUMP_FORMATS, PYTHON_FORMATS, Job, find_lumdump
 from ._names import printable
 
 # The options of lumdump that apply to a capture that becomes one file.
-VALUES = ("columns", "time", "sensor", "port", "eye", "edge", "return", "frames", "range", "box", "incomplete", "packets", "duration",
-          "smooth")
+VALUES = ("columns", "time", "sensor", "port", "eye", "edge", "return", "frames", "range", "box", "incomplete", "packets",
+          "duration", "smooth")
 FLAGS = ("ascii", "comments")
 FILES = ("calibration", "profile")
 # Those that lumsdk.convert() has, with its name for them.
-KEYWORDS = {"columns": "columns", "time": "time", "sensor": "sensor", "port": "port", "eye": "eye", "edge": "edge", "return": "returns",
-            "frames": "frames", "range": "range", "box": "box", "incomplete": "incomplete", "smooth": "smooth"}
+KEYWORDS = {"columns": "columns", "time": "time", "sensor": "sensor", "port": "port", "eye": "eye", "edge": "edge",
+            "return": "returns", "frames": "frames", "range": "range", "box": "box", "incomplete": "incomplete", "smooth": "smooth"}
 
 EMPTY_PCAP = bytes.fromhex("d4c3b2a1020004000000000000000000ffff000001000000")
 # Those that only it has.
@@ -64,8 +64,9 @@ Machines:
 
 As lumdump has them, see lumdump --help:
       --ascii --comments --columns NAMES --time sensor|utc|arrival
-      --sensor ADDRESS --port N --eye blue|green|both --edge rising|falling|both
-      --return all|first|last|strongest|N --frames A:B --range MIN:MAX
+      --sensor ADDRESS --port N --eye blue|green|both
+      --edge rising|falling|both --return all|first|last|strongest|N
+      --frames A:B --range MIN:MAX
       --box XMIN:XMAX,YMIN:YMAX,ZMIN:ZMAX --incomplete keep|drop
       --packets lines|all --duration SECONDS --smooth WINDOW[:ORDER]
       --calibration FILE --profile FILE --set KEY=VALUE

@@ -133,7 +133,8 @@ class Summary:
         self.truncated += bool(record.get("truncated"))
         self.left_out += record.get("left_out") or 0
         self.other_versions += record["version"] != version
-        lost = {name: record[name] for name in LOSSES if record.get(name) and not name.endswith("under_way") and name not in _NO_LOSSES}
+        lost = {name: record[name] for name in LOSSES
+                if record.get(name) and not name.endswith("under_way") and name not in _NO_LOSSES}
         self.lossy += bool(lost)
         self.losses.update(lost)
 
