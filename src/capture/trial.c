@@ -135,18 +135,17 @@ static bool is_within_line(const lum_measure *m, const lum_seen *a,
     return size_of(lum_measure_us(m, a->clock, b->clock)) <= m->line_span_us;
 }
 
-static void take_neighbour(lum_place_among *place, const lum_measure *m,
-                           const lum_seen *seen, const lum_seen *other)
+/* ahead: how far the one that is looked at is ahead of a line, by its clock. */
+static void take_neighbour(lum_place_among *place, uint32_t line, int64_t ahead)
 {
-    const int64_t us = lum_measure_us(m, other->clock, seen->clock);
-    const uint64_t away = size_of(us) + 1u;
-    if (us >= 0 && (place->to_before == 0 || away < place->to_before)) {
+    const uint64_t away = size_of(ahead) + 1u;
+    if (ahead >= 0 && (place->to_before == 0 || away < place->to_before)) {
         place->to_before = away;
-        place->before = other->line;
+        place->before = line;
     }
-    if (us <= 0 && (place->to_after == 0 || away < place->to_after)) {
+    if (ahead <= 0 && (place->to_after == 0 || away < place->to_after)) {
         place->to_after = away;
-        place->after = other->line;
+        place->after = line;
     }
 }
 
@@ -160,7 +159,8 @@ static void look(lum_place_among *place, const lum_measure *m,
     if (is_same_place(seen, other)) {
         place->stand = LUM_STAND_ELSEWHERE;
     }
-    take_neighbour(place, m, seen, other);
+    take_neighbour(place, other->line,
+                   lum_measure_us(m, other->clock, seen->clock));
 }
 
 static bool is_near_line(const lum_measure *m, uint32_t a, uint32_t b)
@@ -258,16 +258,7 @@ static void compare(lum_place_among *place, const lum_seen *seen,
         }
         return;
     }
-    if (ticks <= 0 &&
-        (place->to_before == 0 || (uint64_t)-ticks < place->to_before - 1u)) {
-        place->to_before = (uint64_t)-ticks + 1u;
-        place->before = other->line;
-    }
-    if (ticks >= 0 &&
-        (place->to_after == 0 || (uint64_t)ticks < place->to_after - 1u)) {
-        place->to_after = (uint64_t)ticks + 1u;
-        place->after = other->line;
-    }
+    take_neighbour(place, other->line, -ticks);
 }
 
 /* With newer packets (step -1) or older ones (1): all that have one clock, or

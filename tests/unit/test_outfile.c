@@ -602,13 +602,19 @@ static void a_file_that_another_writes_by_now_is_saved_beside_it(void **state)
     }
 }
 
+static lum_outfile open_in_removed_folder(void)
+{
+    assert_int_equal(mkdir(in_directory("day"), 0777), 0);
+    const lum_outfile file = open_shown("day/a");
+    assert_int_equal(unlink(in_directory("day/a")), 0);
+    assert_int_equal(rmdir(in_directory("day")), 0);
+    return file;
+}
+
 static void a_folder_that_is_removed_takes_the_data_with_it(void **state)
 {
     (void)state;
-    assert_int_equal(mkdir(in_directory("day"), 0777), 0);
-    lum_outfile file = open_shown("day/a");
-    assert_int_equal(unlink(in_directory("day/a")), 0);
-    assert_int_equal(rmdir(in_directory("day")), 0);
+    lum_outfile file = open_in_removed_folder();
     expect_told(&file, "removed", "/fd/");
     expect_lost(&file, "its data is lost, as it could not be put back: No such "
                        "file or directory");
@@ -618,10 +624,7 @@ static void a_folder_that_is_removed_takes_the_data_with_it(void **state)
 static void a_folder_that_is_there_again_gets_the_data(void **state)
 {
     (void)state;
-    assert_int_equal(mkdir(in_directory("day"), 0777), 0);
-    lum_outfile file = open_shown("day/a");
-    assert_int_equal(unlink(in_directory("day/a")), 0);
-    assert_int_equal(rmdir(in_directory("day")), 0);
+    lum_outfile file = open_in_removed_folder();
     assert_int_equal(mkdir(in_directory("day"), 0777), 0);
     expect_put_back(&file, "day/a");
     expect_file("day/a", "data");

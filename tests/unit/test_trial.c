@@ -334,6 +334,18 @@ static void two_sensors_on_one_interface_are_told(void **state)
     line_us = 156;
 }
 
+/* Two that come on one interface, and are no mixture by what is compared. */
+static void run_as_one(const struct way *first, const struct way *second,
+                       struct result *out)
+{
+    send(first);
+    send(second);
+    run(NULL, false, out);
+    assert_int_equal(out->sensors, 1);
+    assert_int_equal(out->mixture.contradicting, 0);
+    forget();
+}
+
 /* Nothing next to its packets is remembered. */
 static void a_second_sensor_far_behind_is_told(void **state)
 {
@@ -347,14 +359,9 @@ static void a_second_sensor_far_behind_is_told(void **state)
                                .lines = 700};
     struct result result;
     (void)state;
-    send(&first);
-    send(&second);
-    run(NULL, false, &result);
-    assert_int_equal(result.sensors, 1);
-    assert_int_equal(result.mixture.contradicting, 0);
+    run_as_one(&first, &second, &result);
     assert_warned(&result);
     assert_non_null(strstr(result.remark.text, " packets are late"));
-    forget();
 }
 
 /* Its clock comes again where it was; the frame, elsewhere. */
@@ -370,12 +377,7 @@ static void a_sensor_that_begins_anew_is_one(void **state)
                                .lines = 600};
     struct result result;
     (void)state;
-    send(&first);
-    send(&second);
-    run(NULL, false, &result);
-    assert_int_equal(result.sensors, 1);
-    assert_int_equal(result.mixture.contradicting, 0);
-    forget();
+    run_as_one(&first, &second, &result);
 }
 
 /* A copy of each packet of eth0, so much later. */

@@ -476,22 +476,26 @@ static int link_found(const disk_place *from, const disk_place *to)
     return code;
 }
 
+/* Give what was found at one place a name at another. The source is dropped. */
+static int name_at(disk_place *source, const char *to,
+                   int (*act)(const disk_place *from, const disk_place *to))
+{
+    disk_place target;
+    int code = find(to, DISK_NAMES, &target);
+    if (code == 0) {
+        code = act(source, &target);
+        disk_place_drop(&target);
+    }
+    disk_place_drop(source);
+    return code;
+}
+
 static int make_link(const char *from, const char *to)
 {
     disk_place source;
-    disk_place target;
     int code = pass(to, WORLD_DISK_RENAME);
     code = code != 0 ? code : find_there(from, DISK_STAYS, &source);
-    if (code != 0) {
-        return code;
-    }
-    code = find(to, DISK_NAMES, &target);
-    if (code == 0) {
-        code = link_found(&source, &target);
-        disk_place_drop(&target);
-    }
-    disk_place_drop(&source);
-    return code;
+    return code != 0 ? code : name_at(&source, to, link_found);
 }
 
 /* Only of paths that are absolute or begin where the process is; what is linked
@@ -577,19 +581,9 @@ static int move_found(const disk_place *from, const disk_place *to)
 static int move(const char *from, const char *to)
 {
     disk_place source;
-    disk_place target;
     int code = pass(from, WORLD_DISK_RENAME);
     code = code != 0 ? code : find(from, DISK_NAMES, &source);
-    if (code != 0) {
-        return code;
-    }
-    code = find(to, DISK_NAMES, &target);
-    if (code == 0) {
-        code = move_found(&source, &target);
-        disk_place_drop(&target);
-    }
-    disk_place_drop(&source);
-    return code;
+    return code != 0 ? code : name_at(&source, to, move_found);
 }
 
 int world_call_rename(const char *from, const char *to)
