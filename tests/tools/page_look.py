@@ -80,16 +80,20 @@ class Look(unittest.TestCase):
         page.call("Page.navigate", url=place["url"])
         return page
 
+    def wait_for(self, page, what, why):
+        end = time.monotonic() + PATIENCE_S
+        while not page.value(what):
+            self.assertLess(time.monotonic(), end, f"{why}: {page.complaints}")
+            time.sleep(0.1)
+
     def test_the_page_shows_every_point_and_complains_of_nothing(self):
         page = self.open()
-        end = time.monotonic() + PATIENCE_S
-        while not page.value("window.lumview?.shown > 0 && window.lumview.pictures > 0"):
-            self.assertLess(time.monotonic(), end, f"no picture came: {page.complaints}")
-            time.sleep(0.1)
+        self.wait_for(page, "window.lumview?.shown > 0 && window.lumview.pictures > 0", "no picture came")
         frame = page.value("window.lumview.frame")
         counted = summary(self.capture, "--frames", f"{frame}:{frame}")
         self.assertEqual(page.value("window.lumview.counts().rising"), counted["points"])
-        self.assertEqual(page.value("window.lumview.drawn"), counted["points"])
+        # a slow machine draws fewer until the page has been at rest for a while
+        self.wait_for(page, f"window.lumview.drawn === {counted['points']}", "not every point was drawn")
         self.assertEqual(page.complaints, [])
 
 
