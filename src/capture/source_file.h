@@ -17,6 +17,10 @@ int lum_source_file_open(const char *path);
 int64_t lum_source_file_read(int fd, void *buffer, size_t room,
                              lum_error *error);
 
+/* The same, of a regular file, from a place that no other process moves. */
+int64_t lum_source_file_read_at(int fd, uint64_t offset, void *buffer,
+                                size_t room, lum_error *error);
+
 /* Whether there is something to read, or a failure to be told; false: not in
  * this time. A signal ends the waiting. */
 bool lum_source_file_wait(int fd, int ms);

@@ -32,6 +32,13 @@ int64_t lum_source_file_read(int fd, void *buffer, size_t room,
     return got >= 0 ? got : lum_error_set(error, "%s", strerror(errno));
 }
 
+int64_t lum_source_file_read_at(int fd, uint64_t offset, void *buffer,
+                                size_t room, lum_error *error)
+{
+    const ssize_t got = pread(fd, buffer, room, (off_t)offset);
+    return got >= 0 ? got : lum_error_set(error, "%s", strerror(errno));
+}
+
 bool lum_source_file_wait(int fd, int ms)
 {
     struct pollfd look = {.fd = fd, .events = POLLIN};

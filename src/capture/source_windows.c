@@ -30,6 +30,14 @@ int64_t lum_source_file_read(int fd, void *buffer, size_t room,
     return got >= 0 ? got : lum_error_set(error, "%s", strerror(errno));
 }
 
+int64_t lum_source_file_read_at(int fd, uint64_t offset, void *buffer,
+                                size_t room, lum_error *error)
+{
+    return lum_source_file_seek(fd, offset, error) == 0
+               ? lum_source_file_read(fd, buffer, room, error)
+               : -1;
+}
+
 /* Pipes cannot be waited for here, so they are looked at again and again. */
 bool lum_source_file_wait(int fd, int ms)
 {

@@ -147,7 +147,7 @@ def test_a_message_does_not_have_a_whole_capture(path):
 
 def test_a_url_without_fsspec_says_what_to_install(path, monkeypatch):
     monkeypatch.setitem(sys.modules, "fsspec", None)
-    with pytest.raises(lumsdk.OptionError, match=r"pip install lumsdk\[url\]"):
+    with pytest.raises(lumsdk.OptionError, match=r"in a clone of lumsdk, pip install '\.\[url\]'"):
         lumsdk.open(f"s3://bucket/{path.name}")
 
 
@@ -426,13 +426,110 @@ def test_a_closed_source_says_so(path, frames):
     assert repr(source) == f"<Source {path}: closed>"
 
 
-def test_a_source_is_not_sent_to_another_process(path):
-    with pytest.raises(TypeError, match="its frames can be sent"):
-        pickle.dumps(lumsdk.open(path))
+# --- Processes ---
+
+
+@pytest.fixture(scope="module")
+def drive(make_capture):
+    return make_capture("-n", 24, "--lines", 64, "--seed", 6, name="long.pcap")
+
+
+_ours = {}  # what a worker that was forked finds
+
+
+def find(place):
+    """A frame of the source that the workers got as they were forked."""
+    return _ours["source"][place]
+
+
+def take(source_and_place):
+    source, place = source_and_place
+    return source[place], len(source)
+
+
+def go_on():
+    return next(_ours["iteration"])
+
+
+def check_forked(source, want):
+    """Frames that are sought at random by forked workers, while this process reads on, are those of the drive."""
+    _ours["source"], _ours["iteration"] = source, iter(source)
+    source[7]
+    assert next(_ours["iteration"]) == want[0]
+    places = [i * 7 % len(want) for i in range(4 * len(want))]
+    with multiprocessing.get_context("fork").Pool(4) as pool:
+        asked = pool.map_async(find, places, chunksize=1)
+        assert [source[i] for i in reversed(range(len(want)))] == want[::-1]
+        assert list(_ours["iteration"]) == want[1:]
+        assert asked.get(PATIENCE_S) == [want[i] for i in places]
+        with pytest.raises(lumsdk.Error, match="began before this process was forked.*begin one here"):
+            pool.apply(go_on)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing is forked here")
+def test_forked_workers_give_right_frames(drive):
+    want = list(lumsdk.open(drive))
+    content = drive.read_bytes()
+    with open(drive, "rb") as file, open(drive, "rb", buffering=0) as raw:
+        for given in (drive, [drive], content, io.BytesIO(content), file, raw):
+            with lumsdk.open(given) as source:
+                check_forked(source, want)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing is forked here")
+def test_a_file_object_that_two_processes_would_move_is_refused(drive, tmp_path):
+    gone = tmp_path / "gone.pcap"
+    gone.write_bytes(drive.read_bytes())
+    packed = tmp_path / "drive.gz"
+    packed.write_bytes(gzip.compress(drive.read_bytes(), 1))
+    with open(gone, "rb") as removed, gzip.open(packed) as unpacked:
+        gone.unlink()
+        for file in removed, unpacked:
+            with lumsdk.open(file) as source:
+                _ours["source"] = source
+                with multiprocessing.get_context("fork").Pool(1) as pool, \
+                        pytest.raises(lumsdk.Error, match="before this process was forked.*open it in this process, or give a path"):
+                    pool.apply(find, (0,))
+
+
+def test_a_source_of_paths_or_urls_is_sent_to_another_process(drive, tmp_path, monkeypatch):
+    want = list(lumsdk.open(drive, columns=["x", "range"], profile=lumsdk.Profile(), eye="blue"))
+    monkeypatch.chdir(drive.parent)
+    source = lumsdk.open(drive.name, columns=iter(["x", "range"]), profile=lumsdk.Profile(), eye="blue")
+    monkeypatch.chdir(tmp_path)
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        assert pool.apply(take, ((source, 3),)) == (want[3], len(want))
+    assert list(pickle.loads(pickle.dumps(lumsdk.open([drive])[5:7]))) == list(lumsdk.open(drive)[5:7])
+
+
+def test_a_url_is_sent_to_another_process(drive):
+    pytest.importorskip("fsspec")
+    want = list(lumsdk.open(drive))
+    with lumsdk.open(f"file://{drive}") as source:
+        assert pickle.loads(pickle.dumps(source))[3] == want[3]
+        if hasattr(os, "fork"):
+            check_forked(source, want)
+
+
+def test_a_source_of_other_things_is_not_sent_to_another_process(path, content):
+    for given in content, io.BytesIO(content):
+        with pytest.raises(TypeError, match="from paths or URLs.*its frames can be sent"):
+            pickle.dumps(lumsdk.open(given))
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         (sent, *_) = lumsdk.open(path)
         assert pool.apply(operator.attrgetter("info"), (sent,)) == sent.info
         assert pool.apply(operator.itemgetter("x"), (sent,)).tobytes() == sent["x"].tobytes()
+
+
+def test_a_source_has_a_length(path, content, frames):
+    with lumsdk.open(path) as source:
+        assert len(source) == 5 and source and len(source[1:]) == 4
+    with lumsdk.open(content, frames=(10 ** 9, None)) as none:
+        assert len(none) == 0 and none
+    with lumsdk.open(Reads(content)) as once:
+        with pytest.raises(TypeError, match="read only once"):
+            len(once)
+        assert list(once) == frames
 
 
 def test_losses_grow_as_it_is_read(path):
@@ -469,7 +566,7 @@ def test_late_lines_are_in_no_frame_and_in_no_count_of_points(make_capture):
 def test_progress_and_the_hint_of_its_length(path, content):
     told = []
     source = lumsdk.open(path, progress=lambda done, total: told.append((done, total)))
-    assert operator.length_hint(source) == 0
+    assert source.__length_hint__() == 0
     iterator = iter(source)
     next(iterator)
     assert 2 <= operator.length_hint(source) <= 10

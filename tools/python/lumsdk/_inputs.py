@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Optional
 
 from ._c import ffi, lib, sized, text
-from ._errors import CaptureError, Error, OptionError
+from ._errors import CaptureError, Error, OptionError, install
 
 RIGHT = ('right is a path, a pattern such as "drive-*.pcap", a list of paths, the bytes of a capture, a binary file '
          "object or a URL")
@@ -131,6 +131,13 @@ class Input:
     """A source of bytes that readers can be opened on."""
 
     name: str
+    given: Any = None
+    """What open() needs to read the same in any process; None: it cannot."""
+    can_reopen = True
+    """Whether it can be read more than once."""
+
+    def begin_anew(self) -> None:
+        """In a process that was forked: share no place in a file with the one before."""
 
     def ask(self) -> Any:
         """An open capture for its comments, as by ffi.gc(); None: there is none that can be asked."""
@@ -158,6 +165,7 @@ class Files(Input):
         self.paths = [os.fsdecode(path) for path in paths]
         more = len(paths) - 1
         self.name = f"{self.paths[0]} and {more} more" if more else self.paths[0]
+        self.given = [os.path.abspath(path) for path in self.paths]
         self._check_twice()
 
     def _check_twice(self) -> None:
@@ -221,6 +229,21 @@ class Memory(Input):
         return {"source": self._source()}, None
 
 
+def _open_again(file: Any) -> Any:
+    """The file that a file object reads, opened once more; None: it is not known, or another one has its name."""
+    name = getattr(file, "name", None)
+    if not isinstance(file, (io.BufferedReader, io.FileIO)) or not isinstance(name, (str, bytes)):
+        return None
+    try:
+        again = open(name, "rb")
+        if os.path.samestat(os.fstat(again.fileno()), os.fstat(file.fileno())):
+            return again
+        again.close()
+    except (OSError, ValueError):
+        pass
+    return None
+
+
 class Stream(Input):
     """A file object. One that cannot seek is read once: the capture that was asked for its comments is read on."""
 
@@ -230,6 +253,23 @@ class Stream(Input):
         self._shared = _Shared(file, name)
         self._opened: Optional[tuple[Any, Functions]] = None
         self._used = False
+
+    @property
+    def can_reopen(self) -> bool:  # type: ignore[override]
+        """A file that can seek is read again from its start."""
+        return self._shared.start is not None
+
+    def begin_anew(self) -> None:
+        """A file of the disk is opened by its name; a place that two processes move gives wrong bytes in silence."""
+        shared = self._shared
+        if isinstance(shared.file, io.BytesIO):  # this process has a copy
+            return
+        file = _open_again(shared.file) if shared.start is not None else None
+        if file is None:
+            raise Error(f"{self.name}: it was opened before this process was forked, and reading it in both would mix its "
+                        "bytes: open it in this process, or give a path")
+        file.seek(shared.start)
+        self._files, self._shared = [file], _Shared(file, self.name)
 
     def _share(self) -> _Shared:
         """The file object for a reading."""
@@ -288,6 +328,14 @@ class Opened(Stream):
         super().__init__(opener(), name, True)
         self._opener = opener
 
+    can_reopen = True  # type: ignore[assignment]
+
+    def begin_anew(self) -> None:
+        """The file object before stays that of the other process."""
+        self._files = [self._opener()]
+        self._shared = _Shared(self._files[0], self.name)
+        self._used = False
+
     def _share(self) -> _Shared:
         if self._used and self._shared.start is None:
             self._files.append(self._opener())
@@ -306,7 +354,7 @@ def _fsspec(url: str) -> Any:
     try:
         import fsspec  # type: ignore[import-untyped,unused-ignore]
     except ImportError:
-        raise OptionError(f"{url}: a URL needs fsspec: pip install lumsdk[url]") from None
+        raise OptionError(f"{url}: a URL needs fsspec: {install('url')}") from None
     return fsspec
 
 
@@ -331,13 +379,17 @@ def _open_url(url: str) -> Input:
         if not files:
             raise CaptureError(f"{url}: no file has such a name")
         if len(files) > 1:
-            return Files(_fetch(url))
+            fetched = Files(_fetch(url))
+            fetched.given = url
+            return fetched
 
         def opener() -> Any:
             with _of_url(url):
-                return files[0].open()
+                return _fsspec(url).open_files(url, "rb")[0].open()
 
-        return Opened(opener, url)
+        made = Opened(opener, url)
+        made.given = url
+        return made
 
 
 def _fetch(url: str) -> list[str]:

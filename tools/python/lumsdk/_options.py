@@ -6,7 +6,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union, cast
 
 from ._c import ffi, lib, sized
 from ._errors import OptionError
@@ -294,6 +294,12 @@ class Choice:
         self.drops_incomplete = bool(_word("incomplete", options.get("incomplete", "keep")))
         self.threads = _threads(options.get("threads"))
         self.view = self._view(options)
+
+    def to_give(self) -> Options:
+        """The options, for the same choice where files of settings may be elsewhere."""
+        named = {"calibration": (self.names_calibration, self.calibration), "profile": (self.names_profile, self.profile)}
+        made = {**self.given, **{name: value for name, (is_named, value) in named.items() if is_named}}
+        return cast("Options", {**made, "progress": self.progress} if self.progress is not None else made)
 
     def _settings(self, options: Mapping[str, Any]) -> tuple[Calibration, Profile]:
         """Those that are named, without what set= has on top."""

@@ -1,8 +1,10 @@
 """One pass over a capture, from its start."""
 from __future__ import annotations
 
+import os
 import threading
 import time
+import weakref
 from typing import TYPE_CHECKING, Any, Optional
 
 from ._c import ffi, lib, sized, text
@@ -124,8 +126,21 @@ class _Watch:
             raise problem
 
 
+_all: weakref.WeakSet[Reading] = weakref.WeakSet()
+
+
+def _leave_all() -> None:
+    """In a process that was forked."""
+    for reading in list(_all):
+        reading.leave()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_leave_all)
+
+
 class Reading:
-    """One pass, used by one thread at a time."""
+    """One pass, used by one thread at a time, in the process that began it."""
 
     def __init__(self, source: Input, choice: Choice, settings: tuple[Calibration, Profile]) -> None:
         self._choice, self._name = choice, source.name
@@ -139,6 +154,7 @@ class Reading:
         self.frames = 0
         self.place: Optional[int] = 0  # of the frame that comes next; None: not known
         self.was_sought = False
+        self.was_left = False  # this process was forked from the one that reads
         self.was_stopped = False  # by Ctrl-C, what the program's functions raised, or a failure: it cannot be used any more
         self._kept: list[Any] = []
         framer, kept = choice.framer_options(*settings)
@@ -148,6 +164,15 @@ class Reading:
         self.can_jump = "records" not in members
         self._capture = None if self.can_jump else ffi.cast("lum_capture *", members["records"].context)
         self._open(framer, members)
+        _all.add(self)
+
+    def leave(self) -> None:
+        """What a process that was forked does not have: threads, and a place of its own in files. So nothing is closed."""
+        if self._reader is not None:
+            ffi.gc(self._reader, None)
+            self._reader = None
+            self.was_left = self.was_stopped = True
+        self._busy = threading.Lock()
 
     def _open(self, framer: Any, members: dict[str, Any]) -> None:
         reader = ffi.new("lum_reader **")
@@ -177,6 +202,9 @@ class Reading:
                         "open a source for each thread")
 
     def _check_open(self) -> None:
+        if self.was_left:
+            raise Error(f"{self._name}: this iteration began before this process was forked, and goes on in the other one; "
+                        "begin one here")
         if self._reader is None:
             raise ClosedError(f"{self._name}: the source is closed; open it again to read it")
 

@@ -92,6 +92,16 @@ class Source:
     def _check_open(self) -> None:
         if self._closed:
             raise ClosedError(f"{self.name}: the source is closed; open it again to read it")
+        self._now()
+
+    def _now(self) -> Reading:
+        """The latest iteration of this process."""
+        if self._latest.was_left and not self._closed:
+            self._input.begin_anew()
+            self._readings = weakref.WeakSet()
+            self._jumper = None
+            self._latest = self._ready = self._read()
+        return self._latest
 
     def _note_end(self, reading: Reading) -> None:
         if not reading.was_sought:
@@ -110,8 +120,18 @@ class Source:
         """About how many frames there are. It is exact once all were read, and 0 while nothing is known."""
         if self._frame_count is not None:
             return self._frame_count
-        done, total = self._latest.progress()
-        return self._latest.frames * total // done if done else 0
+        latest = self._now()
+        done, total = latest.progress()
+        return latest.frames * total // done if done else 0
+
+    def __len__(self) -> int:
+        """How many frames there are: all are found, as by index(). TypeError if it can be read only once."""
+        if not self._input.can_reopen:
+            raise TypeError(f"{self.name}: it can be read only once, so how many frames it has is known only at the end")
+        return self.index()
+
+    def __bool__(self) -> bool:
+        return True
 
     @overload
     def __getitem__(self, index: int) -> Frame: ...
@@ -237,7 +257,7 @@ class Source:
 
         points are those that frames have, or had if an iteration gives only some of them.
         """
-        return dict(self._latest.count().counts)
+        return dict(self._now().count().counts)
 
     @property
     def losses(self) -> dict[str, int]:
@@ -248,28 +268,28 @@ class Source:
         lines_missing_angles, lost_words, no_angle and lines_missing that are no losses: they come from lines and frames
         that were under way when the recording began or ended. stray_at_breaks is the part of stray that is in pauses.
         """
-        counts = self._latest.count().counts
+        counts = self._now().count().counts
         return {name: counts[name] for name in LOSSES}
 
     @property
     def paused_s(self) -> float:
         """How long no lines came, in all pauses that losses["pauses"] counts so far in the latest iteration."""
-        return self._latest.count().paused_s
+        return self._now().count().paused_s
 
     @property
     def sensors(self) -> list[str]:
         """The sensors that sent data so far in the latest iteration, as Frame.sensor names them, such as "10.42.0.37"."""
-        return list(self._latest.count().sensors)
+        return list(self._now().count().sensors)
 
     @property
     def progress(self) -> tuple[int, int]:
         """Bytes that the latest iteration has read, and all of them; 0: not known."""
-        return self._latest.progress()
+        return self._now().progress()
 
     @property
     def truncated(self) -> bool:
         """Whether the latest iteration found that the capture breaks off before its end."""
-        return self._latest.truncated
+        return self._now().truncated
 
     @property
     def closed(self) -> bool:
@@ -279,13 +299,18 @@ class Source:
     def __repr__(self) -> str:
         if self._closed:
             return f"<Source {self.name}: closed>"
-        frames = f"{self._latest.frames} frames read"
-        done, total = self._latest.progress()
+        latest = self._now()
+        frames = f"{latest.frames} frames read"
+        done, total = latest.progress()
         return f"<Source {self.name}: {frames}" + (f", {100 * done // total} %>" if total else ">")
 
     def __reduce__(self) -> Any:
-        raise TypeError(f"{self.name}: an open source cannot be sent to another process, or copied: open it there; its "
-                        "frames can be sent")
+        """Opened again, with the same options, wherever the files or URLs that it was opened with can be read."""
+        given = self._input.given
+        if given is None:
+            raise TypeError(f"{self.name}: only a source that was opened from paths or URLs can be sent to another process, or "
+                            "copied: open this one there; its frames can be sent")
+        return _reopen, (given, self._choice.to_give())
 
     # Its end.
 
@@ -353,6 +378,11 @@ class Selection(Sequence[Frame]):
     def __repr__(self) -> str:
         known = f"{len(self)} frames" if self._found is not None else "frames"
         return f"<Selection of {self._source.name}: {known}>"
+
+
+def _reopen(given: Given, options: Options) -> Source:
+    """A source that was pickled."""
+    return open(given, **options)
 
 
 def _place(index: Any) -> int:
