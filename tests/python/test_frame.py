@@ -130,8 +130,7 @@ def test_a_grid_tells_what_is_wrong(frame, arguments, kind, said):
 
 def test_a_column_that_is_not_there_is_told(path):
     (frame, *_) = lumsdk.open(path, columns="x")
-    for name, said in [("range", "name it in columns="), ("colour", "there is no column 'colour'; there are x, y"),
-                       (3, "there is no column 3")]:
+    for name, said in [("range", "name it in columns="), ("colour", "there is no column 'colour'; there are x, y")]:
         with pytest.raises(KeyError, match=said):
             frame[name]
     with pytest.raises(KeyError, match="no column 'y'"):
@@ -141,6 +140,21 @@ def test_a_column_that_is_not_there_is_told(path):
 
 
 @pytest.fixture(scope="module")
+def test_what_is_no_array_of_a_frame_says_what_is(frame):
+    for key in 3, slice(2), frame["range"] > 2, [0, 1]:
+        with pytest.raises(TypeError, match=r'as frame\["x"\]\[mask\], from frame.xyz\[mask\].*frame.to_structured\(\)\[mask\]'):
+            frame[key]
+    for call in np.asarray, np.array, np.mean:
+        with pytest.raises(TypeError, match=r"frame.xyz has the coordinates, \(n, 3\), frame.to_structured\(\) all columns"):
+            call(frame)
+
+
+def test_a_frame_is_no_argument_of_a_table(frame):
+    pandas = pytest.importorskip("pandas")
+    with pytest.raises(TypeError, match="frame.to_pandas"):
+        pandas.DataFrame(frame)
+
+
 def exact():
     """A capture with a drift of 50 ppm and exact stamps in nanoseconds."""
     return lumsdk.simulate(frames=80, returns_max=1, drift=50)

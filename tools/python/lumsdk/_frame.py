@@ -255,7 +255,10 @@ class Frame:
             return self._arrays[name]
         except (KeyError, TypeError):
             pass
-        if self._c is None or not isinstance(name, str) or name not in _NUMBERS:
+        if not isinstance(name, str):
+            raise TypeError(f"frame[...] takes a column's name, not {type(name).__name__}; points are taken from columns, as "
+                            'frame["x"][mask], from frame.xyz[mask], or with all columns from frame.to_structured()[mask]')
+        if self._c is None or name not in _NUMBERS:
             raise self._refuse(name)
         address = self._address(name)
         if not address:
@@ -383,6 +386,11 @@ class Frame:
             out[number, pixels[kept], rank[kept]] = self[column][part][kept]
 
     # Into other forms.
+
+    def __array__(self, *_: Any, **__: Any) -> Array:
+        """A frame is several columns: each way to make one array or table of them has a name."""
+        raise TypeError("a frame is no single array: frame.xyz has the coordinates, (n, 3), frame.to_structured() all columns, "
+                        'frame["x"] one of them, and frame.to_pandas() and frame.to_arrow() make a table')
 
     def to_dict(self) -> dict[str, Array]:
         """Its columns by their names, as views."""
