@@ -275,7 +275,7 @@ class TestRefusals:
     def test_without_ray_the_extra_is_named(self):
         code = "import sys; sys.modules['ray'] = None; import lumsdk.ray"
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-        assert 'pip install "lumsdk[ray]"' in done.stderr and "ImportError" in done.stderr
+        assert "pip install '.[ray]'" in done.stderr and "ImportError" in done.stderr
 
 
 # --- Where something fails ---

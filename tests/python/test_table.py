@@ -141,10 +141,10 @@ def test_a_preset_has_its_own_columns(frame):
 
 def test_a_missing_library_is_named_with_its_extra(frame, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    with pytest.raises(lumsdk.Error, match=r"pyarrow is missing: pip install lumsdk\[parquet\]"):
+    with pytest.raises(lumsdk.Error, match=r"pyarrow is missing: in a clone of lumsdk, pip install '\.\[parquet\]'"):
         frame.to_arrow()
     monkeypatch.setitem(__import__("sys").modules, "pandas", None)
-    with pytest.raises(lumsdk.Error, match=r"pandas is missing: pip install lumsdk\[pandas\]"):
+    with pytest.raises(lumsdk.Error, match=r"pandas is missing: in a clone of lumsdk, pip install '\.\[pandas\]'"):
         frame.to_pandas()
 
 

@@ -48,6 +48,11 @@ class CaptureWarning(UserWarning):
     """A capture can be read, but something of it is not as it should be."""
 
 
+def install(extra: str) -> str:
+    """How to get what an extra of this package needs. No registry has lumsdk: what has its name there is not ours."""
+    return f"in a clone of lumsdk, pip install '.[{extra}]'"
+
+
 _FOLDER = os.path.dirname(__file__) + os.sep
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, ClassVar, Optional, Union
 
 import numpy as np
 
-from ._errors import Error, OptionError
+from ._errors import Error, OptionError, install
 from ._table import Array, Layout, about_frame, arrow_batch, arrow_schema, extra, value
 from ._target import Target, UrlTarget
 
@@ -210,7 +210,7 @@ class Parquet(Writer):
         super().__init__(job)
         pq = extra("pyarrow.parquet", "parquet")
         if not hasattr(pq.ParquetWriter, "add_key_value_metadata"):
-            raise Error("pyarrow is too old: 16 or later is needed: pip install -U lumsdk[parquet]")
+            raise Error(f"pyarrow is too old, 16 or later is needed: {install('parquet')}")
         self._schema = arrow_schema(job.layout, job.about.metadata())
         self._writer = pq.ParquetWriter(self._file, self._schema, compression=job.compression or "zstd")
         self._frames: list[str] = []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 import numpy as np
 
-from ._errors import Error, OptionError
+from ._errors import Error, OptionError, install
 
 if TYPE_CHECKING:
     from ._frame import Frame
@@ -251,7 +251,7 @@ def extra(module: str, name: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        raise Error(f"{module.split('.')[0]} is missing: pip install lumsdk[{name}]") from error
+        raise Error(f"{module.split('.')[0]} is missing: {install(name)}") from error
 
 
 def about_frame(frame: Frame) -> dict[str, Any]:

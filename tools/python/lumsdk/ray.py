@@ -5,7 +5,7 @@
     points = lumsdk.ray.read_captures("s3://drives/2026-11/", columns=["x", "y", "z", "range"])
     points.write_parquet("s3://points/")
 
-Needs Ray 2.60 or later and pyarrow: pip install "lumsdk[ray]".
+Needs Ray 2.60 or later and pyarrow: pip install '.[ray]' in a clone.
 """
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional, Union
 
 import numpy as np
 
+from ._errors import install
+
 try:
     import pyarrow
     import pyarrow.fs
@@ -25,7 +27,7 @@ try:
     from ray.data.datasource import FileBasedDatasource
     from ray.data.datasource.file_meta_provider import DefaultFileMetadataProvider
 except ImportError as error:
-    raise ImportError(f'lumsdk.ray needs Ray and pyarrow, and one of them is missing ({error}): pip install "lumsdk[ray]"') from error
+    raise ImportError(f"lumsdk.ray needs Ray and pyarrow, and one of them is missing ({error}): {install('ray')}") from error
 
 import lumsdk
 

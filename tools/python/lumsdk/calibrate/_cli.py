@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from typing import Any, Callable, Optional
 
 from .._c import VERSION
-from .._errors import Error, OptionError
+from .._errors import Error, OptionError, install
 from .._signals import Signals, Stopped, die_of
 from .._target import Target
 from ._arguments import Options, parse
@@ -123,7 +123,7 @@ def need(module: str, what: str) -> None:
         importlib.import_module(module)
     except ImportError as error:
         name = {"scipy": "SciPy"}.get(module, module)
-        raise Error(f"{what} needs {name}, which is not installed ({error}): pip install 'lumsdk[calibrate]'") from error
+        raise Error(f"{what} needs {name}, which is not installed ({error}): {install('calibrate')}") from error
 
 
 def eyes(options: Options, outputs: Outputs, progress: Progress) -> int:

@@ -11,6 +11,7 @@ import tempfile
 from typing import Any, Optional
 
 from .._target import is_url
+from .._errors import install
 from ._errors import FleetError
 
 # Ray makes sockets below its folder; the system takes 107 bytes of name, Ray needs 70 of them.
@@ -35,7 +36,7 @@ def connect(options: argparse.Namespace, work: str, object_store: int, jobs: int
     try:
         import ray as module
     except ImportError as error:
-        raise FleetError("Ray is not installed: pip install 'lumsdk[fleet]'") from error
+        raise FleetError(f"Ray is not installed: {install('fleet')}") from error
     ray: Any = module
     _name_ourselves(ray)
     try:

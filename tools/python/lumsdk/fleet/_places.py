@@ -14,6 +14,7 @@ from datetime import datetime
 from typing import Any, Callable, NamedTuple, Optional, Union
 
 from .._target import is_url
+from .._errors import install
 from ._errors import FleetError, Usage
 from ._names import to_text
 
@@ -162,7 +163,7 @@ class Remote:
         try:
             import fsspec
         except ImportError as error:
-            raise Usage(f"{url}: object stores need fsspec: pip install 'lumsdk[fleet]'") from error
+            raise Usage(f"{url}: object stores need fsspec: {install('fleet')}") from error
         protocol = url.split("://", 1)[0]
         options: dict[str, Any] = {"use_listings_cache": False}
         if protocol in ("s3", "s3a"):
