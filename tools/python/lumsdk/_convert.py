@@ -14,7 +14,7 @@ from typing import Any, Optional, TypedDict, Union
 
 from . import _lumdump
 from ._c import VERSION
-from ._errors import OptionError
+from ._errors import Error, OptionError
 from ._formats import WRITERS, About, AnyTarget, Job, Writer
 from ._frame import Frame
 from ._inputs import Files, Stream, open_input
@@ -24,7 +24,7 @@ from ._reading import LOSSES
 from ._settings import Calibration, Profile
 from ._source import Source, open
 from ._table import FILE_COLUMNS, TIMES, Layout, check_names, check_preset
-from ._target import Target, UrlTarget, is_url, local_for
+from ._target import Target, UrlTarget, failed, is_url, local_for
 
 _OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "png", "pcap", "pcapng")
 _OF_TABLES = ("parquet", "feather", "npy", "npz")
@@ -243,6 +243,19 @@ class _Cancelled(Exception):
     """The output was given up."""
 
 
+@contextlib.contextmanager
+def _written(name: str) -> Iterator[None]:
+    """Libraries that write a format have errors of their own, which do not name the file."""
+    try:
+        yield
+    except Error:
+        raise
+    except Exception as error:
+        if not isinstance(error, OSError) and type(error).__module__.split(".")[0] not in ("pyarrow", "laspy", "lazrs"):
+            raise
+        raise failed(name, error) from error
+
+
 class _File:
     """A file that grows frame by frame: one that Python writes, or one of the library."""
 
@@ -264,7 +277,8 @@ class _File:
             if compression is not None and compression not in kind.compressions:
                 raise OptionError(f"compression is {compression!r}; right for {plan.format} is one of "
                                   f"{', '.join(kind.compressions)}")
-            self._writer: Union[Writer, PointsFile] = kind(Job(self._target, about, layout, plan.time, compression))
+            with _written(self.name):
+                self._writer: Union[Writer, PointsFile] = kind(Job(self._target, about, layout, plan.time, compression))
         except BaseException:
             self._target.discard()
             raise
@@ -289,7 +303,8 @@ class _File:
 
     def add(self, frame: Frame) -> None:
         """Append a frame."""
-        self._writer.add(frame)
+        with _written(self.name):
+            self._writer.add(frame)
 
     def finish(self, losses: dict[str, int], last_look: Callable[[], None]) -> None:
         """Complete it; then it has its name, unless last_look() raises before."""
@@ -300,7 +315,8 @@ class _File:
             self._url.close()
         else:
             assert self._target is not None
-            self._writer.finish(losses)
+            with _written(self.name):
+                self._writer.finish(losses)
             self.bytes = self._target.finish(last_look)
 
     def discard(self) -> None:

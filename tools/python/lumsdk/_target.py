@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, BinaryIO, Optional
 
-from ._errors import Error, OptionError
+from ._errors import Error, OptionError, install
 
 # Without locks, on Windows, two runs cannot see each other.
 fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
@@ -32,10 +32,17 @@ def is_url(name: str) -> bool:
     return "://" in name
 
 
-def _reason(error: OSError) -> str:
+def _reason(error: Exception) -> str:
     if isinstance(error, FileNotFoundError):
         return "the directory does not exist; create it or write elsewhere"
-    return error.strerror or str(error)
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    return f"{type(error).__name__}: {error}"  # file systems of fsspec and writers have errors of their own
+
+
+def failed(name: str, error: Exception) -> TargetError:
+    """What is raised where a file cannot be written to its end."""
+    return TargetError(f"{name}: cannot write it: {_reason(error)}")
 
 
 # --- The right to a name ---
@@ -214,7 +221,7 @@ class Target:
             os.fsync(self.file.fileno())
         except OSError as error:
             self.discard()
-            raise TargetError(f"{self.name}: cannot write it: {_reason(error)}") from error
+            raise failed(self.name, error) from error
 
     def finish(self, last_look: Callable[[], None] = lambda: None) -> int:
         """Wait until it is on the disk, and give it its name. Returns its size in bytes.
@@ -226,7 +233,7 @@ class Target:
             return self._finish(last_look)
         except OSError as error:
             self.discard()
-            raise TargetError(f"{self.name}: cannot write it: {_reason(error)}") from error
+            raise failed(self.name, error) from error
 
     def _finish(self, last_look: Callable[[], None]) -> int:
         self.file.flush()
@@ -267,7 +274,7 @@ def _file_system(url: str, options: Mapping[str, Any]) -> tuple[Any, str]:
     try:
         fsspec: Any = importlib.import_module("fsspec")
     except ImportError as error:
-        raise Error(f"{url}: fsspec is missing: pip install lumsdk[url]") from error
+        raise Error(f"{url}: fsspec is missing: {install('url')}") from error
     try:
         fs, path = fsspec.core.url_to_fs(url, **options)
     except (ImportError, ValueError) as error:
@@ -285,10 +292,8 @@ def upload(local: str, url: str, options: Mapping[str, Any]) -> None:
     except BaseException as error:
         with contextlib.suppress(Exception):
             fs.rm_file(part)
-        if isinstance(error, OSError):
-            raise TargetError(f"{url}: cannot write it: {_reason(error)}") from error
-        if isinstance(error, Exception):  # file systems of fsspec have errors of their own
-            raise TargetError(f"{url}: cannot write it: {type(error).__name__}: {error}") from error
+        if isinstance(error, Exception):
+            raise failed(url, error) from error
         raise
 
 
