@@ -78,6 +78,7 @@ except KeyboardInterrupt:
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "long: solves so much that only script/test --whole runs it")
+    config.addinivalue_line("markers", "torch: needs torch, which is installed for script/test --all alone, for the system's Python")
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,5 @@
 """Sources: what they read, how they end, what they refuse, and how they behave among threads and signals."""
+import contextlib
 import gc
 import gzip
 import io
@@ -8,6 +9,7 @@ import operator
 import os
 import pathlib
 import pickle
+import random
 import signal
 import struct
 import subprocess
@@ -488,8 +490,58 @@ def test_a_file_object_that_two_processes_would_move_is_refused(drive, tmp_path)
             with lumsdk.open(file) as source:
                 _ours["source"] = source
                 with multiprocessing.get_context("fork").Pool(1) as pool, \
-                        pytest.raises(lumsdk.Error, match="before this process was forked.*open it in this process, or give a path"):
+                        pytest.raises(lumsdk.Error, match="before this process was forked.*open it in the process that reads it"):
                     pool.apply(find, (0,))
+
+
+def fill(pipe, content):
+    with contextlib.suppress(BrokenPipeError):
+        pipe.write_bytes(content)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing is forked here")
+def test_a_pipe_belongs_to_one_process(drive, tmp_path):
+    pipes = [tmp_path / "a", tmp_path / "b"]
+    for given in pipes[0], pipes:
+        writers = [threading.Thread(target=fill, args=(pipe, drive.read_bytes())) for pipe in pipes]
+        for pipe in pipes:
+            os.mkfifo(pipe)
+        for writer in writers:
+            writer.start()
+        with lumsdk.open(given) as source:
+            _ours["source"] = source
+            with multiprocessing.get_context("fork").Pool(1) as pool, \
+                    pytest.raises(lumsdk.Error, match="before this process was forked.*open it in the process that reads it"):
+                pool.apply(find, (0,))
+            with pytest.raises(TypeError, match="read only once"):
+                len(source)
+            with pytest.raises(TypeError, match="only a source that was opened from paths or URLs"):
+                pickle.dumps(source)
+            assert next(iter(source)) == lumsdk.open(drive)[0]
+        for pipe in pipes:
+            with open(pipe, "rb", buffering=0, opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)):
+                pass
+        for writer in writers:
+            writer.join()
+        for pipe in pipes:
+            pipe.unlink()
+
+
+def collate(frames):
+    return frames
+
+
+@pytest.mark.torch
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_the_loader_of_torch(drive, method):
+    from torch.utils import data
+
+    want = list(lumsdk.open(drive))
+    with lumsdk.open(drive) as source:
+        assert source[3] == want[3]
+        order = random.Random(5).sample(range(len(want)), len(want))
+        loader = data.DataLoader(source, batch_size=2, sampler=order, num_workers=2, collate_fn=collate, multiprocessing_context=method)
+        assert [frame for batch in loader for frame in batch] == [want[i] for i in order]
 
 
 def test_a_source_of_paths_or_urls_is_sent_to_another_process(drive, tmp_path, monkeypatch):
@@ -526,6 +578,16 @@ def test_a_source_has_a_length(path, content, frames):
         assert len(source) == 5 and source and len(source[1:]) == 4
     with lumsdk.open(content, frames=(10 ** 9, None)) as none:
         assert len(none) == 0 and none
+    read = []
+    with lumsdk.open(path, progress=lambda done, total: read.append(done)) as source:
+        assert list(source) == frames and read == sorted(read)  # list() asks for the length
+        iterator = iter(source)
+        assert len(source) == 5 and next(iterator) == frames[0]
+    with lumsdk.open(path) as source:
+        iterator = iter(source)
+        with pytest.raises(TypeError, match=r"ask for the length before, or index\(\)"):
+            len(source)
+        assert next(iterator) == frames[0] and len(source) == 5
     with lumsdk.open(Reads(content)) as once:
         with pytest.raises(TypeError, match="read only once"):
             len(once)
@@ -569,7 +631,7 @@ def test_progress_and_the_hint_of_its_length(path, content):
     assert source.__length_hint__() == 0
     iterator = iter(source)
     next(iterator)
-    assert 2 <= operator.length_hint(source) <= 10
+    assert 2 <= source.__length_hint__() <= 10
     rest = list(iterator)
     assert operator.length_hint(source) == 5 == 1 + len(rest) and operator.length_hint(iterator) == 0
     assert told == sorted(told) and told[-1] == (len(content), len(content)) == source.progress

@@ -158,6 +158,11 @@ def _is_regular(path: Any) -> bool:
         return False
 
 
+def _forked(name: str) -> Error:
+    return Error(f"{name}: it was opened before this process was forked, and reading it in both would mix its bytes; open "
+                 "it in the process that reads it")
+
+
 class Files(Input):
     """Paths, read as one."""
 
@@ -165,8 +170,14 @@ class Files(Input):
         self.paths = [os.fsdecode(path) for path in paths]
         more = len(paths) - 1
         self.name = f"{self.paths[0]} and {more} more" if more else self.paths[0]
-        self.given = [os.path.abspath(path) for path in self.paths]
+        self.can_reopen = all(not os.path.exists(path) or _is_regular(path) for path in self.paths)
+        self.given = [os.path.abspath(path) for path in self.paths] if self.can_reopen else None
         self._check_twice()
+
+    def begin_anew(self) -> None:
+        """A pipe gives each of its bytes to one process."""
+        if not self.can_reopen:
+            raise _forked(self.name)
 
     def _check_twice(self) -> None:
         seen: dict[tuple[int, int], str] = {}
@@ -263,11 +274,11 @@ class Stream(Input):
         """A file of the disk is opened by its name; a place that two processes move gives wrong bytes in silence."""
         shared = self._shared
         if isinstance(shared.file, io.BytesIO):  # this process has a copy
+            shared.lock = threading.Lock()
             return
         file = _open_again(shared.file) if shared.start is not None else None
         if file is None:
-            raise Error(f"{self.name}: it was opened before this process was forked, and reading it in both would mix its "
-                        "bytes: open it in this process, or give a path")
+            raise _forked(self.name)
         file.seek(shared.start)
         self._files, self._shared = [file], _Shared(file, self.name)
 

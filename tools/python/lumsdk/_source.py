@@ -6,7 +6,7 @@ import itertools
 import math
 import operator
 import weakref
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import IO, TYPE_CHECKING, Any, Optional, Union, overload
 
 from ._errors import ClosedError, warn
@@ -33,10 +33,11 @@ class Frames(Iterator[Frame]):
     def __init__(self, source: Source, reading: Reading) -> None:
         """Made by iter() of a source."""
         self._source, self._reading = source, reading
-        self._has_ended = False
+        self._has_begun = self._has_ended = False
 
     def __next__(self) -> Frame:
         self._source._check_open()
+        self._has_begun = True
         frame = None if self._has_ended else self._reading.next()
         if frame is None:
             self._has_ended = True
@@ -68,6 +69,7 @@ class Source:
         self._ready: Optional[Reading] = self._read()
         self._latest: Reading = self._ready
         self._jumper: Optional[Reading] = None
+        self._begun: Callable[[], Optional[Frames]] = lambda: None
 
     def _ask(self) -> tuple[Calibration, Profile]:
         """The calibration and the profile, those of the capture where none is named."""
@@ -114,7 +116,9 @@ class Source:
         self._check_open()
         reading, self._ready = self._ready, None
         self._latest = reading or self._read()
-        return Frames(self, self._latest)
+        frames = Frames(self, self._latest)
+        self._begun = weakref.ref(frames)
+        return frames
 
     def __length_hint__(self) -> int:
         """About how many frames there are. It is exact once all were read, and 0 while nothing is known."""
@@ -125,9 +129,17 @@ class Source:
         return latest.frames * total // done if done else 0
 
     def __len__(self) -> int:
-        """How many frames there are: all are found, as by index(). TypeError if it can be read only once."""
+        """How many frames there are: all are found, as by index(). TypeError if it can be read only once, and of an
+        iteration that has not given a frame yet."""
+        self._check_open()
+        if self._frame_count is not None:
+            return self._frame_count
         if not self._input.can_reopen:
             raise TypeError(f"{self.name}: it can be read only once, so how many frames it has is known only at the end")
+        # list() asks behind iter(), and takes TypeError for an answer: else it would read everything twice.
+        begun = self._begun()
+        if begun is not None and not begun._has_begun:
+            raise TypeError(f"{self.name}: an iteration has just begun; ask for the length before, or index()")
         return self.index()
 
     def __bool__(self) -> bool:
