@@ -139,7 +139,6 @@ def test_a_column_that_is_not_there_is_told(path):
         frame.grid("x", "blue")
 
 
-@pytest.fixture(scope="module")
 def test_what_is_no_array_of_a_frame_says_what_is(frame):
     for key in 3, slice(2), frame["range"] > 2, [0, 1]:
         with pytest.raises(TypeError, match=r'as frame\["x"\]\[mask\], from frame.xyz\[mask\].*frame.to_structured\(\)\[mask\]'):
@@ -155,6 +154,7 @@ def test_a_frame_is_no_argument_of_a_table(frame):
         pandas.DataFrame(frame)
 
 
+@pytest.fixture(scope="module")
 def exact():
     """A capture with a drift of 50 ppm and exact stamps in nanoseconds."""
     return lumsdk.simulate(frames=80, returns_max=1, drift=50)

@@ -243,17 +243,17 @@ class _Cancelled(Exception):
     """The output was given up."""
 
 
-@contextlib.contextmanager
-def _written(name: str) -> Iterator[None]:
-    """Libraries that write a format have errors of their own, which do not name the file."""
-    try:
-        yield
-    except Error:
-        raise
-    except Exception as error:
-        if not isinstance(error, OSError) and type(error).__module__.split(".")[0] not in ("pyarrow", "laspy", "lazrs"):
-            raise
-        raise failed(name, error) from error
+_FOREIGN = ("pyarrow", "laspy", "lazrs")
+
+
+def _why(error: Exception, target: Optional[AnyTarget]) -> Exception:
+    """lazrs does not say why it could not write; the file does, when what is left in it is written."""
+    if target is not None and not isinstance(error, OSError):
+        try:
+            target.file.flush()
+        except OSError as told:
+            return told
+    return error
 
 
 class _File:
@@ -277,7 +277,7 @@ class _File:
             if compression is not None and compression not in kind.compressions:
                 raise OptionError(f"compression is {compression!r}; right for {plan.format} is one of "
                                   f"{', '.join(kind.compressions)}")
-            with _written(self.name):
+            with self._writing():
                 self._writer: Union[Writer, PointsFile] = kind(Job(self._target, about, layout, plan.time, compression))
         except BaseException:
             self._target.discard()
@@ -301,9 +301,21 @@ class _File:
             if self._url is not None:
                 self._url.__exit__(_Cancelled, _Cancelled(), None)
 
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Libraries that write a format have errors of their own, which do not name the file."""
+        try:
+            yield
+        except Error:
+            raise
+        except Exception as error:
+            if not isinstance(error, OSError) and type(error).__module__.split(".")[0] not in _FOREIGN:
+                raise
+            raise failed(self.name, _why(error, self._target)) from error
+
     def add(self, frame: Frame) -> None:
         """Append a frame."""
-        with _written(self.name):
+        with self._writing():
             self._writer.add(frame)
 
     def finish(self, losses: dict[str, int], last_look: Callable[[], None]) -> None:
@@ -315,7 +327,7 @@ class _File:
             self._url.close()
         else:
             assert self._target is not None
-            with _written(self.name):
+            with self._writing():
                 self._writer.finish(losses)
             self.bytes = self._target.finish(last_look)
 
