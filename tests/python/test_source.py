@@ -502,13 +502,13 @@ def fill(pipe, content):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing is forked here")
 def test_a_pipe_belongs_to_one_process(drive, tmp_path):
     pipes = [tmp_path / "a", tmp_path / "b"]
-    for given in pipes[0], pipes:
+    for named in pipes[0], pipes:
         writers = [threading.Thread(target=fill, args=(pipe, drive.read_bytes())) for pipe in pipes]
         for pipe in pipes:
             os.mkfifo(pipe)
         for writer in writers:
             writer.start()
-        with lumsdk.open(given) as source:
+        with lumsdk.open(named) as source:
             _ours["source"] = source
             with multiprocessing.get_context("fork").Pool(1) as pool, \
                     pytest.raises(lumsdk.Error, match="before this process was forked.*open it in the process that reads it"):
@@ -564,9 +564,9 @@ def test_a_url_is_sent_to_another_process(drive):
 
 
 def test_a_source_of_other_things_is_not_sent_to_another_process(path, content):
-    for given in content, io.BytesIO(content):
+    for named in content, io.BytesIO(content):
         with pytest.raises(TypeError, match="from paths or URLs.*its frames can be sent"):
-            pickle.dumps(lumsdk.open(given))
+            pickle.dumps(lumsdk.open(named))
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         (sent, *_) = lumsdk.open(path)
         assert pool.apply(operator.attrgetter("info"), (sent,)) == sent.info

@@ -339,7 +339,7 @@ class Opened(Stream):
         super().__init__(opener(), name, True)
         self._opener = opener
 
-    can_reopen = True  # type: ignore[assignment]
+    can_reopen = True
 
     def begin_anew(self) -> None:
         """The file object before stays that of the other process."""

@@ -1,1 +1,1 @@
-"""Calibration of a sensor from recordings of flat faces: lumcal. Needs SciPy and matplotlib (pip install '.[calibrate]' in a clone)."""
+"""Calibration of a sensor from recordings of flat faces: lumcal. Needs SciPy and matplotlib (extra: calibrate)."""
