@@ -426,6 +426,8 @@ def test_a_closed_source_says_so(path, frames):
     assert frame == frames[0] and frame.grid("range", "blue").shape == (64, 1000)
     assert source.counts["frames"] >= 1 and source.sensors == ["10.42.0.37"] and source.progress[0] > 0
     assert repr(source) == f"<Source {path}: closed>"
+    with pytest.raises(lumsdk.ClosedError):
+        pickle.dumps(source)
 
 
 # --- Processes ---

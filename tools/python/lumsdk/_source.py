@@ -318,6 +318,7 @@ class Source:
 
     def __reduce__(self) -> Any:
         """Opened again, with the same options, wherever the files or URLs that it was opened with can be read."""
+        self._check_open()
         given = self._input.given
         if given is None:
             raise TypeError(f"{self.name}: only a source that was opened from paths or URLs can be sent to another process, or "
