@@ -133,8 +133,11 @@ class Input:
     name: str
     given: Any = None
     """What open() needs to read the same in any process; None: it cannot."""
-    can_reopen = True
-    """Whether it can be read more than once."""
+
+    @property
+    def can_reopen(self) -> bool:
+        """Whether it can be read more than once."""
+        return True
 
     def begin_anew(self) -> None:
         """In a process that was forked: share no place in a file with the one before."""
@@ -170,9 +173,14 @@ class Files(Input):
         self.paths = [os.fsdecode(path) for path in paths]
         more = len(paths) - 1
         self.name = f"{self.paths[0]} and {more} more" if more else self.paths[0]
-        self.can_reopen = all(not os.path.exists(path) or _is_regular(path) for path in self.paths)
-        self.given = [os.path.abspath(path) for path in self.paths] if self.can_reopen else None
+        if all(not os.path.exists(path) or _is_regular(path) for path in self.paths):
+            self.given = [os.path.abspath(path) for path in self.paths]
         self._check_twice()
+
+    @property
+    def can_reopen(self) -> bool:
+        """Not a pipe."""
+        return self.given is not None
 
     def begin_anew(self) -> None:
         """A pipe gives each of its bytes to one process."""
@@ -266,7 +274,7 @@ class Stream(Input):
         self._used = False
 
     @property
-    def can_reopen(self) -> bool:  # type: ignore[override]
+    def can_reopen(self) -> bool:
         """A file that can seek is read again from its start."""
         return self._shared.start is not None
 
@@ -339,7 +347,10 @@ class Opened(Stream):
         super().__init__(opener(), name, True)
         self._opener = opener
 
-    can_reopen = True
+    @property
+    def can_reopen(self) -> bool:
+        """By its opener."""
+        return True
 
     def begin_anew(self) -> None:
         """The file object before stays that of the other process."""
