@@ -856,6 +856,7 @@ static lum_framer_event go_on_with_end(lum_framer *f, struct sensor *s)
     }
     f->in_hand = IN_HAND_NOTHING;
     f->number = number;
+    s->counters.frames += is_wanted_frame(f, number) ? 1u : 0u;
     return (f->wants & LUM_WANT_FRAME_ENDS) != 0 ? LUM_FRAMER_FRAME_END
                                                  : LUM_FRAMER_NONE;
 }

@@ -303,6 +303,22 @@ def test_frames_without_points_and_no_frames(drive, tmp_path, kind):
         assert lumsdk.convert(drive, tmp_path / f"%d.{kind}", range="900:901")["outputs"] == []
 
 
+@pytest.mark.parametrize("kind", ["csv", "las", *OURS])
+def test_frames_are_those_of_the_outputs(make_capture, tmp_path, kind):
+    need(kind)
+    drive = make_capture("-n", 8, "--lines", 64, "--returns-max", 1, name="eight.pcap")
+    for options, want in ({}, 8), ({"frames": (5, 7)}, 3), ({"frames": 8, "eye": "green"}, 1), ({"frames": "3:", "range": "900:"}, 6):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            made = [lumsdk.convert(drive, tmp_path / f"a.{kind}", **options),
+                    lumsdk.convert(drive, tmp_path / f"%d.{kind}", **options)]
+        assert [one["frames"] for one in made] == [want, want]
+        assert len(made[1]["outputs"]) == (want if made[1]["points"] else 0)
+    with lumsdk.open(drive, frames=(2, 6), columns="all") as source:
+        assert lumsdk.convert(source, tmp_path / f"b.{kind}")["frames"] == source.counts["frames_selected"] == 5
+        assert lumsdk.convert(itertools.islice(source, 2), tmp_path / f"c.{kind}")["frames"] == 2
+
+
 def wait_for_writers():
     """What was interrupted cleans up behind the exception."""
     for thread in threading.enumerate():

@@ -22,7 +22,7 @@ COLUMNS = ("x,y,z,range,azimuth,elevation,pulse_width,timestamp,frame,eye,line,p
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 KEYS = """lines lines_missing_angles lines_skipped words lost_words points late duplicate conflict no_room stray
 malformed unknown_tag unknown_type foreign other cut_short out_of_order bad_words no_angle no_range heartbeat set_ip timestamp tlv
-frames truncated damaged sensors""".split()
+frames frames_selected truncated damaged sensors""".split()
 
 
 def two_lines():
@@ -187,6 +187,19 @@ class Points(Case):
             with self.subTest(arguments):
                 self.assertEqual(len(self.rows(*arguments)), want)
                 self.assertEqual(summary(self.folder / "in.pcap", *arguments)["points"], want)
+
+    def test_selected_frames_are_counted_beside_all(self):
+        source = simulate(self.folder / "s.pcap", "--frames", "6", "--lines", "64", "--returns-max", "1")
+        for arguments, want in (((), 6), (("--frames", "2:3"), 2), (("--frames", "5:"), 2), (("--frames", "7:9"), 0),
+                                (("--frames", "2:3", "--eye", "green", "--range", "900:901"), 2)):
+            with self.subTest(arguments):
+                got = summary(source, *arguments)
+                self.assertEqual((got["frames"], got["frames_selected"]), (6, want))
+                self.assertEqual(got["sensors"][0]["frames_selected"], want)
+                text = run("lumdump", source, *arguments).stdout
+                self.assertEqual(text.count("frames_selected"), want not in (0, 6))
+        run("lumdump", source, "--frames", "2:3", "-o", self.folder / "out.csv")
+        self.assertEqual({row["frame"] for row in read_csv(self.folder / "out.csv")}, {"2", "3"})
 
     def test_a_selection_that_leaves_nothing_is_told(self):
         r = run("lumdump", self.capture(), "--frames", "7:9", "-o", self.folder / "out.csv")

@@ -702,6 +702,7 @@ static void what_frames_lack_is_counted_also_where_none_is_made(void **state)
         const lum_framer_counters c = counters_of(r, 0);
         assert_int_equal(c.lines_missing, missing[0] + missing[1]);
         assert_int_equal(c.lines_missing - c.missing_under_way, 2u * 3u);
+        assert_int_equal(c.frames, 4);
         run_free(r);
     }
 }

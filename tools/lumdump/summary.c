@@ -23,7 +23,7 @@ struct part {
 /* Rows of each list: where one has more, this does not compile. */
 enum {
     KINDS = 8,
-    CONTENT = 6,
+    CONTENT = 7,
     LOSSES = 22,
     UNDER_WAY = 4,
     PARTS = UNDER_WAY + 1,
@@ -108,6 +108,7 @@ static size_t list_content(const lum_demux_counters *c,
 {
     const struct named rows[CONTENT] = {
         {"frames", "frames", c->assembly.frames},
+        {"frames_selected", "of them: --frames selects these", p->frames},
         {"lines", "lines", c->assembly.lines},
         {"lines_blue", "lines of the blue eye", p->lines[LUM_EYE_BLUE]},
         {"lines_green", "lines of the green eye", p->lines[LUM_EYE_GREEN]},
@@ -548,12 +549,18 @@ static void print_sensors(const struct summary *s, FILE *out)
         if (n > 1 && is_shown(s, i)) {
             lum_demux_count(demux, i, &counters);
             const lum_assembly_counters *a = &counters.assembly;
-            const uint64_t points = count_sensor(s, i).points;
+            const lum_framer_counters p = count_sensor(s, i);
+            char selected[40] = "";
+            if (p.frames != a->frames) {
+                (void)snprintf(selected, sizeof selected,
+                               " (%" PRIu64 " selected)", p.frames);
+            }
             (void)fprintf(out,
                           "%-26s %" PRIu64 " line%s, %" PRIu64
-                          " frame%s, %" PRIu64 " point%s\n",
+                          " frame%s%s, %" PRIu64 " point%s\n",
                           "", a->lines, plural(a->lines), a->frames,
-                          plural(a->frames), points, plural(points));
+                          plural(a->frames), selected, p.points,
+                          plural(p.points));
         }
     }
     if (n == 0) {
@@ -730,6 +737,20 @@ static void print_losses(const struct summary *s, const lum_demux_counters *c,
     (void)fprintf(out, "%-10s %14s\n", "losses", "none");
 }
 
+static void print_content(const lum_demux_counters *c,
+                          const lum_framer_counters *points, FILE *out)
+{
+    struct named rows[CONTENT];
+    const size_t n = list_content(c, points, rows);
+    const bool all = points->frames == c->assembly.frames;
+    for (size_t i = 0; i < n; i++) {
+        if (all && strcmp(rows[i].key, "frames_selected") == 0) {
+            rows[i].value = 0;
+        }
+    }
+    print_nonzero("content", rows, n, out);
+}
+
 void summary_print_text(const struct summary *s, FILE *out)
 {
     const lum_framer_counters points = summary_count(s);
@@ -747,7 +768,7 @@ void summary_print_text(const struct summary *s, FILE *out)
         print_live(s->live, out);
     }
     print_nonzero("packets", rows, list_kinds(&total, rows), out);
-    print_nonzero("content", rows, list_content(&total, &points, rows), out);
+    print_content(&total, &points, out);
     print_rates(s, &points, out);
     print_clocks(s, out);
     print_nonzero("under way", rows,

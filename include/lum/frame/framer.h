@@ -254,6 +254,8 @@ typedef struct lum_framer_counters {
                                    without those in lines_skipped */
     uint64_t stray_at_breaks; /**< of stray: packets that began a jump of the
                                    clock, which is a pause */
+    uint64_t frames;          /**< complete frames that the options select:
+                                   where frames are wanted, those handed out */
 } lum_framer_counters;
 
 /** Datagrams that were refused: late, in conflict, without room, stray,

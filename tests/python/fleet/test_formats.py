@@ -52,6 +52,12 @@ def test_formats_of_python_hold_lumdump_s_points(worker, small, tmp_path, form):
     assert points_of(path) == said["points"]
 
 
+@pytest.mark.parametrize("form", ["csv", "npy"])
+def test_frames_are_those_of_the_output(worker, make_capture, form):
+    got = convert(worker("--format", form, "--frames", "2:3"), make_capture("-n", 4, "--lines", 64), f"a/b.{form}")
+    assert got["status"] == "done" and got["frames"] == 2
+
+
 def points_of(path):
     if path.suffix == ".parquet":
         import pyarrow.parquet

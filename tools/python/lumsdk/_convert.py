@@ -229,7 +229,7 @@ def _by_lumdump(plan: _Plan) -> Summary:
     names = sorted(made)
     if is_url(plan.name):
         names = [plan.name.rsplit("/", 1)[0] + "/" + os.path.basename(name) for name in names]
-    return Summary(source=said["source"], format=plan.format, outputs=names, frames=said["frames"], points=said["points"],
+    return Summary(source=said["source"], format=plan.format, outputs=names, frames=said["frames_selected"], points=said["points"],
                    bytes=size, truncated=said["truncated"],
                    sensors=[sensor.get("name", sensor["address"]) for sensor in said["sensors"]],
                    losses={cause: said[cause] for cause in LOSSES if cause in said},
@@ -492,7 +492,7 @@ def _write(plan: _Plan, frames: Iterable[Frame], source: Optional[Source]) -> Su
     if source is not None:
         counts = source.counts
         summary["source"], summary["sensors"], summary["losses"] = source.name, source.sensors, source.losses
-        summary["frames"], summary["truncated"] = counts["frames"], source.truncated
+        summary["truncated"] = source.truncated
         summary["left_out"] = counts["points_late"] + counts["points_cut"]
     return summary
 
@@ -530,7 +530,7 @@ class Summary(TypedDict):
     outputs: list[str]
     """The files that were made."""
     frames: int
-    """Frames of the capture, or how many frames were given."""
+    """Frames in the outputs: those that were selected, or given, also where a frame has no points."""
     points: int
     """Points that were written."""
     bytes: int

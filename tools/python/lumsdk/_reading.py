@@ -49,7 +49,7 @@ def _of_lines(c: Any) -> dict[str, int]:
             "lines_late": c.lines_late, "lines_cut": c.lines_cut, "no_angle": c.losses.no_angle, "no_range": c.losses.no_range,
             "lines_under_way": c.under_way.lines, "words_under_way": c.under_way.words,
             "no_angle_under_way": c.under_way.no_angle, "missing_under_way": c.missing_under_way,
-            "stray_at_breaks": c.stray_at_breaks}
+            "stray_at_breaks": c.stray_at_breaks, "frames_selected": c.frames}
 
 
 def _of_clock(clock: Any) -> dict[str, int]:

@@ -185,7 +185,7 @@ class Converter:
             raise _Failed(said or f"lumdump ended with status {ended.returncode}")
         summary = json.loads(ended.stdout)
         return {"message": said, "truncated": summary["truncated"], "left_out": left_out_of(summary),
-                **{name: summary.get(name) for name in COUNTS}}
+                **{name: summary.get(name) for name in COUNTS}, "frames": summary["frames_selected"]}
 
     def _by_convert(self, path: str, made: str, task: Task) -> Record:
         import lumsdk
