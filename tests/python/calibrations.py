@@ -1,13 +1,15 @@
-"""calibrations.py COUNT BUILD FOLDER [--only WHAT] [--first N] [--lines N]: lumcal on lumsim's rooms, of COUNT random true calibrations.
+"""calibrations.py COUNT BUILD FOLDER [--only WHAT] [--first N] [--lines N] [--moved M | --turned DEG]: lumcal on lumsim's rooms, of COUNT random true calibrations.
 
 Each bar with how many meet it, the share of errors within two standard deviations, and what is held where one street, one room or
-two captures cannot tell it; behind each seed what it measured, and how far the poses are off. --first N: seeds from N on.
+two captures cannot tell it; behind each seed what it measured, and how far the poses are off. --first N: seeds from N on. --moved M,
+--turned DEG: the sensor is moved by so many metres, or turned, half way through the second capture.
 Exit status 0: at least nine of ten meet each bar, 90 % of the errors lie within, and nothing was refused.
 """
 import argparse
 import json
 import math
 import pathlib
+import struct
 import subprocess
 import sys
 import tempfile
@@ -61,16 +63,39 @@ def record(o, folder, seed, kind, walls, poses):
     true = lumsdk.Calibration(draw(random))
     (folder / "true.yaml").write_text(true.to_yaml())
     made, stood = [], []
+
+    def see(path, pose):
+        subprocess.run([o.build / "bin" / "lumsim", "-o", path, "--scene", kind, *([] if kind == "street" else ["--walls", walls]), "--pose",
+                        ",".join(f"{v:.6f}" for v in pose), "--frames", str(FRAMES), "--lines", str(o.lines), "--calibration",
+                        folder / "true.yaml", "--seed", str(seed)], check=True, capture_output=True)
+
     for number, usual in enumerate(poses):
         place = (*random.uniform(-0.3, 0.3, 2), {"room": 1.2, "yard": 1.5, "street": 1.8}[kind] + random.uniform(-0.1, 0.1))
         pose = (*place, *(np.array(usual) + random.uniform(-2, 2, 3)))
         stood.append(pose)
         path = folder / f"{kind}-{number}.pcap"
-        subprocess.run([o.build / "bin" / "lumsim", "-o", path, "--scene", kind, *([] if kind == "street" else ["--walls", walls]), "--pose",
-                        ",".join(f"{v:.6f}" for v in pose), "--frames", str(FRAMES), "--lines", str(o.lines), "--calibration",
-                        folder / "true.yaml", "--seed", str(seed)], check=True, capture_output=True)
+        see(path, pose)
+        if number == 1 and (o.moved or o.turned):
+            way = np.random.default_rng([seed, 15]).normal(size=3)
+            see(folder / "moved.pcap", np.array(pose) + np.r_[o.moved * way / np.linalg.norm(way), 0, 0, o.turned])
+            move(path, folder / "moved.pcap")
         made.append(str(path))
     return made, true, stood
+
+
+def move(path, other):
+    """Give a capture another one's second half."""
+    def records(path):
+        data, at = path.read_bytes(), 24
+        while at < len(data):
+            seconds, part, size = struct.unpack_from("<III", data, at)
+            yield (seconds, part), data[at:at + 16 + size]
+            at += 16 + size
+
+    kept = list(records(path))
+    middle = kept[len(kept) // 2][0]
+    made = [*(r for time, r in kept if time < middle), *(r for time, r in records(other) if time >= middle)]
+    path.write_bytes(path.read_bytes()[:24] + b"".join(made))
 
 
 def poses_off(solution, stood):
@@ -129,7 +154,7 @@ def measures(wrong):
 
 def run_bars(o, name):
     walls, poses, bars = RUNS[name]
-    every, within, seconds, better = [], [], [], 0
+    every, within, seconds, sigmas, better = [], [], [], [], 0
     for seed in range(o.first, o.first + o.count):
         solution, true, spent = calibrate(o, seed, "room", walls, poses)
         seconds.append(spent)
@@ -138,6 +163,7 @@ def run_bars(o, name):
             continue
         wrong = errors(solution, true)
         every.append(measures(wrong))
+        sigmas.append({key: sigma for key, (_, sigma) in wrong.items()})
         within += [abs(error) < 2 * sigma for error, sigma in wrong.values() if math.isfinite(sigma)]
         better += solution.is_better
     share = float(np.mean(within)) if within else 0.0
@@ -150,7 +176,15 @@ def run_bars(o, name):
         good = good and met >= 0.9 * o.count
         bar = f"{met}/{o.count} within {bars[index]}" if math.isfinite(bars[index]) else "no bar"
         print(f"  {what}: {bar}; median {np.median(values):.3f}, nine of ten {np.quantile(values, 0.9):.3f}", flush=True)
+    # How sure they are said to be: of three captures and of five, what more of them bring.
+    print(f"  standard deviations, median: {sure(sigmas)}", flush=True)
     return good
+
+
+def sure(sigmas):
+    """The median of the largest standard deviations, in the units of the bars but of the difference, which has none of its own."""
+    middle = np.median([measures({key: (sigma, sigma) for key, sigma in each.items()}) for each in sigmas], 0) if sigmas else []
+    return ", ".join(f"{what} {value:.3f}" for what, value in zip(NAMES, middle) if "difference" not in what)
 
 
 def run_held(o, name):
@@ -181,6 +215,8 @@ def main():
     p.add_argument("--only", choices=(*RUNS, *HELD))
     p.add_argument("--first", type=int, default=0)
     p.add_argument("--lines", type=int, default=64)
+    p.add_argument("--moved", type=float, default=0.0)
+    p.add_argument("--turned", type=float, default=0.0)
     o = p.parse_args()
     o.build = o.build.resolve()
     sys.path.insert(0, str(o.build / "python"))

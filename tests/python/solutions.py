@@ -22,7 +22,7 @@ def make(is_better=True):
                             np.stack((4 * c - along * s, 4 * s + along * c, up), 1), 0.021, 0.0022))
     planes.append(Plane(np.array([0.0, 0.0, 1.0]), -1.0, (), (), 0, np.zeros((0, 3)), math.nan, math.nan))  # that no cell was left of
     parameters = [Parameter("blue.tof_offset_ps", 12.34, 0.0, 20.1), Parameter("green.mount.yaw_deg", 30.5123, 30.0, 0.012),
-                  Parameter("green.mount.z_m", 0.0, 0.0, math.inf, HELD)]
+                  Parameter("green.elevation.max_deg", 3.0, 3.0, math.inf, HELD)]
     return Solution(parameters, Residuals(eye, ranges, azimuth, elevation, rng.integers(0, 3, count), rng.integers(0, 3, count), before, after),
                     planes, ["a&b.pcap", "b.pcap", "c.pcap"], 0.02, 0.002, 0.021, 0.0023 if is_better else 0.03, is_better,
                     {"version": 1}, ["two captures see the same wall"], 0.02162, "mine.yaml",

@@ -219,13 +219,35 @@ def test_a_note_says_what_the_number_of_captures_means(count, told):
     assert [told in note for note in notes] == [True] if told else not notes
 
 
-def test_a_note_says_that_the_eyes_are_exchanged():
+def test_exchanged_eyes_are_told_with_the_values_that_exchange_them():
     grids = room()[0]
     fields = "azimuth", "elevation", "range_m", "sigma_m", "count"
-    other = [dataclasses.replace(g, **{name: getattr(g, name)[::-1].copy() for name in fields}) for g in grids]
-    assert not list(_eyes._eye_notes(grids, lumsdk.Calibration()))
-    note, = _eyes._eye_notes(other, lumsdk.Calibration())
-    assert "only with the eyes exchanged" in note and "calibrate again" in note
+    other = [dataclasses.replace(g, eye_values=(3, 5), **{name: getattr(g, name)[::-1].copy() for name in fields}) for g in grids]
+    typical = lumsdk.Calibration()
+    assert _eyes._exchanged(grids, typical) == ""
+    told = _eyes._exchanged(other, typical, typical)
+    assert "only with the eyes exchanged" in told and "--set eye_values.blue=5 --set eye_values.green=3" in told
+    mirrored = lumsdk.Calibration({"eyes": {"blue": {"mount": {"yaw_deg": 30}}, "green": {"mount": {"yaw_deg": -30}}}})
+    assert _eyes._exchanged(other, typical, mirrored) == "", "a wall goes on by what was found"
+
+
+@pytest.mark.parametrize("moved, told", [((0, 0, 0, 0), None), ((0.01, 0, 0, 0), "mm within"), ((0, 0.01, 0, 0), "mm within"),
+                                         ((0, 0, 0.01, 0), "mm within"), ((0, 0, 0, 0.2), "mm within"), ((0.2, 0, 0, 0), "stand still")])
+def test_a_sensor_that_is_moved_half_way_is_told(moved, told, make_capture, tmp_path):
+    import calibrations
+
+    usual = "--scene", "room", "--frames", 12, "--lines", 64, "--walls", "rough"
+    pose = np.array([0.1, 0.2, 1.2, 0, 5, 10])
+    one, other = (make_capture(*usual, "--pose", ",".join(map(str, p))) for p in (pose, pose + [*moved[:3], 0, 0, moved[3]]))
+    path = tmp_path / "half.pcap"
+    path.write_bytes(one.read_bytes())
+    calibrations.move(path, other)
+    if told == "stand still":
+        with pytest.raises(lumsdk.CaptureError, match=told):
+            _planes.grid(path)
+    else:
+        notes = [note for note in _eyes._notes([_planes.grid(path)] * 3) if "was moved" in note]
+        assert [told in note for note in notes] == ([] if told is None else [True] * 3)
 
 
 def test_centres_are_held_for_yaw_means_both():
@@ -407,7 +429,7 @@ def test_what_does_not_settle_is_not_better_and_says_so(monkeypatch):
     monkeypatch.setattr(_solve, "_SETTLED", 0.0)
     monkeypatch.setattr(_eyes, "_ROUNDS", 2)
     found = _eyes.solve_grids(room()[0], lumsdk.Calibration())
-    assert not found.is_better and any("did not settle" in note for note in found.notes)
+    assert not found.is_better and not found.is_settled
 
 
 def test_equations_without_a_solution_are_an_error_of_the_captures(monkeypatch):

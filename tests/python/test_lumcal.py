@@ -136,7 +136,7 @@ def test_a_missing_package_is_named_with_the_command_that_brings_it(module, name
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, module, None)
     assert _cli.main(list(arguments)) == 1
-    assert re.fullmatch(rf"lumcal: .* needs {name}, which is not installed \(.*\): pip install 'lumsdk\[calibrate\]'\n", capsys.readouterr().err)
+    assert re.fullmatch(rf"lumcal: .* needs {name}, which is not installed \(.*\): in a clone of lumsdk, pip install '\.\[calibrate\]'\n", capsys.readouterr().err)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -172,7 +172,7 @@ def test_a_better_calibration_is_written_and_told(given, tmp_path, capsys):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.html", "out.yaml"]
     told = capsys.readouterr()
     assert told.err == ""
-    for word in ("3, 3 faces", "20.0 mm before, 2.0 mm after", "30.5123    0.0120     30.0000", "green.mount.z_m: " + solutions.HELD, "note: two captures",
+    for word in ("3, 3 faces", "20.0 mm before, 2.0 mm after", "30.5123    0.0120     30.0000", "green.elevation.max_deg: " + solutions.HELD, "note: two captures",
                  "green azimuth 0.050, green elevation 0.000 degrees", "begin        mine.yaml"):
         assert word in told.out
 
@@ -186,8 +186,8 @@ def test_a_worse_calibration_is_not_written_but_its_report_is(given, tmp_path, c
     assert (tmp_path / "out.yaml").read_text() == "earlier\n"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.html", "out.yaml"]
     told = capsys.readouterr()
-    assert told.out == "" and told.err == ("lumcal: the result is worse than what it began with on faces left out of the fit: "
-                                            "21.00 mm before, 30.00 mm after, and up to 21.62 mm count as no worse: out.yaml is not written\n")
+    assert told.out == "" and told.err == ("lumcal: out.yaml is not written: the result is worse than what it began with on faces left out of "
+                                            "the fit: 21.00 mm before, 30.00 mm after, and up to 21.62 mm count as no worse\n")
 
 
 def test_all_files_of_a_run_get_their_names_or_none(given, tmp_path, monkeypatch, capsys):
@@ -223,17 +223,33 @@ def test_a_full_disk_names_the_file_and_leaves_none(given, tmp_path, monkeypatch
     assert list(tmp_path.iterdir()) == []
 
 
-def test_captures_that_tell_nothing_make_no_file(given, tmp_path, capsys):
+def hold_yaw(solution):
+    solution.parameters[1].held = "show a wall"
+
+
+def leave_one(solution):
+    del solution.captures[1:]
+
+
+@pytest.mark.parametrize("spoil, why", [
+    (hold_yaw, "where green sits and looks against blue is not told: green.mount.yaw_deg: show a wall"),
+    (leave_one, "one capture does not tell where green sits and looks against blue: add two of the same room, .*"),
+    (lambda solution: setattr(solution, "exchanged", "set eye_values"), "set eye_values"),
+    (lambda solution: setattr(solution, "is_settled", False), "the solution did not settle: .*; record the room anew")])
+def test_what_is_of_no_use_makes_no_file_and_says_what_to_do(given, tmp_path, capsys, monkeypatch, spoil, why):
+    """Better on faces held out or not."""
     import solutions
+    from lumsdk.calibrate import _report, _tell
 
     solution = solutions.make()
-    for parameter in solution.parameters:
-        parameter.held = solutions.HELD
+    spoil(solution)
     given(solution)
-    assert _cli.main(["eyes", "a.pcap", "-o", "out.yaml"]) == 1
-    told = capsys.readouterr()
-    assert "held: blue.tof_offset_ps, green.mount.yaw_deg, green.mount.z_m: " in told.out and "the captures tell nothing of the calibration" in told.err
+    assert _cli.main(["eyes", "a.pcap", "-o", "out.yaml", "-q"]) == 1
+    assert re.fullmatch(f"lumcal: out.yaml is not written: {why}\n", capsys.readouterr().err)
     assert list(tmp_path.iterdir()) == []
+    for name in "_curves", "_maps", "_planes":
+        monkeypatch.setattr(_report, name, lambda found: "")
+    assert f"No calibration is written: {_tell.not_written(solution)}" in _report.page(solution)
 
 
 def test_json_is_one_object(given, capsys):

@@ -83,13 +83,23 @@ def test_json_tells_the_file_and_where_it_began(found):
     _, told, folder = found
     made = lumsdk.Calibration(folder / "found.yaml")
     values = {p["key"]: p for p in told["parameters"]}
-    assert len(values) == 16 and told["is_better"] is True and len(told["planes"]) >= 5
+    assert len(values) == 16 and told["is_better"] is True and told["not_written"] is None and len(told["planes"]) >= 5
     assert told["captures"] == ["a.pcap", "b.pcap", "c.pcap"]
     for key, p in values.items():
         assert made[key] == pytest.approx(p["value"], abs=6e-3 if key.endswith("ps") else 6e-6), key
         assert (p["sigma"] is None) == bool(p["held"]), key
     assert [values[f"eyes.{key}"]["before"] for key in ("blue.azimuth.width_deg", "green.mount.x_m", "green.mount.yaw_deg")] == [60.2, 0.1, 30.4]
     assert sum(p["held"] is None for p in values.values()) == 14
+
+
+def test_exchanged_eyes_make_no_file(folder, capsys):
+    before = sorted(folder.iterdir())
+    exchange = "--set", "eye_values.blue=1", "--set", "eye_values.green=0"
+    assert lumcal(folder, "eyes", "a.pcap", "b.pcap", "c.pcap", "-o", "none.yaml", "--json", *exchange) == 1
+    out, err = capsys.readouterr()
+    assert "none.yaml is not written: a wall goes on from eye to eye only with the eyes exchanged" in err
+    assert "--set eye_values.blue=0 --set eye_values.green=1" in err and json.loads(out)["not_written"] in err
+    assert sorted(folder.iterdir()) == before
 
 
 def test_the_file_says_where_from_and_how_sure(found):

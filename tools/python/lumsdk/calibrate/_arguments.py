@@ -30,7 +30,7 @@ See 'lumcal eyes --help' and 'lumcal check --help' for their options.
       --help, --version
 
 Exit status: 0 done, 1 failed: files, captures, nothing flat to be seen; eyes:
-the result would be worse; check: the eyes do not meet, or it cannot be told.
+the result is of no use; check: the eyes do not meet, or it cannot be told.
 2 bad arguments or configuration.
 
 Examples:
@@ -61,8 +61,10 @@ degrees to either side and rolled, one by about +12 degrees, the other by -12.
                               that were found, as a page: .html
 """ + _COMMON.format(calibration="where the search begins; default: the\n                              "
                      "captures' own, or typical values") + """
-Status 1 if the result would be worse on faces left out of the fit: the
-calibration is not written then, but the report is.
+Status 1 if the result is of no use: it is worse on faces left out of the fit
+or did not settle, the eyes are exchanged, or where green sits and looks against
+blue is not told, as by one capture alone. The calibration is not written then,
+but the report is, and a message says what to do.
 
 Example:
   lumcal eyes a.pcap b.pcap c.pcap -o calibration.yaml --report report.html

@@ -135,6 +135,8 @@ class Check:
     """Halves that are two faces, or one that a calibration which is far off tears apart."""
     is_exchanged: bool = False
     """No wall goes on from eye to eye, but one does if the blue eye is taken for the green one."""
+    eye_values: tuple[int, int] = (0, 1)
+    """What packets call the blue and the green eye, by the profile."""
 
     @property
     def flat_m(self) -> tuple[Optional[float], Optional[float]]:
@@ -367,7 +369,8 @@ def check_grid(seen: Grid, calibration: Calibration, named: str) -> Check:
     clouds = _clouds(seen, calibration)
     faces = _find_faces(seen, calibration, clouds)
     seams, strange = find_seams(faces)
-    return Check(seen.name, named, seen.frames, faces, seams, clouds, strange, are_exchanged(seen, calibration, seams))
+    return Check(seen.name, named, seen.frames, faces, seams, clouds, strange, are_exchanged(seen, calibration, seams),
+                 seen.eye_values)
 
 
 def check(options: Options, progress: _Tell) -> Check:

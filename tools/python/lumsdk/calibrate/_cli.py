@@ -151,7 +151,7 @@ def eyes(options: Options, outputs: Outputs, progress: Progress) -> int:
     elif not options.quiet:
         print(_tell.solution_text(solution), end="")
     if why:
-        told(why + (f": {options.output} is not written" if options.output else ""))
+        told((f"{options.output} is not written: " if options.output else "") + why)
     return 1 if why else 0
 
 

@@ -19,7 +19,7 @@ from ._model import CALIBRATION_COUNT, KEYS, ORDERS, Eye, State, fixed_of, prior
 from ._planes import Grid, grid
 from ._result import Array, Parameter, Plane, Residuals, Solution
 from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, estimate_spread, linearise, solve, untold
-from ._tell import EXCHANGED, bends
+from ._tell import ADD_TWO, MOUNT, bends, exchange, not_written
 
 _WORTH = 0.5
 """What leaves more than this share of what was known before is not observable."""
@@ -284,9 +284,8 @@ def _why_held(key: str, captures: int, is_span: bool) -> str:
     if not is_span and key.split(".", 1)[1] in _DEGREES:
         return f"the profile gives angles in degrees, and {_DEGREES[key.split('.', 1)[1]]}; no recording changes that"
     if captures == 1:
-        what = "where green sits and looks against blue" if ".mount." in key else "it"
-        return (f"one capture does not tell {what}: add two of the same room, the sensor turned by 20 to 30 degrees to either "
-                "side so that both eyes see the same faces, one of them rolled by about +12 degrees and the other by -12")
+        what = MOUNT if ".mount." in key else "it"
+        return f"one capture does not tell {what}: {ADD_TWO}"
     return f"these captures do not tell it well enough: add one of the same room that shows {_TELLS[key.split('.', 1)[1]]}"
 
 
@@ -373,12 +372,13 @@ def _fit_notes(found: _Found, names: Sequence[str]) -> Iterator[str]:
     for k in sorted(found.moved):
         yield (f"{names[k]}: shows a face where the other captures, or its other eye, do not have it; it was left out. Has something "
                "moved?")
-    if not found.fit.is_settled:
-        yield "the solution did not settle: its values and standard deviations cannot be trusted; record the room anew"
 
 
 def _notes(grids: Sequence[Grid]) -> Iterator[str]:
     for g in grids:
+        if g.shift_m > 0:
+            yield (f"{g.name}: ranges change by up to {1000 * g.shift_m:.0f} mm within the recording: the sensor was moved, or something "
+                   "before it; better record it anew")
         if g.frames < _FRAMES:
             yield f"{g.name}: {g.frames} whole frames; {_FRAMES} or more measure better"
     if len(grids) < CAPTURES:
@@ -386,11 +386,14 @@ def _notes(grids: Sequence[Grid]) -> Iterator[str]:
                "to 30 degrees between them, one rolled by about +12 degrees and one by -12")
 
 
-def _eye_notes(grids: Sequence[Grid], calibration: Calibration) -> Iterator[str]:
-    """Where a wall goes on from eye to eye only with each eye taken for the other, and in no capture as they are called."""
-    found = [check_grid(g, calibration, "") for g in grids]
-    if not any(has_wall(made.seams) for made in found) and any(made.is_exchanged for made in found):
-        yield f"{EXCHANGED}. Then these values are of no use: exchange the two numbers of eye_values in it, and calibrate again"
+def _exchanged(grids: Sequence[Grid], *calibrations: Calibration) -> str:
+    """What to do where, by each calibration, a wall goes on from eye to eye only with each eye taken for the other, and in no capture
+    as they are called; empty: it does not."""
+    for calibration in calibrations:
+        found = [check_grid(g, calibration, "") for g in grids]
+        if any(has_wall(made.seams) for made in found) or not any(made.is_exchanged for made in found):
+            return ""
+    return exchange(grids[0].eye_values)
 
 
 # --- All of it ---
@@ -444,7 +447,7 @@ def _solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
     held_out = _held_out(problem, found)
     compared = held_out if np.isfinite(held_out[0]) else (_rms(before), _rms(after))
     names = [os.fsdecode(g.name) for g in grids]
-    notes = [*_eye_notes(grids, calibration), *_notes(grids), *_pose_notes(problem, found.fit.state, names),
+    notes = [*_notes(grids), *_pose_notes(problem, found.fit.state, names),
              *_fit_notes(found, names), *_together(found)]
     if not np.isfinite(held_out[0]):
         notes.append("too few faces to hold one out: whether the calibration is better was judged on the faces it is made of")
@@ -453,10 +456,13 @@ def _solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
         plane.bias_m = float(bias)
     allowed_m = compared[0] * _WORSE[0] + _WORSE[1]
     is_better = found.fit.is_settled and compared[1] <= allowed_m
-    return Solution(_parameters(problem, found), _tell_residuals(problem, old, new), planes,
+    made = Solution(_parameters(problem, found), _tell_residuals(problem, old, new), planes,
                     [g.name for g in grids], _rms(before), _rms(after), *held_out, is_better=is_better,
                     base=_nested(calibration), notes=notes, allowed_m=allowed_m, bends_deg=found.fit.state.bends,
-                    spread=asdict(found.spread), poses=[(pose.turn, pose.place) for pose in found.fit.state.poses])
+                    spread=asdict(found.spread), is_settled=found.fit.is_settled,
+                    poses=[(pose.turn, pose.place) for pose in found.fit.state.poses])
+    made.exchanged = _exchanged(grids, calibration, Calibration(made.calibration()))
+    return made
 
 
 def _own(options: Options) -> tuple[Calibration, str]:
@@ -574,4 +580,5 @@ def to_json(solution: Solution) -> dict[str, Any]:
         "bends_deg": {eye: {mirror: {f"p{order}": float(term) for order, term in zip(ORDERS, terms)}
                             for mirror, terms in zip(("azimuth", "elevation"), both)} for eye, both in zip(EYES, solution.bends_deg)},
         "spread": {name: _number(value) for name, value in solution.spread.items()}, "notes": solution.notes,
+        "not_written": not_written(solution) or None,
     }

@@ -21,8 +21,17 @@ if TYPE_CHECKING:
 
 _FRAMES_MIN = 5
 
-_MOVED_M = 0.03
-"""Ranges that go this far over half of a recording were not of a sensor that stood still."""
+_MOVED_M = 0.04
+"""Ranges that go this far within a recording were not of a sensor that stood still."""
+
+_SEEN_M, _SIGMAS = 0.003, 4.0
+"""Ranges that go this far, and so many standard deviations of a block, are told."""
+
+_MOVED_BLOCK = (8, 50)
+"""Lines and pixels of which the ranges go together."""
+
+_MOVED_PART = 0.1
+"""It is told where ranges go so far in so large a part of the view; the sensor moved where they do in half of it."""
 
 _LINES_MAX = 4096
 
@@ -48,6 +57,10 @@ class Grid:
     count: Array
     """Frames that had the cell."""
     is_span: bool
+    shift_m: float = 0.0
+    """How far ranges go within the recording, as after one step half way, where that is more than noise."""
+    eye_values: tuple[int, int] = (0, 1)
+    """What packets call the blue and the green eye, by the profile."""
 
 
 @dataclass
@@ -106,15 +119,19 @@ class _Sums:
         self.count[at] += 1
         self.frames += 1
 
-    def shift_m(self) -> float:
-        """How far ranges go over half of the recording, by a straight line through them over the frames."""
+    def shifts_m(self, is_calm: Array) -> Array:
+        """How far the ranges of neighbours go together, by a straight line over the frames, which sees two thirds of a steady
+        change and all of a step half way; by block of the cells that do not scatter."""
         ranges, _, _, _, turned, turn = self.sums
-        seen = self.count > 0.5 * self.count.max(initial=0)
-        n = self.count[seen]
         # Each cell was seen in about the same frames, of which the numbers have this variance.
         spread = (self.frames ** 2 - 1) / 12
-        slope = (turned[seen] / n - turn[seen] / n * ranges[seen] / n) / spread
-        return float(np.median(np.abs(slope))) * self.frames / 2 if len(slope) else 0.0
+        n = np.maximum(self.count, 1)
+        slope = np.where(is_calm, (turned / n - turn / n * ranges / n) / spread, 0)
+        block = min(_MOVED_BLOCK[0], self.lines), _MOVED_BLOCK[1]
+        rows = self.lines // max(block[0], 1)
+        cells, sums = (values[:, :rows * block[0]].reshape(2, rows, block[0], -1, block[1]).sum((2, 4)) for values in (is_calm, slope))
+        many = cells > 0.25 * block[0] * block[1]
+        return np.asarray(np.abs(sums[many] / cells[many]) * self.frames * 2 / 3)
 
     def means(self) -> tuple[Array, Array, Array, Array]:
         """Range, its variance by frame, azimuth and elevation; nan where few frames had a cell."""
@@ -145,6 +162,18 @@ def _sum(source: Source, name: str) -> _Sums:
     return made
 
 
+def _shift(name: str, sums: _Sums, is_calm: Array, variance: float) -> float:
+    """How far ranges go in a part of the view, 0 where that is noise; an error where they do in half of it."""
+    shifts = sums.shifts_m(is_calm)
+    if not len(shifts):
+        return 0.0
+    noise = _SIGMAS * math.sqrt(16 / 3 * variance / (sums.frames * math.prod(_MOVED_BLOCK)))
+    half, part = (float(np.quantile(shifts, 1 - share)) for share in (0.5, _MOVED_PART))
+    if half > max(_MOVED_M, noise):
+        raise CaptureError(f"{name}: ranges change by {half:.2f} m within the recording: the sensor has to stand still")
+    return part if part > max(_SEEN_M, noise) else 0.0
+
+
 def grid(capture: Union[str, os.PathLike[str]], profile: Any = None, **options: Any) -> Grid:
     """The mean of a capture's frames. options are those of lumsdk.open().
 
@@ -161,20 +190,19 @@ def grid(capture: Union[str, os.PathLike[str]], profile: Any = None, **options: 
     with open_source(name, columns="range,azimuth,elevation,line,pixel,eye", returns="first",
                      calibration=calibration.replace(eyes), **options) as source:
         is_span = source.profile["angle_lsb_deg"] == "span"
+        values = source.profile["eye_values.blue"], source.profile["eye_values.green"]
         sums = _sum(source, name)
     ranges, variance, azimuth, elevation = sums.means()
     usual = float(np.nanmedian(variance)) if np.isfinite(variance).any() else 0.0
-    noise = float(np.nanquantile(variance, 0.2)) if np.isfinite(variance).any() else 0.0
-    shift = sums.shift_m()
-    if shift > max(_MOVED_M, 4 * math.sqrt(noise / sums.frames)):
-        raise CaptureError(f"{name}: ranges change by {shift:.2f} m within the recording: the sensor has to stand still")
     with np.errstate(invalid="ignore"):
-        ranges[variance > (3 * math.sqrt(usual) + _EDGE_M) ** 2] = np.nan
+        is_edge = variance > (3 * math.sqrt(usual) + _EDGE_M) ** 2
+    shift = _shift(name, sums, np.isfinite(ranges) & ~is_edge, usual)
+    ranges[is_edge] = np.nan
     shape = 2, sums.lines, PIXELS
     scale = (30.0, 10.0) if is_span else (1.0, 1.0)
     made = Grid(name, sums.frames, azimuth.reshape(shape) / scale[0], (elevation.reshape(shape) + 7.0) / scale[1],
                 ranges.reshape(shape), np.sqrt(np.where(sums.count > 0, usual / np.maximum(sums.count, 1), np.nan)).reshape(shape),
-                sums.count.reshape(shape), is_span)
+                sums.count.reshape(shape), is_span, shift, values)
     _align(made)
     return made
 

@@ -79,7 +79,7 @@ class Solution:
     """Root mean square on planes that the solution had not seen; nan where there is no plane to spare."""
     held_out_after_m: float
     is_better: bool
-    """Whether the planes that were held out are no worse than before, by allowed_m."""
+    """Whether it settled, and the planes that were held out are no worse than before, by allowed_m."""
     base: dict[str, Any] = field(default_factory=dict)
     """The calibration as it was, nested as in a file."""
     notes: list[str] = field(default_factory=list)
@@ -92,6 +92,11 @@ class Solution:
     degrees. No calibration holds them."""
     spread: dict[str, float] = field(default_factory=dict)
     """How uneven faces and mirrors were taken to be: standard deviations in metres, and in degrees where the name ends in _deg."""
+    is_settled: bool = True
+    """Whether the last round of the fit moved hardly anything."""
+    exchanged: str = ""
+    """What to do where a wall goes on from eye to eye only with the eyes exchanged; empty: one goes on as they are called, or
+    none tells."""
     poses: list[tuple[Array, Array]] = field(default_factory=list)
     """Turn (3, 3) and place in metres of each capture's sensor, in the frame of the first capture's."""
 

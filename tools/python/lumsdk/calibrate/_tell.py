@@ -44,12 +44,16 @@ def _seam_line(seam: Seam) -> str:
             f" twist {seam.twist_deg:6.3f} +- {seam.twist_sigma_deg:.3f} degrees" + MARKS[seam.verdict])
 
 
-EXCHANGED = "a wall goes on from eye to eye only with the eyes exchanged: the profile probably calls the blue eye green"
+def exchange(eye_values: tuple[int, int]) -> str:
+    """What to do where the eyes are exchanged."""
+    blue, green = eye_values
+    return ("a wall goes on from eye to eye only with the eyes exchanged: the profile probably calls the blue eye green. Exchange the "
+            f"two numbers of eye_values in it, or add --set eye_values.blue={green} --set eye_values.green={blue}, and run it again")
 
 
 def _why_unknown(found: Check) -> str:
     if found.is_exchanged:
-        return f"{EXCHANGED}. Exchange the two numbers of eye_values in it, and check again"
+        return exchange(found.eye_values)
     if found.seams:
         return (f"what both eyes see here is too small or too uneven to tell a step within {1000 * TOLD_M:g} mm and angles within "
                 f"{TOLD_DEG:g} degrees: let the sensor look at a larger wall straight ahead, or at the floor, with more frames")
@@ -154,10 +158,25 @@ def compared(found: Solution) -> tuple[float, float, str]:
     return found.rms_before_m, found.rms_after_m, "the faces that it is made of"
 
 
+MOUNT = "where green sits and looks against blue"
+"""What a calibration is of no use without."""
+
+ADD_TWO = ("add two of the same room, the sensor turned by 20 to 30 degrees to either side so that both eyes see the same faces, one of "
+           "them rolled by about +12 degrees and the other by -12")
+
+
 def not_written(found: Solution) -> str:
-    """Why a solution is no calibration; empty: it is one."""
-    if all(parameter.held for parameter in found.parameters):
-        return "the captures tell nothing of the calibration; what was found says why, and which recording would tell it"
+    """Why a solution is no calibration, and what to do; empty: it is one."""
+    if found.exchanged:
+        return found.exchanged
+    if len(found.captures) == 1:
+        return f"one capture does not tell {MOUNT}: {ADD_TWO}"
+    open_keys = {why: [key for key in keys if ".mount." in key] for why, keys in reasons(found).items()}
+    told = "; ".join(f"{', '.join(keys)}: {why}" for why, keys in open_keys.items() if keys)
+    if told:
+        return f"{MOUNT} is not told: {told}"
+    if not found.is_settled:
+        return "the solution did not settle: its values and standard deviations cannot be trusted; record the room anew"
     if found.is_better:
         return ""
     before, after, where = compared(found)
