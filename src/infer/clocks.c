@@ -489,6 +489,107 @@ static void find_rival(watch *w, lum_infer_state *state, double *times)
     }
 }
 
+/* The clock's eight bytes of four, or its lower four of eight. */
+static lum_field resized(lum_field clock)
+{
+    const bool is_big = clock.order == LUM_ORDER_BIG;
+    lum_field out = clock;
+    if (clock.bytes == 8) {
+        out.bytes = 4;
+        out.at = (uint8_t)(clock.at + (is_big ? 4u : 0u));
+    } else {
+        out.bytes = 8;
+        out.at = (uint8_t)(clock.at - (is_big ? 4u : 0u));
+    }
+    return out;
+}
+
+/* The first byte of those of eight that are above four. */
+static unsigned above_of(lum_field eight)
+{
+    return eight.at + (eight.order == LUM_ORDER_BIG ? 0u : 4u);
+}
+
+/* Whether eight bytes stand in the header, those above four being of no other
+ * field. */
+static bool has_room(const watch *w, lum_field eight)
+{
+    const lum_infer_state *state = w->state;
+    const unsigned above = above_of(eight);
+    if (eight.at < LUM_INFER_FIELDS_AT || eight.at + 8u > state->samples.at) {
+        return false;
+    }
+    for (unsigned at = above; at < above + 4u; at++) {
+        if (state->used.byte[at] != 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Whether those above four do not change. */
+static bool is_steady(const watch *w, lum_field eight)
+{
+    const unsigned first = 8u * above_of(eight);
+    for (unsigned bit = first; bit < first + 32u; bit++) {
+        if (is_varying(w, bit)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Whether a field gives the times of the best at all lines, but for corrupt
+ * ones. Bytes that count on as the lower ones wrap do; others, which change
+ * when they like, do not. */
+static bool is_always_same(watch *w, lum_field field, const double *times)
+{
+    const size_t n = w->t.start_count;
+    trial t = w->best;
+    size_t off = 0;
+    t.field = field;
+    get_times(w, &t, w->t.sorted);
+    for (size_t i = 0; i < n; i++) {
+        const double apart = w->t.sorted[i] - times[i];
+        off += apart > SAME * w->t.span_ns || apart < -SAME * w->t.span_ns;
+    }
+    return off * 100 < n;
+}
+
+/* Four bytes that count on in four more, which bear anything: a clock of eight.
+ * @param times room for those of the best. */
+static void take_upper(watch *w, double *times)
+{
+    const lum_field clock = w->best.field;
+    const lum_field eight = resized(clock);
+    if (clock.bytes != 4 || clock.bits != 0 || !has_room(w, eight) ||
+        is_steady(w, eight)) {
+        return;
+    }
+    get_times(w, &w->best, times);
+    if (is_always_same(w, eight, times)) {
+        w->best.field = eight;
+    }
+}
+
+/* While what is above four bytes does not change, four and eight are the same
+ * clock.
+ * @param times of the best. */
+static void find_resized(watch *w, lum_infer_state *state, const double *times)
+{
+    const lum_field clock = w->best.field;
+    const lum_field other = resized(clock);
+    const bool is_four = clock.bytes == 4;
+    if (state->equal_clock.bytes > 0 || clock.bits != 0 ||
+        (is_four ? !has_room(w, other) : clock.bytes != 8)) {
+        return;
+    }
+    if (is_steady(w, is_four ? other : clock) &&
+        is_always_same(w, other, times)) {
+        state->equal_clock = other;
+    }
+}
+
 /* --- Without a clock --- */
 
 /* Whether a byte differs at most lines from the line before of its eye. */
@@ -567,9 +668,11 @@ static void look(watch *w, lum_infer_state *state, double *times)
         }
         return;
     }
+    take_upper(w, times);
     take_clock(w, state);
     if (w->best.field.bytes > 0) {
         find_rival(w, state, times);
+        find_resized(w, state, times);
     } else if (w->t.has_times) {
         find_unread(w, state);
     }

@@ -85,6 +85,7 @@ static int push_one(lum_infer *infer, const lum_record *record)
     uint32_t sensor = 0;
     if ((!lum_record_is_datagram(record) && !is_cut) ||
         !is_ours(infer, record, &sensor)) {
+        infer->store.elsewhere++;
         return lum_infer_store_is_full(&infer->store) ? 0 : 1;
     }
     if (is_cut && !lum_infer_store_is_full(&infer->store)) {
@@ -299,6 +300,7 @@ static int find_data(lum_infer_state *state, lum_infer_result *out)
 
 static int find_samples(lum_infer_state *state, lum_infer_result *out)
 {
+    out->other_type = (uint32_t)state->all.count;
     if (state->all.count == 0) {
         return none(out, LUM_INFER_TOO_LITTLE,
                     "there is no packet of data, only control packets "
@@ -417,6 +419,7 @@ int lum_infer_solve(lum_infer *infer, lum_infer_result *out, lum_error *error)
         result->cut_short = infer->store.cut_short;
         result->left_out = infer->store.left_out;
         result->joined = infer->store.joined;
+        result->elsewhere = infer->store.elsewhere;
         result->sensors = infer->store.sensor_count;
         result->is_full = lum_infer_store_is_full(&infer->store);
         sort(&infer->store, &state->all);

@@ -259,6 +259,22 @@ static void of_first(const lum_infer_state *state, lum_infer_finding *f)
     say_wider(state, f, first->field);
 }
 
+/* Of eight bytes, of which only four change, or the other way round. */
+static void say_equal_clock(const lum_infer_state *state, lum_infer_finding *f)
+{
+    const lum_infer_bits a = lum_infer_bits_of(state->equal_clock);
+    const lum_infer_bits b =
+        lum_infer_bits_of(state->field[LUM_FIELD_TIMESTAMP].field);
+    say_equal(f, state->equal_clock);
+    if (lum_infer_overlap(&a, &b)) {
+        const size_t len = strlen(f->equal);
+        (void)snprintf(f->equal + len, sizeof f->equal - len,
+                       ", since the further bytes do not change; a recording "
+                       "of more than %.1f s tells",
+                       4294967296e-9 * (double)state->unit_taken);
+    }
+}
+
 static void of_clock(const lum_infer_state *state, lum_infer_finding *f)
 {
     const lum_infer_choice *clock = &state->field[LUM_FIELD_TIMESTAMP];
@@ -286,7 +302,7 @@ static void of_clock(const lum_infer_state *state, lum_infer_finding *f)
     }
     say_wider(state, f, clock->field);
     if (f->equal[0] == '\0') {
-        say_equal(f, state->equal_clock);
+        say_equal_clock(state, f);
     }
 }
 

@@ -37,6 +37,7 @@ def test_it_is_what_lumdump_tells(capture):
     assert (found.verdict, found.text, found.yaml) == (told["verdict"], told["text"], told["profile"])
     assert (found.packets, found.fit, round(found.margin, 3)) == (told["packets"], told["fit"], told["margin"])
     assert found.margin_key == told["margin_key"]
+    assert found.counts == {name: told[name] for name in found.counts}
     assert (found.second is None) == (told["second"] is None)
     assert [vars(finding) for finding in found.findings] == told["findings"]
 
@@ -50,7 +51,8 @@ def test_every_kind_of_source(capture):
 
 def test_a_sensor_is_chosen(capture):
     assert lumsdk.infer(capture, sensor="10.42.0.37").profile is not None
-    assert lumsdk.infer(capture, sensor="10.42.0.99").profile is None
+    other = lumsdk.infer(capture, sensor="10.42.0.99")
+    assert other.profile is None and other.packets == 0 and sum(other.counts.values()) == other.counts["elsewhere"] > 100
     with pytest.raises(lumsdk.OptionError, match="sensor"):
         lumsdk.infer(capture, sensor="here")
 

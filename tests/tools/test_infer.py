@@ -206,6 +206,27 @@ class Told(Case):
         self.infer(self.source, "--json", "-o", self.folder / "found.yaml")
         self.assertEqual((self.folder / "found.yaml").read_text(), got["profile"])
 
+    def test_each_record_is_counted_once(self):
+        """Whatever it is: also packets of anything behind our magic, which are no data, and what goes by other ports."""
+        random_of = random.Random(29)
+        junk = [udp(MAGIC + random_of.randbytes(900)) for _ in range(600)]
+        besides = [udp(MAGIC + bytes(4)), udp(b"no magic"), udp(MAGIC + bytes(900), sport=1, dport=2), bytes(60)]
+        data = list(frames_of(self.source.read_bytes()))
+        for name, packets, kinds in (("junk", junk, {"other_type": 600}), ("mixed", [*data, *junk, *besides], {"packets": len(data), "other_type": 600}),
+                                     ("besides", besides, {})):
+            with self.subTest(name):
+                source = self.folder.write(f"{name}.pcap", pcap(packets, step=1e-5))
+                r = run("lumdump", source, "--infer", "--json")
+                got = json.loads(r.stdout)
+                counts = {k: got[k] for k in ("packets", "other_type", "control", "foreign", "cut_short", "left_out", "elsewhere")}
+                self.assertEqual(sum(counts.values()), got["records"], counts)
+                self.assertLessEqual(kinds.items(), counts.items())
+                if besides[0] in packets:
+                    self.assertEqual((counts["control"], counts["foreign"], counts["elsewhere"]), (1, 1, 2))
+        said = self.infer(self.folder / "junk.pcap", status=1).stderr
+        self.assertRegex(said, r"(?m)^not used +600 packets with our magic, and without samples$")
+        self.assertRegex(self.infer(self.folder / "besides.pcap", status=1).stderr, r"(?m)^not used +2 records of another port or sensor, or no datagram$")
+
     def test_of_a_long_capture_the_first_packets_are_looked_at(self):
         """Within 64 MB of memory and 3 s of the processor, also where most of the header is 0: half of them, to be safe."""
         source = simulate(self.folder / "long.pcap", "--frames", "2", "--lines", "640", "--profile",

@@ -1282,6 +1282,7 @@ static void random_bytes_are_no_layout(void **state)
 {
     (void)state;
     struct maker m;
+    lum_infer_result r;
     const lum_profile profile = default_profile();
     uint8_t bytes[BYTES];
     begin(&m, &profile);
@@ -1293,6 +1294,8 @@ static void random_bytes_are_no_layout(void **state)
         push(&m, bytes, 900 + random_of(&m, 500));
     }
     finds_nothing(&m, LUM_INFER_NOTHING_FITS);
+    solve(&m, &r, 1);
+    assert_int_equal(r.other_type, 2000);
     end(&m);
 }
 
@@ -1676,6 +1679,67 @@ static void one_constant_byte_makes_no_clock_wide(void **state)
     end(&m);
 }
 
+/* Eight bytes of which four do not change are a clock of four too, in either
+ * order, until those wrap. */
+static void an_upper_half_that_stands_is_told(void **state)
+{
+    (void)state;
+    static const uint32_t upper[] = {1, 0x17979cfeu, UINT32_MAX};
+    for (unsigned i = 0; i < 12; i++) {
+        struct maker m;
+        lum_infer_result r;
+        const bool is_big = i / 3 % 2 == 1;
+        const bool wraps = i >= 6;
+        lum_profile profile = default_profile();
+        profile.group[LUM_FIELD_TIMESTAMP] = (lum_field){
+            .at = 20, .bytes = 8, .order = is_big ? LUM_ORDER_BIG : 0};
+        profile.samples_at = 28;
+        begin(&m, &profile);
+        m.ticks = (uint64_t)upper[i % 3] << 32 |
+                  (wraps ? UINT32_MAX - 64 * 1500u : 1000000u);
+        send_frames(&m, 2, 64);
+        solve(&m, &r, 0);
+        const lum_field clock = r.profile.group[LUM_FIELD_TIMESTAMP];
+        const char *equal = r.findings[LUM_INFER_TIMESTAMP].equal;
+        assert_int_equal(clock.bytes, wraps ? 8 : 4);
+        if (!wraps) {
+            assert_non_null(strstr(equal, is_big ? "{at: 20, bytes: 8, order"
+                                                 : "{at: 20, bytes: 8}"));
+            assert_non_null(strstr(equal, "do not change; a recording of more "
+                                          "than 4295.0 s tells"));
+        } else {
+            finds_it(&m);
+            assert_null(strstr(equal, "bytes: 4"));
+        }
+        end(&m);
+    }
+}
+
+/* A number that stands above a clock, and changes once when the clock does not
+ * wrap. */
+static void add_other(struct maker *m, const lum_group *group, uint8_t *bytes)
+{
+    (void)group;
+    put_32(bytes + 24, 0x17979cfeu + (m->lines > 20 ? 1u : 0u));
+}
+
+static void what_changes_above_a_clock_is_not_the_clocks(void **state)
+{
+    (void)state;
+    struct maker m;
+    lum_infer_result r;
+    lum_profile profile = default_profile();
+    profile.samples_at = 28;
+    begin(&m, &profile);
+    m.add = add_other;
+    send_frames(&m, 2, 64);
+    finds_it(&m);
+    solve(&m, &r, 0);
+    assert_int_equal(r.profile.group[LUM_FIELD_TIMESTAMP].bytes, 4);
+    assert_string_equal(r.findings[LUM_INFER_TIMESTAMP].equal, "");
+    end(&m);
+}
+
 static void filler_widens_a_clock_of_short_ticks_alone(void **state)
 {
     (void)state;
@@ -1880,6 +1944,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(packets_that_do_not_fit_make_it_unsure),
     cmocka_unit_test(samples_that_nothing_confirms_are_said),
     cmocka_unit_test(one_constant_byte_makes_no_clock_wide),
+    cmocka_unit_test(an_upper_half_that_stands_is_told),
+    cmocka_unit_test(what_changes_above_a_clock_is_not_the_clocks),
     cmocka_unit_test(filler_widens_a_clock_of_short_ticks_alone),
     cmocka_unit_test(filler_is_what_most_packets_bear),
     cmocka_unit_test(packets_that_are_cut_are_said),

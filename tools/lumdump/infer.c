@@ -22,6 +22,7 @@ struct inference {
     lum_infer *infer;
     lum_capture *capture;
     struct infer_report report;
+    uint32_t skipped; /* records of other interfaces than the one asked for */
     char capture_word[MISFIT_CAPTURE_BYTES];
     char profile_word[MISFIT_CAPTURE_BYTES];
 };
@@ -69,9 +70,9 @@ static enum pass_result read_all(struct inference *f, lum_error *error)
          wants > 0 &&
          (status = lum_capture_next(f->capture, &record, &broken)) > 0;
          i++) {
-        wants = is_of_asked_interface(f)
-                    ? lum_infer_push(f->infer, &record, error)
-                    : wants;
+        const bool is_asked = is_of_asked_interface(f);
+        wants = is_asked ? lum_infer_push(f->infer, &record, error) : wants;
+        f->skipped += !is_asked;
         if (i % RECORDS_A_LOOK == 0 && interrupt_signal() != 0) {
             return PASS_INTERRUPTED;
         }
@@ -107,6 +108,7 @@ static enum pass_result solve(struct inference *f, lum_error *error)
     }
     f->report.result.struct_size = sizeof f->report.result;
     const int solved = lum_infer_solve(f->infer, &f->report.result, error);
+    f->report.result.elsewhere += f->skipped;
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }

@@ -31,16 +31,23 @@ static const char *plural(uint64_t n)
 static void print_unused(const lum_infer_result *r, FILE *out)
 {
     if (r->other_type > 0) {
-        (void)fprintf(out,
-                      "not used   %" PRIu32
-                      " packet%s of another type, or not 0 in bytes 9 to 11\n",
-                      r->other_type, plural(r->other_type));
+        (void)fprintf(out, "not used   %" PRIu32 " packet%s %s\n",
+                      r->other_type, plural(r->other_type),
+                      r->packets > 0
+                          ? "of another type, or not 0 in bytes 9 to 11"
+                          : "with our magic, and without samples");
     }
     if (r->left_out > 0) {
         (void)fprintf(out,
                       "not used   %" PRIu32
                       " packet%s of other sensors than the first 16\n",
                       r->left_out, plural(r->left_out));
+    }
+    if (r->elsewhere > 0) {
+        (void)fprintf(out,
+                      "not used   %" PRIu32
+                      " record%s of another port or sensor, or no datagram\n",
+                      r->elsewhere, plural(r->elsewhere));
     }
     if (r->cut_short > 0) {
         (void)fprintf(out,
@@ -212,6 +219,7 @@ static void put_counts(struct json *json, const struct infer_report *report)
     json_uint(json, "joined", r->joined);
     json_uint(json, "other_type", r->other_type);
     json_uint(json, "left_out", r->left_out);
+    json_uint(json, "elsewhere", r->elsewhere);
     json_uint(json, "sensors", r->sensors);
     json_bool(json, "full", r->is_full);
 }

@@ -126,10 +126,12 @@ typedef struct lum_infer_result {
                                     whose samples are what their tag says
                                     where there are enough to tell */
     uint32_t foreign;          /**< to or from port 5517, without the magic */
-    uint32_t control;          /**< heartbeats, commands and answers */
+    uint32_t control;          /**< heartbeats, commands and answers, and
+                                    whatever is a header alone */
     uint32_t cut_short;        /**< datagrams that the capture has in part */
     uint32_t other_type;       /**< ours, that may be data, but not of the
-                                    data's type, or not 0 in bytes 9 to 11 */
+                                    data's type, or not 0 in bytes 9 to 11; all
+                                    of them if none has samples */
     uint32_t left_out;         /**< datagrams of further sensors than 16, or
                                     pushed after it had enough */
     uint32_t sensors;          /**< addresses that sent what was looked at */
@@ -142,6 +144,11 @@ typedef struct lum_infer_result {
     lum_infer_finding findings[LUM_INFER_KEYS]; /**< by ::lum_infer_key */
     uint32_t joined; /**< datagrams that came joined with others by a receiving
                           host, until it had enough */
+    uint32_t elsewhere; /**< what was pushed besides: not to or from the port,
+                             of another sensor than was requested, or no
+                             datagram. With this, packets, other_type, control,
+                             foreign, cut_short and left_out are all that was
+                             pushed, joined ones taken apart */
 } lum_infer_result;
 
 /** Begin.

@@ -59,6 +59,9 @@ class Inference:
     """What each key is, and why; empty without a profile."""
     yaml: str
     """The profile as a file, with the evidence as comments; empty without one."""
+    counts: dict[str, int]
+    """What else was read, until it had enough: other_type, control, foreign, cut_short, left_out, elsewhere, as lumdump --infer
+    --json has them. With packets, these are all records, joined ones taken apart."""
 
 
 def _open(source: Input, kept: list[Any]) -> tuple[Any, Optional[Functions]]:
@@ -83,16 +86,19 @@ def _is_of(interface: str, capture: Any) -> bool:
     return not interface or (found != ffi.NULL and text(found) == interface)
 
 
-def _read(made: Any, capture: Any, interface: str, functions: Optional[Functions]) -> None:
-    """As much of a capture as is needed. What cannot be read to its end is used as far as it can."""
+def _read(made: Any, capture: Any, interface: str, functions: Optional[Functions]) -> int:
+    """As much of a capture as is needed, and how many records of other interfaces were left out. What cannot be read to its end is
+    used as far as it can."""
     record, error = ffi.new("lum_record *"), ffi.new("lum_error *")
-    wants, status = 1, 1
+    wants, status, skipped = 1, 1, 0
     while wants > 0:
         status = lib.lum_capture_next(capture, record, error)
         if status <= 0:
             break
         if _is_of(interface, capture):
             wants = lib.lum_infer_push(made, record, error)
+        else:
+            skipped += 1
     if functions is not None and functions.problem is not None:
         raise functions.problem
     if wants < 0:
@@ -102,6 +108,7 @@ def _read(made: Any, capture: Any, interface: str, functions: Optional[Functions
         warn(text(damage.text))
     if status < 0:
         warn(text(error.text))
+    return skipped
 
 
 def _profile(found: Any) -> Profile:
@@ -122,7 +129,10 @@ def _yaml(result: Any) -> str:
     return text(out)
 
 
-def _solve(made: Any) -> Inference:
+_COUNTS = ("other_type", "control", "foreign", "cut_short", "left_out", "elsewhere")
+
+
+def _solve(made: Any, skipped: int) -> Inference:
     result, error = sized("lum_infer_result"), ffi.new("lum_error *")
     if lib.lum_infer_solve(made, result, error) < 0:
         raise failure(error)
@@ -133,7 +143,8 @@ def _solve(made: Any) -> Inference:
         margin=float(result.margin),
         margin_key=text(result.findings[result.margin_key].name) if result.has_profile else "",
         packets=int(result.packets), fit=int(result.fit),
-        findings=tuple(_finding(result.findings[i]) for i in range(result.finding_count)), yaml=_yaml(result))
+        findings=tuple(_finding(result.findings[i]) for i in range(result.finding_count)), yaml=_yaml(result),
+        counts={name: int(getattr(result, name)) + (skipped if name == "elsewhere" else 0) for name in _COUNTS})
 
 
 def infer(source: Given, *, sensor: Optional[str] = None, port: Optional[int] = None) -> Inference:
@@ -168,9 +179,9 @@ def infer(source: Given, *, sensor: Optional[str] = None, port: Optional[int] = 
         made = ffi.gc(out[0], lib.lum_infer_free)
         capture, functions = _open(opened, kept)
         try:
-            _read(made, capture, chosen.interface if chosen is not None else "", functions)
+            skipped = _read(made, capture, chosen.interface if chosen is not None else "", functions)
         finally:
             ffi.release(capture)
-        return _solve(made)
+        return _solve(made, skipped)
     finally:
         opened.close()
