@@ -1169,6 +1169,17 @@ class Several(Case):
         self.assertGreater(min(points for _, points, *_ in whole), 1000)
         self.assertTrue(list(self.clouds(*self.rotated(3)[::-1])) == whole, "other points, or other times")
 
+    def test_those_before_the_shown_frame_are_sent_to_who_asks(self):
+        whole = {number: data for number, *_, data in self.clouds(self.whole)}
+        b = self.watch(self.whole)
+        b.say("frames 3")
+        for last in (4, 3):
+            shown = b.cloud_of(last).shown
+            b.say(f"past {last} 7")  # the frame three before is not one of three at once
+            for number in (last - 1, last - 2):
+                past = b.cloud(lambda c: c.shown < shown)
+                self.assertEqual((past.frame, past.data[80:]), (number, whole[number]))
+
     def test_they_have_a_name_together(self):
         parts = self.rotated(3)
         self.assertEqual(self.watch(*parts).text("hello")["source"], f"{parts[0]} and 2 more")

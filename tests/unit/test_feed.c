@@ -411,6 +411,65 @@ static void steps_that_come_together_add_up(void **state)
     close_well(&v);
 }
 
+/* Those before the frame that is shown, so many with it, and no others. */
+static void assert_past(struct viewer *v, int64_t shown, int64_t frames)
+{
+    static const struct feed_view rising = {LUM_EDGES_RISING, 0};
+    for (int64_t f = 1; f <= FRAMES; f++) {
+        struct frame *frame = feed_past(v->feed, &rising, f);
+        if (f < shown && f > shown - frames) {
+            assert_non_null(frame);
+            assert_frame(frame, (size_t)f, content.rising[f]);
+        } else {
+            assert_null(frame);
+        }
+        frame_release(frame);
+    }
+}
+
+static void frames_at_once_end_at_the_one_that_is_shown(void **state)
+{
+    static const int64_t jumps[] = {FRAMES, 2, 5, 3, 4};
+    struct viewer v;
+    (void)state;
+    open_paused(&v);
+    assert_past(&v, 1, 1);
+    feed_keep(v.feed, 3);
+    for (size_t i = 0; i < sizeof jumps / sizeof jumps[0]; i++) {
+        feed_seek(v.feed, jumps[i]);
+        (void)viewer_wait(&v, shows_frame, jumps[i]);
+        assert_past(&v, jumps[i], 3);
+    }
+    const int64_t shown = (int64_t)viewer_wait(&v, shows_frame, 4).frames;
+    feed_keep(v.feed, 4); /* it is shown again, with one more */
+    (void)viewer_wait(&v, has_shown, shown + 1);
+    assert_past(&v, 4, 4);
+    feed_seek(v.feed, INT64_MAX);
+    (void)viewer_wait(&v, shows_frame, FRAMES);
+    assert_past(&v, FRAMES, 4);
+    feed_loop(v.feed, true);
+    feed_play(v.feed, true); /* anew */
+    (void)viewer_wait(&v, shows_frame, 2);
+    feed_play(v.feed, false);
+    const struct feed_status s = viewer_wait(&v, is_in_state, FEED_PAUSED);
+    assert_past(&v, s.frame, 4);
+    close_well(&v);
+}
+
+/* What goes by is kept too. */
+static void a_capture_that_plays_keeps_frames(void **state)
+{
+    struct viewer v;
+    (void)state;
+    viewer_init(&v, street);
+    v.options.speed = 20.0;
+    viewer_open(&v);
+    feed_keep(v.feed, FRAMES);
+    (void)viewer_wait(&v, is_in_state, FEED_ENDED);
+    assert_past(&v, FRAMES, FRAMES);
+    close_well(&v);
+}
+
 static void a_step_pauses(void **state)
 {
     struct viewer v;
@@ -981,6 +1040,8 @@ int main(void)
         cmocka_unit_test(a_pause_stands_until_play),
         cmocka_unit_test(steps_lead_forward_and_back_and_end_at_the_ends),
         cmocka_unit_test(steps_that_come_together_add_up),
+        cmocka_unit_test(frames_at_once_end_at_the_one_that_is_shown),
+        cmocka_unit_test(a_capture_that_plays_keeps_frames),
         cmocka_unit_test(a_step_pauses),
         cmocka_unit_test(a_jump_leads_to_the_nearest_frame),
         cmocka_unit_test(a_jump_before_the_ends_are_known_leads_there_too),

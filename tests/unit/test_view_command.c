@@ -35,6 +35,10 @@ static void every_command_is_understood(void **state)
     assert_true(c.speed >= 0.25 && c.speed <= 0.25);
     assert_true(parse("loop on", &c) && c.kind == COMMAND_LOOP && c.loops);
     assert_true(parse("loop off", &c) && !c.loops);
+    assert_true(parse("frames 50", &c) && c.kind == COMMAND_FRAMES);
+    assert_true(c.number == 50);
+    assert_true(parse("past 30 562949953421311", &c) && c.kind == COMMAND_PAST);
+    assert_true(c.number == 30 && c.past == (UINT64_C(1) << 49) - 1u);
 }
 
 static void views_have_edges_and_an_odd_window(void **state)
@@ -80,6 +84,16 @@ static void all_else_is_refused(void **state)
         "speed -1",
         "loop",
         "loop maybe",
+        "frames",
+        "frames 0",
+        "frames 51",
+        "frames 2.5",
+        "past",
+        "past 30",
+        "past 30 ",
+        "past 30 -1",
+        "past x 1",
+        "past 30 9007199254740993",
         "loop on off",
         "view",
         "view rising",

@@ -87,6 +87,18 @@ static void want_views(struct clients *clients)
     }
 }
 
+/* As many as the browser that shows most. */
+static void keep_frames(const struct clients *clients)
+{
+    unsigned most = 1;
+    for (const struct client *c = clients->first; c != NULL; c = c->next) {
+        most = c->frames > most ? c->frames : most;
+    }
+    if (clients->feed != NULL) {
+        feed_keep(clients->feed, most);
+    }
+}
+
 /* Where all places are taken, a browser keeps the view that it has. */
 static void set_view(struct clients *clients, struct client *client,
                      const struct feed_view *view)
@@ -95,6 +107,7 @@ static void set_view(struct clients *clients, struct client *client,
     const size_t count = collect_views(clients, client, views);
     if (count < FEED_VIEWS_MAX || has_view(views, count, view)) {
         client->view = *view;
+        client->past = 0;
         want_views(clients);
     }
 }
@@ -112,7 +125,7 @@ void clients_add(struct clients *clients, struct client *client,
 {
     struct feed_view views[FEED_VIEWS_MAX];
     const size_t count = collect_views(clients, NULL, views);
-    *client = (struct client){.wsi = wsi, .wants_status = true};
+    *client = (struct client){.wsi = wsi, .frames = 1, .wants_status = true};
     client->view = count < FEED_VIEWS_MAX ? default_view : views[0];
     client->next = clients->first;
     clients->first = client;
@@ -136,6 +149,7 @@ void clients_remove(struct clients *clients, struct client *client)
     frame_release(client->frame);
     client->frame = NULL;
     want_views(clients);
+    keep_frames(clients);
 }
 
 /* --- Waking --- */
@@ -258,18 +272,36 @@ static void count_skipped(struct client *client, const uint8_t *head)
     client->has_last = true;
 }
 
+/* The newest that was asked for and that there is; NULL: none. */
+static struct frame *take_past(const struct clients *clients,
+                               struct client *client)
+{
+    struct frame *frame = NULL;
+    for (int64_t i = 1; client->past != 0 && frame == NULL; i++) {
+        if ((client->past & 1u) != 0) {
+            frame = feed_past(clients->feed, &client->view,
+                              client->past_before - i);
+        }
+        client->past >>= 1;
+        client->past_before -= frame != NULL ? i : 0;
+    }
+    return frame;
+}
+
+/* Those that were asked for come behind the newest. */
 static int begin_frame(const struct clients *clients, struct client *client)
 {
     size_t len = 0;
     struct frame *frame = feed_newest(clients->feed, &client->view);
-    if (frame == NULL || !is_newer(client, frame)) {
+    if (frame != NULL && is_newer(client, frame)) {
+        count_skipped(client, frame_bytes(frame, &len));
+    } else {
         frame_release(frame);
-        return 0;
+        frame = take_past(clients, client);
     }
     client->frame = frame;
     client->sent = 0;
-    count_skipped(client, frame_bytes(frame, &len));
-    return send_piece(clients, client);
+    return frame != NULL ? send_piece(clients, client) : 0;
 }
 
 static int send_close(const struct client *client)
@@ -300,7 +332,7 @@ int clients_write(struct clients *clients, struct client *client)
     if (failed != 0) {
         return -1;
     }
-    if (client->frame != NULL || client->wants_status ||
+    if (client->frame != NULL || client->wants_status || client->past != 0 ||
         has_newer(clients, client)) {
         (void)lws_callback_on_writable(client->wsi);
     }
@@ -316,6 +348,15 @@ static void obey(struct clients *clients, struct client *client,
     switch (command->kind) {
     case COMMAND_VIEW:
         set_view(clients, client, &command->view);
+        (void)lws_callback_on_writable(client->wsi);
+        break;
+    case COMMAND_FRAMES:
+        client->frames = (unsigned)command->number;
+        keep_frames(clients);
+        break;
+    case COMMAND_PAST:
+        client->past_before = command->number;
+        client->past = command->past;
         (void)lws_callback_on_writable(client->wsi);
         break;
     case COMMAND_PLAY:

@@ -23,6 +23,9 @@ struct client {
     struct lws *wsi;
     struct client *next;
     struct feed_view view;
+    unsigned frames;                /* shown at once */
+    int64_t past_before;            /* it asked for frames before this one */
+    uint64_t past;                  /* bit i: that one by i + 1 before */
     struct frame *frame;            /* being sent; NULL: none */
     size_t sent;                    /* bytes of it */
     uint8_t last[FRAME_HEAD_BYTES]; /* head of the frame before */

@@ -43,6 +43,28 @@ static bool take_view(char *text, struct command *out)
     return false;
 }
 
+static bool take_frames(char *text, struct command *out)
+{
+    return text != NULL &&
+           number_parse_int(text, 1, FEED_FRAMES_MAX, &out->number);
+}
+
+static bool take_past(char *text, struct command *out)
+{
+    char *which = text != NULL ? strchr(text, ' ') : NULL;
+    int64_t past = 0;
+    if (which == NULL) {
+        return false;
+    }
+    *which++ = '\0';
+    if (!number_parse_int(text, -FRAME_MAX, FRAME_MAX, &out->number) ||
+        !number_parse_int(which, 0, FRAME_MAX, &past)) {
+        return false;
+    }
+    out->past = (uint64_t)past;
+    return true;
+}
+
 static bool take_step(char *text, struct command *out)
 {
     return text != NULL &&
@@ -73,6 +95,8 @@ static const struct {
     bool (*take)(char *text, struct command *out); /* NULL: no text */
 } table[] = {
     {"view", COMMAND_VIEW, take_view},
+    {"frames", COMMAND_FRAMES, take_frames},
+    {"past", COMMAND_PAST, take_past},
     {"play", COMMAND_PLAY, take_nothing},
     {"pause", COMMAND_PAUSE, take_nothing},
     {"step", COMMAND_STEP, take_step},

@@ -11,6 +11,8 @@
 
 enum command_kind {
     COMMAND_VIEW,
+    COMMAND_FRAMES,
+    COMMAND_PAST,
     COMMAND_PLAY,
     COMMAND_PAUSE,
     COMMAND_STEP,
@@ -22,7 +24,8 @@ enum command_kind {
 struct command {
     enum command_kind kind;
     struct feed_view view;
-    int64_t number; /* step, seek */
+    int64_t number; /* frames, step, seek; past: the frame before which */
+    uint64_t past;  /* bit i: the frame that many and one before it */
     double speed;
     bool loops;
 };

@@ -110,6 +110,7 @@ int feed_open(const struct options *options, const struct geometry *geometry,
     feed->stage.orders.plays = !options->paused;
     feed->stage.orders.loops = options->loops;
     feed->stage.orders.speed = clamp_speed(options->speed);
+    feed->stage.orders.frames = 1;
     feed->stage.status.is_live = options->is_live;
     feed->pool = frame_pool_new();
     feed->stage.pool = feed->pool;
@@ -143,13 +144,32 @@ void feed_want(struct feed *feed, const struct feed_view *views, size_t count)
     stage_end_order(&feed->stage);
 }
 
+void feed_keep(struct feed *feed, unsigned frames)
+{
+    stage_begin_order(&feed->stage)->frames = frames;
+    stage_end_order(&feed->stage);
+}
+
+static struct frame *keep(struct frame *frame)
+{
+    return frame != NULL ? frame_keep(frame) : NULL;
+}
+
 struct frame *feed_newest(struct feed *feed, const struct feed_view *view)
 {
     (void)stage_begin_look(&feed->stage);
-    struct frame *frame = picture_find(&feed->stage.shown, view);
-    if (frame != NULL) {
-        (void)frame_keep(frame);
-    }
+    struct frame *frame = keep(picture_find(&feed->stage.shown, view));
+    stage_end_look(&feed->stage);
+    return frame;
+}
+
+struct frame *feed_past(struct feed *feed, const struct feed_view *view,
+                        int64_t number)
+{
+    (void)stage_begin_look(&feed->stage);
+    const struct picture *picture = trail_find(&feed->stage.trail, number);
+    struct frame *frame =
+        picture != NULL ? keep(picture_find(picture, view)) : NULL;
     stage_end_look(&feed->stage);
     return frame;
 }

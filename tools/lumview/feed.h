@@ -21,6 +21,9 @@ struct feed_view {
 };
 #define FEED_VIEWS_MAX 8u
 
+/* Frames that a page shows at once. */
+#define FEED_FRAMES_MAX 50
+
 enum feed_state {
     FEED_WAITING, /* no data yet */
     FEED_PLAYING,
@@ -86,8 +89,16 @@ int feed_close(struct feed *feed, lum_error *error);
 /* The views that are wanted now replace those before. */
 void feed_want(struct feed *feed, const struct feed_view *views, size_t count);
 
+/* So many frames, from 1 to FEED_FRAMES_MAX, are shown at once: those before
+ * the newest are kept, and of files made again after a jump. */
+void feed_keep(struct feed *feed, unsigned frames);
+
 /* The newest frame of a view, kept for the caller; NULL: none yet. */
 struct frame *feed_newest(struct feed *feed, const struct feed_view *view);
+
+/* Likewise one of those before it, by its number; NULL: it is not there. */
+struct frame *feed_past(struct feed *feed, const struct feed_view *view,
+                        int64_t number);
 
 void feed_look(struct feed *feed, struct feed_status *out);
 

@@ -16,7 +16,9 @@
  *  40        u32    lines
  *  44        u32    lost words, from below
  *  48        u32    sensor's address
- *  52        u32    count of frames shown so far, this one included
+ *  52        u32    count of frames shown so far, this one included: that of a
+ *                   frame before the shown one, sent as it was asked for, is
+ *                   below the shown one's
  *  56        f64    when it was complete, seconds of the monotonic clock
  *  64        f64    seconds by which the time may be off, where it is fitted
  *  72        u32    of the N points, those by the second profile, which are the

@@ -2,6 +2,8 @@
 
 #include "lum/smooth.h"
 
+#include <string.h>
+
 static bool is_same(const struct feed_view *a, const struct feed_view *b)
 {
     return a->edges == b->edges && a->smooth == b->smooth;
@@ -143,4 +145,65 @@ bool picture_has(const struct picture *picture, const struct feed_view *views,
         }
     }
     return true;
+}
+
+/* The first that is not before the number. */
+static size_t trail_place(const struct trail *trail, int64_t number)
+{
+    size_t i = 0;
+    while (i < trail->count && trail->pictures[i].frame < number) {
+        i++;
+    }
+    return i;
+}
+
+/* Release so many from one on. */
+static void trail_drop(struct trail *trail, size_t at, size_t count)
+{
+    struct picture *pictures = trail->pictures;
+    for (size_t i = at; i < at + count; i++) {
+        picture_drop(&pictures[i]);
+    }
+    memmove(pictures + at, pictures + at + count,
+            (trail->count - at - count) * sizeof *pictures);
+    trail->count -= count;
+}
+
+void trail_put(struct trail *trail, struct picture *picture)
+{
+    const bool is_in = trail_find(trail, picture->frame) != NULL;
+    if (is_in || trail->count == FEED_FRAMES_MAX) {
+        trail_drop(trail, is_in ? trail_place(trail, picture->frame) : 0, 1);
+    }
+    const size_t at = trail_place(trail, picture->frame);
+    memmove(trail->pictures + at + 1, trail->pictures + at,
+            (trail->count - at) * sizeof *picture);
+    trail->pictures[at] = *picture;
+    trail->count++;
+    *picture = (struct picture){0};
+}
+
+void trail_cut(struct trail *trail, int64_t first, int64_t before)
+{
+    const size_t end = trail_place(trail, before);
+    trail_drop(trail, end, trail->count - end);
+    trail_drop(trail, 0, trail_place(trail, first));
+}
+
+const struct picture *trail_find(const struct trail *trail, int64_t number)
+{
+    const size_t i = trail_place(trail, number);
+    return i < trail->count && trail->pictures[i].frame == number
+               ? &trail->pictures[i]
+               : NULL;
+}
+
+bool trail_has(const struct trail *trail, const struct feed_view *views,
+               size_t count)
+{
+    size_t i = 0;
+    while (i < trail->count && picture_has(&trail->pictures[i], views, count)) {
+        i++;
+    }
+    return i == trail->count;
 }

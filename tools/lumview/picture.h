@@ -25,6 +25,13 @@ struct picture {
     struct frame *frames[FEED_VIEWS_MAX]; /* then; NULL: there was no memory */
 };
 
+/* The frames before the one that is shown, which are shown at once with it. */
+struct trail {
+    struct picture pictures[FEED_FRAMES_MAX]; /* by number */
+    size_t count;
+    int64_t from; /* none is missing from this one on */
+};
+
 /* Whether the views are those. */
 bool views_are_same(const struct feed_view *a, const struct feed_view *b,
                     size_t count);
@@ -55,5 +62,19 @@ struct frame *picture_find(const struct picture *picture,
 /* Whether it has all of the views. */
 bool picture_has(const struct picture *picture, const struct feed_view *views,
                  size_t count);
+
+/* Put one in, in place of one of its number; it is the trail's then. Where
+ * there is no room the first one goes. */
+void trail_put(struct trail *trail, struct picture *picture);
+
+/* Release all but those from first to before another. */
+void trail_cut(struct trail *trail, int64_t first, int64_t before);
+
+/* By its number; NULL: it is not in. */
+const struct picture *trail_find(const struct trail *trail, int64_t number);
+
+/* Whether all have all of the views. */
+bool trail_has(const struct trail *trail, const struct feed_view *views,
+               size_t count);
 
 #endif

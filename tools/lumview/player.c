@@ -49,7 +49,8 @@ struct player {
     struct decoder *decoder;
     struct decoder *learned; /* of the begin of files; NULL: nothing */
     struct totals before;    /* of earlier passes */
-    int64_t target;          /* pass over frames before it */
+    int64_t target;          /* of a jump */
+    int64_t from;            /* pass over frames before it */
     bool is_due;             /* the next frame is shown whatever the pace */
     bool is_remake;          /* it is the one that is shown already */
     bool has_shown;
@@ -205,6 +206,7 @@ static void aim(struct player *p, int64_t target, bool is_remake)
 static enum next reopen_at(struct player *p, int64_t target, bool is_remake)
 {
     aim(p, target, is_remake);
+    p->from = stage_aim(p->stage, target);
     return REOPEN;
 }
 
@@ -226,33 +228,56 @@ enum jump {
     JUMP_AHEAD
 };
 
-/* pending: the frame that is complete and not shown; NULL: none. */
+/* pending: the frame that is complete and not shown; NULL: none. frames: that
+ * are shown at once. */
 static enum jump judge_jump(const struct player *p, int64_t target,
-                            const struct picture *pending)
+                            const struct picture *pending, unsigned frames)
 {
     int64_t first = 0;
     int64_t last = 0;
-    if (!decoder_range(p->decoder, &first, &last) || target > last) {
+    if (!decoder_range(p->decoder, &first, &last) ||
+        add_clamped(target, 1 - (int64_t)frames) > last) {
         return JUMP_AHEAD;
     }
     if (pending != NULL && (target == pending->frame ||
                             (target < first && pending->frame == first))) {
         return JUMP_PENDING;
     }
+    if (target > last) {
+        return p->scan == NULL ? JUMP_AHEAD : JUMP_BACK;
+    }
     const bool is_there = p->has_shown && !p->is_due && target == p->shown;
     return p->scan == NULL || is_there ? JUMP_NOWHERE : JUMP_BACK;
 }
 
+/* Of what can be read once, what is under way may be a part of a frame. */
+static void skip_ahead(struct player *p, struct picture *pending)
+{
+    int64_t first = 0;
+    int64_t last = 0;
+    int64_t from = p->from;
+    if (decoder_range(p->decoder, &first, &last) && last >= from) {
+        from = add_clamped(last, 1);
+    }
+    if (pending != NULL && pending->frame >= p->from) {
+        stage_keep(p->stage, pending);
+    }
+    decoder_skip_to(p->decoder, from);
+}
+
 static enum jump jump(struct player *p, const struct orders *o,
-                      const struct picture *pending)
+                      struct picture *pending)
 {
     const int64_t target = find_target(p, o);
-    const enum jump jump = judge_jump(p, target, pending);
+    const enum jump jump = judge_jump(p, target, pending, o->frames);
     if (jump != JUMP_NOWHERE) {
         aim(p, target, false);
     }
+    if (jump == JUMP_AHEAD || jump == JUMP_BACK) {
+        p->from = stage_aim(p->stage, target);
+    }
     if (jump == JUMP_AHEAD) {
-        decoder_skip_to(p->decoder, target);
+        skip_ahead(p, pending);
     }
     return jump;
 }
@@ -274,6 +299,10 @@ static enum next judge(struct player *p, struct picture *pending,
         show(p, pending, now_ns, o->plays);
         return GO_ON;
     }
+    if (p->is_due) {
+        stage_keep(p->stage, pending);
+        return GO_ON;
+    }
     if (needs_remake(p, o) && (!o->plays || due_ns - now_ns > REMAKE_NS)) {
         return reopen_at(p, p->shown, true);
     }
@@ -287,7 +316,7 @@ static enum next judge(struct player *p, struct picture *pending,
 
 /* WAIT: the pending picture stays pending. */
 static enum next follow_jump(struct player *p, const struct orders *o,
-                             const struct picture *pending)
+                             struct picture *pending)
 {
     switch (has_jump(o) ? jump(p, o, pending) : JUMP_NOWHERE) {
     case JUMP_BACK:
@@ -439,6 +468,7 @@ static void tell_empty(struct player *p)
 static enum next begin_anew(struct player *p, bool at_once)
 {
     p->target = INT64_MIN;
+    p->from = stage_aim(p->stage, INT64_MIN);
     p->is_due = at_once;
     p->is_remake = false;
     return REOPEN;
@@ -515,8 +545,8 @@ static enum next pass(struct player *p)
         (p->learned != NULL && !decoder_learn(p->decoder, p->learned))) {
         return fail_for_memory(p);
     }
-    if (p->target != INT64_MIN) {
-        decoder_skip_to(p->decoder, p->target);
+    if (p->from != INT64_MIN) {
+        decoder_skip_to(p->decoder, p->from);
     }
     const enum next next = read_all(p);
     return next == GO_ON ? finish(p) : next;
@@ -617,6 +647,7 @@ int player_start(const struct player_options *options, struct player **out,
     p->options = *options;
     p->stage = options->decoder.stage;
     p->target = INT64_MIN;
+    p->from = INT64_MIN;
     p->is_due = true;
     p->distance_ns = DISTANCE_NS;
     if (start_reading(p, error) != 0 ||

@@ -41,6 +41,7 @@ void totals_subtract(struct totals *from, const struct totals *less)
 void stage_init(struct stage *stage, void (*wake)(void *context), void *context)
 {
     *stage = (struct stage){.wake = wake, .context = context};
+    stage->trail.from = INT64_MIN;
     (void)pthread_mutex_init(&stage->lock, NULL);
     (void)pthread_cond_init(&stage->changed, NULL);
 }
@@ -48,6 +49,7 @@ void stage_init(struct stage *stage, void (*wake)(void *context), void *context)
 void stage_end(struct stage *stage)
 {
     picture_drop(&stage->shown);
+    trail_cut(&stage->trail, 0, 0);
     (void)pthread_cond_destroy(&stage->changed);
     (void)pthread_mutex_destroy(&stage->lock);
 }
@@ -70,12 +72,29 @@ static void unlock_and_wake(struct stage *stage, bool has_news)
     }
 }
 
+/* Called with the lock. The first of the frames that are shown at once with the
+ * last of them. */
+static int64_t first_at_once(const struct stage *stage, int64_t last)
+{
+    return last == INT64_MIN
+               ? last
+               : add_clamped(last, 1 - (int64_t)stage->orders.frames);
+}
+
+/* Likewise. */
+static bool lacks_view(const struct stage *stage)
+{
+    const size_t wanted = stage->orders.wanted;
+    return !picture_has(&stage->shown, stage->views, wanted) ||
+           !trail_has(&stage->trail, stage->views, wanted) ||
+           stage->trail.from > first_at_once(stage, stage->shown.frame);
+}
+
 void stage_take_orders(struct stage *stage, struct orders *out)
 {
     lock(stage);
     *out = stage->orders;
-    out->lacks_view =
-        !picture_has(&stage->shown, stage->views, stage->orders.wanted);
+    out->lacks_view = lacks_view(stage);
     stage->orders.has_seek = false;
     stage->orders.steps = 0;
     unlock(stage);
@@ -131,6 +150,42 @@ size_t stage_views(struct stage *stage, struct feed_view *views)
     return count;
 }
 
+int64_t stage_aim(struct stage *stage, int64_t target)
+{
+    lock(stage);
+    const int64_t from = first_at_once(stage, target);
+    trail_cut(&stage->trail, from, target);
+    stage->trail.from = from;
+    unlock(stage);
+    return from;
+}
+
+/* To the page it is older than the frame that is shown. */
+void stage_keep(struct stage *stage, struct picture *picture)
+{
+    lock(stage);
+    const uint64_t shown = stage->status.frames;
+    unlock(stage);
+    picture_seal(picture, stage->pool, lum_time_monotonic_ns(),
+                 shown > 0 ? shown - 1u : 0);
+    lock(stage);
+    trail_put(&stage->trail, picture);
+    unlock(stage);
+}
+
+/* Called with the lock: the trail of the frame that is shown now. */
+static void follow(struct stage *stage, struct picture *before)
+{
+    const int64_t first = first_at_once(stage, stage->shown.frame);
+    if (before->count > 0 && trail_find(&stage->trail, before->frame) == NULL) {
+        trail_put(&stage->trail, before);
+    }
+    trail_cut(&stage->trail, first, stage->shown.frame);
+    if (stage->trail.from < first) {
+        stage->trail.from = first;
+    }
+}
+
 void stage_show(struct stage *stage, struct picture *picture,
                 int64_t complete_ns)
 {
@@ -144,6 +199,7 @@ void stage_show(struct stage *stage, struct picture *picture,
     stage->status.frame = picture->frame;
     stage->status.frames = shown;
     stage->status.frame_ns = complete_ns;
+    follow(stage, &before);
     unlock_and_wake(stage, true);
     picture_drop(&before);
     *picture = (struct picture){0};

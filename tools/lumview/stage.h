@@ -19,7 +19,9 @@ struct orders {
     int64_t seek;
     int64_t steps;   /* from there, or from the shown frame */
     size_t wanted;   /* views */
-    bool lacks_view; /* the shown frame lacks a wanted view */
+    unsigned frames; /* shown at once */
+    bool lacks_view; /* the shown frame, or one of those at once with it, is
+                        missing or lacks a wanted view */
     unsigned serial; /* of the newest order */
 };
 
@@ -53,6 +55,7 @@ struct stage {
     struct orders orders;
     struct feed_view views[FEED_VIEWS_MAX];
     struct picture shown;
+    struct trail trail; /* behind it */
     bool has_failed;
     struct feed_status status;
 };
@@ -77,6 +80,13 @@ bool stage_is_closing(struct stage *stage);
 
 /* The views that are wanted now. */
 size_t stage_views(struct stage *stage, struct feed_view *views);
+
+/* A jump leads to a frame. Returns the first of those that are shown at once
+ * with it; all of these are kept or shown from now on. */
+int64_t stage_aim(struct stage *stage, int64_t target);
+
+/* Keep one of those before the target; it is the stage's then. */
+void stage_keep(struct stage *stage, struct picture *picture);
 
 /* Show a picture, in place of the one before; it is the stage's then. */
 void stage_show(struct stage *stage, struct picture *picture,

@@ -44,7 +44,8 @@ const layout = makeLayout(settings, resize);
 let eyes = NO_EYES;
 let hello = null;
 let status = null;
-let waiting = null; // the newest message that is no picture yet
+let waiting = null; // the newest frame that is no picture yet
+let pasts = []; // of those before it
 let isAsked = false; // a picture is due
 let domain = [1, 100]; // of the colours, from the points
 let ground = null; // height of the ground, from the points
@@ -99,10 +100,14 @@ function placeGround() {
     surroundings.apply(values, values.ground ?? ground ?? 0);
 }
 
-function showFacts(frame) {
-    at("frame-number").textContent = `frame ${frame.number}`;
-    at("frame-time").textContent = shortMoment(frame.began);
-    at("frame-time").title = hintOf(frame.began);
+function showFacts() {
+    if (!cloud.newest) {
+        return;
+    }
+    const { began } = cloud.newest;
+    at("frame-number").textContent = cloud.title;
+    at("frame-time").textContent = shortMoment(began);
+    at("frame-time").title = hintOf(began);
     const counts = panes.names ? cloud.count() : [countPoints()];
     at("frame-points").textContent = `${counts.map((n) => n.toLocaleString("en")).join(" | ")} points`;
 }
@@ -114,25 +119,52 @@ function isAwaited(frame) {
     return cloud.view !== wanted && viewOf(frame) === wanted;
 }
 
-// Whatever came while the page could not draw, only the newest is looked at.
-function takeFrame() {
+// Whatever came while the page could not draw, only the newest is looked at, and
+// those that are shown at once with it.
+function takeNewest() {
+    const frame = waiting;
+    waiting = null;
+    cloud.add(frame);
+    tally.shown++;
+    if (ground === null && frame.count > 0) {
+        ground = groundOf(cloud.newest);
+        placeGround();
+    }
+    askPasts();
+}
+
+function takeFrames() {
+    if (waiting && !(player.held && !isAwaited(waiting))) {
+        takeNewest();
+    }
+    if (cloud.current) {
+        pasts.splice(0).forEach(cloud.addPast);
+    }
+    pick.check();
+    showFacts();
+    recolour();
+}
+
+function askPasts() {
+    const missing = cloud.current ? cloud.missing(status?.first_frame ?? -Infinity) : 0;
+    if (missing > 0) {
+        link.send(`past ${cloud.newest.number} ${missing}`);
+    }
+}
+
+// Each frame that is shown counts one more; those before it are asked for.
+function receive(buffer) {
+    tally.received++;
     try {
-        const frame = parseFrame(waiting);
-        if (player.held && !isAwaited(frame)) {
-            return;
+        const frame = parseFrame(buffer);
+        const newest = waiting ?? cloud.current;
+        if (newest && ((frame.shown - newest.shown) | 0) < 0) {
+            pasts.push(frame);
+        } else {
+            waiting = frame;
         }
-        waiting = null;
-        cloud.add(frame);
-        pick.check();
-        tally.shown++;
-        if (ground === null && frame.count > 0) {
-            ground = groundOf(cloud.newest);
-            placeGround();
-        }
-        showFacts(frame);
-        recolour();
+        invalidate();
     } catch (error) {
-        waiting = null;
         showMessage(error.message);
     }
 }
@@ -155,8 +187,8 @@ function isMoving() {
 function draw(now) {
     isAsked = false;
     camera.tick(now);
-    if (waiting !== null) {
-        takeFrame();
+    if (waiting || pasts.length > 0) {
+        takeFrames();
     }
     const moves = isMoving();
     tally.drawn = cloud.thin(pace.stride(now, countPoints(), moves));
@@ -196,10 +228,16 @@ function sendView() {
     link.send(`view ${viewOf(values)}`);
 }
 
+function sendFrames() {
+    link.send(`frames ${values.accumulate}`);
+}
+
 function greet(message) {
     hello = message;
     eyes = message.eyes;
     ground = null;
+    waiting = null;
+    pasts = [];
     cloud.refresh();
     cloud.setEyes(eyes);
     const name = message.live ? message.source : message.source.split("/").at(-1);
@@ -210,6 +248,7 @@ function greet(message) {
     panes.show(message.profiles);
     resize();
     sendView();
+    sendFrames();
 }
 
 function showState(text, state) {
@@ -229,11 +268,7 @@ const onText = { hello: greet, status: showStatus };
 
 const link = makeLink({
     text: (message) => onText[message.type]?.(message),
-    binary(buffer) {
-        tally.received++;
-        waiting = buffer;
-        invalidate();
-    },
+    binary: receive,
     up: () => showBanner(""),
     down(seconds) {
         showBanner(`${GONE} in ${seconds.toFixed(1)} s`);
@@ -256,7 +291,6 @@ const pick = makePick({ canvas, camera, panes, cloud, settings, eyes: () => eyes
 
 function shot() {
     cloud.thin(1);
-    const frame = cloud.newest?.number ?? 0;
     const source = at("source").textContent;
     takeShot({
         canvas,
@@ -264,8 +298,8 @@ function shot() {
         values,
         domain,
         bytes: palette.bytes,
-        caption: `${source}, frame ${frame}${panes.names ? `: ${panes.names.join(" | ")}` : ""}`,
-        name: `lumview-${frame}.png`,
+        caption: `${source}, ${cloud.newest ? cloud.title : "no frame"}${panes.names ? `: ${panes.names.join(" | ")}` : ""}`,
+        name: `lumview-${cloud.newest?.number ?? 0}.png`,
     });
 }
 
@@ -277,6 +311,11 @@ settings.onChange((changed) => {
         sendView();
     }
     cloud.apply(values, renderer.getPixelRatio());
+    if (changed.has("accumulate")) {
+        sendFrames();
+        askPasts();
+        showFacts();
+    }
     pick.check();
     if (changed.has("flat")) {
         camera.setFlat(values.flat);

@@ -140,6 +140,7 @@ function fill(slot, frame) {
     slot.size = frame.count;
     slot.split = frame.split;
     slot.number = frame.number;
+    slot.shown = frame.shown;
     slot.began = frame.began;
     slot.smooth = frame.smooth;
     slot.filling = ++fillings;
@@ -174,7 +175,7 @@ const finite = (v) => Math.max(-1e9, Math.min(1e9, v));
 export function makeCloud(scene, palette) {
     const material = makeMaterial(palette);
     const u = material.uniforms;
-    const slots = []; // the newest last
+    const slots = []; // by number: the frame that is shown, and before it those at once with it
     let kept = 1;
     let made = ""; // edges and smoothing of what is shown
     let isFresh = true;
@@ -209,33 +210,29 @@ export function makeCloud(scene, palette) {
         }
     }
 
-    function trim(most) {
-        slots.splice(0, Math.max(0, slots.length - most)).forEach(drop);
+    // Takes out what is not wanted.
+    function takeOut(isWanted) {
+        const free = slots.filter((slot) => !isWanted(slot));
+        slots.splice(0, slots.length, ...slots.filter(isWanted));
+        return free;
     }
 
-    // One slot stays, to be filled with the frame.
-    function restart(frame) {
-        trim(1);
-        slots.forEach((slot) => {
-            slot.number = frame.number;
-        });
-    }
+    // Those at once with the frame of a number, that one apart.
+    const isBefore = (number) => (slot) => slot.number < number && slot.number > number - kept;
 
-    // The slot that the frame goes into: that of the same number, the oldest
-    // one, or a new one.
-    function slotFor(frame) {
-        const same = slots.length > 0 && slots.at(-1).number === frame.number;
-        let slot = same ? slots.pop() : slots.length >= kept ? slots.shift() : null;
-        if (slot && slot.room < frame.count) {
-            drop(slot);
-            slot = null;
-        }
+    const trim = () => takeOut((slot) => slot === slots.at(-1) || isBefore(slots.at(-1).number)(slot)).forEach(drop);
+
+    // Puts a frame in its place, into one of the slots that are free, or a new one.
+    function put(frame, free) {
+        let slot = free.find(({ room }) => room >= frame.count);
+        free.filter((one) => one !== slot).forEach(drop);
         if (!slot) {
             slot = makePart(material, Math.ceil((frame.count + 1) / GRAIN) * GRAIN);
             scene.add(slot.object);
         }
+        fill(slot, frame);
         slots.push(slot);
-        return slot;
+        slots.sort((a, b) => a.number - b.number);
     }
 
     return {
@@ -247,15 +244,38 @@ export function makeCloud(scene, palette) {
         get view() {
             return made;
         },
+        // Null: the next frame is the first of its kind.
+        get current() {
+            return isFresh ? null : slots.at(-1) ?? null;
+        },
+        // The frame that is shown now.
         add(frame) {
             const view = viewOf(frame);
-            const isEarlier = slots.length > 0 && frame.number < slots.at(-1).number;
-            if (isFresh || isEarlier || view !== made) {
-                restart(frame);
-            }
+            const isOther = isFresh || view !== made;
             isFresh = false;
             made = view;
-            fill(slotFor(frame), frame);
+            put(frame, takeOut((slot) => !isOther && isBefore(frame.number)(slot)));
+        },
+        // One before it, unless it is not of these any more.
+        addPast(frame) {
+            const { number } = slots.at(-1);
+            if (viewOf(frame) === made && isBefore(number)(frame)) {
+                put(frame, takeOut((slot) => slot.number !== frame.number));
+            }
+        },
+        // Those that are missing before the frame that is shown, from a first one on: 1 for the one just before it,
+        // 2 for the one before that, 4, and so on, added.
+        missing(first) {
+            const { number } = slots.at(-1);
+            const have = new Set(slots.map((slot) => slot.number));
+            const all = Array.from({ length: kept - 1 }, (_, i) => number - 1 - i);
+            return all.reduce((sum, n, i) => sum + (n >= first && !have.has(n) ? 2 ** i : 0), 0);
+        },
+        // The numbers of the frames, for people.
+        get title() {
+            const [from, to] = [slots[0].number, slots.at(-1).number];
+            const holes = to - from + 1 - slots.length;
+            return from === to ? `frame ${to}` : `frames ${from} to ${to}${holes > 0 ? `, ${holes} missing` : ""}`;
         },
         // One point of so many is drawn; returns how many are.
         thin(stride) {
@@ -301,7 +321,7 @@ export function makeCloud(scene, palette) {
             u.logarithmic.value = COLOURINGS[values.colour].logarithmic === true;
             u.size.value = values.size * pixelRatio;
             kept = values.accumulate;
-            trim(kept);
+            trim();
         },
     };
 }

@@ -32,6 +32,7 @@ const isNumber = (value) => value === null || Number.isFinite(value);
 const isSame = (other) => (value) => typeof value === typeof other;
 const isSwitch = (value) => value === null || typeof value === "boolean";
 const isBetween = (least, most) => (value) => Number.isFinite(value) && value >= least && value <= most;
+const isWhole = (least, most) => (value) => Number.isInteger(value) && isBetween(least, most)(value);
 const isOf = (...choices) => (value) => choices.includes(value);
 
 // What a kept value must be.
@@ -42,7 +43,7 @@ const FITS = {
     colour: isOf("range", "height", "pulse", "return", "line", "eye"),
     map: isOf("turbo", "viridis", "cividis"),
     size: isBetween(1, 10),
-    accumulate: isBetween(1, 50),
+    accumulate: isWhole(1, 50),
     panel: isSwitch,
     stats: isSwitch,
     legend: isSwitch,
