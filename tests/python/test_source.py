@@ -1,7 +1,9 @@
 """Sources: what they read, how they end, what they refuse, and how they behave among threads and signals."""
 import contextlib
+import functools
 import gc
 import gzip
+import http.server
 import io
 import mmap
 import multiprocessing
@@ -137,6 +139,83 @@ def test_a_fault_of_a_store_is_told_with_its_url(monkeypatch):
     monkeypatch.setattr(memory.MemoryFileSystem, "_open", fail)
     with pytest.raises(lumsdk.CaptureError, match="memory://a.pcap: cannot be opened: RuntimeError: no credentials"):
         lumsdk.open("memory://a.pcap")
+
+
+@pytest.fixture
+def web(drive):
+    """web(ranges): the folder of the capture by HTTP, for who brings a token, with or without parts of files."""
+    pytest.importorskip("fsspec.implementations.http")
+    kept = contextlib.ExitStack()
+
+    def serve(ranges):
+        class Handler(http.server.SimpleHTTPRequestHandler):
+            def send_head(self):
+                if self.headers["X-Token"] != "open":
+                    self.send_error(403)
+                    return None
+                first, _, last = self.headers.get("Range", "").removeprefix("bytes=").partition("-")
+                if not ranges or not last:
+                    return super().send_head()
+                part = drive.read_bytes()[int(first):int(last) + 1]
+                self.send_response(206)
+                self.send_header("Content-Length", str(len(part)))
+                self.end_headers()
+                return io.BytesIO(part)
+
+            def handle(self):
+                with contextlib.suppress(OSError):  # whoever has what it wants leaves
+                    super().handle()
+
+            def log_message(self, *_):
+                pass
+
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Handler, directory=drive.parent))
+        kept.enter_context(server)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        kept.callback(server.shutdown)
+        return f"http://127.0.0.1:{server.server_port}/{drive.name}"
+    with kept:
+        yield serve
+
+
+TOKEN = {"headers": {"X-Token": "open"}}
+
+
+def test_what_a_store_needs_goes_to_it(web, drive, tmp_path):
+    url, want = web(True), list(lumsdk.open(drive))
+    with pytest.raises(lumsdk.CaptureError, match=f"{url}: cannot be opened: .*403"):
+        lumsdk.open(url)
+    with lumsdk.open(url, storage_options=TOKEN) as source:
+        assert list(source) == want and source[4] == want[4]
+        assert pickle.loads(pickle.dumps(source))[3] == want[3]
+        if hasattr(os, "fork"):
+            check_forked(source, want)
+    for keyed in TOKEN, {"http": TOKEN}:
+        source = lumsdk.open([url], storage_options=keyed)
+        assert list(source) == want
+        sent = pickle.loads(pickle.dumps(source))
+        assert list(sent) == want and sent._input.given == [url] and sent._input.storage == keyed
+    for kind in ("csv", "npy"):
+        lumsdk.convert(drive, tmp_path / f"a.{kind}")
+        lumsdk.convert(url, tmp_path / f"b.{kind}", storage_options=TOKEN)
+        assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()
+    for given in (str(drive), [drive], b"bytes"):
+        with pytest.raises(lumsdk.OptionError, match="storage_options does not go with .*: it is for a URL"):
+            lumsdk.open(given, storage_options=TOKEN)
+    with pytest.raises(TypeError, match="storage_options is 1, of type int; right is a mapping for fsspec"):
+        lumsdk.open(url, storage_options=1)
+
+
+def test_a_server_without_ranges_is_told_with_what_helps(web, drive, tmp_path):
+    url, want = web(False), list(lumsdk.open(drive))
+    said = rf"{url}: cannot be read: its server does not give parts .*by storage_options=.'block_size': 0., or download it"
+    for read in (list, lambda source: source[-1], lambda source: lumsdk.convert(source, tmp_path / "a.npy", columns="x")):
+        with pytest.raises(lumsdk.CaptureError, match=said.replace("'", '"')):
+            read(lumsdk.open(url, storage_options=TOKEN))
+    with pytest.raises(lumsdk.CaptureError, match=said.replace("'", '"')):
+        lumsdk.convert(url, tmp_path / "a.csv", storage_options=TOKEN)
+    with lumsdk.open(url, storage_options={**TOKEN, "block_size": 0}) as source:
+        assert list(source) == list(source) == want
 
 
 def test_a_message_does_not_have_a_whole_capture(path):

@@ -17,7 +17,7 @@ from ._c import VERSION
 from ._errors import Error, OptionError
 from ._formats import WRITERS, About, AnyTarget, Job, Writer
 from ._frame import Frame
-from ._inputs import Files, Stream, open_input
+from ._inputs import Files, Stream, check_storage, open_input, urls_of
 from ._options import Choice
 from ._points_file import FORMATS, PointsFile
 from ._reading import LOSSES
@@ -104,9 +104,13 @@ class _Plan:
                    for name, value in options.items() if value is not None}
         self.paths: list[str] = []
         """Files that the run reads."""
-        self.storage: dict[str, Any] = dict(options.pop("storage_options", {}))
-        if self.storage and not is_url(self.name):
+        self.storage = check_storage(options.pop("storage_options", None))
+        urls = urls_of(self.source)
+        if self.storage and not is_url(self.name) and not urls:
             raise OptionError(f"storage_options does not go with {self.name}: it is for a URL")
+        store = self.name.partition("://")[0] + "://"
+        self.source_storage = self.storage if not is_url(self.name) or any(url.startswith(store) for url in urls) else None
+        """Those for the source: one of another store than the destination's has others."""
         self.format = _format_of(self.name, options.pop("format", None))
         self.output = {name: options.pop(name) for name in tuple(options) if name in _APPLIES}
         self.read = options
@@ -174,7 +178,7 @@ class _Plan:
 
 def _sources(plan: _Plan, kept: contextlib.ExitStack) -> Any:
     """What lumdump reads: paths, or an object with read()."""
-    given = open_input(plan.source)
+    given = open_input(plan.source, plan.source_storage)
     kept.callback(given.close)
     if isinstance(given, Files):
         plan.paths = given.paths
@@ -512,7 +516,7 @@ def _by_frames(plan: _Plan) -> Summary:
     if plan.format == "las":
         needs = WRITERS["laz"].needs or ()
     options: dict[str, Any] = {"broken": "warn", **plan.read, "columns": list(needs)}
-    with open(plan.source, **options) as source:
+    with open(plan.source, storage_options=plan.source_storage, **options) as source:
         plan.paths = _paths_of(source)
         return _write(plan, source, source)
 
@@ -571,7 +575,8 @@ def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: A
         preset       of parquet and feather: "argoverse2", its columns in its types
         compression  of parquet and feather: "zstd", "lz4", "none" and so on
         ascii, comments, organized, rotate, duration, packets: as of lumdump, for what it writes
-        storage_options  a mapping for fsspec
+        storage_options  a mapping for fsspec: for the URLs of destination and source, or, if they are of different stores
+                     such as s3:// and https://, of the destination; a source of another one is opened by open() with its own
 
     Unlike open(), convert() warns of a capture that breaks off or is damaged (broken="warn"), as lumdump does.
 

@@ -9,7 +9,7 @@ import re
 import reprlib
 import stat
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Optional
 
 from ._c import ffi, lib, sized, text
@@ -133,6 +133,8 @@ class Input:
     name: str
     given: Any = None
     """What open() needs to read the same in any process; None: it cannot."""
+    storage: Optional[Mapping[str, Any]] = None
+    """The storage_options that go with it."""
 
     @property
     def can_reopen(self) -> bool:
@@ -366,8 +368,8 @@ class Opened(Stream):
         return self._shared
 
 
-def _is_url(name: str) -> bool:
-    return re.match(r"[A-Za-z][A-Za-z0-9+.-]*(::[A-Za-z][A-Za-z0-9+.-]*)*://", name) is not None
+def _is_url(given: Any) -> bool:
+    return isinstance(given, str) and re.match(r"[A-Za-z][A-Za-z0-9+.-]*(::[A-Za-z][A-Za-z0-9+.-]*)*://", given) is not None
 
 
 def _fsspec(url: str) -> Any:
@@ -380,44 +382,74 @@ def _fsspec(url: str) -> Any:
     return fsspec
 
 
+def _for_url(url: str, **storage: Any) -> str:
+    """How storage_options are written for the file system of a URL, also behind others, as in zip://a::https://b."""
+    text = ", ".join(f'"{name}": {value!r}' for name, value in storage.items())
+    last = url.rsplit("::", 1)[-1]
+    return f'storage_options={{"{last.partition("://")[0]}": {{{text}}}}}' if last != url else f"storage_options={{{text}}}"
+
+
 @contextlib.contextmanager
-def _of_url(url: str) -> Iterator[None]:
+def _of_url(url: str, done: str = "opened") -> Iterator[None]:
     """File systems of fsspec have errors of their own, which do not name the URL."""
     try:
         yield
     except Error:
         raise
-    except (ImportError, ValueError) as error:
-        raise OptionError(f"{url}: {error}") from error
     except FileNotFoundError as error:
-        raise CaptureError(f"{url}: cannot be opened: there is no such file") from error
+        why = error.__cause__  # by HTTP, whatever the server answered
+        said = "there is no such file" if getattr(why, "status", 404) == 404 else f"{type(why).__name__}: {why}"
+        raise CaptureError(f"{url}: cannot be {done}: {said}") from error
+    except (ImportError, ValueError) as error:
+        if done == "opened":
+            raise OptionError(f"{url}: {error}") from error
+        if "range" not in str(error):
+            raise CaptureError(f"{url}: cannot be {done}: {error}") from error
+        raise CaptureError(f"{url}: cannot be {done}: its server does not give parts of a file (HTTP ranges): read it from "
+                           f"start to end by {_for_url(url, block_size=0)}, or download it") from error
     except Exception as error:
-        raise CaptureError(f"{url}: cannot be opened: {type(error).__name__}: {error}") from error
+        raise CaptureError(f"{url}: cannot be {done}: {type(error).__name__}: {error}") from error
 
 
-def _open_url(url: str) -> Input:
+class _UrlFile:
+    """A file object of fsspec, whose errors are ours."""
+
+    def __init__(self, file: Any, url: str) -> None:
+        self._file, self._url = file, url
+        self.seekable, self.seek, self.tell, self.close = file.seekable, file.seek, file.tell, file.close
+
+    def read(self, size: int = -1) -> Any:
+        """As of any file."""
+        with _of_url(self._url, "read"):
+            return self._file.read(size)
+
+
+def _open_url(url: str, storage: Mapping[str, Any]) -> Input:
+    def opener() -> Any:
+        with _of_url(url):
+            return _UrlFile(_fsspec(url).open_files(url, "rb", **storage)[0].open(), url)
+
     with _of_url(url):
-        files = _fsspec(url).open_files(url, "rb")
+        files = _fsspec(url).open_files(url, "rb", **storage)
         if not files:
             raise CaptureError(f"{url}: no file has such a name")
-        if len(files) > 1:
-            fetched = Files(_fetch(url))
-            fetched.given = url
-            return fetched
-
-        def opener() -> Any:
-            with _of_url(url):
-                return _fsspec(url).open_files(url, "rb")[0].open()
-
-        made = Opened(opener, url)
-        made.given = url
-        return made
+        made: Input = Files(_fetch(url, storage)) if len(files) > 1 else Opened(opener, url)
+    made.given, made.storage = url, storage or None
+    return made
 
 
-def _fetch(url: str) -> list[str]:
+def _behind_cache(url: str, storage: Mapping[str, Any]) -> dict[str, Any]:
+    """storage_options of a URL for the same behind a file system that keeps its files here: by the names of both."""
+    names = [part.partition("://")[0] for part in url.split("::")]
+    made = {name: value for name, value in storage.items() if name in names}
+    own = {name: value for name, value in storage.items() if name not in names}
+    return {**made, names[0]: {**made.get(names[0], {}), **own}}
+
+
+def _fetch(url: str, storage: Mapping[str, Any]) -> list[str]:
     """Files of several URLs on this machine: they are read as one, by their times."""
     with _of_url(url):
-        found = _fsspec(url).open_local(f"simplecache::{url}", mode="rb")
+        found = _fsspec(url).open_local(f"simplecache::{url}", mode="rb", **_behind_cache(url, storage))
         return [str(path) for path in found] if glob.has_magic(url) else [str(found)]
 
 
@@ -432,10 +464,10 @@ def _of_folder(folder: str) -> list[str]:
     return [os.path.join(folder, name) for name in sorted(found)]
 
 
-def _paths(given: Any) -> list[Any]:
+def _paths(given: Any, storage: Mapping[str, Any]) -> list[Any]:
     """A path, or those that a pattern means."""
-    if isinstance(given, str) and _is_url(given):
-        return _fetch(given)
+    if _is_url(given):
+        return _fetch(given, storage)
     if not isinstance(given, (str, os.PathLike)):
         raise TypeError(f"a source in a list is {reprlib.repr(given)}, of type {type(given).__name__}; right is a path, a "
                         "pattern or a URL: captures in memory and file objects are read alone")
@@ -462,14 +494,45 @@ def _of_files(paths: list[Any]) -> Input:
     return Files(paths)
 
 
-def open_input(given: Any) -> Input:
-    """The input that a program names."""
-    if isinstance(given, str) and _is_url(given):
-        return _open_url(given)
+def urls_of(given: Any) -> list[str]:
+    """The URLs of what open() takes."""
+    return [each for each in (given if isinstance(given, (list, tuple)) else [given]) if _is_url(each)]
+
+
+def check_storage(storage: Any) -> dict[str, Any]:
+    """The option storage_options."""
+    if storage is not None and not isinstance(storage, Mapping):
+        raise TypeError(f"storage_options is {storage!r}, of type {type(storage).__name__}; right is a mapping for fsspec, such "
+                        'as {"anon": True}')
+    return dict(storage or {})
+
+
+def _of_list(given: Sequence[Any], storage: Mapping[str, Any]) -> Input:
+    parts = [_paths(each, storage) for each in given]
+    made = _of_files([path for part in parts for path in part])
+    if made.given is not None and urls_of(given):  # files that were fetched are there as long as this process
+        made.storage = storage or None
+        made.given = [name for each, part in zip(given, parts)
+                      for name in ([each] if _is_url(each) else map(os.path.abspath, map(os.fsdecode, part)))]
+    return made
+
+
+def open_input(given: Any, storage: Optional[Mapping[str, Any]] = None) -> Input:
+    """The input that a program names.
+
+    Args:
+        given: what open() takes.
+        storage: what its URLs need for fsspec.
+    """
+    options = check_storage(storage)
+    if options and not urls_of(given):
+        raise OptionError(f"storage_options does not go with {reprlib.repr(given)}: it is for a URL")
+    if _is_url(given):
+        return _open_url(given, options)
     if isinstance(given, (str, os.PathLike)):
-        return _of_files(_paths(given))
+        return _of_files(_paths(given, options))
     if isinstance(given, (list, tuple)):
-        return _of_files([path for each in given for path in _paths(each)])
+        return _of_list(given, options)
     try:
         return Memory(given)
     except (TypeError, BufferError, ValueError):

@@ -6,7 +6,7 @@ import itertools
 import math
 import operator
 import weakref
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import IO, TYPE_CHECKING, Any, Optional, Union, overload
 
 from ._errors import ClosedError, warn
@@ -323,7 +323,7 @@ class Source:
         if given is None:
             raise TypeError(f"{self.name}: only a source that was opened from paths or URLs can be sent to another process, or "
                             "copied: open this one there; its frames can be sent")
-        return _reopen, (given, self._choice.to_give())
+        return _reopen, (given, self._choice.to_give(), self._input.storage)
 
     # Its end.
 
@@ -393,9 +393,9 @@ class Selection(Sequence[Frame]):
         return f"<Selection of {self._source.name}: {known}>"
 
 
-def _reopen(given: Given, options: Options) -> Source:
+def _reopen(given: Given, options: Options, storage: Optional[Mapping[str, Any]]) -> Source:
     """A source that was pickled."""
-    return open(given, **options)
+    return open(given, storage_options=storage, **options)
 
 
 def _place(index: Any) -> int:
@@ -407,11 +407,11 @@ def _place(index: Any) -> int:
                         ) from None
 
 
-def open(source: Given, **options: Unpack[Options]) -> Source:
+def open(source: Given, *, storage_options: Optional[Mapping[str, Any]] = None, **options: Unpack[Options]) -> Source:
     """Open a capture, or several as one.
 
     source is a path; a pattern such as "drive-*.pcap"; a list of these; the bytes of a capture; a binary file object,
-    which is read from where it stands; or a URL, by fsspec. Captures are pcap or pcapng, also compressed by gzip or
+    which is read from where it stands; or a URL, by fsspec, with storage_options as its store needs them. Captures are pcap or pcapng, also compressed by gzip or
     zstd. Several are read as one stream, by their times.
 
     Options are those of lumdump, by the same names; all but set and progress may be texts as lumdump takes them:
@@ -440,4 +440,4 @@ def open(source: Given, **options: Unpack[Options]) -> Source:
     wrong type and for an option that is not known.
     """
     choice = Choice(options)
-    return Source(open_input(source), choice)
+    return Source(open_input(source, storage_options), choice)
