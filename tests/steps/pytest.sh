@@ -16,6 +16,16 @@ run_pytest() {
     return "$status"
 }
 
+# use_lowest_ray: of the extras, Ray in the lowest version that pyproject.toml allows.
+use_lowest_ray() {
+    [ -e build/ray-lowest/installed.txt ] || {
+        printf 'the lowest Ray that the package allows is not installed: script/setup --all\n'
+        exit 77
+    }
+    export PYTHONPATH=$PWD/build/ray-lowest
+    printf 'Ray %s\n' "$(cat build/ray-lowest/installed.txt)"
+}
+
 # tell_last_words BEGUN: who uses Ray is ended by it without a word. Its logs that are older than that file are of others.
 tell_last_words() {
     local log

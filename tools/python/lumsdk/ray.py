@@ -5,10 +5,11 @@
     points = lumsdk.ray.read_captures("s3://drives/2026-11/", columns=["x", "y", "z", "range"])
     points.write_parquet("s3://points/")
 
-Needs Ray 2.60 or later and pyarrow: pip install '.[ray]' in a clone.
+Needs Ray 2.51 or later and pyarrow: pip install '.[ray]' in a clone.
 """
 from __future__ import annotations
 
+import contextlib
 import fnmatch
 import glob
 import os
@@ -136,9 +137,9 @@ class _Metadata(DefaultFileMetadataProvider):
         super().__init__()
         self.ratio = ratio
 
-    def _get_block_metadata(self, paths: list[str], **known: Any) -> BlockMetadata:
+    def _get_block_metadata(self, *given: Any, **known: Any) -> BlockMetadata:
         known["file_sizes"] = [None if size is None else int(size * self.ratio) for size in known["file_sizes"]]
-        return super()._get_block_metadata(paths, **known)
+        return super()._get_block_metadata(*given, **known)
 
 
 class _Captures(FileBasedDatasource):
@@ -149,6 +150,7 @@ class _Captures(FileBasedDatasource):
         self._form = form
         self._options = dict(options)
         self._ratio: Optional[float] = None
+        self._begun: Any = None  # the file of the latest attempt
 
     def get_name(self) -> str:
         """As Ray shows it."""
@@ -162,16 +164,22 @@ class _Captures(FileBasedDatasource):
         size: Optional[int] = open_args.pop("buffer_size", None)
         return _BUFFER_BYTES if size is None else size
 
+    def _open_stream(self, path: str) -> Any:
+        return self._filesystem.open_input_stream(path, buffer_size=_BUFFER_BYTES, compression=None)
+
     def _read_stream(self, f: Any, path: str) -> Iterator[Block]:
-        for frame in _frames(_Stream(f, path), self._options):
-            yield self._form.table(frame, path)
+        is_again, self._begun = f is self._begun, f
+        # Some versions of Ray read on where an attempt failed, and leave out what that one gave.
+        with self._open_stream(path) if is_again else contextlib.nullcontext(f) as file:
+            for frame in _frames(_Stream(file, path), self._options):
+                yield self._form.table(frame, path)
 
     def _sample(self, path: str) -> tuple[int, int]:
         """Bytes of a capture, and of the blocks made of them; (0, 0) if it is not readable: reading it will say why."""
         taken: list[tuple[int, int]] = []
         size = 0
         try:
-            with self._filesystem.open_input_stream(path, buffer_size=_BUFFER_BYTES, compression=None) as file:
+            with self._open_stream(path) as file:
                 stream = _Stream(file, path)
                 for frame in _frames(stream, self._options):
                     size += self._form.table(frame, path).nbytes
@@ -243,7 +251,8 @@ def _expand(given: Any, filesystem: Any) -> list[str]:
         paths += found
     if not paths:
         raise lumsdk.CaptureError("no capture is named")
-    return paths
+    # Some versions of Ray take a second URL of a list for a path.
+    return [pyarrow.fs.FileSystem.from_uri(path)[1] if filesystem is None and path.startswith("file://") else path for path in paths]
 
 
 def _is_capture(named: Sequence[str]) -> Callable[[Sequence[str]], list[str]]:
