@@ -1,5 +1,6 @@
 """lumcal: its command line, its files, how it ends."""
 import json
+import math
 import os
 import pathlib
 import pty
@@ -11,7 +12,7 @@ import time
 
 import pytest
 from conftest import PATIENCE_S
-from lumsdk.calibrate import _arguments, _cli
+from lumsdk.calibrate import _arguments, _cli, _result
 
 pytestmark = pytest.mark.usefixtures("own_signals")
 
@@ -45,6 +46,11 @@ def lumcal(*arguments, **options):
     (("check", "a.pcap", "--report", "a.html"), "--report does not go with check, which draws a picture: -o FILE.png"),
     (("check", "a.pcap", "--calibration", "none.yaml"), "none.yaml: cannot be read: No such file or directory"),
     (("check", "a.pcap", "--profile", "none.yaml"), "none.yaml: cannot be read: No such file or directory"),
+    (("check", "a.pcap", "--wish", "yaw_deg=1"), "--wish does not go with check: it is about what eyes finds"),
+    (("eyes", "a.pcap", "--wish", "aw_deg=1"), "--wish: aw_deg=1: no value has a key that ends in 'aw_deg'; there are tof_offset_ps, width_deg, min_deg, "
+     "max_deg, x_m, y_m, z_m, roll_deg, pitch_deg, yaw_deg, also with what is in front of them, as in green.mount.yaw_deg"),
+    *(((("eyes", "a.pcap", "--wish", pair), f"--wish: {pair}: KEY=SIGMA is needed, a standard deviation above 0 in the unit of the key"))
+      for pair in ("yaw_deg", "yaw_deg=", "x_m=0", "x_m=-1", "x_m=nan", "x_m=inf", "x_m=1mm")),
     (("eyes", "a.pcap", "--set", "tof_lsb=13"), "set: unknown key 'tof_lsb'; did you mean 'tof_lsb_ps'?"),
 ])
 def test_wrong_arguments_are_told_with_what_would_be_right(arguments, told, capsys):
@@ -70,6 +76,20 @@ def test_help_and_version(capsys):
         assert re.fullmatch(r"lumcal \d+\.\d+\.\d+\n", capsys.readouterr().out)
 
 
+def test_a_wish_is_for_all_keys_that_end_so_and_the_last_one_counts():
+    wishes = _arguments.parse(["eyes", "a.pcap", "--wish", "green.azimuth.width_deg=0.02", "--wish", "width_deg=0.1", "--wish", "x_m=1"]).wishes
+    assert list(wishes)[-2:] == ["width_deg", "x_m"] and wishes["width_deg"] == 0.1 and wishes["yaw_deg"] == _result.WISHES["yaw_deg"]
+
+
+def test_usual_wishes_are_half_of_what_the_bars_of_mild_walls_allow():
+    calibrations = pytest.importorskip("calibrations")
+    mrad, place, offset, _, width, end = (bar / 2 for bar in calibrations.MILD)
+    usual = {"deg": math.degrees(mrad / 1e3), "m": place / 1e3, "ps": offset / 1e3 / calibrations.PS_M, "width_deg": 60 * width / 100,
+             "min_deg": 20 * end / 100, "max_deg": 20 * end / 100}
+    for key, wish in _result.WISHES.items():
+        assert wish == pytest.approx(usual.get(key, usual[key.rsplit("_", 1)[-1]]), rel=0.02), key
+
+
 def options_of(text):
     return set(re.findall(r"(?<![\w-])--[a-z]+", text))
 
@@ -79,7 +99,7 @@ def test_help_manual_and_parser_have_the_same_options():
     listed = set(re.findall(r"-[a-z]+", " ".join(re.findall(r"^\.It (Fl .*)$", manual, re.M))))
     for command, text in ("eyes", _arguments.HELP_EYES), ("check", _arguments.HELP_CHECK):
         known = {name for action in _arguments._parser(command)._actions for name in action.option_strings if name.startswith("--")}
-        known -= {"--report"} if command == "check" else set()
+        known -= {"--report", "--wish"} if command == "check" else set()
         assert options_of(text) | {"--version"} == known, command
         assert {name[1:] for name in known} <= listed, command
 
@@ -175,6 +195,26 @@ def test_a_better_calibration_is_written_and_told(given, tmp_path, capsys):
     for word in ("3, 3 faces", "20.0 mm before, 2.0 mm after", "30.5123    0.0120     30.0000", "green.elevation.max_deg: " + solutions.HELD, "note: two captures",
                  "green azimuth 0.050, green elevation 0.000 degrees", "begin        mine.yaml"):
         assert word in told.out
+
+
+def test_it_is_told_how_many_more_captures_reach_what_is_wished_for(given, capsys):
+    """Of three, with a standard deviation that is twice as large: nine more, if all err each on its own. What is of no use needs others."""
+    import solutions
+    from lumsdk.calibrate import _report, _tell
+
+    solution = solutions.make()
+    yaw, held = solution.parameters[1:]
+    yaw.wish, held.wish = 0.006, 1.0
+    told = ["green.mount.yaw_deg: a standard deviation of 0.006, and not 0.0120, takes about 9 more captures",
+            "if they are as good as these, and err each on its own: other walls, other poses"]
+    given(solution)
+    assert _cli.main(["eyes", "a.pcap"]) == 0
+    assert "".join(f"more: {line}\n" for line in told) in capsys.readouterr().out
+    assert f"<li>{told[0]}</li>" in _report._more(solution)
+    yaw.wish = 0.012
+    assert _tell.more(solution) == [] and _report._more(solution) == ""
+    yaw.wish, solution.is_settled = 0.006, False
+    assert _tell.more(solution) == []
 
 
 def test_a_worse_calibration_is_not_written_but_its_report_is(given, tmp_path, capsys):

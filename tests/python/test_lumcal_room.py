@@ -2,6 +2,7 @@
 import contextlib
 import io
 import json
+import math
 import re
 
 import lumsdk
@@ -11,7 +12,7 @@ from conftest import run
 pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
-from lumsdk.calibrate import _cli, _eyes, _faces  # noqa: E402, needs SciPy
+from lumsdk.calibrate import _cli, _eyes, _faces, _result  # noqa: E402, needs SciPy
 
 pytestmark = pytest.mark.usefixtures("own_signals")
 
@@ -64,7 +65,7 @@ def found(folder):
     """A run of eyes from a begin that the options name: its exit status, what it printed, and the folder of its files."""
     with contextlib.redirect_stdout(io.StringIO()) as out:
         status = lumcal(folder, "eyes", "a.pcap", "b.pcap", "c.pcap", "-o", "found.yaml", "--report", "found.html", "--json", "-q",
-                        "--calibration", "begin.yaml", "--set", "eyes.green.mount.yaw_deg=30.4")
+                        "--calibration", "begin.yaml", "--set", "eyes.green.mount.yaw_deg=30.4", "--wish", "x_m=1e-5")
     return status, json.loads(out.getvalue()), folder
 
 
@@ -88,6 +89,8 @@ def test_json_tells_the_file_and_where_it_began(found):
     for key, p in values.items():
         assert made[key] == pytest.approx(p["value"], abs=6e-3 if key.endswith("ps") else 6e-6), key
         assert (p["sigma"] is None) == bool(p["held"]), key
+        wish = 1e-5 if key.endswith("green.mount.x_m") else _result.WISHES.get(key.rsplit(".")[-1])
+        assert p["wish"] == wish and p["more_captures"] == (0 if wish is None else max(0, math.ceil(3 * ((p["sigma"] / wish) ** 2 - 1)))), key
     assert [values[f"eyes.{key}"]["before"] for key in ("blue.azimuth.width_deg", "green.mount.x_m", "green.mount.yaw_deg")] == [60.2, 0.1, 30.4]
     assert sum(p["held"] is None for p in values.values()) == 14
 

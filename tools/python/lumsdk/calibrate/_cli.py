@@ -139,7 +139,7 @@ def eyes(options: Options, outputs: Outputs, progress: Progress) -> int:
     progress(f"reading {count} capture{'' if count == 1 else 's'} and solving")
     reading = options.of_grid()
     solution = _eyes.run(_eyes.Options(options.captures, options.calibration, reading.pop("profile", None), reading,
-                                       options.of_calibration(), options.calibration_name))
+                                       options.of_calibration(), options.calibration_name, options.wishes))
     progress.clear()
     outputs.write(options.report, lambda: _report.page(solution).encode())
     why = _tell.not_written(solution)

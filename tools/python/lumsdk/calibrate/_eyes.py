@@ -15,9 +15,9 @@ from .._source import open as open_source
 from ._check import check_grid, has_wall
 from ._faces import Scene, begin, join, observe, rejoin, without
 from ._match import look, place_all
-from ._model import CALIBRATION_COUNT, KEYS, ORDERS, Eye, State, fixed_of, priors, tangents, values_of
+from ._model import CALIBRATION_COUNT, ORDERS, Eye, State, fixed_of, priors, tangents, values_of
 from ._planes import Grid, grid
-from ._result import Array, Parameter, Plane, Residuals, Solution
+from ._result import KEYS, WISHES, Array, Parameter, Plane, Residuals, Solution, ends
 from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, estimate_spread, linearise, solve, untold
 from ._tell import ADD_TWO, MOUNT, bends, exchange, not_written
 
@@ -61,6 +61,8 @@ class Options:
     """Pairs KEY=VALUE on top of the calibration."""
     named: str = ""
     """How the calibration is called, where one is given."""
+    wishes: dict[str, float] = field(default_factory=lambda: dict(WISHES))
+    """Standard deviations that are wished for, by the ends of keys; the last that fits counts."""
 
 
 @dataclass
@@ -492,6 +494,9 @@ def run(options: Options) -> Solution:
     calibration = setting_of(calibration, Profile(), list(options.changes))[0]
     grids = [grid(capture, options.profile, calibration=calibration, **options.reading) for capture in options.captures]
     solution = solve_grids(grids, calibration)
+    for parameter in solution.parameters:
+        wishes = [sigma for end, sigma in options.wishes.items() if ends(parameter.key, end)]
+        parameter.wish = wishes[-1] if wishes else float("inf")
     solution.began = (began or "a given one") + (" and --set" if options.changes else "")
     return solution
 
@@ -569,7 +574,7 @@ def to_json(solution: Solution) -> dict[str, Any]:
     return {
         "captures": [os.fsdecode(name) for name in solution.captures],
         "parameters": [{"key": f"eyes.{p.key}", "value": p.value, "before": p.before, "sigma": _number(p.sigma),
-                        "held": p.held or None}
+                        "held": p.held or None, "wish": _number(p.wish), "more_captures": p.more(len(solution.captures))}
                        for p in solution.parameters],
         "planes": [{"normal": [float(x) for x in p.normal], "offset_m": p.offset, "captures": list(p.captures),
                     "eyes": [EYES[e] for e in p.eyes], "cells": p.cells, "rms_before_m": _number(p.rms_before_m),

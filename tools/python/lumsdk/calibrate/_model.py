@@ -13,11 +13,7 @@ from .._frame import EYES
 from .._settings import Calibration
 from ._match import Pose
 from ._planes import Grid, metres_a_ps, rotation
-from ._result import Array
-
-EYE_KEYS = ("tof_offset_ps", "azimuth.width_deg", "elevation.min_deg", "elevation.max_deg")
-MOUNT_KEYS = ("mount.x_m", "mount.y_m", "mount.z_m", "mount.roll_deg", "mount.pitch_deg", "mount.yaw_deg")
-KEYS = tuple(f"{eye}.{key}" for eye in EYES for key in EYE_KEYS) + tuple(f"green.{key}" for key in MOUNT_KEYS)
+from ._result import KEYS, MOUNT_KEYS, Array
 
 PRIORS = {"tof_offset_ps": 200.0, "azimuth.width_deg": 0.6, "elevation.min_deg": 0.2, "elevation.max_deg": 0.2,
           "mount.x_m": 0.05, "mount.y_m": 0.05, "mount.z_m": 0.05,

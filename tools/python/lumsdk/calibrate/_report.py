@@ -15,7 +15,7 @@ from ._check import EYES
 from ._model import ORDERS
 from ._picture import binned, canvas, png
 from ._result import Array, Plane, Residuals, Solution
-from ._tell import bends, change, compared, digits, millimetres, not_written, reasons, row
+from ._tell import bends, change, compared, digits, millimetres, more, not_written, reasons, row
 
 _STYLE = """
 body { font: 15px/1.45 sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; color: #222; background: #fff }
@@ -206,6 +206,11 @@ def _held(found: Solution) -> str:
     return f"<h2>What is held</h2><p>These captures cannot tell it. It stays as it was before.</p><ul>{rows}</ul>" if rows else ""
 
 
+def _more(found: Solution) -> str:
+    rows = "".join(f"<li>{html.escape(line)}</li>" for line in more(found))
+    return f"<h2>What more captures would bring</h2><ul>{rows}</ul>" if rows else ""
+
+
 def _verdict(found: Solution) -> str:
     if math.isfinite(found.held_out_after_m):
         told = f"On faces left out of the fit, residuals are {change(found.held_out_before_m, found.held_out_after_m)}."
@@ -232,6 +237,7 @@ def page(found: Solution) -> str:
 <h2>Values</h2>
 {_values(found)}
 {_held(found)}
+{_more(found)}
 {f"<h2>Notes</h2><ul>{notes}</ul>" if notes else ""}
 <h2>Residuals by eye and capture</h2>
 {_groups(found)}

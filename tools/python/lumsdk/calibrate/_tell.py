@@ -141,7 +141,19 @@ def solution_text(found: Solution) -> str:
     lines += [f"{key:<26}{value:>12}{sigma:>10}{before:>12}" for key, value, sigma, before in rows]
     lines += [f"held: {', '.join(keys)}: {why}" for why, keys in reasons(found).items()]
     lines += [f"note: {note}" for note in found.notes]
+    lines += [f"more: {line}" for line in more(found)]
     return "\n".join(lines) + "\n"
+
+
+def more(found: Solution) -> list[str]:
+    """What more captures would take to reach what is wished for, where it is not reached; nothing of a solution of no use."""
+    count = len(found.captures)
+    far = [p for p in found.parameters if p.more(count)] if not not_written(found) else []
+    made = [f"{p.key}: a standard deviation of {p.wish:g}, and not {p.sigma:.{digits(p.key)}f}, takes about {p.more(count)} more captures"
+            for p in far]
+    if made:
+        made.append("if they are as good as these, and err each on its own: other walls, other poses")
+    return made
 
 
 def bends(found: Solution) -> list[tuple[str, float]]:
