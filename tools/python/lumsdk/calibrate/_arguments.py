@@ -226,8 +226,8 @@ def _wishes(given: Sequence[str]) -> dict[str, float]:
     for pair in given:
         key, is_pair, value = pair.partition("=")
         if not any(ends(known, key) for known in KEYS):
-            raise OptionError(f"--wish: {pair}: no value has a key that ends in '{key}'; there are {', '.join(WISHES)}, also with what is "
-                              "in front of them, as in green.mount.yaw_deg")
+            raise OptionError(f"--wish: {pair}: no value has a key that ends in '{key}'; there are {', '.join(WISHES)}, also with "
+                              "what is in front of them, as in green.mount.yaw_deg")
         try:
             sigma = float(value)
         except ValueError:

@@ -379,8 +379,8 @@ def _fit_notes(found: _Found, names: Sequence[str]) -> Iterator[str]:
 def _notes(grids: Sequence[Grid]) -> Iterator[str]:
     for g in grids:
         if g.shift_m > 0:
-            yield (f"{g.name}: ranges change by up to {1000 * g.shift_m:.0f} mm within the recording: the sensor was moved, or something "
-                   "before it; better record it anew")
+            yield (f"{g.name}: ranges change by up to {1000 * g.shift_m:.0f} mm within the recording: the sensor was moved, or "
+                   "something before it; better record it anew")
         if g.frames < _FRAMES:
             yield f"{g.name}: {g.frames} whole frames; {_FRAMES} or more measure better"
     if len(grids) < CAPTURES:

@@ -190,7 +190,7 @@ def grid(capture: Union[str, os.PathLike[str]], profile: Any = None, **options: 
     with open_source(name, columns="range,azimuth,elevation,line,pixel,eye", returns="first",
                      calibration=calibration.replace(eyes), **options) as source:
         is_span = source.profile["angle_lsb_deg"] == "span"
-        values = source.profile["eye_values.blue"], source.profile["eye_values.green"]
+        values = int(source.profile["eye_values.blue"]), int(source.profile["eye_values.green"])
         sums = _sum(source, name)
     ranges, variance, azimuth, elevation = sums.means()
     usual = float(np.nanmedian(variance)) if np.isfinite(variance).any() else 0.0

@@ -44,7 +44,7 @@ class Parameter:
     """The standard deviation that is wished for."""
 
     def more(self, captures: int) -> int:
-        """How many more than so many captures reach what is wished for, if all are independent and alike; 0: it is reached, or held."""
+        """How many more than so many captures reach what is wished for, if all are independent and alike; 0: reached, or held."""
         if self.held or not self.sigma > self.wish:
             return 0
         return math.ceil(captures * ((self.sigma / self.wish) ** 2 - 1))

@@ -149,8 +149,8 @@ def more(found: Solution) -> list[str]:
     """What more captures would take to reach what is wished for, where it is not reached; nothing of a solution of no use."""
     count = len(found.captures)
     far = [p for p in found.parameters if p.more(count)] if not not_written(found) else []
-    made = [f"{p.key}: a standard deviation of {p.wish:g}, and not {p.sigma:.{digits(p.key)}f}, takes about {p.more(count)} more captures"
-            for p in far]
+    made = [f"{p.key}: a standard deviation of {p.wish:g}, and not {p.sigma:.{digits(p.key)}f}, takes about {p.more(count)} more "
+            "captures" for p in far]
     if made:
         made.append("if they are as good as these, and err each on its own: other walls, other poses")
     return made
@@ -173,8 +173,8 @@ def compared(found: Solution) -> tuple[float, float, str]:
 MOUNT = "where green sits and looks against blue"
 """What a calibration is of no use without."""
 
-ADD_TWO = ("add two of the same room, the sensor turned by 20 to 30 degrees to either side so that both eyes see the same faces, one of "
-           "them rolled by about +12 degrees and the other by -12")
+ADD_TWO = ("add two of the same room, the sensor turned by 20 to 30 degrees to either side so that both eyes see the same faces, one "
+           "of them rolled by about +12 degrees and the other by -12")
 
 
 def not_written(found: Solution) -> str:
