@@ -79,6 +79,15 @@ def test_bytes_are_those_of_lumdump(drive, lumdump, tmp_path, kind):
         assert ours.read_bytes()[-50000:] == theirs.read_bytes()[-50000:]
 
 
+def test_a_picture_is_of_one_frame(drive, lumdump, tmp_path):
+    lumdump(drive, "-o", tmp_path / "first.png", "--frames=1:1")
+    with pytest.warns(lumsdk.CaptureWarning, match="it shows frame 1, the first with points, as none is whole"):
+        made = lumsdk.convert(drive, tmp_path / "a.png")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "first.png").read_bytes()
+    with lumsdk.open(drive) as source:
+        assert (made["frames"], made["points"]) == (1, len(next(iter(source))))
+
+
 def test_options_of_the_output_go_to_lumdump(drive, lumdump, tmp_path):
     lumdump(drive, "-o", tmp_path / "a.ply", "--ascii", "--columns=x,time", "--time=arrival", "--smooth=31:2",
             "--set=line_span_us=4000", "--edge=both", "--incomplete=drop")

@@ -1,9 +1,11 @@
 """Pictures that lumdump draws: their size, their text, what stands where. Nothing here depends on the shape of letters."""
+import json
 import unittest
 
 import png_rows
 import shards
-from support import Folder, run
+from support import Folder, run, simulate
+from test_sources import split
 
 PAPER = (24, 26, 32)
 PANEL = (12, 13, 16)
@@ -71,6 +73,48 @@ class Picture(unittest.TestCase):
             return max(x for y in TITLE for x, c in enumerate(png_rows.colours(rows[y], 0, 1600)) if c != PAPER)
         self.assertGreater(text(none), 200)
         self.assertGreater(text(full), text(none))
+
+    def drive(self, name, *arguments):
+        self.capture = simulate(self.folder / name, "--frames", "4", "--lines", "64", *arguments)
+
+    def said(self, *arguments):
+        """What lumdump says of the picture: the end of its summary, its JSON, its warnings."""
+        texts = [run("lumdump", self.capture, *arguments, "-o", self.folder / "said.png", *more) for more in ([], ["--json"])]
+        picture = f"picture    {self.folder / 'said.png'} shows "
+        shows = [line[len(picture):] for line in texts[0].stderr.splitlines() if line.startswith(picture)]
+        [pictured] = json.loads(texts[1].stdout)["pictures"]
+        self.assertEqual((pictured.pop("output"), len(shows)), (str(self.folder / "said.png"), 1))
+        return shows[0], pictured, [line for line in texts[1].stderr.splitlines() if "shows" in line]
+
+    def points_of(self, frames):
+        return json.loads(run("lumdump", self.capture, "--json", "--frames", frames).stdout)["points"]
+
+    def test_of_a_capture_it_shows_the_first_whole_frame(self):
+        self.drive("drive.pcap")
+        self.assertEqual(self.draw(), self.draw("--frames", "1:1"))
+        self.assertEqual(self.said(), ("frame 1, the first whole one; 3 others are not drawn, see --frames",
+                                       {"frames": 1, "points": self.points_of("1:1"), "first": 1, "last": 1, "is_whole": True,
+                                        "others": 3}, []))
+        header, records = split(self.capture.read_bytes())
+        self.capture = self.folder.write("joined.pcap", header + b"".join(records[len(records) // 20:]))
+        self.assertEqual(self.draw(), self.draw("--frames", "2:2"))
+        self.assertEqual(self.said()[0], "frame 2, the first whole one; 3 others are not drawn, see --frames")
+
+    def test_without_a_whole_frame_it_shows_the_first_and_warns(self):
+        self.drive("lossy.pcap", "--loss", "0.05")
+        self.assertEqual(self.draw(), self.draw("--frames", "1:1"))
+        shows, pictured, warnings = self.said()
+        self.assertEqual(shows, "frame 1, the first with points, as none is whole; 3 others are not drawn, see --frames")
+        self.assertEqual((pictured["first"], pictured["is_whole"]), (1, False))
+        self.assertEqual(warnings, [f"lumdump: warning: {self.folder / 'said.png'}: it shows {shows}"])
+        self.assertEqual(self.said("--frames", "2:2")[::2], ("frame 2, which is not whole", []))
+
+    def test_several_frames_are_drawn_if_they_are_asked_for(self):
+        self.drive("drive.pcap")
+        self.assertNotEqual(self.draw("--frames", "2:4"), self.draw("--frames", "2:2"))
+        self.assertEqual(self.said("--frames", "2:4"), ("3 frames over each other, 2 to 4", {
+            "frames": 3, "points": self.points_of("2:4"), "first": 2, "last": 4, "others": 0}, []))
+        self.assertEqual(self.said("--range", "900:999")[:2], ("no frame with points", {"frames": 0, "points": 0, "others": 0}))
 
     def test_colours_are_ranges(self):
         """The ground and cars before the sensor are near: red to green; the end of the street is far: blue and violet."""

@@ -162,6 +162,23 @@ static void warn_of_left_out(const struct pass *pass)
     }
 }
 
+/* Nobody chose a frame, and none is whole. */
+static void warn_of_pictures(const struct pass *pass)
+{
+    const struct summary *s = &pass->summary;
+    char text[200];
+    for (size_t i = 0; i < s->drawn_count; i++) {
+        const struct drawn *d = &s->drawn[i];
+        if (!d->is_asked && !d->is_whole && d->frames > 0 &&
+            !pass->options->quiet) {
+            (void)fprintf(stderr, "lumdump: warning: %s: it shows %s\n",
+                          strcmp(d->name, "-") == 0 ? "standard output"
+                                                    : d->name,
+                          summary_drawn(d, text, sizeof text));
+        }
+    }
+}
+
 /* Packets that a corrupted network brings are too few for it. */
 static void warn_of_layout(const struct pass *pass)
 {
@@ -253,6 +270,7 @@ static void warn_of_losses(const struct pass *pass)
     warn_of_layout(pass);
     warn_of_no_points(pass);
     warn_of_left_out(pass);
+    warn_of_pictures(pass);
     warn_of_clocks(pass);
 }
 

@@ -392,6 +392,7 @@ void pass_note_left_out(struct pass *pass)
     }
     s->left_out_count =
         outputs_left_out(pass->outputs, &of_frames, s->left_out);
+    s->drawn_count = outputs_drawn(pass->outputs, s->drawn);
 }
 
 void pass_free(struct pass *pass)

@@ -66,8 +66,8 @@ enum pass_result pass_record(struct pass *pass, const lum_record *record,
 /* The end of the source: lines that are still open come out. */
 enum pass_result pass_flush(struct pass *pass, lum_error *error);
 
-/* Note in the summary which outputs lack points that came and were asked for:
- * once all has come, and before they are closed. */
+/* Note in the summary which outputs lack points that came and were asked for,
+ * and what pictures show: once all has come, and before they are closed. */
 void pass_note_left_out(struct pass *pass);
 
 void pass_free(struct pass *pass);

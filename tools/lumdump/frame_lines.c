@@ -28,6 +28,7 @@ struct frame_lines {
     const lum_frame *frame;
     struct columns columns; /* the frame's */
     int64_t number;
+    bool is_whole;
     int64_t begin_utc_ns; /* 0: there is no clock */
     int64_t begin_arrival_ns;
     uint32_t end_before; /* of the frame before: its highest line, plus 1 */
@@ -176,6 +177,7 @@ int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
     f->frame = frame;
     f->columns = columns_of(frame);
     f->number = info.number;
+    f->is_whole = info.is_complete;
     f->begin_utc_ns = info.begin_utc_ns;
     f->begin_arrival_ns = info.begin_arrival_ns;
     return wants_rows ? lay_out(f) : 0;
@@ -186,6 +188,16 @@ int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
 int64_t frame_lines_number(const struct frame_lines *f)
 {
     return f->number;
+}
+
+bool frame_lines_is_whole(const struct frame_lines *f)
+{
+    return f->is_whole;
+}
+
+const lum_frame *frame_lines_frame(const struct frame_lines *f)
+{
+    return f->frame;
 }
 
 int64_t frame_lines_begin_ns(const struct frame_lines *f, bool by_arrival)

@@ -43,6 +43,12 @@ int frame_lines_take(struct frame_lines *lines, const lum_frame *frame,
 
 int64_t frame_lines_number(const struct frame_lines *lines);
 
+/* Whether nothing is known to be missing in it. */
+bool frame_lines_is_whole(const struct frame_lines *lines);
+
+/* The frame that was taken. */
+const lum_frame *frame_lines_frame(const struct frame_lines *lines);
+
 /* When it began, in ns since 1970: by the clock, or where there is none by
  * arrival. That is the time 0 of its points. */
 int64_t frame_lines_begin_ns(const struct frame_lines *lines, bool by_arrival);

@@ -360,6 +360,9 @@ void lanes_note_left_out(const struct lanes *lanes, struct summary *summary)
             summary->left_out[summary->left_out_count++] =
                 lane->own.summary.left_out[0];
         }
+        if (lane->worker == NULL && lane->own.summary.drawn_count > 0) {
+            summary->drawn[summary->drawn_count++] = lane->own.summary.drawn[0];
+        }
     }
 }
 

@@ -54,7 +54,8 @@ void lanes_end(struct lanes *lanes, struct say *say);
 bool lanes_have_failed(const struct lanes *lanes);
 bool lanes_have_no_reader(const struct lanes *lanes);
 
-/* After lanes_end(): what outputs lack, into the summary of the run. */
+/* After lanes_end(): what outputs lack and pictures show, into the summary of
+ * the run. */
 void lanes_note_left_out(const struct lanes *lanes, struct summary *summary);
 
 /* False: a thread still waits for an output, so nothing that it uses may be

@@ -9,6 +9,7 @@
 #include "lum/net/socket.h"
 #include "lum/version.h"
 #include "picture.h"
+#include "targets.h"
 #include "values.h"
 
 #include <stdio.h>
@@ -522,10 +523,23 @@ bool options_writes_messages(const struct options *o)
     return false;
 }
 
+bool options_is_picture(const struct options *options, size_t i)
+{
+    return options->outputs[i].format == (unsigned)LUM_FORMAT_PNG &&
+           targets_pattern(options->outputs[i].name) == 0;
+}
+
+bool options_draws_one(const struct options *options, size_t i)
+{
+    return options_is_picture(options, i) && !targets_rotates(options, i) &&
+           options->frame_first == INT64_MIN &&
+           options->frame_last == INT64_MAX;
+}
+
 bool options_takes_frames(const struct options *options, size_t i)
 {
     const unsigned format = options->outputs[i].format;
-    return options_is_organized(options, i) ||
+    return options_is_organized(options, i) || options_is_picture(options, i) ||
            options_has_messages(options, i) || options_has_preset(options, i) ||
            (options->has_times && !options_is_capture(format) &&
             lum_format_has_columns((lum_format)format));

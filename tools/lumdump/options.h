@@ -136,6 +136,11 @@ bool options_writes_messages(const struct options *options);
  */
 bool options_takes_frames(const struct options *options, size_t i);
 
+/* Whether it is one picture; of one frame, as none was asked for, and not of
+ * all that come. */
+bool options_is_picture(const struct options *options, size_t i);
+bool options_draws_one(const struct options *options, size_t i);
+
 /* Whether it is an organised cloud. */
 bool options_is_organized(const struct options *options, size_t i);
 

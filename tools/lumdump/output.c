@@ -41,7 +41,11 @@ struct output {
     bool takes_packets;
     bool is_recording; /* and has nothing else */
     bool has_messages;
-    bool is_growing;                /* a recording that readers may look at */
+    bool is_picture;
+    bool draws_one;
+    struct drawn drawn;
+    lum_frame *spare; /* to be drawn if no frame is whole; NULL: none */
+    bool is_growing;  /* a recording that readers may look at */
     const struct provenance *about; /* a capture's; NULL: it has no room */
     bool is_pattern;
     bool is_in_place; /* read as it comes */
@@ -231,6 +235,8 @@ static struct output *new_output(const struct options *options, size_t i,
     o->is_capture = options_is_capture(options->outputs[i].format);
     o->takes_frames = options_takes_frames(options, i);
     o->is_organized = options_is_organized(options, i);
+    o->is_picture = options_is_picture(options, i);
+    o->draws_one = options_draws_one(options, i);
     o->about = options->outputs[i].format == FORMAT_PCAPNG
                    ? options->about_packets
                    : NULL;
@@ -646,11 +652,71 @@ static int add_lines(struct output *o, struct frame_lines *frame,
     return result;
 }
 
+static void note_drawn(struct drawn *drawn, int64_t number, uint64_t points,
+                       bool is_whole)
+{
+    drawn->points += points;
+    drawn->first = drawn->frames == 0 ? number : drawn->first;
+    drawn->last = number;
+    drawn->is_whole = is_whole && drawn->frames == 0;
+    drawn->frames++;
+}
+
+/* One of several, or the first whole one; without one the first. */
+static int add_to_picture(struct output *o, struct frame_lines *frame,
+                          lum_error *error)
+{
+    const bool is_whole = frame_lines_is_whole(frame);
+    const bool is_drawn = !o->draws_one || (is_whole && o->drawn.frames == 0);
+    const uint64_t points = frame_lines_points(frame);
+    if (points == 0) {
+        return 0;
+    }
+    if (is_drawn) {
+        note_drawn(&o->drawn, frame_lines_number(frame), points, is_whole);
+        return add_lines(o, frame, error);
+    }
+    o->drawn.others++;
+    if (o->drawn.frames == 0 && o->spare == NULL) {
+        o->spare = lum_frame_keep(frame_lines_frame(frame));
+    }
+    return 0;
+}
+
+/* Pictures have no times. */
+static int64_t no_clock(const void *context, const lum_frame_line *line)
+{
+    (void)context;
+    (void)line;
+    return 0;
+}
+
+static int draw_spare(struct output *o, lum_error *error)
+{
+    if (o->spare == NULL || o->drawn.frames > 0) {
+        return 0;
+    }
+    struct frame_lines *frame = frame_lines_new(3u, no_clock, NULL);
+    if (frame == NULL || frame_lines_take(frame, o->spare, false) != 0) {
+        frame_lines_free(frame);
+        errno = ENOMEM;
+        return lum_error_set(error, "%s: out of memory", o->name);
+    }
+    const int result = add_lines(o, frame, error);
+    const int code = errno;
+    frame_lines_free(frame);
+    errno = code;
+    return result;
+}
+
 int output_add_frame(struct output *o, struct frame_lines *frame,
                      lum_error *error)
 {
     if (!o->takes_frames) {
         return 0;
+    }
+    if (o->is_picture) {
+        return add_to_picture(o, frame, error);
     }
     if (o->has_messages) {
         return add_message(o, frame, error);
@@ -799,6 +865,9 @@ int output_close(struct output *o, lum_error *error)
     if (o->capture != NULL) {
         result = close_capture(o, error);
     }
+    if (result == 0) {
+        result = draw_spare(o, error);
+    }
     while (result == 0 && o->file_count > 0) {
         result = close_file(o, lowest_file(o), error);
     }
@@ -828,6 +897,7 @@ void output_abort(struct output *o)
     lum_capture_writer_abort(o->capture);
     lum_claim_drop(&o->claim);
     bag_folder_free(o->folder);
+    lum_frame_release(o->spare);
     free(o);
 }
 
@@ -835,4 +905,18 @@ void output_left_out(const struct output *o, struct left_out *out)
 {
     *out = (struct left_out){
         .name = o->name, .late = o->late, .no_place = o->no_place};
+}
+
+bool output_drawn(const struct output *o, struct drawn *out)
+{
+    *out = o->drawn;
+    out->name = o->name;
+    out->is_asked = !o->draws_one;
+    if (o->drawn.frames == 0 && o->spare != NULL) {
+        lum_frame_info info = {.struct_size = sizeof info};
+        (void)lum_frame_get_info(o->spare, &info);
+        note_drawn(out, info.number, info.points, false);
+        out->others--;
+    }
+    return o->is_picture;
 }

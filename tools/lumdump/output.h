@@ -20,6 +20,18 @@ struct left_out {
     uint64_t no_place; /* in an organised cloud */
 };
 
+/* What a picture shows. */
+struct drawn {
+    const char *name;
+    uint64_t frames; /* that it shows; */
+    int64_t first;   /* these */
+    int64_t last;
+    bool is_asked;   /* frames were chosen; else it is the first whole one */
+    bool is_whole;   /* the one, and nothing is known to be missing in it */
+    uint64_t points; /* that it shows */
+    uint64_t others; /* frames with points that it does not show */
+};
+
 /* The i-th output of the options. A capture of a live run has its final name
  * from the start. rehearsal: NULL, or an output that took the lines to come. */
 int output_open(const struct options *options, size_t i,
@@ -96,5 +108,8 @@ void output_abort(struct output *output);
 
 /* As far as it knows itself: not what is in none of the frames it got. */
 void output_left_out(const struct output *output, struct left_out *out);
+
+/* False: it is no picture. */
+bool output_drawn(const struct output *output, struct drawn *out);
 
 #endif

@@ -349,6 +349,13 @@ static bool lacks_any(const struct left_out *l)
     return l->late > 0 || l->cut > 0 || l->no_place > 0;
 }
 
+/* Points that came late are hardly that frame's, and then it is not whole. */
+static bool shows_one(const struct output *output)
+{
+    struct drawn drawn;
+    return output_drawn(output, &drawn) && drawn.frames <= 1;
+}
+
 size_t outputs_left_out(const struct outputs *outputs,
                         const struct left_out *of_frames,
                         struct left_out out[OUTPUTS_MAX])
@@ -360,11 +367,22 @@ size_t outputs_left_out(const struct outputs *outputs,
             continue;
         }
         output_left_out(o, &out[n]);
-        if (output_wants_frames(o)) {
+        if (output_wants_frames(o) && !shows_one(o)) {
             out[n].late += of_frames->late;
             out[n].cut += of_frames->cut;
         }
         n += lacks_any(&out[n]) ? 1u : 0u;
+    }
+    return n;
+}
+
+size_t outputs_drawn(const struct outputs *outputs,
+                     struct drawn out[OUTPUTS_MAX])
+{
+    size_t n = 0;
+    for (size_t i = 0; i < outputs->count; i++) {
+        const struct output *o = outputs->list[i];
+        n += o != NULL && output_drawn(o, &out[n]) ? 1u : 0u;
     }
     return n;
 }

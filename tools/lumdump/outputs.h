@@ -71,4 +71,8 @@ size_t outputs_left_out(const struct outputs *outputs,
                         const struct left_out *of_frames,
                         struct left_out out[OUTPUTS_MAX]);
 
+/* What those that are pictures show. */
+size_t outputs_drawn(const struct outputs *outputs,
+                     struct drawn out[OUTPUTS_MAX]);
+
 #endif

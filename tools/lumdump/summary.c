@@ -444,6 +444,11 @@ static void print_json_live(const struct live_counts *c, FILE *out)
     print_json_outputs(c, out);
 }
 
+static const char *output_title(const char *name)
+{
+    return strcmp(name, "-") == 0 ? "standard output" : name;
+}
+
 static void print_json_left_out(const struct summary *s, FILE *out)
 {
     (void)fputs("  \"left_out\": [", out);
@@ -451,14 +456,36 @@ static void print_json_left_out(const struct summary *s, FILE *out)
         const struct left_out *l = &s->left_out[i];
         (void)fputs(i > 0 ? ",\n    {\"output\": " : "\n    {\"output\": ",
                     out);
-        print_json_text(strcmp(l->name, "-") == 0 ? "standard output" : l->name,
-                        out);
+        print_json_text(output_title(l->name), out);
         (void)fprintf(out,
                       ", \"late\": %" PRIu64 ", \"cut\": %" PRIu64
                       ", \"no_place\": %" PRIu64 "}",
                       l->late, l->cut, l->no_place);
     }
     (void)fputs(s->left_out_count > 0 ? "\n  ],\n" : "],\n", out);
+}
+
+static void print_json_drawn(const struct summary *s, FILE *out)
+{
+    for (size_t i = 0; i < s->drawn_count; i++) {
+        const struct drawn *d = &s->drawn[i];
+        (void)fputs(i > 0 ? ",\n    {\"output\": "
+                          : "  \"pictures\": [\n    {\"output\": ",
+                    out);
+        print_json_text(output_title(d->name), out);
+        (void)fprintf(out, ", \"frames\": %" PRIu64 ", \"points\": %" PRIu64,
+                      d->frames, d->points);
+        if (d->frames > 0) {
+            (void)fprintf(out, ", \"first\": %" PRId64 ", \"last\": %" PRId64,
+                          d->first, d->last);
+        }
+        if (d->frames == 1) {
+            (void)fprintf(out, ", \"is_whole\": %s",
+                          d->is_whole ? "true" : "false");
+        }
+        (void)fprintf(out, ", \"others\": %" PRIu64 "}", d->others);
+    }
+    (void)fputs(s->drawn_count > 0 ? "\n  ],\n" : "", out);
 }
 
 uint64_t summary_damaged(const struct summary *s, lum_error *why)
@@ -495,6 +522,7 @@ void summary_print_json(const struct summary *s, FILE *out)
         print_json_live(s->live, out);
     }
     print_json_left_out(s, out);
+    print_json_drawn(s, out);
     print_json_sensors(s, out);
     (void)fputs("  ", out);
     print_clock_counts(&clocks, out);
@@ -751,6 +779,49 @@ static void print_content(const lum_demux_counters *c,
     print_nonzero("content", rows, n, out);
 }
 
+static const char *what_one_is(const struct drawn *d)
+{
+    if (d->is_asked || d->is_whole) {
+        return d->is_asked && !d->is_whole ? ", which is not whole"
+               : d->others > 0             ? ", the first whole one"
+                                           : "";
+    }
+    return d->others > 0 ? ", the first with points, as none is whole"
+                         : ", which is not whole";
+}
+
+const char *summary_drawn(const struct drawn *d, char *out, size_t room)
+{
+    char others[80] = "";
+    if (d->others > 0) {
+        (void)snprintf(others, sizeof others,
+                       "; %" PRIu64 " other%s not drawn, see --frames",
+                       d->others, d->others == 1 ? " is" : "s are");
+    }
+    if (d->frames == 0) {
+        (void)snprintf(out, room, "no frame with points");
+    } else if (d->frames == 1) {
+        (void)snprintf(out, room, "frame %" PRId64 "%s%s", d->first,
+                       what_one_is(d), others);
+    } else {
+        (void)snprintf(out, room,
+                       "%" PRIu64 " frames over each other, %" PRId64
+                       " to %" PRId64,
+                       d->frames, d->first, d->last);
+    }
+    return out;
+}
+
+static void print_drawn(const struct summary *s, FILE *out)
+{
+    char text[200];
+    for (size_t i = 0; i < s->drawn_count; i++) {
+        (void)fprintf(out, "%-10s %s shows %s\n", i > 0 ? "" : "picture",
+                      output_title(s->drawn[i].name),
+                      summary_drawn(&s->drawn[i], text, sizeof text));
+    }
+}
+
 void summary_print_text(const struct summary *s, FILE *out)
 {
     const lum_framer_counters points = summary_count(s);
@@ -774,4 +845,5 @@ void summary_print_text(const struct summary *s, FILE *out)
     print_nonzero("under way", rows,
                   rows_of(parts, list_under_way(&points, parts), rows), out);
     print_losses(s, &total, &points, out);
+    print_drawn(s, out);
 }

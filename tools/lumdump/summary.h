@@ -51,6 +51,8 @@ struct summary {
     bool truncated;
     struct left_out left_out[OUTPUTS_MAX]; /* of outputs that lack points */
     size_t left_out_count;
+    struct drawn drawn[OUTPUTS_MAX]; /* of pictures */
+    size_t drawn_count;
 };
 
 /* Parts of the capture that could not be read and were passed over; why: may be
@@ -62,6 +64,9 @@ lum_framer_counters summary_count(const struct summary *summary);
 
 /* Counts of all sensors' clocks: readings, breaks, steps. */
 lum_clock_fit_info summary_count_clocks(const struct summary *summary);
+
+/* A sentence on what a picture shows. Returns out. */
+const char *summary_drawn(const struct drawn *drawn, char *out, size_t room);
 
 void summary_print_text(const struct summary *summary, FILE *out);
 void summary_print_json(const struct summary *summary, FILE *out);

@@ -231,9 +231,10 @@ def _by_lumdump(plan: _Plan) -> Summary:
         if plan.progress is not None:
             plan.progress(total, total)
     names = sorted(made)
+    [shown] = said.get("pictures", [{"frames": said["frames_selected"], "points": said["points"]}])  # a picture shows one frame
     if is_url(plan.name):
         names = [plan.name.rsplit("/", 1)[0] + "/" + os.path.basename(name) for name in names]
-    return Summary(source=said["source"], format=plan.format, outputs=names, frames=said["frames_selected"], points=said["points"],
+    return Summary(source=said["source"], format=plan.format, outputs=names, frames=shown["frames"], points=shown["points"],
                    bytes=size, truncated=said["truncated"],
                    sensors=[sensor.get("name", sensor["address"]) for sensor in said["sensors"]],
                    losses={cause: said[cause] for cause in LOSSES if cause in said},
