@@ -57,9 +57,11 @@ class Case(unittest.TestCase):
         return place
 
     def is_clean(self):
-        """It has said nothing but its address: no sanitizer's report, no complaint."""
+        """It has said nothing but its address and warnings: no sanitizer's report, no complaint."""
         self.assertEqual(self.server.end(), 0, self.server.stderr())
-        self.assertEqual(self.server.stderr(), f"lumview: {self.url} (Ctrl-C ends it)\n")
+        said = self.server.stderr().splitlines()
+        self.warnings = [line for line in said if line.startswith("lumview: warning: ")]
+        self.assertEqual([line for line in said if line not in self.warnings], [f"lumview: {self.url} (Ctrl-C ends it)"])
 
     def connect(self, **options):
         out = Connection(self.address, self.port, **options)
@@ -257,7 +259,7 @@ class Token(Case):
         self.serve("--bind", self.place)
         _, headers, _ = self.get(f"/?token={self.token}")
         self.assertEqual(headers["set-cookie"],
-                         f"lumview-{self.port}={self.token}; Path=/; HttpOnly; SameSite=Strict")
+                         f"lumview-{self.port}={self.token}; Path=/; HttpOnly; SameSite=Lax")
         for path in ("/", "/?token=x", "/nothing"):
             self.assertNotIn("set-cookie", self.get(path)[1])
 
@@ -1191,6 +1193,22 @@ class Several(Case):
 
     def test_what_follows_without_a_gap_is_told_nothing(self):
         self.assertEqual(self.watch(*self.rotated(3)).status(lambda s: s["last_frame"] is not None)["message"], "")
+
+    def warned(self):
+        """What it has said of the captures, on standard error."""
+        wait_until(lambda: "warning" in self.server.stderr(), what="a warning")
+        self.is_clean()
+        return "\n".join(self.warnings)
+
+    def test_captures_that_overlap_are_told(self):
+        a, b = self.whole, simulate(self.folder / "other.pcap", "--frames", "4", "--lines", "64", "--seed", "2")
+        told = self.watch(a, b).status(lambda s: s["message"])["message"]
+        overlap = (rf"0\.\d{{3}} seconds by which \S+\.pcap begins before the end of those before it: where both have "
+                   r"packets of the shown sensor, its frames have points of both")
+        self.assertRegex(told, overlap)
+        self.assertIn("packets contradict others", told)
+        self.assertRegex(self.warned(), rf"(?m)^lumview: warning: {overlap}$[^$]*\nlumview: warning: .*packets contradict others")
+        self.assertRegex(run("lumdump", a, b).stdout, r" 0\.\d{3}  seconds by which")
 
     def test_a_gap_before_a_pipe_is_told_by_its_name(self):
         a, b = self.two(12)

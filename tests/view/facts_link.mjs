@@ -188,13 +188,29 @@ async function byFile({ browser, capture, folder }) {
     const url = await viewInBrowser(folder, "--bind", "127.0.0.1", capture);
     assert.match(url, /^file:\/\/\/.*\.html$/);
     const page = await open(browser, url);
-    assert.match(page.url(), /^http:\/\/127\.0\.0\.1:\d+\/\?token=[0-9a-f]{32}$/);
-    await page.goto(new URL("/", page.url()).href);
+    assert.match(page.url(), /^http:\/\/127\.0\.0\.1:\d+\/$/);
+    await page.reload();
     await until(page, () => window.lumview?.shown > 0);
     const loaded = await page.evaluate(() => performance.getEntriesByType("resource")
         .filter((one) => /\.(js|css)$/.test(one.name)).map((one) => one.transferSize));
     assert.deepEqual(loaded, [0, 0], "script and style were kept");
     assert.deepEqual(page.complaints, []);
+}
+
+// A page of a run before has another token. It comes back when another page has brought the new one.
+async function startedAgain({ browser, capture }) {
+    const server = await view("--bind", "127.0.0.1", "--paused", capture);
+    const context = await browser.newContext();
+    const page = await open(context, server.url);
+    assert.deepEqual([page.url(), page.complaints], [`http://127.0.0.1:${server.port}/`, []]);
+    await stop(server.child);
+    await bannerShows(page);
+    assert.match(await page.locator("#banner").textContent(), GONE);
+    const { url } = await view("--bind", "127.0.0.1", "--port", server.port, "--paused", capture);
+    await until(page, () => document.getElementById("banner").textContent.includes("token is no longer valid"));
+    assert.match(await page.locator("#banner").textContent(), /open the URL that it printed/);
+    await (await context.newPage()).goto(url);
+    await bannerGone(page);
 }
 
 // A capture without its first packets: the lines that they began are counted, and are no loss.
@@ -226,6 +242,7 @@ async function withoutAClock({ browser, capture, folder }) {
 export const linkFacts = [
     ["without a clock to fit the arrival is told", withoutAClock],
     ["a page with a token is opened by a file, and keeps its script and style", byFile],
+    ["started again, lumview says that a page's token is not valid any more", startedAgain],
     ["a killed server gives a message, and back the page recovers", killed],
     ["so does one that hangs", hung],
     ["a throttled page shows the newest frame", throttled],

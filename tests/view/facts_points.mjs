@@ -294,6 +294,14 @@ async function pickAt(page, from, key) {
 }
 
 async function distances({ page }) {
+    await page.locator("#canvas").focus();
+    for (const key of ["k", "x", "k"]) { // the same point is no other end
+        await page.keyboard.press(key);
+        assert.ok(await probe(page, "picked"));
+    }
+    assert.equal(await page.locator("#measure-distance").textContent(), "Pick the other end");
+    assert.equal(await probe(page, "distance"), null);
+    await page.keyboard.press("Escape");
     const first = await pickAt(page, 20000);
     assert.equal(await probe(page, "distance"), null);
     const second = await pickAt(page, 90000, "Shift");
@@ -319,6 +327,28 @@ async function distances({ page }) {
     await isDistance(third, await pickAt(page, 40000));
     await page.keyboard.press("Escape");
     assert.deepEqual([await probe(page, "distance"), await probe(page, "picked")], [null, null]);
+}
+
+async function misses({ page }) {
+    const { width, height } = await page.locator("#canvas").boundingBox();
+    const miss = page.locator("#miss");
+    const click = () => page.locator("#canvas").click({ position: { x: width / 3, y: height / 2 } });
+    await pickAt(page, 20000);
+    assert.ok(!(await miss.isVisible()));
+    await page.locator("#blue").uncheck();
+    await page.locator("#green").uncheck();
+    await click();
+    assert.equal(await miss.textContent(), "no point here");
+    assert.ok(await miss.isVisible());
+    await page.locator("#blue").check();
+    await page.locator("#green").check();
+    assert.ok(!(await miss.isVisible()), "the next click ends it");
+    await page.locator("#range-max").fill("0.1");
+    await page.locator("#canvas").focus();
+    await page.keyboard.press("k");
+    assert.ok(await miss.isVisible());
+    await page.keyboard.press("Escape");
+    assert.ok(!(await miss.isVisible()));
 }
 
 async function picksGo({ page }) {
@@ -405,6 +435,7 @@ export const pointFacts = [
     ["the same frame and settings have the same colours", coloursHaveNoHistory],
     ["maps and ends of the colours change them", maps],
     ["point size changes what points cover", pointSize],
+    ["a click beside all points says so", misses],
     ["frames accumulate", accumulates],
     ["grid and rings go on, off and up", surroundings],
     ["a picked point is lumdump's", picksPoints],

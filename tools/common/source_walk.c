@@ -29,6 +29,11 @@ bool source_walk_is_gap(const struct source_walk *walk)
     return walk->gap_ns >= SOURCE_WALK_GAP_NS;
 }
 
+bool source_walk_is_overlap(const struct source_walk *walk)
+{
+    return walk->gap_ns <= -SOURCE_WALK_OVERLAP_NS;
+}
+
 const char *source_walk_text(const struct source_walk *walk, char *out,
                              size_t room)
 {

@@ -13,6 +13,9 @@
 /* Longer than a sensor with a session is silent: it answers every heartbeat. */
 #define SOURCE_WALK_GAP_NS (INT64_C(2500000) * LUM_HEARTBEAT_MS)
 
+/* More than packets of several queues of one network card are out of order. */
+#define SOURCE_WALK_OVERLAP_NS INT64_C(10000000)
+
 /* Room for what source_walk_text() writes of any usual name. */
 #define SOURCE_WALK_TEXT_BYTES 4352u
 
@@ -32,6 +35,9 @@ bool source_walk_step(struct source_walk *walk);
 
 /* Whether something is missing before the present one. */
 bool source_walk_is_gap(const struct source_walk *walk);
+
+/* Whether the present one begins before the end of those before it. */
+bool source_walk_is_overlap(const struct source_walk *walk);
 
 /* What the gap or the overlap before the present one is, without its seconds:
  * "seconds without a capture before r-2.pcap". Too long a name is cut. Returns

@@ -4,9 +4,6 @@
 
 #include <inttypes.h>
 
-/* More than packets of several queues of one network card are out of order. */
-#define OVERLAP_NS INT64_C(10000000)
-
 /* Rows of gaps and overlaps; JSON has all. */
 #define ROWS_MAX 20u
 
@@ -43,7 +40,7 @@ void stream_print_text(const lum_capture *capture, FILE *out)
     (void)fprintf(out, "%-10s %14zu  captures, read as one stream\n", "sources",
                   n);
     while (source_walk_step(&walk)) {
-        if (!source_walk_is_gap(&walk) && walk.gap_ns > -OVERLAP_NS) {
+        if (!source_walk_is_gap(&walk) && !source_walk_is_overlap(&walk)) {
             continue;
         }
         if (++rows <= ROWS_MAX) {

@@ -14,6 +14,7 @@ struct captures {
     const char **paths;  /* for reading them */
     struct pump **pumps; /* of inputs that can be read only once; else NULL */
     bool are_files;
+    bool is_quiet;
 };
 
 /* --- Opening and closing --- */
@@ -78,8 +79,8 @@ static int start_all(struct captures *c, lum_error *error)
     return try_files(c, error);
 }
 
-int captures_new(const struct sources *sources, struct captures **out,
-                 lum_error *error)
+int captures_new(const struct sources *sources, bool is_quiet,
+                 struct captures **out, lum_error *error)
 {
     if (sources_check_folders(sources, error) != 0) {
         return -1;
@@ -90,6 +91,7 @@ int captures_new(const struct sources *sources, struct captures **out,
     }
     c->sources = sources;
     c->are_files = true;
+    c->is_quiet = is_quiet;
     if (start_all(c, error) != 0) {
         captures_free(c);
         return -1;
@@ -187,24 +189,51 @@ int captures_next(const struct captures *captures, lum_capture *capture,
     return status;
 }
 
-const char *captures_gaps(const struct captures *captures,
-                          const lum_capture *capture, char *out, size_t room)
+/* What may be between captures, and what it means. */
+struct seam {
+    bool (*is_it)(const struct source_walk *walk);
+    const char *meaning;
+    const char *more;
+};
+
+static const struct seam seams[] = {
+    {source_walk_is_gap, "", "gaps"},
+    {source_walk_is_overlap,
+     ": where both have packets of the shown sensor, its frames have points of "
+     "both",
+     "overlaps"}};
+
+/* The first one, and how many more there are. */
+static void add_seam(const struct seam *seam, const lum_capture *capture,
+                     char *out, size_t room)
 {
     struct source_walk walk = {.capture = capture,
                                .source.struct_size = sizeof walk.source};
-    size_t gaps = 0;
-    char first[LUM_ERROR_BYTES / 2];
-    *out = '\0';
+    size_t count = 0;
+    size_t len = strlen(out);
+    char text[LUM_ERROR_BYTES / 4];
     while (source_walk_step(&walk)) {
-        if (source_walk_is_gap(&walk) && ++gaps == 1u) {
-            (void)snprintf(out, room, "%.3f %s", (double)walk.gap_ns * 1e-9,
-                           source_walk_text(&walk, first, sizeof first));
+        if (seam->is_it(&walk) && ++count == 1u) {
+            const double s = (double)walk.gap_ns * 1e-9;
+            (void)snprintf(out + len, room - len, "%s%.3f %s%s",
+                           len > 0 ? "; " : "", s < 0 ? -s : s,
+                           source_walk_text(&walk, text, sizeof text),
+                           seam->meaning);
         }
     }
-    if (gaps > 1u) {
-        const size_t len = strlen(out);
-        (void)snprintf(out + len, room - len, "; there are %zu more gaps",
-                       gaps - 1u);
+    len = strlen(out);
+    if (count > 1u) {
+        (void)snprintf(out + len, room - len, "; there are %zu more %s",
+                       count - 1u, seam->more);
+    }
+}
+
+const char *captures_gaps(const struct captures *captures,
+                          const lum_capture *capture, char *out, size_t room)
+{
+    *out = '\0';
+    for (size_t i = 0; i < sizeof seams / sizeof seams[0]; i++) {
+        add_seam(&seams[i], capture, out, room);
     }
     name_sources(captures, out, room);
     return out;
@@ -225,6 +254,23 @@ const char *captures_remarks(const struct captures *captures,
         len += strlen(out + len);
     }
     return out;
+}
+
+static void warn(const char *text)
+{
+    if (text[0] != '\0') {
+        (void)fprintf(stderr, "lumview: warning: %s\n", text);
+    }
+}
+
+void captures_warn(const struct captures *captures, const lum_capture *capture,
+                   const lum_demux *demux)
+{
+    char text[2u * LUM_ERROR_BYTES];
+    if (!captures->is_quiet) {
+        warn(captures_gaps(captures, capture, text, sizeof text));
+        warn(captures_remarks(captures, capture, demux, text, sizeof text));
+    }
 }
 
 /* --- What they say of themselves --- */

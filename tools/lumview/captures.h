@@ -17,8 +17,8 @@ struct captures;
 
 /* If a source cannot be opened, this is reported at once, with its name.
  * sources: kept. 0, or -1 with the reason in error. */
-int captures_new(const struct sources *sources, struct captures **out,
-                 lum_error *error);
+int captures_new(const struct sources *sources, bool is_quiet,
+                 struct captures **out, lum_error *error);
 
 /* Makes reading end soon, even if nothing comes. NULL is allowed. */
 void captures_stop(struct captures *captures);
@@ -38,8 +38,8 @@ int captures_open(const struct captures *captures, lum_capture **out,
 int captures_next(const struct captures *captures, lum_capture *capture,
                   lum_record *out, lum_error *error);
 
-/* Where a recording is missing between those that were read so far, as text; ""
- * if none is missing. Returns out. */
+/* Where a recording is missing between those that were read so far, and where
+ * they overlap, as text; "" if they do neither. Returns out. */
 const char *captures_gaps(const struct captures *captures,
                           const lum_capture *capture, char *out, size_t room);
 
@@ -48,6 +48,10 @@ const char *captures_gaps(const struct captures *captures,
 const char *captures_remarks(const struct captures *captures,
                              const lum_capture *capture, const lum_demux *demux,
                              char *out, size_t room);
+
+/* Both on standard error, once all is read, unless they are quiet. */
+void captures_warn(const struct captures *captures, const lum_capture *capture,
+                   const lum_demux *demux);
 
 /* Tell the stage whose calibration or profile is not used, of what was read so
  * far; what has been told stays. said: of the files. */

@@ -46,8 +46,10 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
         decoder.second_projector = &feed->second_projector;
     }
     if (!o->is_live) {
-        const struct player_options options = {
-            .sources = &o->sources, .said = &feed->said, .decoder = decoder};
+        const struct player_options options = {.sources = &o->sources,
+                                               .said = &feed->said,
+                                               .is_quiet = o->quiet,
+                                               .decoder = decoder};
         return player_start(&options, &feed->player, error);
     }
     decoder.has_sensor = true;

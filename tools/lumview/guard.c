@@ -95,11 +95,12 @@ void guard_url(const struct guard *guard, char out[GUARD_TEXT_BYTES])
                    guard->token[0] != '\0' ? "?token=" : "", guard->token);
 }
 
+/* A page that a file led to is reloaded without its cookie if that is strict.
+ * What needs no look at a page of others asks for its origin. */
 void guard_cookie(const struct guard *guard, char out[GUARD_TEXT_BYTES])
 {
     char name[NAME_BYTES];
     (void)name_cookie(guard, name);
     (void)snprintf(out, GUARD_TEXT_BYTES,
-                   "%s%s; Path=/; HttpOnly; SameSite=Strict", name,
-                   guard->token);
+                   "%s%s; Path=/; HttpOnly; SameSite=Lax", name, guard->token);
 }

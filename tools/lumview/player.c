@@ -511,6 +511,9 @@ static enum next finish(struct player *p)
     }
     tell_others(p);
     tell_of_sources(p);
+    if (p->scan == NULL) {
+        captures_warn(p->captures, p->capture, decoder_demux(p->decoder));
+    }
     count(p);
     if (can_go && p->is_due && !(p->has_shown && p->shown == last)) {
         return reopen_at(p, last, p->is_remake);
@@ -620,7 +623,8 @@ static void *run(void *argument)
 
 static int start_reading(struct player *p, lum_error *error)
 {
-    if (captures_new(p->options.sources, &p->captures, error) != 0) {
+    if (captures_new(p->options.sources, p->options.is_quiet, &p->captures,
+                     error) != 0) {
         return -1;
     }
     return captures_are_files(p->captures)

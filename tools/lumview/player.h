@@ -15,6 +15,7 @@ struct player;
 struct player_options {
     const struct sources *sources;        /* kept */
     const struct provenance_source *said; /* of the files; kept */
+    bool is_quiet;                        /* no warnings on standard error */
     struct decoder_options decoder;
 };
 

@@ -72,6 +72,7 @@ static void *run(void *argument)
                               captures_remarks(scan->captures, capture,
                                                decoder_demux(decoder), remarks,
                                                sizeof remarks));
+            captures_warn(scan->captures, capture, decoder_demux(decoder));
         }
     }
     lum_capture_close(capture);

@@ -25,7 +25,14 @@ import { makeStats } from "./stats.js";
 
 const at = (id) => document.getElementById(id);
 const GONE = "no connection: lumview has ended or cannot be reached; trying again";
+const REFUSED = "no connection: lumview was started again, and this page's token is no longer valid: open the URL that it "
+    + "printed; trying again";
 const NO_EYES = ["blue", "green"].map((name) => ({ name, mount: [0, 0, 0], rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1] }));
+
+// The cookie has the token; who sees the page or keeps its address has not.
+if (location.search !== "") {
+    history.replaceState(history.state, "", location.pathname);
+}
 
 const settings = makeSettings();
 const { values } = settings;
@@ -270,8 +277,8 @@ const link = makeLink({
     text: (message) => onText[message.type]?.(message),
     binary: receive,
     up: () => showBanner(""),
-    down(seconds) {
-        showBanner(`${GONE} in ${seconds.toFixed(1)} s`);
+    down(seconds, isRefused) {
+        showBanner(`${isRefused ? REFUSED : GONE} in ${seconds.toFixed(1)} s`);
         showState("no connection", "gone");
     },
 });

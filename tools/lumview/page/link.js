@@ -1,23 +1,32 @@
-// The connection to lumview: it comes back by itself.
+// The connection to lumview: it comes back by itself. Where a token is needed, the cookie has it.
 
 const WAIT_FIRST_MS = 500;
 const WAIT_MAX_MS = 5000;
 const SILENCE_MS = 5000; // a status comes twice a second
 
 function address() {
-    const url = new URL("/ws", location.href);
+    const url = new URL("/ws", location.origin);
     url.protocol = location.protocol === "https:" ? "wss:" : "ws:";
-    url.search = location.search; // the token, where there is one
     return url.href;
 }
 
-// on: { text(object), binary(ArrayBuffer), up(), down(seconds until the next try) }
+// Whether lumview answers, but not to this browser: a socket does not tell why it is refused.
+async function isRefused() {
+    try {
+        return (await fetch("/", { cache: "no-store" })).status === 403;
+    } catch {
+        return false;
+    }
+}
+
+// on: { text(object), binary(ArrayBuffer), up(), down(seconds until the next try, whether it is refused) }
 export function makeLink(on) {
     let socket = null;
     let isUp = false;
     let wait = WAIT_FIRST_MS;
     let heard = 0;
     let timer = 0;
+    let refused = false;
 
     function hear(event) {
         heard = performance.now();
@@ -30,15 +39,25 @@ export function makeLink(on) {
 
     function opened() {
         isUp = true;
+        refused = false;
         wait = WAIT_FIRST_MS;
         heard = performance.now();
         on.up();
     }
 
+    async function tellDown(seconds) {
+        on.down(seconds, refused);
+        const before = refused;
+        refused = await isRefused();
+        if (!isUp && refused !== before) {
+            on.down(seconds, refused);
+        }
+    }
+
     function lost() {
         socket = null;
         isUp = false;
-        on.down(wait / 1000);
+        tellDown(wait / 1000);
         timer = setTimeout(connect, wait);
         wait = Math.min(WAIT_MAX_MS, wait * 1.6);
     }

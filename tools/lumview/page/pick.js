@@ -124,7 +124,8 @@ export function makePick({ canvas, camera, panes, cloud, settings, eyes, mark })
     let picked = null; // { slot, index, filling, data }
     let from = null; // likewise: the other end of a distance
 
-    const distance = () => (from && picked && from !== picked ? measure(from.data.position, picked.data.position) : null);
+    const isOther = (a, b) => a.slot !== b.slot || a.filling !== b.filling || a.index !== b.index;
+    const distance = () => (from && picked && isOther(from, picked) ? measure(from.data.position, picked.data.position) : null);
 
     function look(x, y) {
         const pane = panes.find(x);
@@ -142,6 +143,14 @@ export function makePick({ canvas, camera, panes, cloud, settings, eyes, mark })
         fillList(at("measure-data"), MEASURE_ROWS, measured);
         at("pick-measure").textContent = from ? "End measuring" : "Measure from here";
         at("pick-measure").setAttribute("aria-pressed", String(from !== null));
+    }
+
+    // Where nothing is: said there, until the next key or click.
+    function showMiss(place) {
+        const miss = at("miss");
+        miss.textContent = place ? "no point here" : "";
+        miss.hidden = place === null;
+        [miss.style.left, miss.style.top] = (place ?? [0, 0]).map((v) => `${v}px`);
     }
 
     function show(point) {
@@ -183,6 +192,7 @@ export function makePick({ canvas, camera, panes, cloud, settings, eyes, mark })
         at(x, y, isEnd) {
             from = isEnd && from === null ? picked : from;
             const point = look(x, y);
+            showMiss(point ? null : [x, y]);
             at("pick").classList.toggle("right", x < canvas.clientWidth / 2); // not over the point
             if (point || from === null) {
                 show(point);
@@ -203,6 +213,9 @@ export function makePick({ canvas, camera, panes, cloud, settings, eyes, mark })
         },
     };
 
+    for (const next of ["pointerdown", "keydown", "wheel"]) {
+        document.addEventListener(next, () => showMiss(null), { capture: true, passive: true });
+    }
     at("pick-measure").addEventListener("click", self.measure);
     at("pick-close").addEventListener("click", () => {
         show(null);
