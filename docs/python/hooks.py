@@ -24,3 +24,22 @@ def on_page_markdown(markdown, page, config, files):
 
     text = LINK.sub(inside, BLOCK.sub(keep, markdown))
     return re.sub(r"\0(\d+)\0", lambda match: kept[int(match[1])], text)
+
+
+PLAIN = re.compile(r'(?:<div class="highlight">)?<pre><span></span><code>([^<]*)</code></pre>(?:</div>)?')
+ROW = re.compile(r"(\S.*?)  +(.*(?:\n +\S.*)*)")
+
+
+def as_table(match):
+    """A block of docstrings that is a table, names and what is said of them, as one: its lines are as wide as there is room."""
+    text = match[1].rstrip("\n")
+    rows = list(ROW.finditer(text))
+    if "\n".join(row[0] for row in rows) != text:
+        return match[0]
+    cells = "".join(f"<tr><td><code>{row[1]}</code></td><td>{' '.join(row[2].split())}</td></tr>" for row in rows)
+    return f"<table><tbody>{cells}</tbody></table>"
+
+
+def on_page_content(html, page, config, files):
+    """Docstrings have their tables as a terminal shows them."""
+    return PLAIN.sub(as_table, html) if page.file.src_uri == "python/reference.md" else html

@@ -567,7 +567,8 @@ def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: A
             itself, and .laz .parquet .feather .npy .npz .bin (KITTI). A %d or %04d in it stands for the number of a
             frame: then each frame has a file. Also {utc_ns} of those formats that lumdump does not write.
 
-    Options, all of open(), and of the output:
+    Options are all of open(), and these of the output:
+
         format       of the destination, whatever its ending is
         columns      of csv, ply, pcd, parquet, feather, npy and npz: names, or "all"; x y z range azimuth elevation
                      pulse_width timestamp frame eye line pixel return_number number_of_returns edge if not given;
@@ -575,9 +576,9 @@ def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: A
         time         what timestamps are: "sensor", the sensor's clock; "utc"; "arrival"
         preset       of parquet and feather: "argoverse2", its columns in its types
         compression  of parquet and feather: "zstd", "lz4", "none" and so on
-        ascii, comments, organized, rotate, duration, packets: as of lumdump, for what it writes
         storage_options  a mapping for fsspec: for the URLs of destination and source, or, if they are of different stores
-                     such as s3:// and https://, of the destination; a source of another one is opened by open() with its own
+                     such as s3:// and https://, of the destination; then open() opens the source, with its own
+        ascii, comments, organized, rotate, duration, packets  as of lumdump, for what it writes
 
     Unlike open(), convert() warns of a capture that breaks off or is damaged (broken="warn"), as lumdump does.
 

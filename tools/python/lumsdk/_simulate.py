@@ -250,8 +250,9 @@ class _Log:
 class SimulatedSensor:
     """A sensor on this machine's network, for tests and tutorials, as long as the block lasts.
 
-        with lumsdk.SimulatedSensor("127.0.0.2") as simulated, lumsdk.Sensor(simulated.host) as sensor:
-            ...
+        with lumsdk.SimulatedSensor("127.0.0.2") as simulated:
+            with lumsdk.Sensor(simulated.host) as sensor:
+                ...
 
     It is ready when the block begins. On Linux every address of 127.0.0.0/8 exists, so that any number can run at a
     time. The options are those of lumsim on the network. log is what it received and did so far, as `man lumsim` has

@@ -411,8 +411,8 @@ def open(source: Given, *, storage_options: Optional[Mapping[str, Any]] = None, 
     """Open a capture, or several as one.
 
     source is a path; a pattern such as "drive-*.pcap"; a list of these; the bytes of a capture; a binary file object,
-    which is read from where it stands; or a URL, by fsspec, with storage_options as its store needs them. Captures are pcap or pcapng, also compressed by gzip or
-    zstd. Several are read as one stream, by their times.
+    which is read from where it stands; or a URL, by fsspec, with storage_options as its store needs them. Captures are
+    pcap, pcapng, MCAP or bag files, also compressed. Several are read as one stream, by their times.
 
     Options are those of lumdump, by the same names; all but set and progress may be texts as lumdump takes them:
 
