@@ -26,14 +26,33 @@ def test_without_matplotlib_it_is_a_table(frame, monkeypatch):
 
 def test_a_range_image_has_the_nearest_point_of_each_cell(frame):
     image, (left, right) = _notebook.range_image(frame, "green")
-    assert image.shape == (64, 400) and left > 29 and right < -29
+    assert image.shape == (64, 400) and left > 55 and -5 < right < 5  # the green eye looks to the left
+    azimuths = np.degrees(np.arctan2(frame["y"], frame["x"]))
     green = frame["eye"] == 1
     assert np.nanmin(image) == frame["range"][green].min()
     for line in (10, 11):  # scanned to one side, and to the other
         chosen = green & (frame["line"] == line)
-        at = np.rint((left - frame["azimuth"][chosen]) * 399 / (left - right)).astype(int)
+        at = np.rint((left - azimuths[chosen]) * 399 / (left - right)).astype(int)
         for column in np.unique(at)[::40]:
             assert image[line, column] == frame["range"][chosen][at == column].min()
+
+
+def test_the_same_azimuth_has_the_same_label(capture, monkeypatch):
+    """Whatever columns are there: that of the eye is turned by 30 degrees against that of the sensor."""
+    Axes = pytest.importorskip("matplotlib.axes").Axes
+    labels = []
+    monkeypatch.setattr(Axes, "set_xlabel", lambda axes, label, **_: labels.append(label))
+    needed = ["range", "line", "eye"]
+    seen = {}
+    for columns in ["all", [*needed, "x", "y"], [*needed, "azimuth"], [*needed, "azimuth", "x"]]:
+        frame = next(iter(lumsdk.open(capture, columns=columns)))
+        assert _notebook.to_png(frame)
+        (label,) = {labels.pop(), labels.pop()}
+        ends = tuple(_notebook.range_image(frame, eye)[1] for eye in _notebook.EYES)
+        assert seen.setdefault(label, ends) == ends
+    assert len(seen) == 2
+    of_sensor, of_eye = seen["azimuth from the sensor, degrees"], seen["azimuth in the eye, degrees"]
+    assert np.abs(np.subtract(of_sensor, of_eye)).min() > 25
 
 
 def test_many_lines_make_no_larger_picture(make_capture):

@@ -28,11 +28,11 @@ def _line_count(frame: Frame) -> int:
     return min(int(numbers[-1]) + 1, 64 if usual <= 64 else max(640, usual))
 
 
-def _azimuths(frame: Frame) -> Any:
-    """Degrees of each point, positive to the left: of the eye, or where the frame does not have them of the sensor."""
-    if "azimuth" in frame.columns:
-        return frame["azimuth"]
-    return np.degrees(np.arctan2(frame["y"], frame["x"]))
+def _azimuths(frame: Frame) -> tuple[Any, str]:
+    """Degrees of each point, positive to the left, and what they are: those of the column are of the eye, which is turned."""
+    if {"x", "y"} <= set(frame.columns):
+        return np.degrees(np.arctan2(frame["y"], frame["x"])), "azimuth from the sensor, degrees"
+    return frame["azimuth"], "azimuth in the eye, degrees"
 
 
 def range_image(frame: Frame, eye: str) -> tuple[Any, tuple[float, float]]:
@@ -45,7 +45,7 @@ def range_image(frame: Frame, eye: str) -> tuple[Any, tuple[float, float]]:
     """
     count = _line_count(frame)
     chosen = (frame["eye"] == EYES.index(eye)) & (frame["line"] < count)
-    azimuths, lines, ranges = _azimuths(frame)[chosen], frame["line"][chosen], frame["range"][chosen]
+    azimuths, lines, ranges = _azimuths(frame)[0][chosen], frame["line"][chosen], frame["range"][chosen]
     step = max(1, -(-count // _ROWS))
     image: Any = np.full((max(1, -(-count // step)), _COLUMNS), np.inf, "f4")
     left, right = (float(azimuths.max()), float(azimuths.min())) if len(azimuths) else (30.0, -30.0)
@@ -97,6 +97,7 @@ def to_png(frame: Frame) -> Optional[bytes]:
         return None
     images = [range_image(frame, eye) for eye in EYES]
     low, high = _limits([image for image, _ in images])
+    label = _azimuths(frame)[1]
     norm = LogNorm(low, high, clip=True)
     figure = Figure(figsize=(9.0, 2.6), dpi=80)
     canvas: Any = FigureCanvasAgg(figure)
@@ -106,7 +107,7 @@ def to_png(frame: Frame) -> Optional[bytes]:
         axes = figure.add_axes((0.06 + 0.435 * place, 0.19, 0.42, 0.71))
         shown = _draw(axes, *images[which], _line_count(frame), norm)
         axes.set_title(f"{EYES[which]} eye", fontsize=9, loc="left")
-        axes.set_xlabel("azimuth, degrees", fontsize=8)
+        axes.set_xlabel(label, fontsize=8)
         if place:
             axes.set_yticklabels([])
         else:
