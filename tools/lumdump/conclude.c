@@ -4,7 +4,6 @@
 #include "../common/shell_word.h"
 
 #include "lum/wire.h"
-#include "targets.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -22,7 +21,7 @@ const char *conclude_capture(const struct options *options,
 {
     for (size_t i = 0; options->is_live && i < options->output_count; i++) {
         const struct output_options *output = &options->outputs[i];
-        if (options_takes_packets(options, i) && !targets_rotates(options, i) &&
+        if (options_takes_packets(options, i) && !options_rotates(options, i) &&
             sources_is_file(output->name) &&
             shell_word(output->name, out, MISFIT_CAPTURE_BYTES) != NULL) {
             return out;

@@ -2,7 +2,6 @@
 
 #include "base/thread.h"
 #include "cores.h"
-#include "targets.h"
 
 #include <errno.h>
 #include <pthread.h>
@@ -266,7 +265,7 @@ bool crew_can_serve(const struct options *options)
     return !options->is_live && options->output_count == 1 &&
            !options_is_capture(options->outputs[0].format) &&
            lum_format_has_parts((lum_format)options->outputs[0].format) &&
-           !options_takes_frames(options, 0) && !targets_rotates(options, 0);
+           !options_takes_frames(options, 0) && !options_rotates(options, 0);
 }
 
 unsigned crew_threads(const struct options *o)
@@ -336,7 +335,7 @@ int crew_new(const struct options *options, const lum_projector *projector,
     (void)pthread_cond_init(&crew->is_taken, NULL);
     crew->outputs = outputs;
     crew->thread_max = threads - 1u;
-    crew->is_pattern = targets_pattern(options->outputs[0].name) == 1;
+    crew->is_pattern = options_pattern(options->outputs[0].name) == 1;
     if (set_view(crew, options, projector) != 0 ||
         make_jobs(crew, threads * BATCHES_EACH + 1u, error) != 0) {
         crew_free(crew);

@@ -9,7 +9,6 @@
 #include "lum/net/socket.h"
 #include "lum/version.h"
 #include "picture.h"
-#include "targets.h"
 #include "values.h"
 
 #include <stdio.h>
@@ -523,15 +522,34 @@ bool options_writes_messages(const struct options *o)
     return false;
 }
 
+int options_pattern(const char *name)
+{
+    const char *p = strchr(name, '%');
+    if (p == NULL) {
+        return 0;
+    }
+    p++;
+    p += strspn(p, "0123456789");
+    return *p == 'd' && strchr(p, '%') == NULL ? 1 : -1;
+}
+
+bool options_rotates(const struct options *options, size_t i)
+{
+    const char *name = options->outputs[i].name;
+    return !options_is_organized(options, i) &&
+           (options->rotation.bytes != 0 || options->rotation.ns != 0) &&
+           strcmp(name, "-") != 0 && options_pattern(name) == 0;
+}
+
 bool options_is_picture(const struct options *options, size_t i)
 {
     return options->outputs[i].format == (unsigned)LUM_FORMAT_PNG &&
-           targets_pattern(options->outputs[i].name) == 0;
+           options_pattern(options->outputs[i].name) == 0;
 }
 
 bool options_draws_one(const struct options *options, size_t i)
 {
-    return options_is_picture(options, i) && !targets_rotates(options, i) &&
+    return options_is_picture(options, i) && !options_rotates(options, i) &&
            options->frame_first == INT64_MIN &&
            options->frame_last == INT64_MAX;
 }

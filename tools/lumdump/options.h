@@ -136,6 +136,13 @@ bool options_writes_messages(const struct options *options);
  */
 bool options_takes_frames(const struct options *options, size_t i);
 
+/* Whether a name means one file for each frame. 0 no, 1 yes, -1: it has a %
+ * that cannot be a frame number. */
+int options_pattern(const char *name);
+
+/* Whether the i-th output continues in new files. */
+bool options_rotates(const struct options *options, size_t i);
+
 /* Whether it is one picture; of one frame, as none was asked for, and not of
  * all that come. */
 bool options_is_picture(const struct options *options, size_t i);

@@ -240,9 +240,9 @@ static struct output *new_output(const struct options *options, size_t i,
     o->about = options->outputs[i].format == FORMAT_PCAPNG
                    ? options->about_packets
                    : NULL;
-    o->is_pattern = targets_pattern(o->name) == 1;
+    o->is_pattern = options_pattern(o->name) == 1;
     o->is_in_place = !o->is_pattern && capture_file_is_in_place(o->name);
-    o->rotates = targets_rotates(options, i);
+    o->rotates = options_rotates(options, i);
     o->writer_options = (lum_writer_options){
         .struct_size = sizeof o->writer_options,
         .format = (lum_format)options->outputs[i].format,

@@ -6,25 +6,6 @@
 
 #include <string.h>
 
-int targets_pattern(const char *name)
-{
-    const char *p = strchr(name, '%');
-    if (p == NULL) {
-        return 0;
-    }
-    p++;
-    p += strspn(p, "0123456789");
-    return *p == 'd' && strchr(p, '%') == NULL ? 1 : -1;
-}
-
-bool targets_rotates(const struct options *options, size_t i)
-{
-    const char *name = options->outputs[i].name;
-    return !options_is_organized(options, i) &&
-           (options->rotation.bytes != 0 || options->rotation.ns != 0) &&
-           strcmp(name, "-") != 0 && targets_pattern(name) == 0;
-}
-
 int targets_check_inputs(const struct options *options, const char *name,
                          lum_error *error)
 {
@@ -57,7 +38,7 @@ static int check_pattern(const struct options *options, size_t i,
                          lum_error *error)
 {
     const struct output_options *o = &options->outputs[i];
-    const int pattern = targets_pattern(o->name);
+    const int pattern = options_pattern(o->name);
     if (pattern < 0) {
         return lum_error_set(error,
                              "%s: a %% in the name stands for the frame "
@@ -82,7 +63,7 @@ static int check_organized(const struct options *options, size_t i,
                            lum_error *error)
 {
     const char *name = options->outputs[i].name;
-    return !options_is_organized(options, i) || targets_pattern(name) == 1 ||
+    return !options_is_organized(options, i) || options_pattern(name) == 1 ||
                    options->frame_first == options->frame_last
                ? 0
                : lum_error_set(error,
@@ -171,7 +152,7 @@ static int check_numbered(const struct options *options, size_t i,
     struct file_look t;
     const char *name = options->outputs[i].name;
     const bool has_pattern = strchr(lum_system_base(name), '%') != NULL;
-    if (input == NULL || (!has_pattern && !targets_rotates(options, i))) {
+    if (input == NULL || (!has_pattern && !options_rotates(options, i))) {
         return 0;
     }
     const struct numbered n = numbering_of(lum_system_base(name));
@@ -223,7 +204,7 @@ static int check_rotation(const struct options *options, lum_error *error)
 {
     bool is_used = options->rotation.bytes == 0 && options->rotation.ns == 0;
     for (size_t i = 0; i < options->output_count; i++) {
-        is_used = is_used || targets_rotates(options, i);
+        is_used = is_used || options_rotates(options, i);
     }
     return is_used
                ? 0

@@ -8,13 +8,6 @@
 
 #include <stdbool.h>
 
-/* Whether a name means one file for each frame. 0 no, 1 yes, -1: it has a %
- * that cannot be a frame number. */
-int targets_pattern(const char *name);
-
-/* Whether the i-th output continues in new files. */
-bool targets_rotates(const struct options *options, size_t i);
-
 /* Whether a name may be written to: -1 with which file that is read would be
  * harmed in error, else 0. */
 int targets_check_inputs(const struct options *options, const char *name,

@@ -9,6 +9,8 @@
 
 #define SECOND_NS INT64_C(1000000000)
 
+/* --- Sums --- */
+
 int64_t add_clamped(int64_t a, int64_t b)
 {
     if (b > 0) {
@@ -37,6 +39,8 @@ void totals_subtract(struct totals *from, const struct totals *less)
 {
     add_numbers(from, less, UINT64_MAX);
 }
+
+/* --- Its beginning and end --- */
 
 void stage_init(struct stage *stage, void (*wake)(void *context), void *context)
 {
@@ -71,6 +75,8 @@ static void unlock_and_wake(struct stage *stage, bool has_news)
         stage->wake(stage->context);
     }
 }
+
+/* --- Orders --- */
 
 /* Called with the lock. The first of the frames that are shown at once with the
  * last of them. */
@@ -161,6 +167,8 @@ int64_t stage_aim(struct stage *stage, int64_t target)
 }
 
 /* To the page it is older than the frame that is shown. */
+/* --- Pictures --- */
+
 void stage_keep(struct stage *stage, struct picture *picture)
 {
     lock(stage);
@@ -204,6 +212,8 @@ void stage_show(struct stage *stage, struct picture *picture,
     picture_drop(&before);
     *picture = (struct picture){0};
 }
+
+/* --- What is told --- */
 
 /* Called with the lock. Whether that was news. */
 static bool set_text(char *to, size_t room, const char *text)
@@ -330,6 +340,8 @@ void stage_set_laser(struct stage *stage, bool is_known, uint16_t status)
     stage->status.laser = status;
     unlock_and_wake(stage, is_news);
 }
+
+/* --- Looks and orders of the page --- */
 
 const struct feed_status *stage_begin_look(struct stage *stage)
 {
