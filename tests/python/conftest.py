@@ -109,14 +109,17 @@ def lumdump():
     return lambda *arguments: run("lumdump", *arguments)
 
 
-@pytest.fixture
+_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
+_HANDLERS = {number: signal.getsignal(number) for number in _SIGNALS}
+
+
+@pytest.fixture(autouse=True)
 def own_signals():
-    """What a program's main() does to signals ends with the test."""
-    names = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
-    before = [(number, signal.getsignal(number)) for number in names]
+    """What a program's main() does to signals ends with the test, also if a fixture of more tests called it."""
     yield
-    for number, handler in before:
-        signal.signal(number, handler)
+    for number, handler in _HANDLERS.items():
+        if signal.getsignal(number) is not handler:
+            signal.signal(number, handler)
 
 
 @pytest.fixture(scope="module")
