@@ -53,12 +53,16 @@ extern "C" {
  * eye. */
 #define LUM_ASSEMBLER_REACH(reorder_lines) (UINT32_C(2) * (reorder_lines))
 
+/** gap_us as the protocol has it, and what it has to be below. */
+#define LUM_GAP_US     100000u
+#define LUM_GAP_US_END (UINT32_C(1) << 30)
+
 /** The constants of reassembly. */
 typedef struct lum_assembler_config {
     uint8_t open_lines;      /**< of each eye, 1..LUM_OPEN_LINES_MAX; 4 */
     uint8_t reorder_lines;   /**< R, 1..LUM_REORDER_MAX; 8 */
     uint32_t words_per_line; /**< 1..LUM_LINE_WORDS_MAX; 16,384 */
-    uint32_t gap_us;         /**< below 2^30; 100,000 */
+    uint32_t gap_us;         /**< below LUM_GAP_US_END; LUM_GAP_US */
 } lum_assembler_config;
 
 /** What was seen and lost since lum_assembler_init(). A counter that has

@@ -70,7 +70,7 @@
 extern "C" {
 #endif
 
-#define LUM_RECEIVER_GAP_US 100000u /**< gap_us as the protocol has it */
+#define LUM_RECEIVER_GAP_US LUM_GAP_US /**< gap_us as the protocol has it */
 
 /** Most words of a datagram of so many bytes of payload. */
 #define LUM_RECEIVER_WORDS(bytes) ((bytes) / LUM_SAMPLE_BYTES)

@@ -11,8 +11,6 @@
 
 #include <string.h>
 
-#define GAP_US_MAX (UINT32_C(1) << 30)
-
 /* Where the packet stands that an event waits for. */
 enum step {
     STEP_NONE,  /* no event waits */
@@ -26,7 +24,7 @@ void lum_assembler_config_default(lum_assembler_config *out)
     *out = (lum_assembler_config){.open_lines = 4,
                                   .reorder_lines = 8,
                                   .words_per_line = 16384,
-                                  .gap_us = 100000};
+                                  .gap_us = LUM_GAP_US};
 }
 
 static bool is_valid(const lum_assembler_config *c)
@@ -34,7 +32,7 @@ static bool is_valid(const lum_assembler_config *c)
     return c->open_lines >= 1 && c->open_lines <= LUM_OPEN_LINES_MAX &&
            c->reorder_lines >= 1 && c->reorder_lines <= LUM_REORDER_MAX &&
            c->words_per_line >= 1 && c->words_per_line <= LUM_LINE_WORDS_MAX &&
-           c->gap_us < GAP_US_MAX;
+           c->gap_us < LUM_GAP_US_END;
 }
 
 static bool is_enough(const lum_assembler_storage *s,

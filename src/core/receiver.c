@@ -12,8 +12,7 @@
 #include <stddef.h>
 #include <string.h>
 
-#define GAP_US_MAX (UINT32_C(1) << 30)
-#define REACH      8u /* lines */
+#define REACH 8u /* lines */
 
 /* All clocks compared here are of one eye and within gap_us of its newest
  * clock; otherwise the eye has started again. So the low 32 bits show which is
@@ -35,7 +34,7 @@ lum_result lum_receiver_init(lum_receiver *r, const lum_layout *layout,
                              uint32_t word_count)
 {
     const lum_profile *profile = &layout->profile;
-    if (gap_us >= GAP_US_MAX) {
+    if (gap_us >= LUM_GAP_US_END) {
         return LUM_E_VALUE;
     }
     if (word_count == 0) {

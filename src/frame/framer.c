@@ -254,7 +254,7 @@ static bool is_possible(const lum_assembler_config *c)
     return c->open_lines >= 1u && c->open_lines <= LUM_OPEN_LINES_MAX &&
            c->reorder_lines >= 1u && c->reorder_lines <= LUM_REORDER_MAX &&
            c->words_per_line >= 1u && c->words_per_line <= LUM_LINE_WORDS_MAX &&
-           c->gap_us < UINT32_C(1) << 30;
+           c->gap_us < LUM_GAP_US_END;
 }
 
 /* All that needs memory. */

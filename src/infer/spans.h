@@ -5,8 +5,10 @@
 
 #include "infer/ticks.h"
 
+#include "lum/assembler.h"
+
 /** A line must last less than this (docs/protocol.md, "Reassembly"). */
-#define LUM_INFER_GAP_US 100000.0
+#define LUM_INFER_GAP_US ((double)LUM_GAP_US)
 
 /** Measure lines, and set line_span_us. The line, the eye and the clock are
  * known. */

@@ -149,6 +149,37 @@ class Documents(unittest.TestCase):
             with self.subTest(name):
                 self.assertIn(f"{name}(", (TOP / path).read_text())
 
+    # Kinds of changes, and a word of one that was made: all that has it is among the places to edit.
+    EXAMPLES = {
+        "a command of the sensor": r"\bLUM_COMMAND_HOLDOFF\b",
+        "a calibration value": r"\bspeed_of_light\b",
+        "a key of the wire profile": r"\bangle_order\b",
+        "a counter": r'"lines_missing_angles"',
+        "a column of points": r'"return_number"',
+        "a file format": r'"pcd"',
+        "an event of the framer": r"\bLUM_FRAMER_FRAME_END\b",
+        "a scene of lumsim": r'"room"',
+        "an option of points": r'"smooth"',
+    }
+
+    def test_the_places_of_a_change_are_all_that_an_earlier_one_has(self):
+        rows = [re.split(r" \| ", line.strip("| ")) for line in self.section("To change something").splitlines() if line[:2] == "| "]
+        texts = {str(path.relative_to(TOP)): path.read_text(errors="replace")
+                 for folder in ("src", "include", "tools", "calib") for path in (TOP / folder).rglob("*")
+                 if path.is_file() and path.suffix not in (".pyc", ".md") and path.parent.name != "page"}
+        for what, word in self.EXAMPLES.items():
+            found = {path for path, text in texts.items() if re.search(word, text)}
+            # A command is also a setting; an option of points is one of a tool, by the same name.
+            edit = " ".join(row[1] for row in rows if row[0] == what or row[0].startswith("a setting") and "command" in what)
+            stems = {Path(name).stem for name in re.findall(r"`([^`\s]+\.[a-z]+)`", edit)}
+            folders = re.findall(r"both files of `([^`]*)`", edit)
+            if what == "an option of points":
+                stems.add("options")
+            with self.subTest(what):
+                self.assertGreater(len(found), 1)
+                self.assertEqual({path for path in found if Path(path).stem not in stems
+                                  and str(Path(path).parent) not in folders}, set(), "design.md, To change something")
+
     def test_a_file_s_name_that_needs_a_word_has_it(self):
         words = self.section("Words")
         for word in "stage", "sentry", "studio", "mail", "outlet", "cue", "reel", "lane":
@@ -194,6 +225,7 @@ class Values(unittest.TestCase):
     HOMES = {
         r"0x0a2a0025": {"include/lum/wire.h"},
         r"(?<![\d.:])5517u?(?!\d)": {"include/lum/wire.h"},
+        r"gap_us = \d|GAP_US\w* +\(?(?:UINT32_C\()?\d": {"include/lum/assembler.h"},
         r"#define +\w*HEARTBEAT\w*_(?:M|U|N)?S +\(?(?:\w+\()?\d": {"include/lum/wire.h", "include/lum/net/sensor.h"},
         r"SILENCE_NS +.*\b3\b|silence_ns = \d": set(),
         r"(?:rate|beat)\w*_hz\b[^;]*\?[^;:]*: *\d": set(),
