@@ -35,7 +35,8 @@ static bool wait_for_some(void *context, int ms)
 static int seek_file(void *context, uint64_t offset, lum_error *error)
 {
     struct file *file = context;
-    if (lum_source_file_seek(file->fd, offset, error) != 0) {
+    if (!file->has_place &&
+        lum_source_file_seek(file->fd, offset, error) != 0) {
         return -1;
     }
     file->at = offset;

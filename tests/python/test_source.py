@@ -608,6 +608,62 @@ def test_a_pipe_belongs_to_one_process(drive, tmp_path):
             pipe.unlink()
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing is forked here")
+def test_a_place_that_was_sought_is_that_of_each_process(drive):
+    want = lumsdk.open(drive)[9]
+    with lumsdk.open(drive) as source:
+        _ours["source"] = source.seek(want.utc_ns)
+        with multiprocessing.get_context("fork").Pool(1) as pool:
+            assert pool.apply(take_first) == want
+        assert next(iter(pickle.loads(pickle.dumps(source)))) == next(iter(source)) == want
+        assert next(iter(source)) == source[0]
+
+
+def take_first():
+    return next(iter(_ours["source"]))
+
+
+def look():
+    source = _ours["source"]
+    told = [repr(source)]
+    source.close()
+    return [*told, repr(source), source.losses, source.sensors]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing is forked here")
+def test_a_child_can_close_what_its_parent_reads(drive):
+    with lumsdk.open(drive) as source:
+        iterator = iter(source)
+        next(iterator)
+        _ours["source"] = source
+        with multiprocessing.get_context("fork").Pool(1) as pool:
+            told, closed, losses, sensors = pool.apply(look)
+        assert told.endswith("0 frames read>") and closed.endswith("closed>") and not any(losses.values()) and sensors == []
+        assert len(list(iterator)) == 23
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing is forked here")
+def test_a_fork_in_the_middle_of_a_read_is_harmless(drive):
+    """The library is at work in another thread, with its locks."""
+    want = list(lumsdk.open(drive))
+    ended, wrong = threading.Event(), []
+    with lumsdk.open(drive) as read, lumsdk.open(io.BytesIO(drive.read_bytes())) as source:
+        def read_on():
+            while not ended.is_set():
+                wrong.extend(i for i, frames in enumerate(zip(want, read)) if frames[0] != frames[1])
+                wrong.extend(i for i, frames in enumerate(zip(want, source)) if frames[0] != frames[1])
+
+        thread = threading.Thread(target=read_on)
+        thread.start()
+        for given in (read, source) * 3:
+            _ours["source"] = given
+            with multiprocessing.get_context("fork").Pool(2) as pool:
+                assert pool.map(find, (3, 20, 1)) == [want[3], want[20], want[1]]
+        ended.set()
+        thread.join()
+    assert wrong == []
+
+
 def collate(frames):
     return frames
 

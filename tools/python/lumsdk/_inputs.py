@@ -141,8 +141,8 @@ class Input:
         """Whether it can be read more than once."""
         return True
 
-    def begin_anew(self) -> None:
-        """In a process that was forked: share no place in a file with the one before."""
+    def after_fork(self) -> None:
+        """In a process that was forked: share no place in a file with its parent."""
 
     def ask(self) -> Any:
         """An open capture for its comments, as by ffi.gc(); None: there is none that can be asked."""
@@ -184,7 +184,7 @@ class Files(Input):
         """Not a pipe."""
         return self.given is not None
 
-    def begin_anew(self) -> None:
+    def after_fork(self) -> None:
         """A pipe gives each of its bytes to one process."""
         if not self.can_reopen:
             raise _forked(self.name)
@@ -280,7 +280,7 @@ class Stream(Input):
         """A file that can seek is read again from its start."""
         return self._shared.start is not None
 
-    def begin_anew(self) -> None:
+    def after_fork(self) -> None:
         """A file of the disk is opened by its name; a place that two processes move gives wrong bytes in silence."""
         shared = self._shared
         if isinstance(shared.file, io.BytesIO):  # this process has a copy
@@ -354,7 +354,7 @@ class Opened(Stream):
         """By its opener."""
         return True
 
-    def begin_anew(self) -> None:
+    def after_fork(self) -> None:
         """The file object before stays that of the other process."""
         self._files = [self._opener()]
         self._shared = _Shared(self._files[0], self.name)

@@ -64,11 +64,14 @@ class Counts:
     """What was counted: counts by lumdump's names, and the sensors that sent data."""
 
     def __init__(self, reader: Any, damaged: int = 0) -> None:
-        framer = lib.lum_reader_framer(reader)
-        demux = lib.lum_framer_demux(framer)
+        """Of a reader, or all 0 without one."""
+        framer = ffi.NULL if reader is None else lib.lum_reader_framer(reader)
+        demux = ffi.NULL if reader is None else lib.lum_framer_demux(framer)
         total, of_sensor = sized("lum_demux_counters"), sized("lum_framer_counters")
-        lib.lum_demux_total(demux, total)
-        number, name = lib.lum_demux_sensor_count(demux), ffi.new("char[]", lib.LUM_SENSOR_NAME_BYTES)
+        number, name = 0, ffi.new("char[]", lib.LUM_SENSOR_NAME_BYTES)
+        if reader is not None:
+            lib.lum_demux_total(demux, total)
+            number = lib.lum_demux_sensor_count(demux)
         self.sensors = [text(lib.lum_demux_name(demux, i, name)) for i in range(number)]
         self.requested = [self.sensors[i] for i in range(number) if lib.lum_demux_is_requested(demux, i)]
         lines = {**_of_lines(of_sensor), **_of_clock(ffi.NULL)}
@@ -126,17 +129,17 @@ class _Watch:
             raise problem
 
 
-_all: weakref.WeakSet[Reading] = weakref.WeakSet()
+_open_readings: weakref.WeakSet[Reading] = weakref.WeakSet()
 
 
-def _leave_all() -> None:
+def _abandon_all() -> None:
     """In a process that was forked."""
-    for reading in list(_all):
-        reading.leave()
+    for reading in list(_open_readings):
+        reading.abandon()
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_leave_all)
+    os.register_at_fork(after_in_child=_abandon_all)
 
 
 class Reading:
@@ -154,7 +157,7 @@ class Reading:
         self.frames = 0
         self.place: Optional[int] = 0  # of the frame that comes next; None: not known
         self.was_sought = False
-        self.was_left = False  # this process was forked from the one that reads
+        self.was_forked = False  # this process was forked from the one that reads
         self.was_stopped = False  # by Ctrl-C, what the program's functions raised, or a failure: it cannot be used any more
         self._kept: list[Any] = []
         framer, kept = choice.framer_options(*settings)
@@ -164,14 +167,14 @@ class Reading:
         self.can_jump = "records" not in members
         self._capture = None if self.can_jump else ffi.cast("lum_capture *", members["records"].context)
         self._open(framer, members)
-        _all.add(self)
+        _open_readings.add(self)
 
-    def leave(self) -> None:
+    def abandon(self) -> None:
         """What a process that was forked does not have: threads, and a place of its own in files. So nothing is closed."""
         if self._reader is not None:
             ffi.gc(self._reader, None)
             self._reader = None
-            self.was_left = self.was_stopped = True
+            self.was_forked = self.was_stopped = True
         self._busy = threading.Lock()
 
     def _open(self, framer: Any, members: dict[str, Any]) -> None:
@@ -202,7 +205,7 @@ class Reading:
                         "open a source for each thread")
 
     def _check_open(self) -> None:
-        if self.was_left:
+        if self.was_forked:
             raise Error(f"{self._name}: this iteration began before this process was forked, and goes on in the other one; "
                         "begin one here")
         if self._reader is None:
@@ -378,6 +381,8 @@ class Reading:
         """What was counted so far."""
         if self._counts is not None:
             return self._counts
+        if self._reader is None:
+            return Counts(None)
         self._lock()
         try:
             return self._count()

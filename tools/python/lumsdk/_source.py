@@ -69,6 +69,7 @@ class Source:
         self._ready: Optional[Reading] = self._read()
         self._latest: Reading = self._ready
         self._jumper: Optional[Reading] = None
+        self._sought_ns: Optional[int] = None  # UTC at which the next iteration begins
         self._begun: Callable[[], Optional[Frames]] = lambda: None
 
     def _ask(self) -> tuple[Calibration, Profile]:
@@ -91,18 +92,26 @@ class Source:
         self._readings.add(reading)
         return reading
 
+    def _read_on(self) -> Reading:
+        """The reading of the next iteration."""
+        reading = self._read()
+        if self._sought_ns is not None:
+            reading.load_index()
+            reading.seek_time(self._sought_ns)
+        return reading
+
     def _check_open(self) -> None:
         if self._closed:
             raise ClosedError(f"{self.name}: the source is closed; open it again to read it")
-        self._now()
+        self._latest_here()
 
-    def _now(self) -> Reading:
+    def _latest_here(self) -> Reading:
         """The latest iteration of this process."""
-        if self._latest.was_left and not self._closed:
-            self._input.begin_anew()
+        if self._latest.was_forked and not self._closed:
+            self._input.after_fork()
             self._readings = weakref.WeakSet()
             self._jumper = None
-            self._latest = self._ready = self._read()
+            self._latest = self._ready = self._read_on()
         return self._latest
 
     def _note_end(self, reading: Reading) -> None:
@@ -114,7 +123,7 @@ class Source:
     def __iter__(self) -> Frames:
         """Begin at the start: the first frame comes next, also if another iteration is under way."""
         self._check_open()
-        reading, self._ready = self._ready, None
+        reading, self._ready, self._sought_ns = self._ready, None, None
         self._latest = reading or self._read()
         frames = Frames(self, self._latest)
         self._begun = weakref.ref(frames)
@@ -124,7 +133,7 @@ class Source:
         """About how many frames there are. It is exact once all were read, and 0 while nothing is known."""
         if self._frame_count is not None:
             return self._frame_count
-        latest = self._now()
+        latest = self._latest_here()
         done, total = latest.progress()
         return latest.frames * total // done if done else 0
 
@@ -217,10 +226,8 @@ class Source:
         seconds from the beginning of the first frame. Counts and losses are then those from about there on.
         """
         self._check_open()
-        utc_ns = self._utc_ns(time)
-        reading = self._read()
-        reading.load_index()
-        reading.seek_time(utc_ns)
+        self._sought_ns = self._utc_ns(time)
+        reading = self._read_on()
         if self._ready is not None and self._ready is not self._latest:
             self._ready.close()
         self._ready = reading
@@ -269,7 +276,7 @@ class Source:
 
         points are those that frames have, or had if an iteration gives only some of them.
         """
-        return dict(self._now().count().counts)
+        return dict(self._latest_here().count().counts)
 
     @property
     def losses(self) -> dict[str, int]:
@@ -280,28 +287,28 @@ class Source:
         lines_missing_angles, lost_words, no_angle and lines_missing that are no losses: they come from lines and frames
         that were under way when the recording began or ended. stray_at_breaks is the part of stray that is in pauses.
         """
-        counts = self._now().count().counts
+        counts = self._latest_here().count().counts
         return {name: counts[name] for name in LOSSES}
 
     @property
     def paused_s(self) -> float:
         """How long no lines came, in all pauses that losses["pauses"] counts so far in the latest iteration."""
-        return self._now().count().paused_s
+        return self._latest_here().count().paused_s
 
     @property
     def sensors(self) -> list[str]:
         """The sensors that sent data so far in the latest iteration, as Frame.sensor names them, such as "10.42.0.37"."""
-        return list(self._now().count().sensors)
+        return list(self._latest_here().count().sensors)
 
     @property
     def progress(self) -> tuple[int, int]:
         """Bytes that the latest iteration has read, and all of them; 0: not known."""
-        return self._now().progress()
+        return self._latest_here().progress()
 
     @property
     def truncated(self) -> bool:
         """Whether the latest iteration found that the capture breaks off before its end."""
-        return self._now().truncated
+        return self._latest_here().truncated
 
     @property
     def closed(self) -> bool:
@@ -311,9 +318,9 @@ class Source:
     def __repr__(self) -> str:
         if self._closed:
             return f"<Source {self.name}: closed>"
-        latest = self._now()
-        frames = f"{latest.frames} frames read"
-        done, total = latest.progress()
+        latest = self._latest
+        frames = f"{0 if latest.was_forked else latest.frames} frames read"
+        done, total = (0, 0) if latest.was_forked else latest.progress()
         return f"<Source {self.name}: {frames}" + (f", {100 * done // total} %>" if total else ">")
 
     def __reduce__(self) -> Any:
@@ -323,7 +330,7 @@ class Source:
         if given is None:
             raise TypeError(f"{self.name}: only a source that was opened from paths or URLs can be sent to another process, or "
                             "copied: open this one there; its frames can be sent")
-        return _reopen, (given, self._choice.to_give(), self._input.storage)
+        return _reopen, (given, self._choice.to_give(), self._input.storage, self._sought_ns)
 
     # Its end.
 
@@ -393,9 +400,10 @@ class Selection(Sequence[Frame]):
         return f"<Selection of {self._source.name}: {known}>"
 
 
-def _reopen(given: Given, options: Options, storage: Optional[Mapping[str, Any]]) -> Source:
+def _reopen(given: Given, options: Options, storage: Optional[Mapping[str, Any]], sought_ns: Optional[int]) -> Source:
     """A source that was pickled."""
-    return open(given, storage_options=storage, **options)
+    source = open(given, storage_options=storage, **options)
+    return source if sought_ns is None else source.seek(sought_ns)
 
 
 def _place(index: Any) -> int:

@@ -9,7 +9,6 @@ Needs Ray 2.51 or later and pyarrow: pip install '.[ray]' in a clone.
 """
 from __future__ import annotations
 
-import contextlib
 import fnmatch
 import glob
 import os
@@ -150,7 +149,6 @@ class _Captures(FileBasedDatasource):
         self._form = form
         self._options = dict(options)
         self._ratio: Optional[float] = None
-        self._begun: Any = None  # the file of the latest attempt
 
     def get_name(self) -> str:
         """As Ray shows it."""
@@ -168,9 +166,8 @@ class _Captures(FileBasedDatasource):
         return self._filesystem.open_input_stream(path, buffer_size=_BUFFER_BYTES, compression=None)
 
     def _read_stream(self, f: Any, path: str) -> Iterator[Block]:
-        is_again, self._begun = f is self._begun, f
-        # Some versions of Ray read on where an attempt failed, and leave out what that one gave.
-        with self._open_stream(path) if is_again else contextlib.nullcontext(f) as file:
+        # Not f: where an attempt failed, some versions of Ray give it again as it stands, and what was read is lost.
+        with self._open_stream(path) as file:
             for frame in _frames(_Stream(file, path), self._options):
                 yield self._form.table(frame, path)
 
