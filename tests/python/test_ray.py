@@ -70,8 +70,8 @@ class Nodes:
         ray.shutdown()  # that of one machine
         node = {"num_cpus": 1, "object_store_memory": STORE_BYTES}
         self.cluster = Cluster(initialize_head=True, head_node_args={**node, "include_dashboard": False, "_system_config": SYSTEM})
+        ray.init(address=self.cluster.address, logging_level="ERROR", log_to_driver=False)  # at the head, as the others do not run yet
         self.others = [self.cluster.add_node(**node) for _ in range(2)]
-        ray.init(address=self.cluster.address, logging_level="ERROR", log_to_driver=False)
         self.cluster.wait_for_nodes()
         set_up_data()
 
