@@ -476,6 +476,14 @@ class Sensors(Case):
         got = summary(self.both(), "--sensor", "10.42.0.38")
         self.assertEqual((got["points"], got["data"], len(got["sensors"])), (2, 4, 1))
 
+    def test_selected_frames_are_told_if_frames_were_chosen(self):
+        two = self.both()
+        for path in (two, self.capture(two.read_bytes() + pcap([udp(p) for p in line([word(1000, 1)], number=9)])[24:])):
+            for sensor in ((), ("--sensor", "10.42.0.38")):
+                for frames, says in (((), 0), (("--frames", "1:1"), 1)):
+                    with self.subTest(sensor=sensor, frames=frames):
+                        self.assertEqual("selected" in run("lumdump", path, *sensor, *frames).stdout, bool(says))
+
     def test_one_that_is_not_there(self):
         r = self.refused(1, self.both(), "--sensor", "10.42.0.9", message="no data of 10.42.0.9")
         self.assertIn("but of 10.42.0.37 10.42.0.38", r.stderr)

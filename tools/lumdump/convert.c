@@ -375,6 +375,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     }
     pass->summary.source = o->source;
     pass->summary.framer = pass->framer;
+    pass->summary.has_frames = options_has_frames(o);
     return PASS_DONE;
 }
 

@@ -67,8 +67,8 @@ static bool writes_capture(const struct options *o)
 bool cut_is_asked(const struct options *options)
 {
     return !options->is_live && writes_capture(options) &&
-           (options->eyes != 3u || options->frame_first != INT64_MIN ||
-            options->frame_last != INT64_MAX || options->drop_incomplete);
+           (options->eyes != 3u || options_has_frames(options) ||
+            options->drop_incomplete);
 }
 
 struct cut *cut_new(const struct options *options, const lum_layout *layout)

@@ -547,11 +547,16 @@ bool options_is_picture(const struct options *options, size_t i)
            options_pattern(options->outputs[i].name) == 0;
 }
 
+bool options_has_frames(const struct options *options)
+{
+    return options->frame_first != INT64_MIN ||
+           options->frame_last != INT64_MAX;
+}
+
 bool options_draws_one(const struct options *options, size_t i)
 {
     return options_is_picture(options, i) && !options_rotates(options, i) &&
-           options->frame_first == INT64_MIN &&
-           options->frame_last == INT64_MAX;
+           !options_has_frames(options);
 }
 
 bool options_takes_frames(const struct options *options, size_t i)

@@ -143,6 +143,9 @@ int options_pattern(const char *name);
 /* Whether the i-th output continues in new files. */
 bool options_rotates(const struct options *options, size_t i);
 
+/* Whether frames were chosen. */
+bool options_has_frames(const struct options *options);
+
 /* Whether it is one picture; of one frame, as none was asked for, and not of
  * all that come. */
 bool options_is_picture(const struct options *options, size_t i);

@@ -579,7 +579,7 @@ static void print_sensors(const struct summary *s, FILE *out)
             const lum_assembly_counters *a = &counters.assembly;
             const lum_framer_counters p = count_sensor(s, i);
             char selected[40] = "";
-            if (p.frames != a->frames) {
+            if (s->has_frames) {
                 (void)snprintf(selected, sizeof selected,
                                " (%" PRIu64 " selected)", p.frames);
             }
@@ -765,14 +765,13 @@ static void print_losses(const struct summary *s, const lum_demux_counters *c,
     (void)fprintf(out, "%-10s %14s\n", "losses", "none");
 }
 
-static void print_content(const lum_demux_counters *c,
+static void print_content(const struct summary *s, const lum_demux_counters *c,
                           const lum_framer_counters *points, FILE *out)
 {
     struct named rows[CONTENT];
     const size_t n = list_content(c, points, rows);
-    const bool all = points->frames == c->assembly.frames;
     for (size_t i = 0; i < n; i++) {
-        if (all && strcmp(rows[i].key, "frames_selected") == 0) {
+        if (!s->has_frames && strcmp(rows[i].key, "frames_selected") == 0) {
             rows[i].value = 0;
         }
     }
@@ -839,7 +838,7 @@ void summary_print_text(const struct summary *s, FILE *out)
         print_live(s->live, out);
     }
     print_nonzero("packets", rows, list_kinds(&total, rows), out);
-    print_content(&total, &points, out);
+    print_content(s, &total, &points, out);
     print_rates(s, &points, out);
     print_clocks(s, out);
     print_nonzero("under way", rows,

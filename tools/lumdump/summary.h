@@ -48,6 +48,7 @@ struct summary {
     int64_t last_ns;
     uint64_t records; /* of the capture */
     bool has_time;
+    bool has_frames; /* some were chosen */
     bool truncated;
     struct left_out left_out[OUTPUTS_MAX]; /* of outputs that lack points */
     size_t left_out_count;

@@ -255,7 +255,7 @@ static const char *find_line_option(const struct options *o)
     if (o->eyes != 3u) {
         return "--eye";
     }
-    if (o->frame_first != INT64_MIN || o->frame_last != INT64_MAX) {
+    if (options_has_frames(o)) {
         return "--frames";
     }
     return o->drop_incomplete ? "--incomplete drop" : NULL;
