@@ -141,8 +141,7 @@ static void warn_of_points(const struct options *o, const char *name,
         (void)fprintf(stderr,
                       "lumdump: warning: %s: %" PRIu64
                       " point%s left out, which %s\n",
-                      strcmp(name, "-") == 0 ? "standard output" : name, n,
-                      n == 1 ? "" : "s", why);
+                      output_title(name), n, n == 1 ? "" : "s", why);
     }
 }
 
@@ -171,8 +170,7 @@ static void warn_of_pictures(const struct pass *pass)
         if (!d->is_asked && !d->is_whole && d->frames > 0 &&
             !pass->options->quiet) {
             (void)fprintf(stderr, "lumdump: warning: %s: it shows %s\n",
-                          strcmp(d->name, "-") == 0 ? "standard output"
-                                                    : d->name,
+                          output_title(d->name),
                           summary_drawn(d, text, sizeof text));
         }
     }

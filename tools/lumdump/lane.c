@@ -1,6 +1,7 @@
 #include "lane.h"
 
 #include "closer.h"
+#include "output.h"
 #include "targets.h"
 
 #include "../common/file_look.h"
@@ -8,7 +9,6 @@
 
 #include <inttypes.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* A name that is not there yet will be a file. */
 static bool is_file(const char *name)
@@ -130,8 +130,7 @@ void lane_put(struct lane *lane, const struct ring_item *item)
 
 const char *lane_name(const struct lane *lane)
 {
-    const char *name = lane->options.outputs[0].name;
-    return strcmp(name, "-") == 0 ? "standard output" : name;
+    return output_title(lane->options.outputs[0].name);
 }
 
 static enum lane_end end_of(enum pass_result result)

@@ -326,6 +326,11 @@ const char *output_name(const struct output *output)
     return output->name;
 }
 
+const char *output_title(const char *name)
+{
+    return strcmp(name, "-") == 0 ? "standard output" : name;
+}
+
 static bool is_there(const struct output *o, unsigned number,
                      char name[NAME_BYTES])
 {

@@ -52,6 +52,9 @@ void output_finish_by(struct output *output, struct closer *closer);
 /* As the option gives it; "-" is standard output. */
 const char *output_name(const struct output *output);
 
+/* Such a name in words. */
+const char *output_title(const char *name);
+
 /* Whether files of an earlier, longer run follow the ones that were written;
  * out says so. */
 bool output_find_stale(const struct output *output, lum_error *out);

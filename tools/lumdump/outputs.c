@@ -4,7 +4,6 @@
 
 #include <errno.h>
 #include <stdlib.h>
-#include <string.h>
 
 struct outputs {
     struct output *list[OUTPUTS_MAX]; /* NULL: left out */
@@ -176,7 +175,7 @@ static void add_left(struct outputs_notes *notes, const char *name)
     (void)lum_error_set(&notes->list[notes->count++],
                         "the reader of %s has left: that output has ended, the "
                         "others go on",
-                        strcmp(name, "-") == 0 ? "standard output" : name);
+                        output_title(name));
 }
 
 /* What has no reader any more is done with, where there are others. */

@@ -444,11 +444,6 @@ static void print_json_live(const struct live_counts *c, FILE *out)
     print_json_outputs(c, out);
 }
 
-static const char *output_title(const char *name)
-{
-    return strcmp(name, "-") == 0 ? "standard output" : name;
-}
-
 static void print_json_left_out(const struct summary *s, FILE *out)
 {
     (void)fputs("  \"left_out\": [", out);
