@@ -5,6 +5,7 @@ import unittest
 import png_rows
 import shards
 from support import Folder, run, simulate
+from test_rows import drive
 from test_sources import split
 
 PAPER = (24, 26, 32)
@@ -93,8 +94,8 @@ class Picture(unittest.TestCase):
         self.drive("drive.pcap")
         self.assertEqual(self.draw(), self.draw("--frames", "1:1"))
         self.assertEqual(self.said(), ("frame 1, the first whole one; 3 others are not drawn, see --frames",
-                                       {"frames": 1, "points": self.points_of("1:1"), "first": 1, "last": 1, "is_whole": True,
-                                        "others": 3}, []))
+                                       {"frames": 1, "files": 1, "points": self.points_of("1:1"), "first": 1, "last": 1,
+                                        "is_whole": True, "others": 3}, []))
         header, records = split(self.capture.read_bytes())
         self.capture = self.folder.write("joined.pcap", header + b"".join(records[len(records) // 20:]))
         self.assertEqual(self.draw(), self.draw("--frames", "2:2"))
@@ -107,14 +108,43 @@ class Picture(unittest.TestCase):
         self.assertEqual(shows, "frame 1, the first with points, as none is whole; 3 others are not drawn, see --frames")
         self.assertEqual((pictured["first"], pictured["is_whole"]), (1, False))
         self.assertEqual(warnings, [f"lumdump: warning: {self.folder / 'said.png'}: it shows {shows}"])
-        self.assertEqual(self.said("--frames", "2:2")[::2], ("frame 2, which is not whole", []))
+        shows = "frame 2, which is not whole"
+        self.assertEqual(self.said("--frames", "2:2")[::2], (shows, [f"lumdump: warning: {self.folder / 'said.png'}: it shows {shows}"]))
+        self.assertEqual(self.said("--frames", "2:3")[2], [])
+
+    def test_what_came_late_is_told_of_frames_that_were_asked_for(self):
+        """Each line of the capture is whole but one of frame 1, of which a packet comes when frame 8 does."""
+        def change(frame, number, eye, packets):
+            is_silent = eye == 1 and (1, 10) < (frame, number) < (8, 0)
+            return packets[:2] + packets[3:] if (frame, number, eye) == (1, 10, 1) else [] if is_silent else packets
+        self.capture = self.folder.write("late.pcap", drive(change, frames=9))
+        for frames, is_late in (("1:1", True), ("1:2", True), ("2:2", False), (":", False)):
+            with self.subTest(frames):
+                chosen = ["--frames", frames] if frames != ":" else []
+                r = run("lumdump", self.capture, *chosen, "--json", "-o", self.folder / "look.png")
+                late = [one["late"] for one in json.loads(r.stdout)["left_out"]]
+                self.assertEqual((len(late), r.stderr.count("came after their frame had been written")), (is_late, is_late))
+
+    def test_pictures_of_a_rotation_are_counted(self):
+        self.drive("long.pcap", "--frames", "25")
+        said = run("lumdump", self.capture, "--rotate", "1s", "-o", self.folder / "r.png", "--json")
+        names = [name for name in self.folder.names() if name.startswith("r-")]
+        [pictured] = json.loads(said.stdout)["pictures"]
+        self.assertEqual((pictured["frames"], pictured["files"], len(names), said.stderr), (25, 3, 3, ""))
+        shows = f"picture    {self.folder / 'r.png'} shows "
+        for how, says in ((("1s",), "25 frames in 3 pictures, 1 to 25"), (("1h",), "25 frames over each other, 1 to 25"),
+                          (("1s", "--frames", "5:5"), "frame 5"), (("1s", "--frames", "5:16"), "12 frames in 2 pictures, 5 to 16")):
+            with self.subTest(how):
+                r = run("lumdump", self.capture, "--rotate", *how, "-o", self.folder / "r.png")
+                self.assertEqual([line[len(shows):] for line in r.stderr.splitlines() if line.startswith(shows)], [says])
 
     def test_several_frames_are_drawn_if_they_are_asked_for(self):
         self.drive("drive.pcap")
         self.assertNotEqual(self.draw("--frames", "2:4"), self.draw("--frames", "2:2"))
         self.assertEqual(self.said("--frames", "2:4"), ("3 frames over each other, 2 to 4", {
-            "frames": 3, "points": self.points_of("2:4"), "first": 2, "last": 4, "others": 0}, []))
-        self.assertEqual(self.said("--range", "900:999")[:2], ("no frame with points", {"frames": 0, "points": 0, "others": 0}))
+            "frames": 3, "files": 1, "points": self.points_of("2:4"), "first": 2, "last": 4, "others": 0}, []))
+        self.assertEqual(self.said("--range", "900:999")[:2], ("no frame with points", {"frames": 0, "files": 0, "points": 0,
+                                                                                               "others": 0}))
 
     def test_colours_are_ranges(self):
         """The ground and cars before the sensor are near: red to green; the end of the street is far: blue and violet."""

@@ -160,15 +160,14 @@ static void warn_of_left_out(const struct pass *pass)
     }
 }
 
-/* Nobody chose a frame, and none is whole. */
+/* Of several frames over each other, the losses tell. */
 static void warn_of_pictures(const struct pass *pass)
 {
     const struct summary *s = &pass->summary;
     char text[200];
     for (size_t i = 0; i < s->drawn_count; i++) {
         const struct drawn *d = &s->drawn[i];
-        if (!d->is_asked && !d->is_whole && d->frames > 0 &&
-            !pass->options->quiet) {
+        if (d->frames == 1 && !d->is_whole && !pass->options->quiet) {
             (void)fprintf(stderr, "lumdump: warning: %s: it shows %s\n",
                           output_title(d->name),
                           summary_drawn(d, text, sizeof text));

@@ -365,6 +365,11 @@ bool output_wants_frames(const struct output *output)
     return output->takes_frames;
 }
 
+bool output_draws_one(const struct output *output)
+{
+    return output->draws_one;
+}
+
 /* --- Files that end, rotation --- */
 
 static int finish(struct output *o, struct closing file, lum_error *error)
@@ -657,9 +662,12 @@ static int add_lines(struct output *o, struct frame_lines *frame,
     return result;
 }
 
+/* file: the number of the picture that it is in. */
 static void note_drawn(struct drawn *drawn, int64_t number, uint64_t points,
-                       bool is_whole)
+                       bool is_whole, unsigned file)
 {
+    drawn->files += drawn->frames == 0 || drawn->file != file ? 1u : 0u;
+    drawn->file = file;
     drawn->points += points;
     drawn->first = drawn->frames == 0 ? number : drawn->first;
     drawn->last = number;
@@ -667,7 +675,8 @@ static void note_drawn(struct drawn *drawn, int64_t number, uint64_t points,
     drawn->frames++;
 }
 
-/* One of several, or the first whole one; without one the first. */
+/* If frames were chosen, draw each; else the first whole one, and keep the
+ * first as a spare. Each of a rotation, too. */
 static int add_to_picture(struct output *o, struct frame_lines *frame,
                           lum_error *error)
 {
@@ -678,8 +687,10 @@ static int add_to_picture(struct output *o, struct frame_lines *frame,
         return 0;
     }
     if (is_drawn) {
-        note_drawn(&o->drawn, frame_lines_number(frame), points, is_whole);
-        return add_lines(o, frame, error);
+        const int result = add_lines(o, frame, error);
+        note_drawn(&o->drawn, frame_lines_number(frame), points, is_whole,
+                   o->number);
+        return result;
     }
     o->drawn.others++;
     if (o->drawn.frames == 0 && o->spare == NULL) {
@@ -916,11 +927,10 @@ bool output_drawn(const struct output *o, struct drawn *out)
 {
     *out = o->drawn;
     out->name = o->name;
-    out->is_asked = !o->draws_one;
     if (o->drawn.frames == 0 && o->spare != NULL) {
         lum_frame_info info = {.struct_size = sizeof info};
         (void)lum_frame_get_info(o->spare, &info);
-        note_drawn(out, info.number, info.points, false);
+        note_drawn(out, info.number, info.points, false, o->number);
         out->others--;
     }
     return o->is_picture;

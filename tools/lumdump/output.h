@@ -20,13 +20,14 @@ struct left_out {
     uint64_t no_place; /* in an organised cloud */
 };
 
-/* What a picture shows. */
+/* What a picture shows, or those of a rotation. */
 struct drawn {
     const char *name;
     uint64_t frames; /* that it shows; */
     int64_t first;   /* these */
     int64_t last;
-    bool is_asked;   /* frames were chosen; else it is the first whole one */
+    uint64_t files;  /* so many pictures show them */
+    unsigned file;   /* the number of the last one */
     bool is_whole;   /* the one, and nothing is known to be missing in it */
     uint64_t points; /* that it shows */
     uint64_t others; /* frames with points that it does not show */
@@ -62,6 +63,9 @@ bool output_find_stale(const struct output *output, lum_error *out);
 /* Whether it is made of lines as they come, of whole frames. */
 bool output_wants_lines(const struct output *output);
 bool output_wants_frames(const struct output *output);
+
+/* Whether it is a picture of one frame, as none was chosen. */
+bool output_draws_one(const struct output *output);
 
 /* Pass the time, in ns since 1970: data that is added from now on may belong to
  * a new file, which begins with the next frame. */

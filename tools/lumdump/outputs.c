@@ -348,13 +348,6 @@ static bool lacks_any(const struct left_out *l)
     return l->late > 0 || l->cut > 0 || l->no_place > 0;
 }
 
-/* Points that came late are hardly that frame's, and then it is not whole. */
-static bool shows_one(const struct output *output)
-{
-    struct drawn drawn;
-    return output_drawn(output, &drawn) && drawn.frames <= 1;
-}
-
 size_t outputs_left_out(const struct outputs *outputs,
                         const struct left_out *of_frames,
                         struct left_out out[OUTPUTS_MAX])
@@ -366,7 +359,8 @@ size_t outputs_left_out(const struct outputs *outputs,
             continue;
         }
         output_left_out(o, &out[n]);
-        if (output_wants_frames(o) && !shows_one(o)) {
+        /* where nobody chose, they are of other frames or it is not whole */
+        if (output_wants_frames(o) && !output_draws_one(o)) {
             out[n].late += of_frames->late;
             out[n].cut += of_frames->cut;
         }

@@ -468,8 +468,10 @@ static void print_json_drawn(const struct summary *s, FILE *out)
                           : "  \"pictures\": [\n    {\"output\": ",
                     out);
         print_json_text(output_title(d->name), out);
-        (void)fprintf(out, ", \"frames\": %" PRIu64 ", \"points\": %" PRIu64,
-                      d->frames, d->points);
+        (void)fprintf(out,
+                      ", \"frames\": %" PRIu64 ", \"files\": %" PRIu64
+                      ", \"points\": %" PRIu64,
+                      d->frames, d->files, d->points);
         if (d->frames > 0) {
             (void)fprintf(out, ", \"first\": %" PRId64 ", \"last\": %" PRId64,
                           d->first, d->last);
@@ -775,10 +777,8 @@ static void print_content(const struct summary *s, const lum_demux_counters *c,
 
 static const char *what_one_is(const struct drawn *d)
 {
-    if (d->is_asked || d->is_whole) {
-        return d->is_asked && !d->is_whole ? ", which is not whole"
-               : d->others > 0             ? ", the first whole one"
-                                           : "";
+    if (d->is_whole) {
+        return d->others > 0 ? ", the first whole one" : "";
     }
     return d->others > 0 ? ", the first with points, as none is whole"
                          : ", which is not whole";
@@ -798,10 +798,14 @@ const char *summary_drawn(const struct drawn *d, char *out, size_t room)
         (void)snprintf(out, room, "frame %" PRId64 "%s%s", d->first,
                        what_one_is(d), others);
     } else {
+        char where[40] = "over each other";
+        if (d->files > 1) {
+            (void)snprintf(where, sizeof where, "in %" PRIu64 " pictures",
+                           d->files);
+        }
         (void)snprintf(out, room,
-                       "%" PRIu64 " frames over each other, %" PRId64
-                       " to %" PRId64,
-                       d->frames, d->first, d->last);
+                       "%" PRIu64 " frames %s, %" PRId64 " to %" PRId64,
+                       d->frames, where, d->first, d->last);
     }
     return out;
 }
