@@ -188,7 +188,7 @@ static void of_eye(const lum_infer_state *state, lum_infer_finding *f)
     f->is_told = !state->is_one_eye;
     if (state->is_one_eye) {
         say(f->evidence, "lines rise by 1 without any field that tells two "
-                         "eyes apart: one eye alone was recorded");
+                         "eyes apart: one eye alone is seen");
         say_rival(f, eye, "reading with two eyes");
         say(f->equal, "every other byte that is always the same");
         say(f->look, "record both eyes");
@@ -350,7 +350,7 @@ static void of_eye_values(const lum_infer_state *state, lum_infer_finding *f)
         (unsigned)state->eye_value[1]);
     say(f->evidence, "%s",
         state->is_one_eye
-            ? "one eye alone was recorded; its name is not in the packets"
+            ? "one eye alone is seen; its name is not in the packets"
             : "the packets have both values, and not which is called blue: "
               "the lower one, as in the default");
     say(f->equal, "{blue: %u, green: %u}", (unsigned)state->eye_value[1],
@@ -553,7 +553,7 @@ static void judge(const lum_infer_state *state, lum_infer_result *out)
         &text, "%u of %u packets fit; margin %.1f points, of %s%s%s%s",
         (unsigned)out->fit, (unsigned)out->packets, out->margin,
         names[out->margin_key], doubt[0] == '\0' ? "" : "; unsure: ", doubt,
-        state->is_one_eye ? "; one eye alone was recorded, so the place of "
+        state->is_one_eye ? "; one eye alone is seen, so the place of "
                             "group.eye is not told"
                           : "");
     memcpy(out->text, text.text, sizeof out->text);

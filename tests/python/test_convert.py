@@ -855,7 +855,7 @@ def test_a_url_of_no_known_kind(drive):
         lumsdk.convert(drive, "nosuch://b/a.npy")
 
 
-def test_a_full_disk_is_told_and_leaves_nothing(frames, tmp_path):
+def test_a_full_disk_is_told_and_leaves_nothing(drive, frames, tmp_path):
     resource = pytest.importorskip("resource")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     with contextlib.ExitStack() as kept:
@@ -865,4 +865,7 @@ def test_a_full_disk_is_told_and_leaves_nothing(frames, tmp_path):
             with pytest.raises(lumsdk.Error, match=f"a.{kind}: cannot write it: .*[Ff]ile too large") as told:
                 lumsdk.convert(itertools.chain(*[frames] * 8), tmp_path / f"a.{kind}")
             assert isinstance(told.value, OSError)
+        for kind in ("csv", "ply", "pcd", "las", "xyz", "pcap"):
+            with pytest.raises(OSError, match=f"a.{kind}: .*File too large"):
+                lumsdk.convert(drive, tmp_path / f"a.{kind}")
     assert left_in(tmp_path) == []

@@ -630,6 +630,23 @@ def look():
     return [*told, repr(source), source.losses, source.sensors]
 
 
+def test_another_file_of_the_name_is_not_read(drive, path, tmp_path, monkeypatch):
+    want = list(lumsdk.open(drive))
+    here = tmp_path / "drive.pcap"
+    here.write_bytes(drive.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    with lumsdk.open("drive.pcap") as source:
+        assert list(source) == want
+        (tmp_path / "sub").mkdir()
+        (tmp_path / "sub" / "drive.pcap").write_bytes(path.read_bytes())
+        monkeypatch.chdir(tmp_path / "sub")
+        assert list(source) == want and source[3] == want[3]
+        os.replace("drive.pcap", here)
+        for read in list, lambda source: lumsdk.open(here)[0] == want[0] or next(iter(source)):
+            with pytest.raises(lumsdk.Error, match="another file has this name since it was opened; open that one anew"):
+                read(source)
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing is forked here")
 def test_a_child_can_close_what_its_parent_reads(drive):
     with lumsdk.open(drive) as source:

@@ -345,8 +345,7 @@ class Stalls(Case):
 
     def limited(self, *arguments):
         """Files of at most 3 MB."""
-        r = subprocess.run([BIN / "lumdump", self.url, "--laser", *arguments], capture_output=True, timeout=PATIENCE_S,
-                           restore_signals=False, text=True,
+        r = subprocess.run([BIN / "lumdump", self.url, "--laser", *arguments], capture_output=True, timeout=PATIENCE_S, text=True,
                            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3_000_000, 3_000_000)))
         return r
 

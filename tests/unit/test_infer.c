@@ -1147,7 +1147,7 @@ static void one_eye_alone_is_said(void **state)
     send_frames(&m, 2, 64);
     solve(&m, &r, 0);
     assert_int_equal(r.verdict, LUM_INFER_FOUND);
-    assert_non_null(strstr(r.text, "one eye alone was recorded"));
+    assert_non_null(strstr(r.text, "one eye alone is seen"));
     assert_false(r.findings[LUM_INFER_EYE].is_told);
     assert_non_null(strstr(r.findings[LUM_INFER_EYE].look, "both eyes"));
     check_profile(&m, &r.profile);

@@ -83,9 +83,11 @@ static void catch_unless_ignored(int signal_number)
     }
 }
 
+/* What a write fails by is told where it was made. */
 void interrupt_catch_none(void)
 {
     set_handler(SIGPIPE, SIG_IGN);
+    set_handler(SIGXFSZ, SIG_IGN);
 }
 
 void interrupt_catch(void)

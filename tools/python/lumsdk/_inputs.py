@@ -177,6 +177,8 @@ class Files(Input):
         self.name = f"{self.paths[0]} and {more} more" if more else self.paths[0]
         if all(not os.path.exists(path) or _is_regular(path) for path in self.paths):
             self.given = [os.path.abspath(path) for path in self.paths]
+        self._full = self.given or self.paths
+        self._found: dict[tuple[int, int], str] = {}
         self._check_twice()
 
     @property
@@ -190,7 +192,7 @@ class Files(Input):
             raise _forked(self.name)
 
     def _check_twice(self) -> None:
-        seen: dict[tuple[int, int], str] = {}
+        seen = self._found
         for path in self.paths:
             try:
                 found = os.stat(path)
@@ -202,6 +204,17 @@ class Files(Input):
             if found.st_ino and key in seen:
                 raise OptionError(f"{seen[key]} and {path} are one file: name each source once")
             seen[key] = path
+
+    def _now(self) -> list[str]:
+        """The paths of the same files; where the working directory has changed, from the root."""
+        if not self.can_reopen:
+            return self.paths
+        for path in self._full:
+            with contextlib.suppress(FileNotFoundError):  # the reader tells it
+                found = os.stat(path)
+                if found.st_ino and self._found and (found.st_dev, found.st_ino) not in self._found:
+                    raise Error(f"{path}: another file has this name since it was opened; open that one anew")
+        return [path if os.path.abspath(path) == full else full for path, full in zip(self.paths, self._full)]
 
     def _array(self, paths: Sequence[str], kept: list[Any]) -> Any:
         names = [ffi.new("char[]", os.fsencode(path)) for path in paths]
@@ -220,7 +233,7 @@ class Files(Input):
         return ffi.gc(out[0], lib.lum_capture_close)
 
     def begin(self, kept: list[Any]) -> tuple[dict[str, Any], Optional[Functions]]:
-        array = self._array(self.paths, kept)
+        array = self._array(self._now(), kept)
         if len(self.paths) == 1:
             return {"path": array[0]}, None
         return {"paths": array, "path_count": len(self.paths)}, None
@@ -398,7 +411,8 @@ def _of_url(url: str, done: str = "opened") -> Iterator[None]:
         raise
     except FileNotFoundError as error:
         why = error.__cause__  # by HTTP, whatever the server answered
-        said = "there is no such file" if getattr(why, "status", 404) == 404 else f"{type(why).__name__}: {why}"
+        is_missing = why is None or getattr(why, "status", None) == 404
+        said = "there is no such file" if is_missing else f"{type(why).__name__}: {why}"
         raise CaptureError(f"{url}: cannot be {done}: {said}") from error
     except (ImportError, ValueError) as error:
         if done == "opened":
