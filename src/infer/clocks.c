@@ -468,12 +468,11 @@ static bool is_rival(const watch *w, const trial *t)
            (!t->is_counter || w->best.is_counter);
 }
 
-/* @param times room for those of the best. */
-static void find_rival(watch *w, lum_infer_state *state, double *times)
+/* @param times of the best. */
+static void find_rival(watch *w, lum_infer_state *state, const double *times)
 {
     lum_infer_choice *clock = &state->field[LUM_FIELD_TIMESTAMP];
     bool is_told = false;
-    get_times(w, &w->best, times);
     for (size_t i = 0; i < w->count; i++) {
         const trial *t = &w->trials[i];
         if (!is_rival(w, t)) {
@@ -671,6 +670,7 @@ static void look(watch *w, lum_infer_state *state, double *times)
     take_upper(w, times);
     take_clock(w, state);
     if (w->best.field.bytes > 0) {
+        get_times(w, &w->best, times);
         find_rival(w, state, times);
         find_resized(w, state, times);
     } else if (w->t.has_times) {
