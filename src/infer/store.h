@@ -21,7 +21,7 @@ typedef struct lum_infer_store {
     uint32_t left_out;  /**< of too many sensors, or behind what is enough */
     uint32_t cut_short; /**< datagrams that are there in part */
     uint32_t joined;    /**< datagrams that came joined with others */
-    uint32_t elsewhere; /**< of other ports and sensors, and no datagrams */
+    uint32_t elsewhere; /**< of other ports or sensors, and no datagrams */
 } lum_infer_store;
 
 /** Make room for the packets.

@@ -225,7 +225,7 @@ class Told(Case):
                     self.assertEqual((counts["control"], counts["foreign"], counts["elsewhere"]), (1, 1, 2))
         said = self.infer(self.folder / "junk.pcap", status=1).stderr
         self.assertRegex(said, r"(?m)^not used +600 packets with our magic, and without samples$")
-        self.assertRegex(self.infer(self.folder / "besides.pcap", status=1).stderr, r"(?m)^not used +2 records of another port or sensor, or no datagram$")
+        self.assertRegex(self.infer(self.folder / "besides.pcap", status=1).stderr, r"(?m)^not used +2 records of another port, sensor or interface, or no datagram$")
 
     def test_of_a_long_capture_the_first_packets_are_looked_at(self):
         """Within 64 MB of memory and 3 s of the processor, also where most of the header is 0: half of them, to be safe."""

@@ -1438,6 +1438,7 @@ static void it_says_when_it_has_enough(void **state)
     assert_int_equal(lum_infer_solve(infer, &r, NULL), 1);
     assert_true(r.is_full);
     assert_int_equal(r.left_out, 2);
+    assert_int_equal(r.elsewhere, 10);
     assert_int_equal(r.cut_short, 0);
     lum_infer_free(infer);
     lum_infer_free(NULL);

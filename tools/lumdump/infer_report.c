@@ -46,7 +46,8 @@ static void print_unused(const lum_infer_result *r, FILE *out)
     if (r->elsewhere > 0) {
         (void)fprintf(out,
                       "not used   %" PRIu32
-                      " record%s of another port or sensor, or no datagram\n",
+                      " record%s of another port, sensor or interface, or "
+                      "no datagram\n",
                       r->elsewhere, plural(r->elsewhere));
     }
     if (r->cut_short > 0) {

@@ -137,16 +137,17 @@ typedef struct lum_infer_result {
     uint32_t sensors;          /**< addresses that sent what was looked at */
     bool is_full;              /**< it had enough; the capture may have more,
                                     and what came behind is in left_out
-                                    alone */
+                                    and elsewhere alone */
     char text[LUM_ERROR_BYTES]; /**< one line: what was found, what is missing,
                                      or which identity fails */
     size_t finding_count;       /**< of findings; 0 without a profile */
     lum_infer_finding findings[LUM_INFER_KEYS]; /**< by ::lum_infer_key */
     uint32_t joined; /**< datagrams that came joined with others by a receiving
                           host, until it had enough */
-    uint32_t elsewhere; /**< what was pushed besides: not to or from the port,
-                             of another sensor than was requested, or no
-                             datagram. With this, packets, other_type, control,
+    uint32_t elsewhere; /**< what was pushed besides: of another port or sensor
+                             than was requested, or no datagram; lumdump and
+                             Python, which push nothing of another interface,
+                             add that. With this, packets, other_type, control,
                              foreign, cut_short and left_out are all that was
                              pushed, joined ones taken apart */
 } lum_infer_result;

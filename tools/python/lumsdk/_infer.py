@@ -60,8 +60,8 @@ class Inference:
     yaml: str
     """The profile as a file, with the evidence as comments; empty without one."""
     counts: dict[str, int]
-    """What else was read, until it had enough: other_type, control, foreign, cut_short, left_out, elsewhere, as lumdump --infer
-    --json has them. With packets, these are all records, joined ones taken apart."""
+    """What else was read, until it had enough: other_type, control, foreign, cut_short, left_out, and elsewhere (another port,
+    sensor or interface, or no datagram), as lumdump --infer --json has them. With packets, these are all records, joined ones taken apart."""
 
 
 def _open(source: Input, kept: list[Any]) -> tuple[Any, Optional[Functions]]:
