@@ -250,6 +250,25 @@ def test_a_sensor_that_is_moved_half_way_is_told(moved, told, make_capture, tmp_
         assert [told in note for note in notes] == ([] if told is None else [True] * 3)
 
 
+@pytest.mark.parametrize("lines", [2, 3, 64])
+def test_noise_of_few_cells_is_no_move(lines):
+    """Each block by its own cells: of few lines, and where few are calm. A step of 3 cm is told all the same."""
+    rng = np.random.default_rng(7)
+    is_calm = np.broadcast_to(np.arange(1000) % 10 < 3, (2, lines, 1000))
+
+    def shift(step_m):
+        sums, frames = _planes._Sums(), 8
+        sums.frames, sums.count = frames, np.full((2, lines, 1000), frames, "i4")
+        ranges = rng.normal(5, 0.03, (frames, 2, lines, 1000))
+        ranges[frames // 2:] += step_m
+        turn = np.arange(frames)[:, None, None, None]
+        sums.sums = np.stack([values.sum(0) for values in (ranges, ranges ** 2, ranges, ranges, turn * ranges, turn + 0 * ranges)])
+        return _planes._shift("a", sums, is_calm, 0.03 ** 2)
+    assert [shift(0) for _ in range(5)] == [0] * 5
+    assert shift(0.03) > 0.02
+    assert _planes._shift("a", _planes._Sums(), np.zeros((2, 0, 1000), bool), 0) == 0
+
+
 def test_centres_are_held_for_yaw_means_both():
     held = {p.key: p.held for p in solution().parameters if p.held}
     assert set(held) == {"blue.azimuth.center_deg", "green.azimuth.center_deg"}

@@ -25,7 +25,7 @@ _MOVED_M = 0.04
 """Ranges that go this far within a recording were not of a sensor that stood still."""
 
 _SEEN_M, _SIGMAS = 0.003, 4.0
-"""Ranges that go this far, and so many standard deviations of a block, are told."""
+"""Ranges that go this far, and so many standard deviations of their block, are told."""
 
 _MOVED_BLOCK = (8, 50)
 """Lines and pixels of which the ranges go together."""
@@ -119,19 +119,26 @@ class _Sums:
         self.count[at] += 1
         self.frames += 1
 
-    def shifts_m(self, is_calm: Array) -> Array:
+    def shifts_m(self, is_calm: Array, variance: float) -> tuple[Array, Array]:
         """How far the ranges of neighbours go together, by a straight line over the frames, which sees two thirds of a steady
-        change and all of a step half way; by block of the cells that do not scatter."""
+        change and all of a step half way; by block of the cells that do not scatter. And the standard deviation of each of
+        these, of ranges of this variance."""
+        if self.lines == 0:
+            return np.empty(0), np.empty(0)
         ranges, _, _, _, turned, turn = self.sums
         # Each cell was seen in about the same frames, of which the numbers have this variance.
         spread = (self.frames ** 2 - 1) / 12
         n = np.maximum(self.count, 1)
         slope = np.where(is_calm, (turned / n - turn / n * ranges / n) / spread, 0)
         block = min(_MOVED_BLOCK[0], self.lines), _MOVED_BLOCK[1]
-        rows = self.lines // max(block[0], 1)
-        cells, sums = (values[:, :rows * block[0]].reshape(2, rows, block[0], -1, block[1]).sum((2, 4)) for values in (is_calm, slope))
+        rows = self.lines // block[0]
+        cells, sums, shares = (values[:, :rows * block[0]].reshape(2, rows, block[0], -1, block[1]).sum((2, 4))
+                               for values in (is_calm, slope, np.where(is_calm, 1 / n, 0)))
         many = cells > 0.25 * block[0] * block[1]
-        return np.asarray(np.abs(sums[many] / cells[many]) * self.frames * 2 / 3)
+        cells, scale = cells[many], self.frames * 2 / 3
+        # A cell's slope has the variance of its ranges / (count * spread): of many frames, 12 * (2 / 3)^2 = 16 / 3 when scaled.
+        sigma = np.sqrt(variance / spread * shares[many]) / cells
+        return np.abs(sums[many] / cells) * scale, sigma * scale
 
     def means(self) -> tuple[Array, Array, Array, Array]:
         """Range, its variance by frame, azimuth and elevation; nan where few frames had a cell."""
@@ -164,14 +171,14 @@ def _sum(source: Source, name: str) -> _Sums:
 
 def _shift(name: str, sums: _Sums, is_calm: Array, variance: float) -> float:
     """How far ranges go in a part of the view, 0 where that is noise; an error where they do in half of it."""
-    shifts = sums.shifts_m(is_calm)
+    shifts, sigma = sums.shifts_m(is_calm, variance)
     if not len(shifts):
         return 0.0
-    noise = _SIGMAS * math.sqrt(16 / 3 * variance / (sums.frames * math.prod(_MOVED_BLOCK)))
-    half, part = (float(np.quantile(shifts, 1 - share)) for share in (0.5, _MOVED_PART))
-    if half > max(_MOVED_M, noise):
+    told = np.where(shifts > _SIGMAS * sigma, shifts, 0)
+    half, part = (float(np.quantile(told, 1 - share)) for share in (0.5, _MOVED_PART))
+    if half > _MOVED_M:
         raise CaptureError(f"{name}: ranges change by {half:.2f} m within the recording: the sensor has to stand still")
-    return part if part > max(_SEEN_M, noise) else 0.0
+    return part if part > _SEEN_M else 0.0
 
 
 def grid(capture: Union[str, os.PathLike[str]], profile: Any = None, **options: Any) -> Grid:
