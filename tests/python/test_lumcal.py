@@ -200,9 +200,13 @@ def test_a_better_calibration_is_written_and_told(given, tmp_path, capsys):
 def test_it_is_told_how_many_more_captures_reach_what_is_wished_for(given, capsys):
     """Of three, with a standard deviation that is twice as large: nine more, if all err each on its own. What is of no use needs others."""
     import solutions
-    from lumsdk.calibrate import _report, _tell
+    from lumsdk.calibrate import _eyes, _report, _tell
 
-    solution = solutions.make()
+    solution, to_json = solutions.make(), _eyes.to_json
+
+    def of_json():
+        return [p["more_captures"] for p in to_json(solution)["parameters"]]
+
     yaw, held = solution.parameters[1:]
     yaw.wish, held.wish = 0.006, 1.0
     told = ["green.mount.yaw_deg: a standard deviation of 0.006, and not 0.0120, takes about 9 more captures",
@@ -210,11 +214,11 @@ def test_it_is_told_how_many_more_captures_reach_what_is_wished_for(given, capsy
     given(solution)
     assert _cli.main(["eyes", "a.pcap"]) == 0
     assert "".join(f"more: {line}\n" for line in told) in capsys.readouterr().out
-    assert f"<li>{told[0]}</li>" in _report._more(solution)
+    assert f"<li>{told[0]}</li>" in _report._more(solution) and of_json() == [0, 9, 0]
     yaw.wish = 0.012
     assert _tell.more(solution) == [] and _report._more(solution) == ""
     yaw.wish, solution.is_settled = 0.006, False
-    assert _tell.more(solution) == []
+    assert _tell.more(solution) == [] and not any(of_json())
 
 
 def test_a_worse_calibration_is_not_written_but_its_report_is(given, tmp_path, capsys):

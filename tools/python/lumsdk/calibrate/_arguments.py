@@ -114,7 +114,7 @@ class Options:
     profile: Optional[Profile] = None
     set: list[str] = field(default_factory=list)
     wishes: dict[str, float] = field(default_factory=lambda: dict(WISHES))
-    """Standard deviations by the ends of keys; later ones come first."""
+    """Standard deviations by the ends of keys; the last that fits counts."""
     sensor: Optional[str] = None
     json: bool = False
     quiet: bool = False

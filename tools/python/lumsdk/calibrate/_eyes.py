@@ -19,7 +19,7 @@ from ._model import CALIBRATION_COUNT, ORDERS, Eye, State, fixed_of, priors, tan
 from ._planes import Grid, grid
 from ._result import KEYS, WISHES, Array, Parameter, Plane, Residuals, Solution, ends
 from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, estimate_spread, linearise, solve, untold
-from ._tell import ADD_TWO, MOUNT, bends, exchange, not_written
+from ._tell import ADD_TWO, MOUNT, bends, exchange, more_captures, not_written
 
 _WORTH = 0.5
 """What leaves more than this share of what was known before is not observable."""
@@ -571,10 +571,11 @@ def _number(value: float) -> Optional[float]:
 
 def to_json(solution: Solution) -> dict[str, Any]:
     """What --json prints. A standard deviation is null where the value is held."""
+    more = more_captures(solution)
     return {
         "captures": [os.fsdecode(name) for name in solution.captures],
         "parameters": [{"key": f"eyes.{p.key}", "value": p.value, "before": p.before, "sigma": _number(p.sigma),
-                        "held": p.held or None, "wish": _number(p.wish), "more_captures": p.more(len(solution.captures))}
+                        "held": p.held or None, "wish": _number(p.wish), "more_captures": more[p.key]}
                        for p in solution.parameters],
         "planes": [{"normal": [float(x) for x in p.normal], "offset_m": p.offset, "captures": list(p.captures),
                     "eyes": [EYES[e] for e in p.eyes], "cells": p.cells, "rms_before_m": _number(p.rms_before_m),

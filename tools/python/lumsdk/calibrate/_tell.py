@@ -145,12 +145,17 @@ def solution_text(found: Solution) -> str:
     return "\n".join(lines) + "\n"
 
 
+def more_captures(found: Solution) -> dict[str, int]:
+    """How many more captures would reach what is wished for, by key; 0 of all for a solution of no use."""
+    is_of_use = not not_written(found)
+    return {p.key: p.more(len(found.captures)) if is_of_use else 0 for p in found.parameters}
+
+
 def more(found: Solution) -> list[str]:
-    """What more captures would take to reach what is wished for, where it is not reached; nothing of a solution of no use."""
-    count = len(found.captures)
-    far = [p for p in found.parameters if p.more(count)] if not not_written(found) else []
-    made = [f"{p.key}: a standard deviation of {p.wish:g}, and not {p.sigma:.{digits(p.key)}f}, takes about {p.more(count)} more "
-            "captures" for p in far]
+    """What is told of them."""
+    far = more_captures(found)
+    made = [f"{p.key}: a standard deviation of {p.wish:g}, and not {p.sigma:.{digits(p.key)}f}, takes about {far[p.key]} more "
+            "captures" for p in found.parameters if far[p.key]]
     if made:
         made.append("if they are as good as these, and err each on its own: other walls, other poses")
     return made
