@@ -1,8 +1,9 @@
-"""calibrations.py COUNT BUILD FOLDER [--only WHAT] [--first N] [--lines N] [--moved M | --turned DEG]: lumcal on lumsim's rooms, of COUNT random true calibrations.
+"""calibrations.py COUNT BUILD FOLDER [--only WHAT] [--first N] [--lines N] [--moved M | --turned DEG]
 
-Each bar with how many meet it, the share of errors within two standard deviations, and what is held where one street, one room or
-two captures cannot tell it; behind each seed what it measured, and how far the poses are off. --first N: seeds from N on. --moved M,
---turned DEG: the sensor is moved by so many metres, or turned, half way through the second capture.
+lumcal on lumsim's rooms, of COUNT random true calibrations: each bar with how many meet it, the share of errors within two
+standard deviations, and what is held where one street, one room or two captures cannot tell it; behind each seed what it
+measured, and how far the poses are off. --first N: seeds from N on. --moved M, --turned DEG: the sensor is moved by so many
+metres, or turned, half way through the second capture.
 Exit status 0: at least nine of ten meet each bar, 90 % of the errors lie within, and nothing was refused.
 """
 import argparse
