@@ -61,7 +61,8 @@ class Inference:
     """The profile as a file, with the evidence as comments; empty without one."""
     counts: dict[str, int]
     """What else was read, until it had enough: other_type, control, foreign, cut_short, left_out, and elsewhere (another port,
-    sensor or interface, or no datagram), as lumdump --infer --json has them. With packets, these are all records, joined ones taken apart."""
+    sensor or interface, or no datagram), as lumdump --infer --json has them. With packets, these are all records, joined ones
+    taken apart."""
 
 
 def _open(source: Input, kept: list[Any]) -> tuple[Any, Optional[Functions]]:
