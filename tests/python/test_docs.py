@@ -14,7 +14,7 @@ import sys
 import lumsdk
 import pages
 import pytest
-from conftest import BIN, PATIENCE_S, run
+from conftest import PATIENCE_S, run
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
 DOCS = TOP / "docs/python"

@@ -199,9 +199,9 @@ def test_what_a_store_needs_goes_to_it(web, drive, tmp_path):
         lumsdk.convert(drive, tmp_path / f"a.{kind}")
         lumsdk.convert(url, tmp_path / f"b.{kind}", storage_options=TOKEN)
         assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()
-    for given in (str(drive), [drive], b"bytes"):
+    for named in (str(drive), [drive], b"bytes"):
         with pytest.raises(lumsdk.OptionError, match="storage_options does not go with .*: it is for a URL"):
-            lumsdk.open(given, storage_options=TOKEN)
+            lumsdk.open(named, storage_options=TOKEN)
     with pytest.raises(TypeError, match="storage_options is 1, of type int; right is a mapping for fsspec"):
         lumsdk.open(url, storage_options=1)
 

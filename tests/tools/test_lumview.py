@@ -1203,7 +1203,7 @@ class Several(Case):
     def test_captures_that_overlap_are_told(self):
         a, b = self.whole, simulate(self.folder / "other.pcap", "--frames", "4", "--lines", "64", "--seed", "2")
         told = self.watch(a, b).status(lambda s: s["message"])["message"]
-        overlap = (rf"0\.\d{{3}} seconds by which \S+\.pcap begins before the end of those before it: where both have "
+        overlap = (r"0\.\d{3} seconds by which \S+\.pcap begins before the end of those before it: where both have "
                    r"packets of the shown sensor, its frames have points of both")
         self.assertRegex(told, overlap)
         self.assertIn("packets contradict others", told)
