@@ -95,8 +95,8 @@ void guard_url(const struct guard *guard, char out[GUARD_TEXT_BYTES])
                    guard->token[0] != '\0' ? "?token=" : "", guard->token);
 }
 
-/* A page that a file led to is reloaded without its cookie if that is strict.
- * What needs no look at a page of others asks for its origin. */
+/* A strict cookie would be left out where a link in a file opens the page.
+ * Requests that change something are refused by their origin. */
 void guard_cookie(const struct guard *guard, char out[GUARD_TEXT_BYTES])
 {
     char name[NAME_BYTES];

@@ -198,6 +198,16 @@ const struct picture *trail_find(const struct trail *trail, int64_t number)
                : NULL;
 }
 
+void trail_shed(struct trail *trail, const struct feed_view *views,
+                size_t count)
+{
+    for (size_t i = trail->count; i-- > 0;) {
+        if (!picture_has(&trail->pictures[i], views, count)) {
+            trail_drop(trail, i, 1);
+        }
+    }
+}
+
 bool trail_has(const struct trail *trail, const struct feed_view *views,
                size_t count)
 {

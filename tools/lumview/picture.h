@@ -73,6 +73,10 @@ void trail_cut(struct trail *trail, int64_t first, int64_t before);
 /* By its number; NULL: it is not in. */
 const struct picture *trail_find(const struct trail *trail, int64_t number);
 
+/* Release those that lack one of the views. */
+void trail_shed(struct trail *trail, const struct feed_view *views,
+                size_t count);
+
 /* Whether all have all of the views. */
 bool trail_has(const struct trail *trail, const struct feed_view *views,
                size_t count);

@@ -161,14 +161,16 @@ int64_t stage_aim(struct stage *stage, int64_t target)
     lock(stage);
     const int64_t from = first_at_once(stage, target);
     trail_cut(&stage->trail, from, target);
+    /* Each is made again, but for those that the files do not have any more. */
+    trail_shed(&stage->trail, stage->views, stage->orders.wanted);
     stage->trail.from = from;
     unlock(stage);
     return from;
 }
 
-/* To the page it is older than the frame that is shown. */
 /* --- Pictures --- */
 
+/* To the page it is older than the frame that is shown. */
 void stage_keep(struct stage *stage, struct picture *picture)
 {
     lock(stage);
