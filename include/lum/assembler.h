@@ -53,9 +53,9 @@ extern "C" {
  * eye. */
 #define LUM_ASSEMBLER_REACH(reorder_lines) (UINT32_C(2) * (reorder_lines))
 
-/** gap_us as the protocol has it, and what it has to be below. */
+/** gap_us as the protocol has it. */
 #define LUM_GAP_US     100000u
-#define LUM_GAP_US_END (UINT32_C(1) << 30)
+#define LUM_GAP_US_END (UINT32_C(1) << 30) /**< gap_us is below it */
 
 /** The constants of reassembly. */
 typedef struct lum_assembler_config {
