@@ -5,14 +5,14 @@
 #include "lum/net/cancel.h"
 
 /* Note SIGINT, SIGTERM and SIGHUP from now on, except those that the parent has
- * ignored; a write to a pipe without a reader fails with EPIPE instead of
- * killing the process. After a signal, waits for input and output end with
- * EINTR repeatedly; a second signal, or three seconds, end the process at
- * once. */
+ * ignored; a write to a pipe without a reader, or beyond the largest size of a
+ * file, fails with EPIPE or EFBIG instead of killing the process. After a
+ * signal, waits for input and output end with EINTR repeatedly; a second
+ * signal, or three seconds, end the process at once. */
 void interrupt_catch(void);
 
-/* A write to a pipe without a reader fails with EPIPE from now on; signals end
- * the process at once, as they did. */
+/* Such writes fail from now on; signals end the process at once, as they did.
+ */
 void interrupt_catch_none(void);
 
 /* From now on the program may keep a laser on: note SIGINT, SIGTERM and

@@ -23,10 +23,10 @@ struct left_out {
 /* What a picture shows, or those of a rotation. */
 struct drawn {
     const char *name;
-    uint64_t frames; /* that it shows; */
-    int64_t first;   /* these */
+    uint64_t frames; /* that it shows */
+    int64_t first;   /* number of the first of them; unset without one */
     int64_t last;
-    uint64_t files;  /* so many pictures show them */
+    uint64_t files;  /* pictures that show any */
     unsigned file;   /* the number of the last one */
     bool is_whole;   /* the one, and nothing is known to be missing in it */
     uint64_t points; /* that it shows */
@@ -53,7 +53,7 @@ void output_finish_by(struct output *output, struct closer *closer);
 /* As the option gives it; "-" is standard output. */
 const char *output_name(const struct output *output);
 
-/* Such a name in words. */
+/* The name of an output as a person reads it: "-" is standard output. */
 const char *output_title(const char *name);
 
 /* Whether files of an earlier, longer run follow the ones that were written;

@@ -766,13 +766,11 @@ static void print_content(const struct summary *s, const lum_demux_counters *c,
                           const lum_framer_counters *points, FILE *out)
 {
     struct named rows[CONTENT];
-    const size_t n = list_content(c, points, rows);
-    for (size_t i = 0; i < n; i++) {
-        if (!s->has_frames && strcmp(rows[i].key, "frames_selected") == 0) {
-            rows[i].value = 0;
-        }
+    lum_framer_counters shown = *points;
+    if (!s->has_frames) {
+        shown.frames = 0; /* all of them */
     }
-    print_nonzero("content", rows, n, out);
+    print_nonzero("content", rows, list_content(c, &shown, rows), out);
 }
 
 static const char *what_one_is(const struct drawn *d)

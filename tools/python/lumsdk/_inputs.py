@@ -205,8 +205,8 @@ class Files(Input):
                 raise OptionError(f"{seen[key]} and {path} are one file: name each source once")
             seen[key] = path
 
-    def _now(self) -> list[str]:
-        """The paths of the same files; where the working directory has changed, from the root."""
+    def _same_paths(self) -> list[str]:
+        """The paths of the files that it was opened with; where the working directory has changed, from the root."""
         if not self.can_reopen:
             return self.paths
         for path in self._full:
@@ -233,7 +233,7 @@ class Files(Input):
         return ffi.gc(out[0], lib.lum_capture_close)
 
     def begin(self, kept: list[Any]) -> tuple[dict[str, Any], Optional[Functions]]:
-        array = self._array(self._now(), kept)
+        array = self._array(self._same_paths(), kept)
         if len(self.paths) == 1:
             return {"path": array[0]}, None
         return {"paths": array, "path_count": len(self.paths)}, None
