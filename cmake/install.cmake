@@ -1,7 +1,7 @@
 # Headers, libraries, tools, man pages, calibrations; find_package and pkg-config.
 include(CMakePackageConfigHelpers)
 
-set(lum_installed lum_base lum_core lum_host lum_net lum_points)
+set(lum_installed lum_base lum_core lum_host lum_live lum_net lum_points)
 set(lum_headers_left_out "")
 foreach(room IN LISTS lum_optional_rooms)
   if(TARGET lum_${room})
@@ -89,6 +89,7 @@ lum_describe(lum_host "a sensor's clock against the host's, plans of a Y-scan; f
 lum_describe(lum_points "lines to points" ROOMS core LIBS -lm)
 lum_describe(lum_base "error messages and clocks of the host")
 lum_describe(lum_net "UDP, and a session with a live sensor" ROOMS core base)
+lum_describe(lum_live "a live sensor and its laser: what is sent, what is to be said" ROOMS net host)
 lum_describe(lum_capture "captures to datagrams, and to sensors" ROOMS base core MODULES ${lum_unpacking}
              LIBS ${lum_unpacking_libs})
 lum_describe(lum_frame "captures and records to frames" ROOMS base capture points LIBS -lpthread)

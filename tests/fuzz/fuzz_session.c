@@ -3,6 +3,7 @@
 #include "fake_net.h"
 
 #include "lum/laser.h"
+#include "lum/live/laser_off.h"
 #include "lum/net/sensor.h"
 
 #include <stdint.h>

@@ -17,6 +17,7 @@ ARROWS = {
     "points": ["core"],
     "base": [],
     "net": ["capture", "base", "core"],
+    "live": ["net", "host", "base", "core"],
     "capture": ["base", "core"],
     "frame": ["capture", "points", "base", "core"],
     "infer": ["capture", "base", "core"],

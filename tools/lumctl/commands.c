@@ -390,7 +390,6 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
                             const struct options_found *found, char **words)
 {
     const bool owned = ctl->owns;
-    lum_sensor *sensor = NULL;
     enum exit_status status = check_own(command, found->own);
     if (status == EXIT_DONE) {
         status = check_watch(ctl, command);
@@ -414,9 +413,8 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
         status = command->run(ctl, found->count, words);
         ctl_end_packets(ctl);
     }
-    if (ctl->in_shell && ctl->owns && !owned &&
-        session_open_at(ctl, session_host(ctl), false, &sensor) == EXIT_DONE) {
-        session_replace(ctl, sensor, false);
+    if (ctl->in_shell && ctl->owns && !owned) {
+        (void)session_change(ctl, session_host(ctl), false);
     }
     const enum exit_status written = finish_output();
     remember_changes(ctl);

@@ -79,6 +79,13 @@ static enum exit_status print_request(struct ctl *ctl, const void *tlvs,
 enum exit_status ctl_request(struct ctl *ctl, const void *tlvs, size_t len,
                              struct ctl_answer *out, bool *was_sent)
 {
+    return ctl_request_text(ctl, NULL, tlvs, len, out, was_sent);
+}
+
+enum exit_status ctl_request_text(struct ctl *ctl, const char *text,
+                                  const void *tlvs, size_t len,
+                                  struct ctl_answer *out, bool *was_sent)
+{
     lum_sensor_event event;
     *was_sent = !ctl->options.dry_run;
     if (ctl->options.dry_run) {
@@ -88,8 +95,8 @@ enum exit_status ctl_request(struct ctl *ctl, const void *tlvs, size_t len,
     if (status != EXIT_DONE) {
         return status;
     }
-    lum_sensor_give_up(ctl->sensor);
-    if (lum_sensor_request(ctl->sensor, tlvs, len) != LUM_OK) {
+    if ((text != NULL ? session_command(ctl, text)
+                      : session_request(ctl, tlvs, len)) != LUM_OK) {
         return complain_length(len);
     }
     status = session_finish(ctl, &event);

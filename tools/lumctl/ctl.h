@@ -8,6 +8,7 @@
 #include "memory.h"
 
 #include "lum/base/error.h"
+#include "lum/live/keeper.h"
 #include "lum/net/sensor.h"
 
 #include <stdbool.h>
@@ -58,6 +59,7 @@ struct ctl {
     lum_layout layout;
     lum_cancel *cancel; /* raised by signals; never NULL */
     lum_sensor *sensor; /* NULL until ctl_open() */
+    lum_keeper *keeper; /* of that session */
     bool owns;          /* the session sends heartbeats and gets the data */
     bool in_shell;      /* a prompt follows; the session stays open */
     size_t shell_set;   /* settings by key that the shell was given */
@@ -98,6 +100,12 @@ struct ctl_answer {
  * signal. */
 enum exit_status ctl_request(struct ctl *ctl, const void *tlvs, size_t len,
                              struct ctl_answer *out, bool *was_sent);
+
+/* As ctl_request() for a checked text of commands, of which tlvs is the
+ * encoding. */
+enum exit_status ctl_request_text(struct ctl *ctl, const char *text,
+                                  const void *tlvs, size_t len,
+                                  struct ctl_answer *out, bool *was_sent);
 
 /* A command TLV with a text such as "50p u", checked before; then as
  * ctl_request(), and EXIT_FAILED when the answer's debug texts refuse

@@ -12,22 +12,17 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#define POLL_NS  INT64_C(1000000000)
-#define QUIET_NS INT64_C(2000000000)
-#define SHOW_NS  INT64_C(500000000)
+#define SHOW_NS INT64_C(500000000)
 
 /* Never write where that has to wait for a reader: heartbeats would wait too. A
  * later line reports what was left out. */
 struct beating {
     struct ctl *ctl;
     bool shows_line; /* a line of progress, where there is a terminal */
-    bool is_quiet;   /* no data comes, and that was said */
-    bool is_moved;   /* it comes from another address, and that was said */
     bool has_any;    /* something came from the sensor */
     bool has_logged; /* a status was printed */
     uint16_t logged; /* the last one */
     int64_t begun_ns;
-    int64_t data_ns; /* when data came last */
     int64_t shown_ns;
     lum_sensor_counters shown; /* as they stood then */
 };
@@ -59,45 +54,6 @@ static void show_line(struct beating *b, int64_t now)
     b->shown_ns = now;
 }
 
-static void look_at_data(struct beating *b, int64_t now, bool has_data)
-{
-    char name[SESSION_NAME_BYTES];
-    if (has_data) {
-        b->data_ns = now;
-    }
-    const bool is_quiet = now > b->data_ns + QUIET_NS;
-    if (is_quiet == b->is_quiet || !writable(stderr, 0)) {
-        return;
-    }
-    b->is_quiet = is_quiet;
-    (void)session_name(session_host(b->ctl), name);
-    clear_line(b);
-    if (is_quiet) {
-        (void)ctl_complain(EXIT_FAILED,
-                           "no data has come for 2 s; to find out why: lumctl "
-                           "doctor --host %s",
-                           name);
-    } else {
-        ctl_note(b->ctl, "data comes again");
-    }
-}
-
-static void look_at_move(struct beating *b)
-{
-    lum_endpoint to = {0, 0};
-    const bool is_moved = lum_sensor_moved_to(b->ctl->sensor, &to);
-    if (is_moved == b->is_moved || !writable(stderr, 0)) {
-        return;
-    }
-    b->is_moved = is_moved;
-    if (is_moved) {
-        char text[SESSION_MOVE_BYTES];
-        clear_line(b);
-        (void)ctl_complain(EXIT_FAILED, "%s",
-                           session_describe_move(b->ctl, to, text));
-    }
-}
-
 static bool show_status(struct beating *b, const lum_sensor_event *event)
 {
     struct ctl *ctl = b->ctl;
@@ -116,16 +72,6 @@ static bool show_status(struct beating *b, const lum_sensor_event *event)
     return status_log(ctl, was_up, true, event->status);
 }
 
-static bool holds_data(const struct ctl *ctl, const lum_sensor_event *event)
-{
-    for (size_t i = 0; i < event->datagram_count; i++) {
-        if (session_is_data(ctl, &event->datagrams[i])) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* There is a session only once something has come from the sensor. */
 static void welcome(struct beating *b)
 {
@@ -142,11 +88,9 @@ static bool take(void *context, const lum_sensor_event *event)
 {
     struct beating *b = context;
     const int64_t now = lum_time_monotonic_ns();
-    bool has_data = false;
     bool goes_on = true;
     switch (event->kind) {
     case LUM_SENSOR_DATAGRAMS:
-        has_data = holds_data(b->ctl, event);
         welcome(b);
         break;
     case LUM_SENSOR_ANSWER:
@@ -162,8 +106,6 @@ static bool take(void *context, const lum_sensor_event *event)
     case LUM_SENSOR_FAILED:
         break;
     }
-    look_at_data(b, now, has_data);
-    look_at_move(b);
     show_line(b, now);
     return goes_on;
 }
@@ -215,9 +157,8 @@ static enum exit_status beat(struct ctl *ctl)
     struct beating b = {.ctl = ctl,
                         .shows_line = !ctl->options.quiet,
                         .begun_ns = now,
-                        .data_ns = now,
                         .shown_ns = now};
-    const struct watch watch = {POLL_NS, status_ask, take, &b};
+    const struct watch watch = {.take = take, .context = &b};
     if (writable(stderr, 0)) {
         announce(ctl);
     }

@@ -6,10 +6,13 @@
 #include "session.h"
 #include "text.h"
 
+#include "lum/base/time.h"
 #include "lum/laser.h"
 
 #include <stdio.h>
 #include <string.h>
+
+#define LOOK_NS INT64_C(100000000)
 
 /* What keeps the laser down, and what to do. */
 static enum exit_status complain_down(const struct ctl *ctl,
@@ -54,47 +57,53 @@ bool laser_is_as(enum laser_wish wish, const struct ctl_answer *answer)
             report_laser_is_up(answer->status) == (wish == LASER_ON));
 }
 
-lum_laser_off laser_switch_down(struct ctl *ctl, uint16_t *status)
+lum_laser_off laser_switch_down(struct ctl *ctl, lum_news *end)
 {
-    char name[SESSION_NAME_BYTES];
-    char told[SESSION_NAME_BYTES + 16];
-    (void)snprintf(told, sizeof told, "lumctl: %s",
-                   session_name(session_host(ctl), name));
-    lum_sensor_give_up(ctl->sensor);
     interrupt_hold();
-    const lum_laser_off result = laser_end(ctl->sensor, told, status);
+    const lum_laser_off result =
+        laser_end(ctl->keeper, ctl->sensor, "lumctl", end);
     interrupt_release();
     if (result == LUM_LASER_OFF_SEEN || result == LUM_LASER_OFF_REFUSED) {
         ctl->has_status = true;
-        ctl->status = *status;
+        ctl->status = end->status;
     }
     return result;
 }
 
-enum exit_status laser_complain_unseen(const struct ctl *ctl,
-                                       enum exit_status status)
+static bool is_asked(const struct ctl *ctl)
 {
-    return ctl_complain(
-        status,
-        "laser off was answered without a status TLV, which the profile has "
-        "as number %u: the laser MAY BE ON. If the sensor gives its status "
-        "another number, say so by tlv.status in a profile (--profile FILE); "
-        "lumctl send d shows what it answers",
-        (unsigned)ctl->layout.profile.tlv[LUM_TLV_STATUS]);
+    lum_keeper_view view = {.struct_size = sizeof view};
+    (void)lum_keeper_look(ctl->keeper, &view);
+    return view.laser == LUM_LASER_ASKED;
+}
+
+void laser_settle(struct ctl *ctl, struct ctl_answer *answer)
+{
+    while (is_asked(ctl) && !lum_cancel_is_raised(ctl->cancel)) {
+        lum_sensor_event event;
+        const int64_t now_ns = lum_time_monotonic_ns();
+        lum_keeper_serve(ctl->keeper, ctl->sensor, now_ns);
+        if (session_wait(ctl, now_ns + LOOK_NS, &event) == LUM_SENSOR_ANSWER) {
+            session_read_answer(ctl, &event, answer);
+        } else if (event.kind == LUM_SENSOR_FAILED) {
+            return;
+        }
+    }
 }
 
 enum laser_undo laser_take_back(struct ctl *ctl, enum laser_wish wish,
                                 const struct ctl_answer *answer)
 {
-    uint16_t status = 0;
+    lum_news end;
     if (wish != LASER_ON || (answer != NULL && laser_is_as(wish, answer))) {
         return LASER_STANDS;
     }
-    const lum_laser_off result = laser_switch_down(ctl, &status);
-    if (result == LUM_LASER_OFF_REFUSED) {
-        return lum_laser_is_down(status) ? LASER_MAY_COME_UP : LASER_IS_ON;
+    const lum_laser_off result = laser_switch_down(ctl, &end);
+    if (end.kind == LUM_NEWS_ENDED_ON) {
+        return LASER_IS_ON;
     }
-    return result == LUM_LASER_OFF_SEEN && (status & LUM_LASER_TLV_CMD_ON) == 0
+    return result == LUM_LASER_OFF_SEEN &&
+                   (end.status & LUM_LASER_TLV_CMD_ON) == 0
                ? LASER_TAKEN_BACK
                : LASER_MAY_COME_UP;
 }
@@ -156,8 +165,8 @@ enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
 /* A text that was to switch it off may be lost, and that is not left to it. */
 static void insist(struct ctl *ctl)
 {
-    uint16_t status = 0;
-    const lum_laser_off off = laser_switch_down(ctl, &status);
+    lum_news end;
+    const lum_laser_off off = laser_switch_down(ctl, &end);
     (void)ctl_complain(EXIT_FAILED,
                        off == LUM_LASER_OFF_SEEN
                            ? "the laser is off; whether the rest of the text "
@@ -192,6 +201,7 @@ static enum exit_status switch_on(struct ctl *ctl)
     if (status != EXIT_DONE || !was_sent) {
         return laser_give_up(ctl, LASER_ON, status, was_sent);
     }
+    laser_settle(ctl, &answer);
     const enum laser_undo undo = laser_take_back(ctl, LASER_ON, &answer);
     const bool is_refused = refusal_find("u", answer.debug, &refusal);
     const bool is_on = laser_is_as(LASER_ON, &answer);
@@ -246,38 +256,19 @@ static void print_off(const struct ctl *ctl, lum_laser_off result,
 
 static enum exit_status switch_off(struct ctl *ctl)
 {
-    char name[SESSION_NAME_BYTES];
-    char line[REPORT_LINE_BYTES];
-    uint16_t status = 0;
+    char text[LUM_ERROR_BYTES];
+    lum_news end;
     const enum exit_status opened = ctl_open(ctl, false);
     if (opened != EXIT_DONE) {
         return opened;
     }
-    const lum_laser_off result = laser_switch_down(ctl, &status);
-    print_off(ctl, result, status);
-    if (result == LUM_LASER_OFF_UNKNOWN) {
-        return ctl_complain(
-            EXIT_NO_ANSWER,
-            "%s does not answer: the laser MAY BE ON. It goes off 3 s after "
-            "the last heartbeat: end lumdump, lumctl heartbeat and shells that "
-            "talk to it, or cut its power",
-            session_name(session_host(ctl), name));
-    }
-    if (result == LUM_LASER_OFF_UNSEEN) {
-        return laser_complain_unseen(ctl, EXIT_FAILED);
-    }
-    if (result == LUM_LASER_OFF_REFUSED) {
-        return ctl_complain(
-            EXIT_FAILED,
-            "%s (%s). End the programs that send heartbeats, or cut its power",
-            lum_laser_is_down(status)
-                ? "the laser is down, and WILL COME UP by itself when what "
-                  "keeps it down ends: it answers the command, and laser on "
-                  "stays in effect"
-                : "the laser is ON: it answers the command, and stays up",
-            report_line(status, false, line));
-    }
-    return EXIT_DONE;
+    const lum_laser_off result = laser_switch_down(ctl, &end);
+    print_off(ctl, result, end.status);
+    return result == LUM_LASER_OFF_SEEN
+               ? EXIT_DONE
+               : ctl_complain(result == LUM_LASER_OFF_UNKNOWN ? EXIT_NO_ANSWER
+                                                              : EXIT_FAILED,
+                              "%s", lum_news_tell(&end, text, sizeof text));
 }
 
 static enum exit_status print_off_packet(struct ctl *ctl)

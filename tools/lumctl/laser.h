@@ -11,12 +11,13 @@ enum laser_wish {
 };
 
 /* Switches it off, even during a request, and blocks signals during that
- * time. */
-lum_laser_off laser_switch_down(struct ctl *ctl, uint16_t *status);
+ * time. end: what to say of it. */
+lum_laser_off laser_switch_down(struct ctl *ctl, lum_news *end);
 
-/* Off was answered, and no answer had a status: says so. Returns status. */
-enum exit_status laser_complain_unseen(const struct ctl *ctl,
-                                       enum exit_status status);
+/* After the answer to a text that wants it on: where that shows it down for a
+ * reason that may end, such as heartbeats that have just begun, waits until the
+ * keeper has decided. *answer becomes the last one. */
+void laser_settle(struct ctl *ctl, struct ctl_answer *answer);
 
 /* The last u or d of a text decides. */
 enum laser_wish laser_wish_of(const char *text);

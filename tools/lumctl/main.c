@@ -1,6 +1,7 @@
 #include "../common/interrupt.h"
 #include "ctl.h"
 #include "options.h"
+#include "session.h"
 
 #include <stdlib.h>
 
@@ -40,7 +41,7 @@ int main(int argc, char **argv)
     if (status == EXIT_DONE) {
         status = ctl_run(&ctl, argc, argv);
     }
-    lum_sensor_close(ctl.sensor);
+    session_end(&ctl);
     interrupt_attach(NULL);
     lum_cancel_free(ctl.cancel);
     if (status == EXIT_FAILED && interrupt_signal() != 0) {

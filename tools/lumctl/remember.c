@@ -237,8 +237,7 @@ static void ask_clock(struct ctl *ctl, struct memory_clock *out)
     if (ctl->sensor == NULL || lum_cancel_is_raised(ctl->cancel)) {
         return;
     }
-    lum_sensor_give_up(ctl->sensor);
-    if (lum_sensor_request_time(ctl->sensor) != LUM_OK) {
+    if (session_request_time(ctl) != LUM_OK) {
         return;
     }
     while (lum_time_monotonic_ns() < end) {
@@ -394,8 +393,7 @@ static enum exit_status ask(struct ctl *ctl, struct memory_clock *out)
     if (status != EXIT_DONE) {
         return status;
     }
-    lum_sensor_give_up(ctl->sensor);
-    if (lum_sensor_request_time(ctl->sensor) != LUM_OK) {
+    if (session_request_time(ctl) != LUM_OK) {
         return ctl_complain(EXIT_FAILED, "the request cannot be made");
     }
     status = session_finish(ctl, &event);

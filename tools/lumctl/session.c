@@ -35,15 +35,19 @@ lum_endpoint session_host(const struct ctl *ctl)
                                : ctl->options.host;
 }
 
-bool session_is_owned(const struct ctl *ctl, uint16_t status)
+bool session_has_owner(const struct ctl *ctl)
 {
-    return report_lacks_heartbeats(status) &&
-           (ctl->owns || lum_sensor_is_owned(session_host(ctl),
-                                             ctl->options.interface, NULL));
+    return ctl->owns ||
+           lum_sensor_is_owned(session_host(ctl), ctl->options.interface, NULL);
 }
 
-lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
-                           lum_sensor **out, lum_error *error)
+bool session_is_owned(const struct ctl *ctl, uint16_t status)
+{
+    return report_lacks_heartbeats(status) && session_has_owner(ctl);
+}
+
+static lum_sensor_options describe(const struct ctl *ctl, lum_endpoint host,
+                                   bool owns)
 {
     const struct ctl_options *from = &ctl->options;
     lum_sensor_options options;
@@ -60,41 +64,90 @@ lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
     if (from->rate_hz > 0.0) {
         options.heartbeat_ms = (uint32_t)(1000.0 / from->rate_hz);
     }
+    return options;
+}
+
+lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
+                           lum_sensor **out, lum_error *error)
+{
+    const lum_sensor_options options = describe(ctl, host, owns);
     if (owns) {
         interrupt_insist(); /* its heartbeats keep a laser on */
     }
     return lum_sensor_open(&options, out, error);
 }
 
-enum exit_status session_open_at(const struct ctl *ctl, lum_endpoint host,
-                                 bool owns, lum_sensor **out)
+/* Who types in a shell that owns the sensor switches the laser on and off. One
+ * that has no answer to a request is given up at once. */
+static int open_keeper(const struct ctl *ctl, lum_endpoint host, bool owns,
+                       lum_keeper **out, lum_error *error)
 {
-    lum_error error = {""};
-    if (session_try(ctl, host, owns, out, &error) != LUM_NET_OK) {
-        return ctl_complain(EXIT_FAILED, "%s", error.text);
-    }
-    return EXIT_DONE;
+    const lum_sensor_options session = describe(ctl, host, owns);
+    lum_keeper_options options;
+    lum_keeper_options_default(&options, &session);
+    options.give_up_ms = 0;
+    options.laser =
+        owns && ctl->options.heartbeat ? LUM_WANT_GUARD : LUM_WANT_LOOK;
+    return lum_keeper_new(&options, lum_time_monotonic_ns(), out, error);
 }
 
-void session_replace(struct ctl *ctl, lum_sensor *sensor, bool owns)
+void session_end(struct ctl *ctl)
 {
+    lum_keeper_free(ctl->keeper);
     lum_sensor_close(ctl->sensor);
+    ctl->keeper = NULL;
+    ctl->sensor = NULL;
+}
+
+enum exit_status session_change(struct ctl *ctl, lum_endpoint host, bool owns)
+{
+    lum_sensor *sensor = NULL;
+    lum_keeper *keeper = NULL;
+    lum_error error = {""};
+    if (session_try(ctl, host, owns, &sensor, &error) != LUM_NET_OK ||
+        open_keeper(ctl, host, owns, &keeper, &error) != 0) {
+        lum_sensor_close(sensor);
+        return ctl_complain(EXIT_FAILED, "%s", error.text);
+    }
+    session_end(ctl);
     ctl->sensor = sensor;
+    ctl->keeper = keeper;
     ctl->owns = owns;
+    return EXIT_DONE;
 }
 
 enum exit_status ctl_open(struct ctl *ctl, bool owns)
 {
-    lum_sensor *sensor = NULL;
-    if (ctl->sensor != NULL && (ctl->owns || !owns)) {
-        return EXIT_DONE;
-    }
-    const enum exit_status status =
-        session_open_at(ctl, session_host(ctl), owns, &sensor);
-    if (status == EXIT_DONE) {
-        session_replace(ctl, sensor, owns);
-    }
-    return status;
+    return ctl->sensor != NULL && (ctl->owns || !owns)
+               ? EXIT_DONE
+               : session_change(ctl, session_host(ctl), owns);
+}
+
+/* Its answer is no answer to what the keeper asks. */
+static void lend(struct ctl *ctl)
+{
+    lum_sensor_give_up(ctl->sensor);
+    lum_keeper_lend(ctl->keeper, false, lum_time_monotonic_ns());
+}
+
+lum_result session_request(struct ctl *ctl, const void *tlvs, size_t len)
+{
+    lend(ctl);
+    return lum_sensor_request(ctl->sensor, tlvs, len);
+}
+
+lum_result session_request_time(struct ctl *ctl)
+{
+    lend(ctl);
+    return lum_sensor_request_time(ctl->sensor);
+}
+
+lum_result session_command(struct ctl *ctl, const char *text)
+{
+    lum_sensor_give_up(ctl->sensor);
+    lum_keeper_note_owner(ctl->keeper, session_has_owner(ctl));
+    return lum_keeper_command(ctl->keeper, ctl->sensor, text,
+                              lum_time_monotonic_ns());
 }
 
 static void add_debug(char *out, size_t size, const lum_tlv *tlv)
@@ -153,16 +206,6 @@ static bool may_tell(const struct ctl *ctl)
     return !ctl->owns || writable(stderr, 0);
 }
 
-/* Printed even with --quiet, because it is a message of the sensor. */
-static void tell_debug(struct ctl *ctl, const lum_tlv *tlv)
-{
-    char name[SESSION_NAME_BYTES];
-    char text[512];
-    (void)fprintf(stderr, "lumctl: %s says: %s\n",
-                  session_name(session_host(ctl), name),
-                  printable(tlv->value, tlv->length, text, sizeof text));
-}
-
 void session_note_status(struct ctl *ctl, uint16_t status)
 {
     char name[SESSION_NAME_BYTES];
@@ -179,53 +222,53 @@ void session_note_status(struct ctl *ctl, uint16_t status)
     ctl->status = status;
 }
 
-static void tell_texts(struct ctl *ctl, const lum_sensor_event *event)
+/* Commands say themselves what became of their requests. */
+static bool is_said(const lum_sensor_event *event, lum_news_kind kind)
 {
-    lum_tlv_reader reader = event->tlvs;
-    lum_tlv tlv;
-    while (lum_tlv_next(&reader, &tlv) == LUM_OK) {
-        if (tlv.type == ctl->layout.profile.tlv[LUM_TLV_DEBUG]) {
-            tell_debug(ctl, &tlv);
+    static const lum_news_kind kinds[] = {
+        LUM_NEWS_LASER_FELL,   LUM_NEWS_OFF_UNANSWERED, LUM_NEWS_SILENT,
+        LUM_NEWS_DATA_STOPPED, LUM_NEWS_BACK,           LUM_NEWS_MOVED,
+        LUM_NEWS_RESTARTED,    LUM_NEWS_LINK_DOWN,      LUM_NEWS_LINK_UP};
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
+        if (kind == kinds[i]) {
+            return true;
+        }
+    }
+    return kind == LUM_NEWS_TEXT && event->kind == LUM_SENSOR_ALERT;
+}
+
+/* Printed even with --quiet: it is what the sensor says, or a person must know.
+ */
+void session_tell(struct ctl *ctl, const lum_sensor_event *event)
+{
+    lum_news news = {.struct_size = sizeof news};
+    while (lum_keeper_next(ctl->keeper, &news)) {
+        char text[LUM_ERROR_BYTES];
+        if (is_said(event, news.kind) && may_tell(ctl)) {
+            (void)ctl_complain(EXIT_FAILED, "%s",
+                               lum_news_tell(&news, text, sizeof text));
         }
     }
 }
 
-static void tell_link(struct ctl *ctl, const lum_sensor_event *event)
+static bool is_off_due(const struct ctl *ctl)
 {
-    if (event->is_up) {
-        ctl_note(ctl, "sending works again");
-    } else {
-        (void)ctl_complain(EXIT_FAILED, "%s", event->error.text);
-    }
+    lum_keeper_view view = {.struct_size = sizeof view};
+    (void)lum_keeper_look(ctl->keeper, &view);
+    return view.is_off_due;
 }
 
-void session_tell(struct ctl *ctl, const lum_sensor_event *event)
+void session_receive(struct ctl *ctl, int64_t deadline_ns,
+                     lum_sensor_event *out)
 {
-    if (!may_tell(ctl)) {
-        return;
-    }
-    switch (event->kind) {
-    case LUM_SENSOR_ALERT:
-        tell_texts(ctl, event);
-        break;
-    case LUM_SENSOR_LINK:
-        tell_link(ctl, event);
-        break;
-    case LUM_SENSOR_IDLE:
-    case LUM_SENSOR_CANCELLED:
-    case LUM_SENSOR_DATAGRAMS:
-    case LUM_SENSOR_ANSWER:
-    case LUM_SENSOR_TIME:
-    case LUM_SENSOR_NO_ANSWER:
-    case LUM_SENSOR_FAILED:
-        break;
-    }
+    lum_sensor_receive(ctl->sensor, deadline_ns, out);
+    lum_keeper_take(ctl->keeper, out, lum_time_monotonic_ns());
 }
 
 lum_sensor_event_kind session_wait(struct ctl *ctl, int64_t deadline_ns,
                                    lum_sensor_event *out)
 {
-    lum_sensor_receive(ctl->sensor, deadline_ns, out);
+    session_receive(ctl, deadline_ns, out);
     session_tell(ctl, out);
     if (out->kind == LUM_SENSOR_ALERT && out->has_status) {
         session_note_status(ctl, out->status);
@@ -249,23 +292,11 @@ void session_keep_alive(struct ctl *ctl)
 {
     lum_sensor_event event;
     if (ctl->sensor != NULL) {
-        lum_sensor_receive(ctl->sensor, 0, &event);
+        session_receive(ctl, 0, &event);
+        if (is_off_due(ctl)) {
+            lum_keeper_serve(ctl->keeper, ctl->sensor, lum_time_monotonic_ns());
+        }
     }
-}
-
-const char *session_describe_move(const struct ctl *ctl, lum_endpoint to,
-                                  char out[SESSION_MOVE_BYTES])
-{
-    char new[SESSION_NAME_BYTES];
-    char old[SESSION_NAME_BYTES];
-    (void)session_name(to, new);
-    (void)session_name(session_host(ctl), old);
-    (void)snprintf(out, SESSION_MOVE_BYTES,
-                   "the data comes from %s now, not from %s: the sensor has "
-                   "got that address. It ends in 3 s, since the heartbeats go "
-                   "to %s: say --host %s from now on",
-                   new, old, old, new);
-    return out;
 }
 
 bool session_is_data(const struct ctl *ctl, const lum_received *datagram)
@@ -295,8 +326,17 @@ enum exit_status session_complain_silence(const struct ctl *ctl, unsigned tries)
                         name, how, name);
 }
 
+/* The hazard that came meanwhile was told. */
+static enum exit_status yield_to_off(struct ctl *ctl)
+{
+    lum_keeper_serve(ctl->keeper, ctl->sensor, lum_time_monotonic_ns());
+    return ctl_complain(EXIT_FAILED, "laser off comes first: whether the "
+                                     "sensor got the request is not known");
+}
+
 enum exit_status session_finish(struct ctl *ctl, lum_sensor_event *out)
 {
+    const bool was_due = is_off_due(ctl); /* by the request itself */
     for (;;) {
         switch (session_wait(ctl, lum_time_monotonic_ns() + LOOK_NS, out)) {
         case LUM_SENSOR_ANSWER:
@@ -316,6 +356,9 @@ enum exit_status session_finish(struct ctl *ctl, lum_sensor_event *out)
         case LUM_SENSOR_LINK:
         default:
             break;
+        }
+        if (!was_due && is_off_due(ctl)) {
+            return yield_to_off(ctl);
         }
     }
 }

@@ -4,22 +4,38 @@
 
 #include "ctl.h"
 
-/* As session_open_at(), without a complaint. */
+/* A session with a host that may be another than the options' own, without a
+ * complaint. */
 lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
                            lum_sensor **out, lum_error *error);
 
-/* Begins a session with a host that may be another than the options' own.
- * Complains. */
-enum exit_status session_open_at(const struct ctl *ctl, lum_endpoint host,
-                                 bool owns, lum_sensor **out);
+/* Goes on with a session with this host instead of the one before, and with a
+ * keeper of its own. Complains. */
+enum exit_status session_change(struct ctl *ctl, lum_endpoint host, bool owns);
 
-/* Goes on with this session instead of the one before. */
-void session_replace(struct ctl *ctl, lum_sensor *sensor, bool owns);
+/* Ends the session, and with it its heartbeats. */
+void session_end(struct ctl *ctl);
 
-/* Texts of the sensor that came unasked, and the state of the link, on standard
- * error. A session that owns the sensor leaves out what would have to wait for
- * a reader. */
+/* What is new about the sensor, on standard error, but for what commands say of
+ * their own requests. A session that owns the sensor leaves out what would have
+ * to wait for a reader. */
 void session_tell(struct ctl *ctl, const lum_sensor_event *event);
+
+/* Whether a session of this host sends heartbeats: this one, or another
+ * program's. */
+bool session_has_owner(const struct ctl *ctl);
+
+/* Begins a request, in place of the one under way. */
+lum_result session_request(struct ctl *ctl, const void *tlvs, size_t len);
+lum_result session_request_time(struct ctl *ctl);
+
+/* The same with a checked text of commands. */
+lum_result session_command(struct ctl *ctl, const char *text);
+
+/* Receives an event, and hands it to the keeper. Laser off does not wait where
+ * it is due. */
+void session_receive(struct ctl *ctl, int64_t deadline_ns,
+                     lum_sensor_event *out);
 
 /* Waits for an event. Messages without a request are printed on standard error;
  * data is left to the caller. */
@@ -27,7 +43,7 @@ lum_sensor_event_kind session_wait(struct ctl *ctl, int64_t deadline_ns,
                                    lum_sensor_event *out);
 
 /* Waits until the request under way ends: EXIT_DONE with its answer in *out.
- * Complains otherwise. */
+ * Complains otherwise, also where laser off came first. */
 enum exit_status session_finish(struct ctl *ctl, lum_sensor_event *out);
 
 /* Lets time pass, and takes what arrives during that time. */
@@ -60,11 +76,6 @@ bool session_is_owned(const struct ctl *ctl, uint16_t status);
  * answer; 0: time ended before that was known. */
 enum exit_status session_complain_silence(const struct ctl *ctl,
                                           unsigned tries);
-
-/* What to say when the data comes from another address. Returns out. */
-#define SESSION_MOVE_BYTES 256
-const char *session_describe_move(const struct ctl *ctl, lum_endpoint to,
-                                  char out[SESSION_MOVE_BYTES]);
 
 /* Whether a datagram is a data packet of the sensor. */
 bool session_is_data(const struct ctl *ctl, const lum_received *datagram);

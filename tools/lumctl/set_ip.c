@@ -240,17 +240,8 @@ static enum exit_status carry_out(struct move *m, enum found *found)
 /* A shell continues at the new address. */
 static enum exit_status follow(struct move *m)
 {
-    lum_sensor *sensor = NULL;
-    const bool owns = m->ctl->owns;
-    if (!m->ctl->in_shell) {
-        return EXIT_DONE;
-    }
-    const enum exit_status status =
-        session_open_at(m->ctl, m->new, owns, &sensor);
-    if (status == EXIT_DONE) {
-        session_replace(m->ctl, sensor, owns);
-    }
-    return status;
+    return m->ctl->in_shell ? session_change(m->ctl, m->new, m->ctl->owns)
+                            : EXIT_DONE;
 }
 
 /* --- What is shown --- */

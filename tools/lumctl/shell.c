@@ -1,5 +1,4 @@
 #include "../common/interrupt.h"
-#include "../common/printable.h"
 #include "ctl.h"
 #include "laser.h"
 #include "line.h"
@@ -24,10 +23,7 @@
 
 struct shell {
     struct ctl *ctl;
-    int64_t poll_ns; /* when to ask for the status next */
-    bool is_silent;  /* the sensor does not answer, and that was said */
-    bool is_moved;   /* its data comes from elsewhere, and that was said */
-    bool knows;      /* status was shown */
+    bool knows; /* status was shown */
     uint16_t status;
     enum exit_status first;           /* of the first command that failed */
     enum exit_status first_not_typed; /* the same, wrong lines left out */
@@ -63,50 +59,13 @@ static void show_status(struct shell *s, uint16_t status)
     line_above(report_line(status, session_is_owned(s->ctl, status), text));
 }
 
-static void show_texts(const struct shell *s, const lum_sensor_event *event)
+static void show_news(const struct shell *s)
 {
-    lum_tlv_reader tlvs = event->tlvs;
-    const uint16_t debug = s->ctl->layout.profile.tlv[LUM_TLV_DEBUG];
-    lum_tlv tlv;
-    while (lum_tlv_next(&tlvs, &tlv) == LUM_OK) {
-        if (tlv.type == debug) {
-            char text[512];
-            line_above(printable(tlv.value, tlv.length, text, sizeof text));
-        }
+    lum_news news = {.struct_size = sizeof news};
+    while (lum_keeper_next(s->ctl->keeper, &news)) {
+        char text[LUM_ERROR_BYTES];
+        line_above(lum_news_tell(&news, text, sizeof text));
     }
-}
-
-static void show_silence(struct shell *s, bool is_silent)
-{
-    char text[128];
-    char name[SESSION_NAME_BYTES];
-    if (s->is_silent == is_silent) {
-        return;
-    }
-    s->is_silent = is_silent;
-    (void)snprintf(
-        text, sizeof text, "%s %s", session_name(session_host(s->ctl), name),
-        is_silent ? "does not answer; try: doctor" : "answers again");
-    line_above(text);
-}
-
-static void show_move(struct shell *s)
-{
-    char text[SESSION_MOVE_BYTES];
-    lum_endpoint to = {0, 0};
-    const bool is_moved = lum_sensor_moved_to(s->ctl->sensor, &to);
-    if (is_moved && !s->is_moved) {
-        line_above(session_describe_move(s->ctl, to, text));
-    }
-    s->is_moved = is_moved;
-}
-
-static void show_link(const lum_sensor_event *event)
-{
-    char text[LUM_ERROR_BYTES + 32];
-    (void)snprintf(text, sizeof text, "%s",
-                   event->is_up ? "the network is back" : event->error.text);
-    line_above(text);
 }
 
 static void note_failure(struct shell *s, enum exit_status status)
@@ -122,57 +81,31 @@ static void note_failure(struct shell *s, enum exit_status status)
 /* False when the session is over. */
 static bool take_event(struct shell *s, const lum_sensor_event *event)
 {
-    switch (event->kind) {
-    case LUM_SENSOR_ANSWER:
-    case LUM_SENSOR_ALERT:
-        show_silence(s, false);
-        show_texts(s, event);
-        if (event->has_status) {
-            show_status(s, event->status);
-        }
-        return true;
-    case LUM_SENSOR_NO_ANSWER:
-        show_silence(s, true);
-        return true;
-    case LUM_SENSOR_LINK:
-        show_link(event);
-        return true;
-    case LUM_SENSOR_FAILED:
+    if (event->kind == LUM_SENSOR_FAILED) {
         note_failure(s, ctl_complain(EXIT_FAILED, "%s", event->error.text));
         return false;
-    case LUM_SENSOR_IDLE:
-    case LUM_SENSOR_CANCELLED:
-    case LUM_SENSOR_DATAGRAMS:
-    case LUM_SENSOR_TIME:
-    default:
-        return true;
     }
+    if (event->has_status) {
+        show_status(s, event->status);
+    }
+    return true;
 }
 
 /* --- Serving the session --- */
-
-static void poll_status(struct shell *s)
-{
-    const int64_t now = lum_time_monotonic_ns();
-    if (now >= s->poll_ns &&
-        lum_sensor_request(s->ctl->sensor, NULL, 0) == LUM_OK) {
-        s->poll_ns = now + POLL_NS;
-    }
-}
 
 /* All that the sensor has to say now. False when the session is over. */
 static bool serve_sensor(struct shell *s)
 {
     lum_sensor_event event;
-    poll_status(s);
+    lum_keeper_serve(s->ctl->keeper, s->ctl->sensor, lum_time_monotonic_ns());
     do {
-        lum_sensor_receive(s->ctl->sensor, 0, &event);
+        session_receive(s->ctl, 0, &event);
         if (!take_event(s, &event)) {
             return false;
         }
     } while (event.kind != LUM_SENSOR_IDLE &&
              event.kind != LUM_SENSOR_CANCELLED);
-    show_move(s);
+    show_news(s);
     return true;
 }
 
@@ -329,18 +262,14 @@ static void loop(struct shell *s)
  * be on its way. */
 static enum exit_status put_laser_down(struct shell *s)
 {
-    uint16_t status = 0;
-    const lum_laser_off end = laser_switch_down(s->ctl, &status);
-    if (end == LUM_LASER_OFF_SEEN) {
+    lum_news end;
+    char text[LUM_ERROR_BYTES];
+    if (laser_switch_down(s->ctl, &end) == LUM_LASER_OFF_SEEN) {
         ctl_note(s->ctl, "the laser is off");
         return EXIT_DONE;
     }
-    if (end == LUM_LASER_OFF_UNSEEN) {
-        return laser_complain_unseen(s->ctl, EXIT_FAILED);
-    }
-    return ctl_complain(EXIT_FAILED,
-                        "the laser was not seen to go off; heartbeats have "
-                        "ended, so it goes off within 3 s");
+    return ctl_complain(EXIT_FAILED, "%s",
+                        lum_news_tell(&end, text, sizeof text));
 }
 
 enum exit_status command_shell(struct ctl *ctl, int count, char **words)

@@ -12,9 +12,9 @@
 
 #define POLL_NS INT64_C(500000000)
 
-lum_result status_ask(lum_sensor *sensor)
+static lum_result ask(struct ctl *ctl)
 {
-    return lum_sensor_request(sensor, NULL, 0);
+    return session_request(ctl, NULL, 0);
 }
 
 static void log_json(const char *when, const char *name, bool has_status,
@@ -157,7 +157,7 @@ static enum exit_status watch(struct ctl *ctl)
     struct watching w = {.ctl = ctl,
                          .redraws =
                              !ctl->options.json && report_is_terminal(stdout)};
-    const struct watch watch = {POLL_NS, status_ask, take, &w};
+    const struct watch watch = {POLL_NS, ask, take, &w};
     const enum exit_status opened = ctl_open(ctl, false);
     if (opened != EXIT_DONE) {
         return opened;

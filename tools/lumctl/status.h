@@ -10,7 +10,4 @@
 bool status_log(const struct ctl *ctl, bool was_up, bool has_status,
                 uint16_t status);
 
-/* Begins a poll. */
-lum_result status_ask(lum_sensor *sensor);
-
 #endif

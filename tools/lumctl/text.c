@@ -224,6 +224,7 @@ enum exit_status text_send(struct ctl *ctl, const char *text,
     if (status == EXIT_DONE) {
         status = encode(ctl, text, tlvs, sizeof tlvs, &len);
     }
-    return status == EXIT_DONE ? ctl_request(ctl, tlvs, len, answer, was_sent)
-                               : status;
+    return status == EXIT_DONE
+               ? ctl_request_text(ctl, text, tlvs, len, answer, was_sent)
+               : status;
 }

@@ -27,11 +27,6 @@ struct timing {
     uint32_t resets; /* printed so far */
 };
 
-static lum_result ask(lum_sensor *sensor)
-{
-    return lum_sensor_request_time(sensor);
-}
-
 static void add(struct timing *t, const lum_sensor_event *event)
 {
     const int64_t trip = event->received_ns - event->sent_ns;
@@ -200,7 +195,7 @@ static bool take(void *context, const lum_sensor_event *event)
 
 static enum exit_status watch(struct timing *t)
 {
-    const struct watch watch = {PERIOD_NS, ask, take, t};
+    const struct watch watch = {PERIOD_NS, session_request_time, take, t};
     const enum exit_status status = watch_run(t->ctl, &watch);
     if (status == EXIT_DONE && (t->is_silent || !t->has_any) &&
         !lum_cancel_is_raised(t->ctl->cancel)) {
@@ -212,8 +207,7 @@ static enum exit_status watch(struct timing *t)
 static enum exit_status exchange(struct timing *t)
 {
     lum_sensor_event event;
-    lum_sensor_give_up(t->ctl->sensor);
-    if (lum_sensor_request_time(t->ctl->sensor) != LUM_OK) {
+    if (session_request_time(t->ctl) != LUM_OK) {
         return ctl_complain(EXIT_FAILED, "the request cannot be made");
     }
     const enum exit_status status = session_finish(t->ctl, &event);

@@ -21,10 +21,14 @@ static int64_t end_of(const struct ctl *ctl, int64_t now)
 static void ask_when_due(struct ctl *ctl, const struct watch *watch,
                          int64_t now, int64_t *due)
 {
+    if (watch->ask == NULL) {
+        lum_keeper_serve(ctl->keeper, ctl->sensor, now);
+        return;
+    }
     if (now < *due || lum_sensor_is_waiting(ctl->sensor)) {
         return;
     }
-    (void)!watch->ask(ctl->sensor);
+    (void)!watch->ask(ctl);
     *due += watch->period_ns;
     if (*due <= now) {
         *due = now + watch->period_ns;
@@ -42,7 +46,7 @@ enum exit_status watch_run(struct ctl *ctl, const struct watch *watch)
         ask_when_due(ctl, watch, now, &due);
         const int64_t look =
             due > now ? earlier(due, now + LOOK_NS) : now + LOOK_NS;
-        lum_sensor_receive(ctl->sensor, earlier(end, look), &event);
+        session_receive(ctl, earlier(end, look), &event);
         if (event.kind == LUM_SENSOR_CANCELLED) {
             break;
         }

@@ -2,7 +2,6 @@
 #include "live.h"
 
 #include "../common/interrupt.h"
-#include "../common/laser_bits.h"
 #include "../common/laser_end.h"
 #include "lum/base/time.h"
 #include "own_address.h"
@@ -14,6 +13,10 @@
 #include <stdio.h>
 #include <unistd.h>
 
+/* So long without data at the end is told in the summary: in frames of any rate
+ * lines come more often. */
+#define PAUSE_NS INT64_C(1000000000)
+
 struct live {
     struct pass *pass;
     const struct options *options;
@@ -22,14 +25,13 @@ struct live {
     struct lanes lanes;
     struct live_counts counts;
     lum_laser_off off;
-    uint16_t status; /* with which the laser was left */
+    lum_news end; /* with which the laser was left */
     lum_error error;
 };
 
 /* --- Begin and end --- */
 
-static int open_session(const struct live *l, bool owns, lum_sensor **out,
-                        lum_error *error)
+static lum_sensor_options describe_session(const struct live *l, bool owns)
 {
     lum_sensor_options options;
     lum_sensor_options_default(&options);
@@ -40,7 +42,23 @@ static int open_session(const struct live *l, bool owns, lum_sensor **out,
     options.receive_buffer = l->options->receive_buffer;
     options.takes_joined = true;
     options.cancel = l->cancel;
+    return options;
+}
+
+static int open_session(const struct live *l, bool owns, lum_sensor **out,
+                        lum_error *error)
+{
+    const lum_sensor_options options = describe_session(l, owns);
     return lum_sensor_open(&options, out, error) == LUM_NET_OK ? 0 : -1;
+}
+
+static int open_keeper(struct live *l)
+{
+    const lum_sensor_options session = describe_session(l, true);
+    lum_keeper_options options;
+    lum_keeper_options_default(&options, &session);
+    return lum_keeper_new(&options, lum_time_monotonic_ns(), &l->session.keeper,
+                          &l->error);
 }
 
 static int start_lanes(struct live *l)
@@ -69,7 +87,8 @@ static int begin(struct live *l)
     return open_session(l, true, &l->session.sensor, &l->error) == 0 &&
                    pass_prepare(l->pass, &l->error) == PASS_DONE &&
                    lanes_open(&l->lanes, l->pass, &l->error) == 0 &&
-                   interrupt_signal() == 0 && start_lanes(l) == 0
+                   interrupt_signal() == 0 && start_lanes(l) == 0 &&
+                   open_keeper(l) == 0
                ? 0
                : -1;
 }
@@ -92,6 +111,7 @@ static void release(struct live *l, enum exit_status status)
         _exit((int)status);
     }
     pass_free(l->pass);
+    lum_keeper_free(l->session.keeper);
     lum_sensor_close(l->session.sensor);
     lum_cancel_free(l->cancel);
 }
@@ -100,8 +120,9 @@ static void count(struct live *l)
 {
     const struct session *s = &l->session;
     lum_sensor_counters c = {.struct_size = sizeof c};
-    (void)watch_darkness(&s->watch, l->counts.darkness,
-                         sizeof l->counts.darkness);
+    const lum_keeper_view view = watch_look(s->keeper);
+    const int64_t silent_ns = s->ended_ns - view.data_ns;
+    watch_darkness(s->keeper, l->counts.darkness, sizeof l->counts.darkness);
     lum_sensor_count(s->sensor, &c);
     l->counts.received = s->received;
     l->counts.kernel_drops = c.kernel_drops;
@@ -109,31 +130,24 @@ static void count(struct live *l)
     l->counts.ring_drops = l->lanes.summary->dropped;
     l->counts.foreign_source = c.foreign_source;
     l->counts.heartbeats_sent = c.heartbeats;
-    l->counts.silent_s = (double)s->watch.silent_ns * 1e-9;
-    if (s->watch.has_data) {
+    if (view.has_data) {
+        l->counts.silent_s =
+            silent_ns >= PAUSE_NS ? (double)silent_ns * 1e-9 : 0.0;
         l->counts.seconds =
-            (double)(lum_time_monotonic_ns() - s->first_data_ns) * 1e-9;
+            (double)(lum_time_monotonic_ns() - view.first_data_ns) * 1e-9;
     }
 }
 
 /* --- The laser --- */
-
-static lum_laser_off put_down(struct live *l, lum_sensor *sensor)
-{
-    char name[64];
-    (void)snprintf(name, sizeof name, "lumdump: %s", l->options->source);
-    return laser_end(sensor, name, &l->status);
-}
 
 /* A socket that broke sends nothing more, another may. */
 static lum_laser_off switch_off_anew(struct live *l)
 {
     lum_sensor *fresh = NULL;
     lum_error error = {""};
-    if (open_session(l, false, &fresh, &error) != 0) {
-        return LUM_LASER_OFF_UNKNOWN;
-    }
-    const lum_laser_off off = put_down(l, fresh);
+    (void)open_session(l, false, &fresh, &error);
+    const lum_laser_off off =
+        laser_end(l->session.keeper, fresh, "lumdump", &l->end);
     lum_sensor_close(fresh);
     return off;
 }
@@ -151,8 +165,8 @@ static void switch_off(struct live *l)
     if (l->session.end == SESSION_BROKEN) {
         l->off = switch_off_anew(l);
     } else {
-        lum_sensor_give_up(l->session.sensor);
-        l->off = put_down(l, l->session.sensor);
+        l->off =
+            laser_end(l->session.keeper, l->session.sensor, "lumdump", &l->end);
     }
     l->counts.laser = names[l->off];
 }
@@ -163,43 +177,16 @@ static void switch_off(struct live *l)
 static enum exit_status tell_laser(const struct live *l,
                                    enum exit_status status)
 {
-    char address[16];
-    char bits[256];
+    char text[LUM_ERROR_BYTES];
+    const bool is_off = l->off == LUM_LASER_OFF_SEEN;
     if (!l->options->laser) {
         return EXIT_DONE;
     }
-    if (l->off == LUM_LASER_OFF_SEEN) {
-        if (status != EXIT_DONE) {
-            (void)fprintf(stderr, "lumdump: %s: the laser is off\n",
-                          l->options->source);
-        }
-        return EXIT_DONE;
+    if (!is_off || status != EXIT_DONE) {
+        (void)fprintf(stderr, "lumdump: %s\n",
+                      lum_news_tell(&l->end, text, sizeof text));
     }
-    (void)laser_end_address(l->session.sensor, l->options->address, address);
-    if (l->off == LUM_LASER_OFF_UNKNOWN) {
-        (void)fprintf(stderr,
-                      "lumdump: %s: laser off was not answered: a sensor that "
-                      "lives switches it off 3 s after the last heartbeat, "
-                      "which has been sent; make sure by lumctl --host %s "
-                      "laser off\n",
-                      l->options->source, address);
-    } else if (l->off == LUM_LASER_OFF_UNSEEN) {
-        (void)fprintf(stderr,
-                      "lumdump: %s: laser off was answered without a status "
-                      "TLV, so nothing shows it off: tlv.status of the profile "
-                      "says %u; a sensor that lives switches it off 3 s after "
-                      "the last heartbeat, which has been sent\n",
-                      l->options->source,
-                      (unsigned)l->pass->layout->profile.tlv[LUM_TLV_STATUS]);
-    } else {
-        (void)fprintf(stderr,
-                      "lumdump: %s: %s (status: %s): lumctl --host %s laser "
-                      "off, or cut its power\n",
-                      l->options->source, laser_end_refused(l->status),
-                      laser_bits_name(l->status, UINT16_MAX, bits, sizeof bits),
-                      address);
-    }
-    return EXIT_FAILED;
+    return is_off ? EXIT_DONE : EXIT_FAILED;
 }
 
 /* --- What is said at the end --- */
@@ -207,13 +194,15 @@ static enum exit_status tell_laser(const struct live *l,
 /* Packets that may be data, and none that is. */
 static bool has_unknown_layout(const struct session *s)
 {
-    return !s->watch.has_data && s->has_unknown;
+    const lum_keeper_view view = watch_look(s->keeper);
+    return !view.has_data && view.has_unknown;
 }
 
 /* The sensor sent none, as far as anybody waited for it. */
 static bool lacks_data(const struct session *s)
 {
-    return !s->watch.has_data && !s->has_unknown &&
+    const lum_keeper_view view = watch_look(s->keeper);
+    return !view.has_data && !view.has_unknown &&
            (s->end == SESSION_NO_DATA || s->end == SESSION_SIGNAL);
 }
 
@@ -221,23 +210,15 @@ static bool lacks_data(const struct session *s)
  */
 static void tell_no_data(struct session *s)
 {
-    const struct watch *w = &s->watch;
-    const bool is_late = s->end == SESSION_NO_DATA;
-    char limit[32] = "5";
-    if (!is_late) {
-        (void)snprintf(limit, sizeof limit, "%.1f",
-                       (double)(s->ended_ns - s->began_ns) * 1e-9);
-    }
-    say_error(&s->say,
-              "no data from %s within %s s%s; look with lumctl --host %s "
-              "doctor",
-              w->address, limit,
-              w->laser.has_status
-                  ? ", though it answers: is a profile needed, or does a "
-                    "firewall drop what is not an answer?"
-                  : ", nor any answer: is it on, connected and at this "
-                    "address? It boots at 10.42.0.37",
-              w->address);
+    char text[LUM_ERROR_BYTES];
+    const lum_news news = {.struct_size = sizeof news,
+                           .kind = watch_look(s->keeper).has_status
+                                       ? LUM_NEWS_NO_DATA_YET
+                                       : LUM_NEWS_NO_ANSWER_YET,
+                           .sensor = s->options->address,
+                           .interface_name = s->options->interface,
+                           .ns = s->ended_ns - s->began_ns};
+    say_error(&s->say, "%s", lum_news_tell(&news, text, sizeof text));
 }
 
 static void tell_notes(struct live *l)
@@ -261,9 +242,9 @@ static void report_outputs(struct live *l)
     c->output_count = l->lanes.count;
     for (size_t i = 0; i < l->lanes.count; i++) {
         const struct lane *lane = l->lanes.outputs[i];
-        const int64_t from_ns = l->session.watch.has_data
-                                    ? l->session.first_data_ns
-                                    : l->session.began_ns;
+        const lum_keeper_view view = watch_look(l->session.keeper);
+        const int64_t from_ns =
+            view.has_data ? view.first_data_ns : l->session.began_ns;
         c->outputs[i] = (struct live_output){
             .name = lane_name(lane),
             .end = ends[lane->end],
@@ -316,7 +297,8 @@ static enum exit_status tell_end(struct live *l)
     if (l->session.end == SESSION_BROKEN) {
         status = conclude_error(&l->session.error, EXIT_FAILED);
     }
-    if (lanes_have_no_reader(&l->lanes) || !l->session.watch.has_data) {
+    if (lanes_have_no_reader(&l->lanes) ||
+        !watch_look(l->session.keeper).has_data) {
         return status;
     }
     report_outputs(l);
@@ -342,13 +324,12 @@ static enum exit_status run(struct live *l)
         lum_sensor_give_up(l->session.sensor);
         session_drain(&l->session, l->cancel);
     }
-    watch_end(&l->session.watch, l->session.ended_ns);
     count(l);
     if (lacks_data(&l->session)) {
         tell_no_data(&l->session);
     }
     /* They write while the laser goes off, which may take long. */
-    lanes_finish(&l->lanes, l->session.watch.has_data);
+    lanes_finish(&l->lanes, watch_look(l->session.keeper).has_data);
     switch_off(l);
     interrupt_linger();
     const bool is_down = l->off == LUM_LASER_OFF_SEEN;

@@ -1,8 +1,9 @@
 #include "session.h"
 
-#include "../common/heard.h"
 #include "../common/interrupt.h"
+#include "../common/number.h"
 #include "lum/base/time.h"
+#include "lum/laser.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -22,32 +23,12 @@
 /* How often drops are reported. */
 #define DROPS_NS (10 * SECOND_NS)
 
-static void note_first_data(struct session *s, int64_t now_ns)
-{
-    s->first_data_ns = now_ns;
-    if (s->options->duration_ns != 0) {
-        s->end_ns = now_ns + s->options->duration_ns;
-    }
-}
-
-static void look_for_data(struct session *s, const lum_sensor_event *event,
-                          int64_t now_ns)
-{
-    const struct heard heard = heard_in(event, s->layout);
-    if (heard.has_data && !s->watch.has_data) {
-        note_first_data(s, now_ns);
-    }
-    if (heard.has_data) {
-        watch_note_data(&s->watch, now_ns);
-    }
-    s->has_unknown |= heard.has_unknown;
-}
-
 /* Answers wait in the buffers until data comes: without any, nothing is
  * written, and no recording gets its name. */
 static void take_datagrams(struct session *s, const lum_sensor_event *event,
                            int64_t now_ns)
 {
+    const bool had_data = watch_look(s->keeper).has_data;
     for (size_t i = 0; i < event->datagram_count; i++) {
         const lum_received *d = &event->datagrams[i];
         const struct ring_item item = {.bytes = d->bytes,
@@ -58,8 +39,12 @@ static void take_datagrams(struct session *s, const lum_sensor_event *event,
         lanes_put(s->lanes, &item);
     }
     s->received += event->datagram_count;
-    look_for_data(s, event, now_ns);
-    if (s->watch.has_data || s->has_unknown) {
+    lum_keeper_take(s->keeper, event, now_ns);
+    const lum_keeper_view view = watch_look(s->keeper);
+    if (view.has_data && !had_data && s->options->duration_ns != 0) {
+        s->end_ns = now_ns + s->options->duration_ns;
+    }
+    if (view.has_data || view.has_unknown) {
         lanes_publish(s->lanes);
     }
 }
@@ -85,7 +70,7 @@ static void take_event(struct session *s, const lum_sensor_event *event,
     case LUM_SENSOR_ALERT:
     case LUM_SENSOR_LINK:
     default:
-        watch_take(&s->watch, event, now_ns);
+        lum_keeper_take(s->keeper, event, now_ns);
         break;
     }
 }
@@ -132,11 +117,21 @@ static void tell_drops(struct session *s, const lum_sensor_counters *c,
     }
 }
 
+static const char *name_laser(const lum_keeper_view *view)
+{
+    if (!view->has_status) {
+        return "laser ?";
+    }
+    return lum_laser_is_down(view->status) ? "laser off" : "laser on";
+}
+
 static void show_status(struct session *s, const lum_sensor_counters *c,
                         int64_t now_ns)
 {
     char line[400];
+    char address[16];
     struct worker_view view;
+    const lum_keeper_view sensor = watch_look(s->keeper);
     lanes_view(s->lanes, &view);
     const struct status_totals now = {.time_ns = now_ns,
                                       .datagrams = s->received,
@@ -148,12 +143,13 @@ static void show_status(struct session *s, const lum_sensor_counters *c,
                                       .ring_drops = lanes_dropped(s->lanes),
                                       .refused = view.refused,
                                       .buffer_used = lanes_level(s->lanes)};
-    if (s->watch.has_data) {
-        status_format(&s->before, &now, s->first_data_ns,
-                      watch_laser_text(&s->watch), line, sizeof line);
+    if (sensor.has_data) {
+        status_format(&s->before, &now, sensor.first_data_ns,
+                      name_laser(&sensor), line, sizeof line);
     } else {
         (void)snprintf(line, sizeof line, "waiting for data from %s",
-                       s->watch.address);
+                       number_format_address(
+                           lum_sensor_endpoint(s->sensor).address, address));
     }
     s->before = now;
     say_status(&s->say, line);
@@ -165,14 +161,16 @@ static void tick(struct session *s, int64_t now_ns)
     s->tick_ns = now_ns + TICK_NS;
     lanes_wake(s->lanes);
     say_flush(&s->say);
-    watch_tick(&s->watch, now_ns);
+    lum_keeper_serve(s->keeper, s->sensor, now_ns);
+    watch_tell(s->keeper, &s->say);
     lum_sensor_count(s->sensor, &counters);
     tell_drops(s, &counters, now_ns);
     if (now_ns >= s->status_ns && say_has_status(&s->say)) {
         s->status_ns = now_ns + STATUS_NS;
         show_status(s, &counters, now_ns);
     }
-    if (!s->watch.has_data && now_ns - s->began_ns >= FIRST_DATA_NS) {
+    if (!watch_look(s->keeper).has_data &&
+        now_ns - s->began_ns >= FIRST_DATA_NS) {
         s->end = SESSION_NO_DATA;
     }
     if (!lanes_watch(s->lanes, &s->say, now_ns)) {
@@ -210,8 +208,9 @@ void session_run(struct session *session)
     session->end_ns = INT64_MAX;
     session->before = (struct status_totals){.time_ns = now_ns};
     say_init(&session->say, session->options->quiet);
-    watch_begin(&session->watch, &session->say, session->sensor,
-                session->layout, session->options->laser, now_ns);
+    lum_keeper_want(session->keeper,
+                    session->options->laser ? LUM_WANT_ON : LUM_WANT_LOOK,
+                    now_ns);
     while (session->end == SESSION_GOES_ON) {
         step(session);
     }

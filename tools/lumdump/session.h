@@ -38,24 +38,22 @@ struct session {
     struct lanes *lanes;
 
     struct say say;
-    struct watch watch;
+    lum_keeper *keeper;
     enum session_end end;
     lum_error error;
     int64_t began_ns; /* all times are monotonic */
     int64_t ended_ns;
-    int64_t first_data_ns;
     int64_t end_ns; /* of the duration; far away: none */
     int64_t tick_ns;
     int64_t status_ns;
     uint64_t received; /* datagrams, and bytes in them */
     uint64_t bytes;
-    bool has_unknown; /* packets that may be data of another layout */
     struct session_drops told_kernel;
     struct status_totals before;
 };
 
-/* Receive until there is a reason to end. The first four members are set; the
- * rest is zero. */
+/* Receive until there is a reason to end. The first members are set, up to the
+ * keeper; the rest is zero. */
 void session_run(struct session *session);
 
 /* Takes what had come before the run ended and still waits in the kernel, so

@@ -10,7 +10,6 @@ set(lum_view_feed
     pump.c
     scan.c
     second.c
-    sentry.c
     stage.c
     thread.c)
 list(TRANSFORM lum_view_feed PREPEND ${CMAKE_CURRENT_LIST_DIR}/)

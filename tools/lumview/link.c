@@ -1,15 +1,12 @@
 #define _POSIX_C_SOURCE 200809L
 #include "link.h"
 
-#include "../common/heard.h"
-#include "../common/laser_bits.h"
 #include "../common/laser_end.h"
 #include "../common/misfit.h"
 #include "../common/number.h"
 #include "../common/ring.h"
 #include "lum/base/time.h"
 #include "lum/wire.h"
-#include "sentry.h"
 #include "thread.h"
 
 #include <stdio.h>
@@ -24,6 +21,8 @@
 
 /* After a batch that was not full: more come together then, in fewer calls. */
 #define REST_NS (SECOND_NS / 1000)
+
+#define STANDING_MAX 4u
 
 /* Between attempts to replace a socket that broke. */
 #define REOPEN_NS SECOND_NS
@@ -40,12 +39,12 @@ struct link {
     lum_cancel *cancel;
     struct ring *ring;
     struct decoder *decoder;
-    pthread_t keeper; /* of the session */
+    pthread_t keeper; /* of the session: the thread */
     pthread_t maker;  /* of frames */
 
     /* the keeper's */
     lum_sensor *sensor; /* NULL: its socket broke */
-    struct sentry sentry;
+    lum_keeper *watch;  /* of the sensor */
     int64_t tick_ns;
     uint64_t received;
     uint64_t bytes;
@@ -53,7 +52,7 @@ struct link {
     uint64_t kernel_drops; /* of sockets before */
     bool is_over;
     lum_error broken;
-    lum_laser_off off;
+    lum_news end; /* with which the laser was left */
 
     /* the maker's */
     int64_t count_ns;
@@ -64,6 +63,7 @@ struct link {
 static int open_session(struct link *l, bool owns, lum_error *error)
 {
     lum_sensor_options options;
+    lum_keeper_options watch;
     lum_sensor_options_default(&options);
     options.sensor = l->options.address;
     options.interface_name = l->options.interface;
@@ -71,22 +71,16 @@ static int open_session(struct link *l, bool owns, lum_error *error)
     options.owns = owns;
     options.receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
     options.cancel = l->cancel;
-    return lum_sensor_open(&options, &l->sensor, error) == LUM_NET_OK ? 0 : -1;
-}
-
-static void look_for_data(struct link *l, const lum_sensor_event *event,
-                          int64_t now_ns)
-{
-    const struct heard heard = heard_in(event, l->options.decoder.layout);
-    if (heard.has_data) {
-        l->sentry.has_data = true;
-        l->sentry.data_ns = now_ns;
+    if (lum_sensor_open(&options, &l->sensor, error) != LUM_NET_OK) {
+        return -1;
     }
-    l->sentry.has_unknown |= heard.has_unknown;
+    lum_keeper_options_default(&watch, &options);
+    return l->watch != NULL ? 0
+                            : lum_keeper_new(&watch, lum_time_monotonic_ns(),
+                                             &l->watch, error);
 }
 
-static void take_datagrams(struct link *l, const lum_sensor_event *event,
-                           int64_t now_ns)
+static void take_datagrams(struct link *l, const lum_sensor_event *event)
 {
     for (size_t i = 0; i < event->datagram_count; i++) {
         const lum_received *d = &event->datagrams[i];
@@ -99,58 +93,64 @@ static void take_datagrams(struct link *l, const lum_sensor_event *event,
     }
     ring_publish(l->ring);
     l->received += event->datagram_count;
-    look_for_data(l, event, now_ns);
 }
 
 static void take_event(struct link *l, const lum_sensor_event *event,
                        int64_t now_ns)
 {
-    switch (event->kind) {
-    case LUM_SENSOR_DATAGRAMS:
-        take_datagrams(l, event, now_ns);
-        break;
-    case LUM_SENSOR_CANCELLED:
-        l->is_over = true;
-        break;
-    case LUM_SENSOR_FAILED:
+    if (event->kind == LUM_SENSOR_DATAGRAMS) {
+        take_datagrams(l, event);
+    }
+    l->is_over = event->kind == LUM_SENSOR_CANCELLED;
+    if (event->kind == LUM_SENSOR_FAILED) {
         l->broken = event->error;
-        break;
-    case LUM_SENSOR_IDLE:
-    case LUM_SENSOR_ANSWER:
-    case LUM_SENSOR_TIME:
-    case LUM_SENSOR_NO_ANSWER:
-    case LUM_SENSOR_ALERT:
-    case LUM_SENSOR_LINK:
-    default:
-        sentry_take(&l->sentry, event, now_ns);
-        break;
+    }
+    lum_keeper_take(l->watch, event, now_ns);
+}
+
+/* All that holds, as one message. */
+static void make_message(const struct link *l, int64_t now_ns, char *out,
+                         size_t room)
+{
+    lum_news all[STANDING_MAX] = {{.struct_size = sizeof all[0]}};
+    const size_t count =
+        lum_keeper_standing(l->watch, now_ns, all, STANDING_MAX);
+    size_t len = 0;
+    *out = '\0';
+    for (size_t i = 0; i < count && len < room; i++) {
+        char text[LUM_ERROR_BYTES];
+        const int n = snprintf(out + len, room - len, "%s%s", i > 0 ? "; " : "",
+                               lum_news_tell(&all[i], text, sizeof text));
+        len += n > 0 ? (size_t)n : 0;
     }
 }
 
 static void tell(struct link *l, int64_t now_ns)
 {
     char message[LUM_ERROR_BYTES];
+    lum_news news = {.struct_size = sizeof news};
     lum_sensor_counters c = {.struct_size = sizeof c};
-    enum feed_state state = l->sentry.has_data ? FEED_PLAYING : FEED_WAITING;
-    if (sentry_is_silent(&l->sentry, now_ns)) {
-        state = FEED_SILENT;
-    }
+    lum_keeper_view view = {.struct_size = sizeof view};
+    (void)lum_keeper_look(l->watch, &view);
     lum_sensor_count(l->sensor, &c);
+    while (lum_keeper_next(l->watch, &news)) {
+        /* What holds of it is shown. */
+    }
     stage_set_received(l->stage, l->received, l->bytes,
                        l->kernel_drops + c.kernel_drops, l->ring_drops);
-    stage_set_laser(l->stage,
-                    l->sentry.laser.has_status && !l->sentry.is_unheard,
-                    l->sentry.laser.status);
-    stage_set_message(
-        l->stage, sentry_message(&l->sentry, now_ns, message, sizeof message));
-    stage_set_state(l->stage, state);
+    stage_set_laser(l->stage, view.has_status && !view.is_unheard, view.status);
+    make_message(l, now_ns, message, sizeof message);
+    stage_set_message(l->stage, message);
+    stage_set_state(l->stage, view.is_silent  ? FEED_SILENT
+                              : view.has_data ? FEED_PLAYING
+                                              : FEED_WAITING);
 }
 
 static void tick(struct link *l, int64_t now_ns)
 {
     l->tick_ns = now_ns + TICK_NS;
     ring_wake(l->ring);
-    sentry_tick(&l->sentry, now_ns);
+    lum_keeper_serve(l->watch, l->sensor, now_ns);
     tell(l, now_ns);
 }
 
@@ -185,7 +185,6 @@ static void close_broken(struct link *l)
  * heartbeats, and must stay down. */
 static void mend(struct link *l)
 {
-    const bool had_laser = l->options.laser;
     const int64_t next_ns = lum_time_monotonic_ns() + REOPEN_NS;
     stage_set_message(l->stage, l->broken.text);
     stage_set_state(l->stage, FEED_FAILED);
@@ -195,9 +194,9 @@ static void mend(struct link *l)
     }
     l->is_over = lum_cancel_is_raised(l->cancel);
     if (!l->is_over && open_session(l, true, &l->broken) == 0) {
-        sentry_begin(&l->sentry, l->sensor,
-                     had_laser ? LASER_DOWN : LASER_UNTOUCHED,
-                     lum_time_monotonic_ns());
+        lum_keeper_want(l->watch,
+                        l->options.laser ? LUM_WANT_OFF : LUM_WANT_LOOK,
+                        lum_time_monotonic_ns());
         l->broken.text[0] = '\0';
     }
 }
@@ -206,20 +205,12 @@ static void mend(struct link *l)
 static void switch_off(struct link *l)
 {
     lum_error error = {""};
-    char address[16];
-    char name[40];
-    l->off = LUM_LASER_OFF_SEEN;
-    if (!l->options.laser) {
-        return;
+    if (l->options.laser) {
+        if (l->sensor == NULL) {
+            (void)open_session(l, false, &error);
+        }
+        (void)laser_end(l->watch, l->sensor, "lumview", &l->end);
     }
-    if (l->sensor == NULL && open_session(l, false, &error) != 0) {
-        l->off = LUM_LASER_OFF_UNKNOWN;
-        return;
-    }
-    lum_sensor_give_up(l->sensor);
-    (void)snprintf(name, sizeof name, "lumview: udp://%s",
-                   number_format_address(l->options.address.address, address));
-    l->off = laser_end(l->sensor, name, &l->sentry.laser.status);
 }
 
 static void *keep(void *argument)
@@ -227,8 +218,8 @@ static void *keep(void *argument)
     struct link *l = argument;
     const int64_t now_ns = lum_time_monotonic_ns();
     l->tick_ns = now_ns;
-    sentry_begin(&l->sentry, l->sensor,
-                 l->options.laser ? LASER_ASKED : LASER_UNTOUCHED, now_ns);
+    lum_keeper_want(l->watch, l->options.laser ? LUM_WANT_ON : LUM_WANT_LOOK,
+                    now_ns);
     while (!l->is_over) {
         if (l->sensor == NULL) {
             mend(l);
@@ -336,6 +327,7 @@ static void *make(void *argument)
 
 static void release(struct link *l)
 {
+    lum_keeper_free(l->watch);
     lum_sensor_close(l->sensor);
     decoder_free(l->decoder);
     ring_free(l->ring);
@@ -389,39 +381,11 @@ int link_start(const struct link_options *options, struct link **out,
 /* What became of the laser. */
 static int tell_laser(const struct link *l, lum_error *error)
 {
-    char address[16];
-    char now_at[16];
-    char bits[200];
-    (void)number_format_address(l->options.address.address, address);
-    (void)laser_end_address(l->sensor, l->options.address, now_at);
-    if (l->off == LUM_LASER_OFF_SEEN) {
-        return 0;
-    }
-    if (l->off == LUM_LASER_OFF_UNKNOWN) {
-        return lum_error_set(
-            error,
-            "udp://%s: laser off was not answered: a sensor that lives "
-            "switches it off 3 s after the last heartbeat, which has been "
-            "sent; make sure by lumctl --host %s laser off",
-            address, now_at);
-    }
-    if (l->off == LUM_LASER_OFF_UNSEEN) {
-        return lum_error_set(
-            error,
-            "udp://%s: laser off was answered without a status TLV, so nothing "
-            "shows it off: tlv.status of the profile says %u; a sensor that "
-            "lives switches it off 3 s after the last heartbeat, which has "
-            "been sent",
-            address,
-            (unsigned)l->options.decoder.layout->profile.tlv[LUM_TLV_STATUS]);
-    }
-    (void)laser_bits_name(l->sentry.laser.status, UINT16_MAX, bits,
-                          sizeof bits);
-    return lum_error_set(error,
-                         "udp://%s: %s (status: %s): lumctl --host %s laser "
-                         "off, or cut its power",
-                         address, laser_end_refused(l->sentry.laser.status),
-                         bits, now_at);
+    char text[LUM_ERROR_BYTES];
+    return lum_news_weigh(l->end.kind) == LUM_NEWS_INFO
+               ? 0
+               : lum_error_set(error, "%s",
+                               lum_news_tell(&l->end, text, sizeof text));
 }
 
 int link_end(struct link *link, lum_error *error)

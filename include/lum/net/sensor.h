@@ -165,8 +165,8 @@ LUM_MUST_CHECK lum_net_result lum_sensor_open(const lum_sensor_options *options,
 bool lum_sensor_is_owned(lum_endpoint sensor, const char *interface_name,
                          lum_error *who);
 
-/** End a session. The laser is not touched: lum_sensor_laser_off() first. NULL
- * is allowed. */
+/** End a session. The laser is not touched: lum_keeper_end() of
+ * lum/live/keeper.h first. NULL is allowed. */
 void lum_sensor_close(lum_sensor *sensor);
 
 /** Do all that is due and wait for one event.
@@ -223,46 +223,6 @@ void lum_sensor_give_up(lum_sensor *sensor);
 LUM_MUST_CHECK lum_net_result lum_sensor_set_ip(lum_sensor *sensor,
                                                 uint32_t address,
                                                 lum_error *error);
-
-/** How an attempt to switch the laser off ended. */
-typedef enum lum_laser_off {
-    LUM_LASER_OFF_SEEN,    /**< a status shows it down, and stayed so */
-    LUM_LASER_OFF_UNKNOWN, /**< no answer: it may be on */
-    LUM_LASER_OFF_REFUSED, /**< answers came, and it is up, or would come up by
-                                itself when a hazard ends: see the status */
-    LUM_LASER_OFF_UNSEEN   /**< answers came, but none has a status: it may be
-                                on, or the profile's tlv.status is wrong */
-} lum_laser_off;
-
-#define LUM_SENSOR_OFF_MS       10000u /**< lum_sensor_laser_off() goes on for */
-#define LUM_SENSOR_OFF_EVERY_MS 50u    /**< between its commands */
-#define LUM_SENSOR_SETTLE_MS    300u   /**< between its two looks */
-
-/** Switch the laser off and see that it is down: the command's own answer must
- * show it, and a poll `LUM_SENSOR_SETTLE_MS` later must show it still, because
- * an old `laser on` may have been delayed in the network. If the poll shows it
- * on, all begins again; also if it shows the laser down and TLV_CMD_ON, since
- * it would come up when a hazard ends (with TLV_CMD_OFF beside it, which no
- * sensor should show, retries + 1 times). What is not answered is sent again
- * every `LUM_SENSOR_OFF_EVERY_MS`, for `LUM_SENSOR_OFF_MS` before it is given
- * up, whatever the options' timeout is. Answers without a status end it after
- * retries + 1 of them. At most 3 s more than that pass. Not ended by the
- * cancel, which is the most usual reason to call it. An owner sends no
- * heartbeats during this time, so that a sensor that receives none of this
- * switches itself off within 3 s. Data that comes during this time is dropped.
- * @param status gets the last status that was answered, and stays as it is when
- *               there was none; may be NULL. */
-lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint16_t *status);
-
-/** As lum_sensor_laser_off() with another time, and a cancel that ends it.
- * @param ms     to go on for without success; the command is sent once at
- *               least.
- * @param cancel ends it between two sends, as if the time were over; it need
- *               not be the session's, which has no part in it; may be NULL.
- * @param status as lum_sensor_laser_off(). */
-lum_laser_off lum_sensor_laser_off_within(lum_sensor *sensor, uint32_t ms,
-                                          const lum_cancel *cancel,
-                                          uint16_t *status);
 
 /** Counters up to now.
  * @param out struct_size is set by the caller; as much of the rest is

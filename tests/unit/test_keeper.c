@@ -5,9 +5,10 @@
 
 #include <cmocka.h>
 
-#include "../tools/common/laser_keeper.h"
 #include "fake_net.h"
+#include "live/laser_rules.h"
 #include "lum/laser.h"
+#include "lum/live/keeper.h"
 
 #define MS      INT64_C(1000000)
 #define SECOND  (1000 * MS)
@@ -15,51 +16,72 @@
 #define REFUSED (UP | LUM_LASER_HEARTBEAT_TIMEOUT)
 #define HOT     (UP | LUM_LASER_BOARD_OVER_105)
 #define OFF     LUM_LASER_TLV_CMD_OFF
+#define NOTHING ((lum_news_kind)0)
 
-static struct laser_keeper keeper;
+static lum_laser_rules keeper;
 
-static void begin(enum laser_fate fate)
+static void begin(lum_laser_state state)
 {
-    laser_keeper_begin(&keeper, fate, 0);
+    keeper = (lum_laser_rules){.is_owned = true, .give_up_ns = 5 * SECOND};
+    lum_laser_rules_want(&keeper, state, state == LUM_LASER_LEFT, 0);
 }
 
-static void send_next(enum laser_request expected, int64_t now_ns)
+static void send_next(lum_laser_request expected, int64_t now_ns)
 {
-    const enum laser_request next = laser_keeper_next(&keeper);
+    const lum_laser_request next = lum_laser_rules_next(&keeper);
     assert_int_equal(next, expected);
-    assert_int_equal(keeper.request, LASER_ASK_LOOK);
-    laser_keeper_sent(&keeper, next, now_ns);
+    assert_int_equal(keeper.request, LUM_LASER_ASK_LOOK);
+    lum_laser_rules_sent(&keeper, next, now_ns);
 }
 
-static enum laser_news take(lum_sensor_event_kind kind, int64_t now_ns)
+static lum_news_kind take(lum_sensor_event_kind kind, int64_t now_ns)
 {
     const lum_sensor_event event = {.kind = kind};
-    return laser_keeper_take(&keeper, &event, now_ns);
+    return lum_laser_rules_take(&keeper, &event, now_ns);
 }
 
-static enum laser_news take_status(lum_sensor_event_kind kind, uint16_t status,
-                                   int64_t now_ns)
+static lum_news_kind take_status(lum_sensor_event_kind kind, uint16_t status,
+                                 int64_t now_ns)
 {
     const lum_sensor_event event = {
         .kind = kind, .has_status = true, .status = status};
-    return laser_keeper_take(&keeper, &event, now_ns);
+    return lum_laser_rules_take(&keeper, &event, now_ns);
 }
 
-static enum laser_news answer(uint16_t status, int64_t now_ns)
+static lum_news_kind answer(uint16_t status, int64_t now_ns)
 {
     return take_status(LUM_SENSOR_ANSWER, status, now_ns);
 }
 
 static lum_sensor *sensor;
+static lum_keeper *whole; /* of that session */
 
 /* A session of which no datagram is answered. */
-static void open_session(void)
+static void open_session(lum_laser_want want)
 {
     lum_sensor_options options;
+    lum_keeper_options kept;
     lum_error error;
     fake_reset();
     lum_sensor_options_default(&options);
     assert_int_equal(lum_sensor_open(&options, &sensor, &error), LUM_NET_OK);
+    lum_keeper_options_default(&kept, &options);
+    kept.laser = want;
+    kept.owns = true;
+    assert_int_equal(lum_keeper_new(&kept, fake.now_ns, &whole, &error), 0);
+}
+
+static void close_session(void)
+{
+    lum_keeper_free(whole);
+    lum_sensor_close(sensor);
+}
+
+/* The next news of the keeper; 0: none. */
+static lum_news_kind next_news(void)
+{
+    lum_news news = {.struct_size = sizeof news};
+    return lum_keeper_next(whole, &news) ? news.kind : NOTHING;
 }
 
 /* What a datagram asks: a command, or a point for a status; 0: nothing. */
@@ -84,9 +106,8 @@ static const char *run_for(int64_t ns)
     while (fake.now_ns < end_ns) {
         lum_sensor_event event;
         lum_sensor_receive(sensor, fake.now_ns + 50 * MS, &event);
-        (void)laser_keeper_take(&keeper, &event, fake.now_ns);
-        (void)laser_keeper_tick(&keeper, fake.now_ns);
-        laser_keeper_ask(&keeper, sensor, fake.now_ns);
+        lum_keeper_take(whole, &event, fake.now_ns);
+        lum_keeper_serve(whole, sensor, fake.now_ns);
     }
     for (size_t i = from; i < fake.sent_count; i++) {
         asked[count] = name_request(&fake.sent[i]);
@@ -99,32 +120,32 @@ static const char *run_for(int64_t ns)
 
 static void begin_up(void)
 {
-    begin(LASER_ASKED);
-    send_next(LASER_ASK_ON, 0);
-    assert_int_equal(answer(UP, MS), LASER_NO_NEWS);
-    assert_int_equal(keeper.fate, LASER_UP);
+    begin(LUM_LASER_ASKED);
+    send_next(LUM_LASER_ASK_ON, 0);
+    assert_int_equal(answer(UP, MS), LUM_NEWS_LASER_UP);
+    assert_int_equal(keeper.state, LUM_LASER_UP);
 }
 
 static void assert_left(uint16_t fell, int64_t next_ns)
 {
-    assert_int_equal(keeper.fate, LASER_DOWN);
+    assert_int_equal(keeper.state, LUM_LASER_LEFT);
     assert_int_equal(keeper.fell, fell);
-    assert_int_equal(laser_keeper_next(&keeper), LASER_ASK_OFF);
+    assert_int_equal(lum_laser_rules_next(&keeper), LUM_LASER_ASK_OFF);
     assert_int_equal(keeper.next_ns, next_ns);
 }
 
 static void a_laser_that_nobody_asked_for_is_only_looked_at(void **state)
 {
     (void)state;
-    begin(LASER_UNTOUCHED);
+    begin(LUM_LASER_UNTOUCHED);
     for (int64_t now_ns = 0; now_ns < 5 * SECOND; now_ns += SECOND) {
         assert_int_equal(keeper.next_ns, now_ns);
-        send_next(LASER_ASK_LOOK, now_ns);
+        send_next(LUM_LASER_ASK_LOOK, now_ns);
         assert_int_equal(answer(now_ns < 3 * SECOND ? HOT : UP, now_ns + MS),
-                         LASER_NO_NEWS);
+                         NOTHING);
     }
-    assert_int_equal(take_status(LUM_SENSOR_ALERT, HOT, 0), LASER_NO_NEWS);
-    assert_int_equal(keeper.fate, LASER_UNTOUCHED);
+    assert_int_equal(take_status(LUM_SENSOR_ALERT, HOT, 0), NOTHING);
+    assert_int_equal(keeper.state, LUM_LASER_UNTOUCHED);
     assert_true(keeper.has_status);
     assert_int_equal(keeper.status, UP);
     assert_int_equal(keeper.attempts, 0);
@@ -134,34 +155,34 @@ static void it_is_asked_for_while_heartbeats_may_be_on_their_way(void **state)
 {
     int64_t now_ns = 0;
     (void)state;
-    begin(LASER_ASKED);
+    begin(LUM_LASER_ASKED);
     for (unsigned i = 1; i < 20; i++) {
-        send_next(LASER_ASK_ON, now_ns);
-        assert_int_equal(answer(REFUSED, now_ns), LASER_NO_NEWS);
+        send_next(LUM_LASER_ASK_ON, now_ns);
+        assert_int_equal(answer(REFUSED, now_ns), NOTHING);
         now_ns += 200 * MS;
         assert_int_equal(keeper.next_ns, now_ns);
     }
-    send_next(LASER_ASK_ON, now_ns);
+    send_next(LUM_LASER_ASK_ON, now_ns);
     assert_int_equal(keeper.attempts, 20);
-    assert_int_equal(answer(REFUSED, now_ns), LASER_STAYS_DOWN);
+    assert_int_equal(answer(REFUSED, now_ns), LUM_NEWS_LASER_REFUSED);
     assert_left(REFUSED, now_ns);
 }
 
 static void what_a_hazard_refuses_is_not_asked_for_again(void **state)
 {
     (void)state;
-    begin(LASER_ASKED);
-    send_next(LASER_ASK_ON, 0);
-    assert_int_equal(answer(HOT, MS), LASER_STAYS_DOWN);
+    begin(LUM_LASER_ASKED);
+    send_next(LUM_LASER_ASK_ON, 0);
+    assert_int_equal(answer(HOT, MS), LUM_NEWS_LASER_REFUSED);
     assert_left(HOT, MS);
 }
 
 static void an_answer_without_status_is_not_trusted(void **state)
 {
     (void)state;
-    begin(LASER_ASKED);
-    send_next(LASER_ASK_ON, 0);
-    assert_int_equal(take(LUM_SENSOR_ANSWER, MS), LASER_UNSEEN);
+    begin(LUM_LASER_ASKED);
+    send_next(LUM_LASER_ASK_ON, 0);
+    assert_int_equal(take(LUM_SENSOR_ANSWER, MS), LUM_NEWS_LASER_UNSEEN);
     assert_left(0, MS);
 }
 
@@ -169,24 +190,26 @@ static void without_an_answer_it_is_given_up_after_5_s(void **state)
 {
     const int64_t last_ns = 5 * SECOND - 1;
     (void)state;
-    begin(LASER_ASKED);
-    send_next(LASER_ASK_ON, 0);
-    assert_int_equal(take(LUM_SENSOR_NO_ANSWER, last_ns), LASER_NO_NEWS);
-    send_next(LASER_ASK_ON, last_ns);
-    assert_int_equal(take(LUM_SENSOR_NO_ANSWER, last_ns + 1), LASER_UNANSWERED);
+    begin(LUM_LASER_ASKED);
+    send_next(LUM_LASER_ASK_ON, 0);
+    assert_int_equal(take(LUM_SENSOR_NO_ANSWER, last_ns), NOTHING);
+    send_next(LUM_LASER_ASK_ON, last_ns);
+    assert_int_equal(take(LUM_SENSOR_NO_ANSWER, last_ns + 1),
+                     LUM_NEWS_LASER_UNANSWERED);
     assert_left(0, last_ns + 1);
 }
 
 static void a_session_that_stood_still_switches_off(void **state)
 {
     (void)state;
-    begin(LASER_ASKED);
-    assert_int_equal(laser_keeper_tick(&keeper, 2 * SECOND - 1), LASER_NO_NEWS);
-    send_next(LASER_ASK_ON, 2 * SECOND - 1);
-    assert_int_equal(laser_keeper_tick(&keeper, 4 * SECOND - 1), LASER_HELD_UP);
+    begin(LUM_LASER_ASKED);
+    assert_int_equal(lum_laser_rules_tick(&keeper, 2 * SECOND - 1), NOTHING);
+    send_next(LUM_LASER_ASK_ON, 2 * SECOND - 1);
+    assert_int_equal(lum_laser_rules_tick(&keeper, 4 * SECOND - 1),
+                     LUM_NEWS_LASER_HELD_UP);
     assert_left(0, 4 * SECOND - 1);
     /* what the "on" that was under way brings does not count */
-    assert_int_equal(answer(UP, 4 * SECOND), LASER_NO_NEWS);
+    assert_int_equal(answer(UP, 4 * SECOND), NOTHING);
     assert_left(0, 4 * SECOND - 1);
 }
 
@@ -194,12 +217,13 @@ static void what_comes_late_of_an_on_changes_nothing(void **state)
 {
     (void)state;
     for (unsigned i = 0; i < 2; i++) {
-        begin(LASER_ASKED);
-        send_next(LASER_ASK_ON, 0);
-        assert_int_equal(laser_keeper_tick(&keeper, 2 * SECOND), LASER_HELD_UP);
+        begin(LUM_LASER_ASKED);
+        send_next(LUM_LASER_ASK_ON, 0);
+        assert_int_equal(lum_laser_rules_tick(&keeper, 2 * SECOND),
+                         LUM_NEWS_LASER_HELD_UP);
         assert_int_equal(
             take(i == 0 ? LUM_SENSOR_ANSWER : LUM_SENSOR_NO_ANSWER, 9 * SECOND),
-            LASER_NO_NEWS);
+            NOTHING);
         assert_left(0, 2 * SECOND);
     }
 }
@@ -207,81 +231,84 @@ static void what_comes_late_of_an_on_changes_nothing(void **state)
 static void time_before_the_session_does_not_count(void **state)
 {
     (void)state;
-    laser_keeper_begin(&keeper, LASER_ASKED, 9 * SECOND);
+    begin(LUM_LASER_ASKED);
+    lum_laser_rules_want(&keeper, LUM_LASER_ASKED, false, 9 * SECOND);
     assert_int_equal(keeper.next_ns, 9 * SECOND);
-    assert_int_equal(laser_keeper_tick(&keeper, 9 * SECOND), LASER_NO_NEWS);
-    send_next(LASER_ASK_ON, 9 * SECOND);
-    assert_int_equal(take(LUM_SENSOR_NO_ANSWER, 13 * SECOND), LASER_NO_NEWS);
-    assert_int_equal(keeper.fate, LASER_ASKED);
+    assert_int_equal(lum_laser_rules_tick(&keeper, 9 * SECOND), NOTHING);
+    send_next(LUM_LASER_ASK_ON, 9 * SECOND);
+    assert_int_equal(take(LUM_SENSOR_NO_ANSWER, 13 * SECOND), NOTHING);
+    assert_int_equal(keeper.state, LUM_LASER_ASKED);
 }
 
 static void only_a_laser_that_is_asked_for_may_not_stand_still(void **state)
 {
-    static const enum laser_fate fates[] = {LASER_UNTOUCHED, LASER_UP};
+    static const lum_laser_state states[] = {LUM_LASER_UNTOUCHED, LUM_LASER_UP};
     (void)state;
     for (unsigned i = 0; i < 2; i++) {
-        begin(fates[i]);
-        assert_int_equal(laser_keeper_tick(&keeper, 9 * SECOND), LASER_NO_NEWS);
-        assert_int_equal(keeper.fate, fates[i]);
-        assert_int_equal(laser_keeper_next(&keeper), LASER_ASK_LOOK);
+        begin(states[i]);
+        assert_int_equal(lum_laser_rules_tick(&keeper, 9 * SECOND), NOTHING);
+        assert_int_equal(keeper.state, states[i]);
+        assert_int_equal(lum_laser_rules_next(&keeper), LUM_LASER_ASK_LOOK);
     }
 }
 
 static void short_pauses_do_not_add_up(void **state)
 {
     (void)state;
-    begin(LASER_ASKED);
+    begin(LUM_LASER_ASKED);
     for (int64_t now_ns = 0; now_ns < 9 * SECOND; now_ns += 1500 * MS) {
-        assert_int_equal(laser_keeper_tick(&keeper, now_ns), LASER_NO_NEWS);
+        assert_int_equal(lum_laser_rules_tick(&keeper, now_ns), NOTHING);
     }
 }
 
 static void a_session_that_waits_is_not_asked_again(void **state)
 {
     (void)state;
-    open_session();
-    laser_keeper_begin(&keeper, LASER_UNTOUCHED, fake.now_ns);
+    open_session(LUM_WANT_LOOK);
     assert_string_equal(run_for(300 * MS), ".");
-    lum_sensor_close(sensor);
+    close_session();
 }
 
 static void off_does_not_wait_for_an_on_that_is_not_answered(void **state)
 {
     (void)state;
-    open_session();
-    laser_keeper_begin(&keeper, LASER_ASKED, fake.now_ns);
+    open_session(LUM_WANT_ON);
     assert_string_equal(run_for(200 * MS), "u");
     fake.now_ns += 2100 * MS;
-    assert_int_equal(laser_keeper_tick(&keeper, fake.now_ns), LASER_HELD_UP);
-    assert_true(keeper.held_up_ns >= 2100 * MS);
-    laser_keeper_ask(&keeper, sensor, fake.now_ns);
+    lum_keeper_serve(whole, sensor, fake.now_ns);
+    assert_int_equal(next_news(), LUM_NEWS_LASER_HELD_UP);
     assert_string_equal(run_for(100 * MS), "d");
-    lum_sensor_close(sensor);
+    close_session();
 }
 
 static void off_does_not_wait_for_a_status_that_is_not_answered(void **state)
 {
+    const lum_sensor_event up = {
+        .kind = LUM_SENSOR_ANSWER, .has_status = true, .status = UP};
     const lum_sensor_event alert = {
         .kind = LUM_SENSOR_ALERT, .has_status = true, .status = HOT};
     (void)state;
-    open_session();
-    laser_keeper_begin(&keeper, LASER_UP, fake.now_ns);
-    assert_string_equal(run_for(100 * MS), ".");
-    assert_int_equal(laser_keeper_take(&keeper, &alert, fake.now_ns),
-                     LASER_WENT_OFF);
-    laser_keeper_ask(&keeper, sensor, fake.now_ns);
+    open_session(LUM_WANT_ON);
+    assert_string_equal(run_for(100 * MS), "u");
+    lum_sensor_give_up(sensor);
+    lum_keeper_take(whole, &up, fake.now_ns);
+    assert_int_equal(next_news(), LUM_NEWS_LASER_UP);
+    assert_string_equal(run_for(1100 * MS), ".");
+    lum_keeper_take(whole, &alert, fake.now_ns);
+    assert_int_equal(next_news(), LUM_NEWS_LASER_FELL);
+    lum_keeper_serve(whole, sensor, fake.now_ns);
     assert_string_equal(run_for(300 * MS), "d");
     /* one that is under way is left to the session, which repeats it */
     assert_string_equal(run_for(1200 * MS), "ddd");
-    lum_sensor_close(sensor);
+    close_session();
 }
 
 static void one_that_goes_down_is_switched_off(void **state)
 {
     (void)state;
     begin_up();
-    send_next(LASER_ASK_LOOK, SECOND);
-    assert_int_equal(answer(REFUSED, SECOND + MS), LASER_WENT_OFF);
+    send_next(LUM_LASER_ASK_LOOK, SECOND);
+    assert_int_equal(answer(REFUSED, SECOND + MS), LUM_NEWS_LASER_FELL);
     assert_left(REFUSED, SECOND + MS);
 }
 
@@ -289,10 +316,10 @@ static void one_that_was_switched_off_needs_no_other_off(void **state)
 {
     (void)state;
     begin_up();
-    send_next(LASER_ASK_LOOK, SECOND);
-    assert_int_equal(answer(OFF, SECOND + MS), LASER_WENT_OFF);
+    send_next(LUM_LASER_ASK_LOOK, SECOND);
+    assert_int_equal(answer(OFF, SECOND + MS), LUM_NEWS_LASER_FELL);
     assert_int_equal(keeper.fell, OFF);
-    assert_int_equal(laser_keeper_next(&keeper), LASER_ASK_LOOK);
+    assert_int_equal(lum_laser_rules_next(&keeper), LUM_LASER_ASK_LOOK);
     assert_int_equal(keeper.next_ns, 2 * SECOND);
 }
 
@@ -301,18 +328,18 @@ static void an_alert_of_a_hazard_counts_at_once(void **state)
     (void)state;
     begin_up();
     assert_int_equal(take_status(LUM_SENSOR_ALERT, HOT, 2 * SECOND),
-                     LASER_WENT_OFF);
+                     LUM_NEWS_LASER_FELL);
     assert_left(HOT, 2 * SECOND);
 }
 
 static void an_alert_hastens_no_on(void **state)
 {
     (void)state;
-    begin(LASER_ASKED);
-    send_next(LASER_ASK_ON, 0);
-    assert_int_equal(answer(REFUSED, MS), LASER_NO_NEWS);
-    assert_int_equal(take_status(LUM_SENSOR_ALERT, HOT, 2 * MS), LASER_NO_NEWS);
-    assert_int_equal(keeper.fate, LASER_ASKED);
+    begin(LUM_LASER_ASKED);
+    send_next(LUM_LASER_ASK_ON, 0);
+    assert_int_equal(answer(REFUSED, MS), NOTHING);
+    assert_int_equal(take_status(LUM_SENSOR_ALERT, HOT, 2 * MS), NOTHING);
+    assert_int_equal(keeper.state, LUM_LASER_ASKED);
     assert_int_equal(keeper.next_ns, 201 * MS);
 }
 
@@ -322,7 +349,7 @@ static void command_bits_of_an_alert_are_not_believed(void **state)
     (void)state;
     begin_up();
     assert_int_equal(take_status(LUM_SENSOR_ALERT, old, 2 * SECOND),
-                     LASER_WENT_OFF);
+                     LUM_NEWS_LASER_FELL);
     assert_left(old, 2 * SECOND);
 }
 
@@ -330,44 +357,44 @@ static void off_is_repeated_while_the_command_on_stands(void **state)
 {
     static const uint16_t statuses[] = {UP, HOT, REFUSED, HOT | OFF};
     (void)state;
-    begin(LASER_DOWN);
+    begin(LUM_LASER_LEFT);
     for (unsigned i = 0; i < 4; i++) {
-        send_next(LASER_ASK_OFF, i * SECOND);
-        assert_int_equal(answer(statuses[i], i * SECOND), LASER_NO_NEWS);
+        send_next(LUM_LASER_ASK_OFF, i * SECOND);
+        assert_int_equal(answer(statuses[i], i * SECOND), NOTHING);
         assert_left(0, i * SECOND + 200 * MS);
     }
     /* a hazard alone brings nothing up */
-    send_next(LASER_ASK_OFF, 5 * SECOND);
+    send_next(LUM_LASER_ASK_OFF, 5 * SECOND);
     assert_int_equal(answer(LUM_LASER_BOARD_OVER_105 | OFF, 5 * SECOND),
-                     LASER_NO_NEWS);
-    assert_int_equal(laser_keeper_next(&keeper), LASER_ASK_LOOK);
+                     NOTHING);
+    assert_int_equal(lum_laser_rules_next(&keeper), LUM_LASER_ASK_LOOK);
 }
 
 static void an_off_that_no_status_showed_is_not_taken_for_done(void **state)
 {
     (void)state;
-    begin(LASER_DOWN);
-    send_next(LASER_ASK_OFF, 0);
-    assert_int_equal(take(LUM_SENSOR_ANSWER, MS), LASER_NO_NEWS);
-    send_next(LASER_ASK_LOOK, SECOND);
-    assert_int_equal(answer(UP, SECOND + MS), LASER_NO_NEWS);
+    begin(LUM_LASER_LEFT);
+    send_next(LUM_LASER_ASK_OFF, 0);
+    assert_int_equal(take(LUM_SENSOR_ANSWER, MS), NOTHING);
+    send_next(LUM_LASER_ASK_LOOK, SECOND);
+    assert_int_equal(answer(UP, SECOND + MS), NOTHING);
     assert_left(0, SECOND + MS);
-    send_next(LASER_ASK_OFF, SECOND + MS);
-    assert_int_equal(take(LUM_SENSOR_ANSWER, SECOND + MS), LASER_NO_NEWS);
-    send_next(LASER_ASK_LOOK, 2 * SECOND);
-    assert_int_equal(answer(OFF, 2 * SECOND), LASER_NO_NEWS);
-    send_next(LASER_ASK_LOOK, 3 * SECOND);
-    assert_int_equal(answer(UP, 3 * SECOND), LASER_CAME_UP);
+    send_next(LUM_LASER_ASK_OFF, SECOND + MS);
+    assert_int_equal(take(LUM_SENSOR_ANSWER, SECOND + MS), NOTHING);
+    send_next(LUM_LASER_ASK_LOOK, 2 * SECOND);
+    assert_int_equal(answer(OFF, 2 * SECOND), NOTHING);
+    send_next(LUM_LASER_ASK_LOOK, 3 * SECOND);
+    assert_int_equal(answer(UP, 3 * SECOND), LUM_NEWS_LASER_CAME_UP);
 }
 
 static void an_answer_without_status_tells_nothing_of_an_older_one(void **state)
 {
     (void)state;
     begin_up();
-    keeper.fate = LASER_DOWN;
-    send_next(LASER_ASK_LOOK, SECOND);
-    assert_int_equal(take(LUM_SENSOR_ANSWER, SECOND), LASER_NO_NEWS);
-    assert_int_equal(keeper.fate, LASER_DOWN);
+    keeper.state = LUM_LASER_LEFT;
+    send_next(LUM_LASER_ASK_LOOK, SECOND);
+    assert_int_equal(take(LUM_SENSOR_ANSWER, SECOND), NOTHING);
+    assert_int_equal(keeper.state, LUM_LASER_LEFT);
 }
 
 static void another_alert_is_asked_about(void **state)
@@ -377,53 +404,53 @@ static void another_alert_is_asked_about(void **state)
     for (unsigned i = 0; i < 3; i++) {
         begin_up();
         assert_int_equal(take_status(LUM_SENSOR_ALERT, statuses[i], 300 * MS),
-                         LASER_NO_NEWS);
-        assert_int_equal(keeper.fate, LASER_UP);
+                         NOTHING);
+        assert_int_equal(keeper.state, LUM_LASER_UP);
         assert_int_equal(keeper.next_ns, 300 * MS);
     }
     begin_up();
-    assert_int_equal(take(LUM_SENSOR_ALERT, 400 * MS), LASER_NO_NEWS);
+    assert_int_equal(take(LUM_SENSOR_ALERT, 400 * MS), NOTHING);
     assert_int_equal(keeper.next_ns, 400 * MS);
 }
 
 static void off_is_sent_until_a_status_shows_it(void **state)
 {
     (void)state;
-    begin(LASER_DOWN);
+    begin(LUM_LASER_LEFT);
     assert_left(0, 0);
-    send_next(LASER_ASK_OFF, 0);
-    assert_int_equal(take(LUM_SENSOR_NO_ANSWER, SECOND), LASER_NO_NEWS);
-    send_next(LASER_ASK_OFF, SECOND);
-    assert_int_equal(answer(UP, SECOND), LASER_NO_NEWS);
+    send_next(LUM_LASER_ASK_OFF, 0);
+    assert_int_equal(take(LUM_SENSOR_NO_ANSWER, SECOND), NOTHING);
+    send_next(LUM_LASER_ASK_OFF, SECOND);
+    assert_int_equal(answer(UP, SECOND), NOTHING);
     assert_left(0, SECOND + 200 * MS);
-    send_next(LASER_ASK_OFF, SECOND + 200 * MS);
-    assert_int_equal(answer(OFF, 2 * SECOND), LASER_NO_NEWS);
-    assert_int_equal(laser_keeper_next(&keeper), LASER_ASK_LOOK);
+    send_next(LUM_LASER_ASK_OFF, SECOND + 200 * MS);
+    assert_int_equal(answer(OFF, 2 * SECOND), NOTHING);
+    assert_int_equal(lum_laser_rules_next(&keeper), LUM_LASER_ASK_LOOK);
 }
 
 static void an_answer_to_off_without_status_is_believed(void **state)
 {
     (void)state;
-    begin(LASER_DOWN);
-    send_next(LASER_ASK_OFF, 0);
-    assert_int_equal(take(LUM_SENSOR_ANSWER, MS), LASER_NO_NEWS);
-    assert_int_equal(laser_keeper_next(&keeper), LASER_ASK_LOOK);
+    begin(LUM_LASER_LEFT);
+    send_next(LUM_LASER_ASK_OFF, 0);
+    assert_int_equal(take(LUM_SENSOR_ANSWER, MS), NOTHING);
+    assert_int_equal(lum_laser_rules_next(&keeper), LUM_LASER_ASK_LOOK);
 }
 
 static void begin_left(void)
 {
-    begin(LASER_DOWN);
-    send_next(LASER_ASK_OFF, 0);
-    assert_int_equal(answer(OFF, MS), LASER_NO_NEWS);
-    send_next(LASER_ASK_LOOK, SECOND);
+    begin(LUM_LASER_LEFT);
+    send_next(LUM_LASER_ASK_OFF, 0);
+    assert_int_equal(answer(OFF, MS), NOTHING);
+    send_next(LUM_LASER_ASK_LOOK, SECOND);
 }
 
 static void another_program_may_switch_it_on_again(void **state)
 {
     (void)state;
     begin_left();
-    assert_int_equal(answer(UP, SECOND + MS), LASER_CAME_UP);
-    assert_int_equal(keeper.fate, LASER_UP);
+    assert_int_equal(answer(UP, SECOND + MS), LUM_NEWS_LASER_CAME_UP);
+    assert_int_equal(keeper.state, LUM_LASER_UP);
 }
 
 static void what_a_hazard_refuses_to_another_program_does_not_stand(
@@ -431,17 +458,17 @@ static void what_a_hazard_refuses_to_another_program_does_not_stand(
 {
     (void)state;
     begin_left();
-    assert_int_equal(answer(HOT, SECOND + MS), LASER_NO_NEWS);
+    assert_int_equal(answer(HOT, SECOND + MS), NOTHING);
     assert_left(0, SECOND + MS);
     begin_left();
-    assert_int_equal(answer(HOT | OFF, SECOND + MS), LASER_NO_NEWS);
+    assert_int_equal(answer(HOT | OFF, SECOND + MS), NOTHING);
     assert_left(0, SECOND + MS);
     begin_left();
     assert_int_equal(answer(LUM_LASER_BOARD_OVER_105 | OFF, SECOND + MS),
-                     LASER_NO_NEWS);
-    assert_int_equal(laser_keeper_next(&keeper), LASER_ASK_LOOK);
-    assert_int_equal(answer(REFUSED, SECOND + MS), LASER_NO_NEWS);
-    assert_int_equal(laser_keeper_next(&keeper), LASER_ASK_LOOK);
+                     NOTHING);
+    assert_int_equal(lum_laser_rules_next(&keeper), LUM_LASER_ASK_LOOK);
+    assert_int_equal(answer(REFUSED, SECOND + MS), NOTHING);
+    assert_int_equal(lum_laser_rules_next(&keeper), LUM_LASER_ASK_LOOK);
 }
 
 static void other_events_change_nothing(void **state)
@@ -452,8 +479,8 @@ static void other_events_change_nothing(void **state)
     (void)state;
     begin_up();
     for (unsigned i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
-        assert_int_equal(take_status(kinds[i], HOT, 5 * SECOND), LASER_NO_NEWS);
-        assert_int_equal(keeper.fate, LASER_UP);
+        assert_int_equal(take_status(kinds[i], HOT, 5 * SECOND), NOTHING);
+        assert_int_equal(keeper.state, LUM_LASER_UP);
         assert_int_equal(keeper.status, UP);
     }
 }

@@ -1,3 +1,4 @@
+#include "lum/live/laser_off.h"
 #include "lum/base/time.h"
 #include "lum/laser.h"
 #include "net/session.h"

@@ -1,0 +1,199 @@
+/** @file
+ * A live sensor, and its laser, in the hands of one owner: the rules for what
+ * is sent when a laser is to go on, falls, is refused or does not answer, and
+ * what is to be said of a sensor that falls silent, moves or restarts
+ * (docs/safety.md; docs/protocol.md, sections 3 to 5).
+ *
+ * A keeper stands beside a session (lum/net/sensor.h). It has no thread, calls
+ * nothing back and prints nothing: the program hands it each event, lets it
+ * serve the session several times a second, and takes its news.
+ *
+ * @code
+ * lum_sensor_receive(sensor, deadline_ns, &event);
+ * lum_keeper_take(keeper, &event, lum_time_monotonic_ns());
+ * lum_keeper_serve(keeper, sensor, lum_time_monotonic_ns());
+ * while (lum_keeper_next(keeper, &news)) {
+ *     puts(lum_news_tell(&news, text, sizeof text));
+ * }
+ * @endcode
+ *
+ * No other code of this project decides to send `u` or `d`. All times are those
+ * of lum_time_monotonic_ns(). One thread at a time may use a keeper. */
+#ifndef LUM_LIVE_KEEPER_H
+#define LUM_LIVE_KEEPER_H
+
+#include "lum/base/error.h"
+#include "lum/live/news.h"
+#include "lum/net/sensor.h"
+#include "lum/profile.h"
+#include "lum/result.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** What is wanted of the laser. */
+typedef enum lum_laser_want {
+    LUM_WANT_LOOK,  /**< it stays as it is; only its status is read */
+    LUM_WANT_GUARD, /**< it is not switched on; where another program does that
+                         and it falls, it is kept down */
+    LUM_WANT_ON,    /**< switched on once; after a fall it is kept down */
+    LUM_WANT_OFF    /**< switched off, and kept down after a later fall */
+} lum_laser_want;
+
+/** Where it stands. */
+typedef enum lum_laser_state {
+    LUM_LASER_UNTOUCHED, /**< nobody asked for it here */
+    LUM_LASER_ASKED,     /**< it is being switched on */
+    LUM_LASER_UP,        /**< a status showed it up */
+    LUM_LASER_LEFT       /**< not asked for any more: off, or being switched off
+                              and only a person switches it on again */
+} lum_laser_state;
+
+/** How long "on" may stay without an answer before it is taken back. */
+#define LUM_KEEPER_GIVE_UP_MS 5000u
+
+/** For so long nothing should end laser off: a sensor that gets no heartbeats
+ * is down by itself after it. */
+#define LUM_KEEPER_ALONE_MS 3000u
+
+/** News that wait to be taken; of more the oldest are lost. */
+#define LUM_KEEPER_NEWS 64u
+
+/** Texts of the sensor that are told in a session. */
+#define LUM_KEEPER_TEXTS 20u
+
+/** Options of a keeper. All bytes except struct_size, sensor and layout may be
+ * 0, which lum_keeper_options_default() sets. */
+typedef struct lum_keeper_options {
+    size_t struct_size;         /**< sizeof(lum_keeper_options) */
+    lum_endpoint sensor;        /**< the session's */
+    const char *interface_name; /**< the session's; named in remedies; copied */
+    lum_layout layout;          /**< the session's */
+    bool owns;                  /**< the session sends heartbeats */
+    lum_laser_want laser;       /**< from the beginning */
+    uint32_t give_up_ms;        /**< LUM_KEEPER_GIVE_UP_MS */
+} lum_keeper_options;
+
+/** What a keeper knows now. */
+typedef struct lum_keeper_view {
+    size_t struct_size;    /**< sizeof(lum_keeper_view), set by the caller */
+    lum_laser_state laser; /**< where it stands */
+    bool is_off_due;       /**< `d` is to be sent, or has no answer yet */
+    bool has_status;       /**< a status has come */
+    uint16_t status;       /**< the last one that was answered */
+    bool is_unheard;       /**< the last request had no answer */
+    bool has_data;         /**< data has come */
+    bool has_unknown;      /**< packets came that may be data of another layout,
+                                before any data */
+    bool is_silent;        /**< data has come, and none for
+                                LUM_SENSOR_SILENCE_MS */
+    int64_t first_data_ns; /**< when data came first */
+    int64_t data_ns;       /**< and last */
+} lum_keeper_view;
+
+/** A keeper. */
+typedef struct lum_keeper lum_keeper;
+
+/** Usual options for a session with the same: owner, the laser only looked at.
+ */
+void lum_keeper_options_default(lum_keeper_options *out,
+                                const lum_sensor_options *session);
+
+/** Begin. Nothing is sent yet.
+ * @param options copied, the interface's name too.
+ * @param out     gets it on success; to be ended with lum_keeper_free().
+ * @param error   gets the message on failure: struct_size is not set, no
+ * memory.
+ * @return 0, or -1. */
+LUM_MUST_CHECK int lum_keeper_new(const lum_keeper_options *options,
+                                  int64_t now_ns, lum_keeper **out,
+                                  lum_error *error);
+
+/** End it. The laser is not touched: lum_keeper_end() first. NULL is allowed.
+ */
+void lum_keeper_free(lum_keeper *keeper);
+
+/** What is wanted of the laser from now on. ON is a person's word: it also
+ * holds after a fall. */
+void lum_keeper_want(lum_keeper *keeper, lum_laser_want want, int64_t now_ns);
+
+/** Whether another program's heartbeats go to the sensor, where the session
+ * sends none (lum_sensor_is_owned()). Without any, a laser that is refused for
+ * want of them is given up at once, and their lack is no hazard. */
+void lum_keeper_note_owner(lum_keeper *keeper, bool is_owned);
+
+/** Send a text of commands, such as "50p u", for its user: the last `u` or `d`
+ * in it is what is wanted of the laser. Its answer, or none, comes as the
+ * session's event. If laser off becomes due meanwhile, the request is given up:
+ * then no event comes, and lum_sensor_is_waiting() is false.
+ * @return LUM_OK; as lum_sensor_command() otherwise: then nothing was sent, and
+ *         nothing is wanted. */
+LUM_MUST_CHECK lum_result lum_keeper_command(lum_keeper *keeper,
+                                             lum_sensor *sensor,
+                                             const char *text, int64_t now_ns);
+
+/** Say that a request that the program itself began is under way, such as for
+ * the time or with other TLVs: its answer is no answer to the keeper's.
+ * @param is_on the laser may come on by it. */
+void lum_keeper_lend(lum_keeper *keeper, bool is_on, int64_t now_ns);
+
+/** Hand over an event of the session, of any kind.
+ * Constant time, but for the datagrams until the first that is data. */
+void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
+                     int64_t now_ns);
+
+/** Say that data has come, where the datagrams go another way than through
+ * lum_keeper_take(), such as by lum/net/live.h. */
+void lum_keeper_note_data(lum_keeper *keeper, int64_t now_ns);
+
+/** Pass the time, and send what is due: `u`, `d`, or a look at the status once
+ * a second. Laser off gives up a request that is under way, since that would be
+ * sent again. To be called several times a second; does not wait. */
+void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns);
+
+/** The next piece of news.
+ * @param out struct_size is set by the caller.
+ * @return false: there is none. */
+bool lum_keeper_next(lum_keeper *keeper, lum_news *out);
+
+/** What holds now, the most important first: about data, about the laser, and
+ * hazards. For a display; each of it was news once, but NO_ANSWER_YET,
+ * NO_DATA_YET, UNKNOWN_LAYOUT and LASER_IS_OFF.
+ * @param out  room of them, struct_size of the first is set by the caller.
+ * @param room at least 4 holds all.
+ * @return how many. */
+size_t lum_keeper_standing(const lum_keeper *keeper, int64_t now_ns,
+                           lum_news *out, size_t room);
+
+/** Why lines have no ranges, as far as the last status shows it: HAZARD, or one
+ * of those that lum_news_is_dark() names.
+ * @param out struct_size is set by the caller.
+ * @return false: it does not show the laser down. */
+bool lum_keeper_darkness(const lum_keeper *keeper, lum_news *out);
+
+/** What is known now.
+ * @return LUM_OK; LUM_E_VALUE if struct_size of out is not set. */
+lum_result lum_keeper_look(const lum_keeper *keeper, lum_keeper_view *out);
+
+/** The end: switch the laser off and see that it is down, as
+ * lum_sensor_laser_off_within(), and make one of the ENDED news of it, or
+ * OFF_GOES_ON where goes_on_ms says that the caller will try on. The session
+ * may be another one than before, where its socket broke.
+ * @param sensor     NULL: there is none any more, so nothing is known.
+ * @param ms         of this try.
+ * @param goes_on_ms of the next; 0: this is the last.
+ * @return as lum_sensor_laser_off(). */
+lum_laser_off lum_keeper_end(lum_keeper *keeper, lum_sensor *sensor,
+                             uint32_t ms, uint32_t goes_on_ms,
+                             const lum_cancel *cancel);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,521 @@
+#include "lum/live/keeper.h"
+
+#include "base/sized.h"
+#include "base/text.h"
+#include "live/contact.h"
+#include "live/laser_rules.h"
+#include "lum/base/time.h"
+#include "lum/laser.h"
+#include "lum/packet.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define NS_PER_MS INT64_C(1000000)
+
+/* A sensor that has just got its first heartbeat still shows that it had none.
+ */
+#define BEGINNING_NS (1000 * NS_PER_MS)
+
+/* What else may be news of one event. */
+#define SPARE_NEWS 8u
+
+struct lum_keeper {
+    lum_endpoint sensor;
+    char *interface_name;
+    lum_layout layout;
+    lum_laser_rules laser;
+    lum_contact contact;
+    uint16_t hazards; /* that were told, and still hold */
+    bool is_owner;    /* the session sends heartbeats */
+    unsigned texts;   /* that were told */
+    bool told_off;    /* that laser off has no answer */
+    lum_news left;    /* why the laser was left */
+    lum_error link;   /* why sending fails */
+    lum_news news[LUM_KEEPER_NEWS];
+    size_t first;
+    size_t count;
+};
+
+/* --- Life --- */
+
+void lum_keeper_options_default(lum_keeper_options *out,
+                                const lum_sensor_options *session)
+{
+    *out = (lum_keeper_options){.struct_size = sizeof *out,
+                                .sensor = session->sensor,
+                                .interface_name = session->interface_name,
+                                .layout = session->layout,
+                                .owns = session->owns,
+                                .give_up_ms = LUM_KEEPER_GIVE_UP_MS};
+}
+
+int lum_keeper_new(const lum_keeper_options *options, int64_t now_ns,
+                   lum_keeper **out, lum_error *error)
+{
+    lum_keeper_options known;
+    if (lum_sized_take(&known, sizeof known, options, "the keeper's options",
+                       "lum_keeper_options", error) != 0) {
+        return -1;
+    }
+    lum_keeper *k = calloc(1, sizeof *k);
+    char *name = k != NULL && known.interface_name != NULL
+                     ? lum_text_copy(known.interface_name)
+                     : NULL;
+    if (k == NULL || (known.interface_name != NULL && name == NULL)) {
+        free(k);
+        return lum_error_set(error, "out of memory");
+    }
+    k->sensor = known.sensor;
+    k->interface_name = name;
+    k->layout = known.layout;
+    k->is_owner = known.owns;
+    k->laser.is_owned = known.owns;
+    k->laser.give_up_ns = NS_PER_MS * (int64_t)known.give_up_ms;
+    lum_contact_begin(&k->contact, now_ns);
+    lum_keeper_want(k, known.laser, now_ns);
+    *out = k;
+    return 0;
+}
+
+void lum_keeper_free(lum_keeper *keeper)
+{
+    if (keeper != NULL) {
+        free(keeper->interface_name);
+        free(keeper);
+    }
+}
+
+/* --- News --- */
+
+static lum_news begin_news(const lum_keeper *k, lum_news_kind kind)
+{
+    return (lum_news){.struct_size = sizeof(lum_news),
+                      .kind = kind,
+                      .sensor = k->sensor,
+                      .interface_name = k->interface_name,
+                      .tlv_status = k->layout.profile.tlv[LUM_TLV_STATUS]};
+}
+
+static void tell(lum_keeper *k, const lum_news *news)
+{
+    k->news[(k->first + k->count) % LUM_KEEPER_NEWS] = *news;
+    if (k->count < LUM_KEEPER_NEWS) {
+        k->count++;
+    } else {
+        k->first = (k->first + 1u) % LUM_KEEPER_NEWS;
+    }
+}
+
+/* News of the contact; ns: how long it took. */
+static void tell_contact(lum_keeper *k, lum_news_kind kind, int64_t ns)
+{
+    if (kind != 0) {
+        lum_news news = begin_news(k, kind);
+        news.ns = ns;
+        news.to = k->contact.to;
+        if (kind == LUM_NEWS_LINK_DOWN) {
+            (void)snprintf(news.text, sizeof news.text, "%.*s",
+                           (int)sizeof news.text - 1, k->link.text);
+        }
+        tell(k, &news);
+    }
+}
+
+static void tell_laser(lum_keeper *k, lum_news_kind kind, int64_t now_ns)
+{
+    if (kind != 0) {
+        const bool has_come = k->laser.state == LUM_LASER_UP;
+        lum_news news = begin_news(k, kind);
+        news.status = has_come ? k->laser.status : k->laser.fell;
+        news.tries = k->laser.sent;
+        news.ns = k->laser.stood_ns;
+        news.was_away = lum_contact_was_away(&k->contact, now_ns);
+        k->left = news;
+        tell(k, &news);
+    }
+}
+
+bool lum_keeper_next(lum_keeper *keeper, lum_news *out)
+{
+    if (keeper->count == 0 ||
+        !lum_sized_fill(out, &keeper->news[keeper->first], sizeof *out)) {
+        return false;
+    }
+    keeper->first = (keeper->first + 1u) % LUM_KEEPER_NEWS;
+    keeper->count--;
+    return true;
+}
+
+/* --- What its user wants --- */
+
+void lum_keeper_want(lum_keeper *keeper, lum_laser_want want, int64_t now_ns)
+{
+    static const lum_laser_state states[] = {[LUM_WANT_LOOK] =
+                                                 LUM_LASER_UNTOUCHED,
+                                             [LUM_WANT_GUARD] = LUM_LASER_LEFT,
+                                             [LUM_WANT_ON] = LUM_LASER_ASKED,
+                                             [LUM_WANT_OFF] = LUM_LASER_LEFT};
+    keeper->left = begin_news(keeper, LUM_NEWS_LASER_LEFT);
+    keeper->told_off = false;
+    lum_laser_rules_want(&keeper->laser, states[want], want == LUM_WANT_OFF,
+                         now_ns);
+}
+
+void lum_keeper_note_owner(lum_keeper *keeper, bool is_owned)
+{
+    keeper->laser.is_owned = keeper->is_owner || is_owned;
+}
+
+/* The last of a text decides. */
+static char last_switch(const char *text)
+{
+    char last = '\0';
+    for (; *text != '\0'; text++) {
+        last = *text == 'u' || *text == 'd' ? *text : last;
+    }
+    return last;
+}
+
+lum_result lum_keeper_command(lum_keeper *keeper, lum_sensor *sensor,
+                              const char *text, int64_t now_ns)
+{
+    const char last = last_switch(text);
+    const lum_result result = lum_sensor_command(sensor, text);
+    if (result != LUM_OK) {
+        return result;
+    }
+    if (last != '\0') {
+        lum_keeper_want(keeper, last == 'u' ? LUM_WANT_ON : LUM_WANT_OFF,
+                        now_ns);
+    }
+    lum_laser_rules_sent(&keeper->laser,
+                         last == 'u'   ? LUM_LASER_ASK_ON
+                         : last == 'd' ? LUM_LASER_ASK_OFF
+                                       : LUM_LASER_ASK_OTHER,
+                         now_ns);
+    return LUM_OK;
+}
+
+void lum_keeper_lend(lum_keeper *keeper, bool is_on, int64_t now_ns)
+{
+    if (is_on) {
+        lum_keeper_want(keeper, LUM_WANT_GUARD, now_ns);
+    }
+    lum_laser_rules_sent(&keeper->laser, LUM_LASER_ASK_OTHER, now_ns);
+}
+
+/* --- What the sensor says --- */
+
+static void tell_text(lum_keeper *k, const lum_tlv *tlv)
+{
+    static const char more[] = " (more of this is not told)";
+    lum_news news = begin_news(k, LUM_NEWS_TEXT);
+    size_t len = 0;
+    k->texts++;
+    for (; len < tlv->length && len < sizeof news.text - sizeof more; len++) {
+        const uint8_t byte = tlv->value[len];
+        news.text[len] = (char)(byte >= ' ' && byte <= '~' ? byte : '?');
+    }
+    if (k->texts == LUM_KEEPER_TEXTS) {
+        memcpy(news.text + len, more, sizeof more);
+    }
+    tell(k, &news);
+}
+
+static void take_texts(lum_keeper *k, lum_tlv_reader tlvs)
+{
+    const uint16_t debug = k->layout.profile.tlv[LUM_TLV_DEBUG];
+    lum_tlv tlv;
+    while (k->texts < LUM_KEEPER_TEXTS &&
+           k->count + SPARE_NEWS < LUM_KEEPER_NEWS &&
+           lum_tlv_next(&tlvs, &tlv) == LUM_OK) {
+        if (tlv.type == debug) {
+            tell_text(k, &tlv);
+        }
+    }
+}
+
+/* Without an owner the missing heartbeats are no hazard. */
+static void take_hazards(lum_keeper *k, uint16_t status, int64_t now_ns)
+{
+    const bool begins = now_ns - k->contact.began_ns < BEGINNING_NS;
+    const unsigned known = status & LUM_LASER_HAZARDS;
+    const unsigned hazards =
+        begins || !k->laser.is_owned ? lum_laser_rules_hazards(status) : known;
+    const unsigned new = hazards & ~(unsigned)k->hazards;
+    k->hazards = (uint16_t)(hazards & (k->hazards | new));
+    if (new != 0) {
+        lum_news news = begin_news(k, LUM_NEWS_HAZARD);
+        news.status = (uint16_t) new;
+        tell(k, &news);
+    }
+}
+
+/* Laser off is sent repeatedly. */
+static void take_no_answer(lum_keeper *k)
+{
+    if (k->laser.request == LUM_LASER_ASK_OFF && !k->told_off) {
+        const lum_news news = begin_news(k, LUM_NEWS_OFF_UNANSWERED);
+        k->told_off = true;
+        tell(k, &news);
+    }
+}
+
+/* The first packet tells most often: nearly all that comes is data. */
+static void take_datagrams(lum_keeper *k, const lum_sensor_event *event,
+                           int64_t now_ns)
+{
+    for (size_t i = 0; i < event->datagram_count; i++) {
+        const lum_received *d = &event->datagrams[i];
+        lum_group group;
+        const lum_packet_kind kind =
+            lum_packet_decode(&k->layout, d->bytes, d->len, &group);
+        if (kind == LUM_PACKET_DATA) {
+            lum_keeper_note_data(k, now_ns);
+            tell_contact(k,
+                         lum_contact_note_clock(&k->contact, &k->layout.profile,
+                                                &group, now_ns, d->utc_ns),
+                         0);
+            return;
+        }
+        k->contact.has_unknown |= kind == LUM_PACKET_MALFORMED ||
+                                  kind == LUM_PACKET_UNKNOWN_TYPE ||
+                                  kind == LUM_PACKET_UNKNOWN_TAG;
+    }
+}
+
+void lum_keeper_note_data(lum_keeper *keeper, int64_t now_ns)
+{
+    const int64_t ns = now_ns - keeper->contact.data_ns;
+    tell_contact(keeper, lum_contact_note_data(&keeper->contact, now_ns), ns);
+}
+
+void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
+                     int64_t now_ns)
+{
+    if (event->kind == LUM_SENSOR_DATAGRAMS) {
+        take_datagrams(keeper, event, now_ns);
+        return;
+    }
+    if (event->kind == LUM_SENSOR_ANSWER || event->kind == LUM_SENSOR_ALERT) {
+        take_texts(keeper, event->tlvs);
+    }
+    if (event->kind == LUM_SENSOR_ANSWER) {
+        keeper->told_off = false;
+        if (event->has_status) {
+            take_hazards(keeper, event->status, now_ns);
+        }
+    } else if (event->kind == LUM_SENSOR_NO_ANSWER) {
+        take_no_answer(keeper);
+    } else if (event->kind == LUM_SENSOR_LINK && !event->is_up) {
+        keeper->link = event->error;
+    }
+    const bool is_on = keeper->laser.request == LUM_LASER_ASK_ON;
+    const lum_news_kind contact =
+        lum_contact_take(&keeper->contact, event, now_ns);
+    tell_laser(keeper, lum_laser_rules_take(&keeper->laser, event, now_ns),
+               now_ns);
+    if (contact != LUM_NEWS_NO_STATUS || !is_on) { /* else it was told */
+        tell_contact(keeper, contact, 0);
+    }
+}
+
+/* --- Sending --- */
+
+static lum_result request_of(lum_sensor *sensor, lum_laser_request request)
+{
+    return request == LUM_LASER_ASK_LOOK
+               ? lum_sensor_request(sensor, NULL, 0)
+               : lum_sensor_command(sensor,
+                                    request == LUM_LASER_ASK_ON ? "u" : "d");
+}
+
+/* Sends what is due, if the session is idle; if it cannot be sent, the next
+ * call tries again. Off does not wait: the present request is given up, because
+ * it would be repeated. */
+static void ask(lum_keeper *k, lum_sensor *sensor, int64_t now_ns)
+{
+    const lum_laser_request request = lum_laser_rules_next(&k->laser);
+    if (now_ns < k->laser.next_ns) {
+        return;
+    }
+    if (request == LUM_LASER_ASK_OFF && k->laser.request != LUM_LASER_ASK_OFF) {
+        lum_sensor_give_up(sensor);
+    }
+    if (!lum_sensor_is_waiting(sensor) &&
+        request_of(sensor, request) == LUM_OK) {
+        lum_laser_rules_sent(&k->laser, request, now_ns);
+    }
+}
+
+void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns)
+{
+    lum_sensor_counters counters = {.struct_size = sizeof counters};
+    lum_endpoint to = {0, 0};
+    const bool is_moved = lum_sensor_moved_to(sensor, &to);
+    (void)lum_sensor_count(sensor, &counters);
+    tell_laser(keeper, lum_laser_rules_tick(&keeper->laser, now_ns), now_ns);
+    tell_contact(keeper, lum_contact_move(&keeper->contact, is_moved, to), 0);
+    tell_contact(
+        keeper,
+        lum_contact_tick(&keeper->contact, counters.answers_dropped, now_ns),
+        now_ns - keeper->contact.data_ns);
+    ask(keeper, sensor, now_ns);
+}
+
+/* --- What holds now --- */
+
+static lum_news_kind standing_laser(const lum_keeper *k)
+{
+    const lum_laser_rules *laser = &k->laser;
+    if (laser->state == LUM_LASER_LEFT) {
+        return k->left.kind;
+    }
+    return laser->state == LUM_LASER_UNTOUCHED && laser->has_status &&
+                   lum_laser_is_down(laser->status)
+               ? LUM_NEWS_LASER_IS_OFF
+               : (lum_news_kind)0;
+}
+
+/* What of the laser holds: without an answer, no more than that. */
+static size_t stand_laser(const lum_keeper *k, lum_news *out)
+{
+    size_t count = 0;
+    const lum_news_kind kind = standing_laser(k);
+    const bool is_off_due = k->laser.off_due || k->laser.off_unseen;
+    if (k->contact.is_unheard) {
+        if (k->laser.state == LUM_LASER_LEFT && is_off_due) {
+            out[count++] = begin_news(k, LUM_NEWS_OFF_UNANSWERED);
+        }
+        return count;
+    }
+    if (kind != 0) {
+        out[count] = kind == k->left.kind ? k->left : begin_news(k, kind);
+        out[count].was_away =
+            kind == LUM_NEWS_LASER_LEFT ? is_off_due : out[count].was_away;
+        count++;
+    }
+    if (k->laser.has_status && lum_laser_has_hazard(k->laser.status)) {
+        out[count] = begin_news(k, LUM_NEWS_HAZARD);
+        out[count++].status = k->laser.status & LUM_LASER_HAZARDS;
+    }
+    return count;
+}
+
+size_t lum_keeper_standing(const lum_keeper *keeper, int64_t now_ns,
+                           lum_news *out, size_t room)
+{
+    lum_news all[4];
+    size_t count = 0;
+    const size_t size = out->struct_size;
+    const lum_contact *c = &keeper->contact;
+    const lum_news_kind contact = lum_contact_standing(c, now_ns);
+    if (contact != 0) {
+        all[0] = begin_news(keeper, contact);
+        all[0].to = c->to;
+        all[0].ns = now_ns - (c->has_data ? c->data_ns : c->began_ns);
+        (void)snprintf(all[0].text, sizeof all[0].text, "%.*s",
+                       (int)sizeof all[0].text - 1, keeper->link.text);
+        count = 1;
+    }
+    if (contact != LUM_NEWS_SILENT && contact != LUM_NEWS_DATA_STOPPED) {
+        count += stand_laser(keeper, all + count);
+    }
+    count = count < room ? count : room;
+    for (size_t i = 0; i < count; i++) {
+        lum_news *to = (lum_news *)(void *)((unsigned char *)out + i * size);
+        to->struct_size = size;
+        (void)lum_sized_fill(to, &all[i], sizeof all[i]);
+    }
+    return count;
+}
+
+bool lum_keeper_darkness(const lum_keeper *keeper, lum_news *out)
+{
+    const uint16_t status = keeper->laser.status;
+    const unsigned hazards = lum_laser_rules_hazards(status);
+    const lum_news_kind kind = standing_laser(keeper);
+    if (!keeper->laser.has_status || !lum_laser_is_down(status) || kind == 0) {
+        return false;
+    }
+    lum_news news =
+        kind == keeper->left.kind ? keeper->left : begin_news(keeper, kind);
+    if (hazards != 0) {
+        news = begin_news(keeper, LUM_NEWS_HAZARD);
+        news.status = (uint16_t)hazards;
+    }
+    return lum_sized_fill(out, &news, sizeof news);
+}
+
+lum_result lum_keeper_look(const lum_keeper *keeper, lum_keeper_view *out)
+{
+    const lum_contact *c = &keeper->contact;
+    const lum_keeper_view view = {.struct_size = sizeof view,
+                                  .laser = keeper->laser.state,
+                                  .is_off_due = keeper->laser.off_due ||
+                                                keeper->laser.off_unseen,
+                                  .has_status = keeper->laser.has_status,
+                                  .status = keeper->laser.status,
+                                  .is_unheard = c->is_unheard,
+                                  .has_data = c->has_data,
+                                  .has_unknown = c->has_unknown,
+                                  .is_silent = c->quiet != 0,
+                                  .first_data_ns = c->first_data_ns,
+                                  .data_ns = c->data_ns};
+    return lum_sized_fill(out, &view, sizeof view) ? LUM_OK : LUM_E_VALUE;
+}
+
+/* --- The end --- */
+
+static lum_news_kind name_end(lum_laser_off off, uint16_t status)
+{
+    switch (off) {
+    case LUM_LASER_OFF_SEEN:
+        return LUM_NEWS_ENDED_OFF;
+    case LUM_LASER_OFF_REFUSED:
+        return lum_laser_is_down(status) ? LUM_NEWS_ENDED_IN_EFFECT
+                                         : LUM_NEWS_ENDED_ON;
+    case LUM_LASER_OFF_UNSEEN:
+        return LUM_NEWS_ENDED_UNSEEN;
+    case LUM_LASER_OFF_UNKNOWN:
+    default:
+        return LUM_NEWS_ENDED_UNKNOWN;
+    }
+}
+
+static void tell_end(lum_keeper *k, lum_laser_off off, uint32_t goes_on_ms)
+{
+    const bool is_over = off == LUM_LASER_OFF_SEEN ||
+                         off == LUM_LASER_OFF_UNSEEN || goes_on_ms == 0;
+    lum_news news = begin_news(k, is_over ? name_end(off, k->laser.status)
+                                          : LUM_NEWS_OFF_GOES_ON);
+    news.status = k->laser.status;
+    news.tries = off == LUM_LASER_OFF_REFUSED ? 1u : 0u;
+    news.is_owner = k->is_owner;
+    news.to = k->contact.is_moved ? k->contact.to : news.to;
+    news.ns = NS_PER_MS * (int64_t)goes_on_ms;
+    tell(k, &news);
+}
+
+lum_laser_off lum_keeper_end(lum_keeper *keeper, lum_sensor *sensor,
+                             uint32_t ms, uint32_t goes_on_ms,
+                             const lum_cancel *cancel)
+{
+    lum_laser_rules *laser = &keeper->laser;
+    lum_laser_off off = LUM_LASER_OFF_UNKNOWN;
+    lum_endpoint to = {0, 0};
+    lum_keeper_want(keeper, LUM_WANT_OFF, lum_time_monotonic_ns());
+    if (sensor != NULL) {
+        lum_sensor_give_up(sensor);
+        off = lum_sensor_laser_off_within(sensor, ms, cancel, &laser->status);
+        const bool is_moved = lum_sensor_moved_to(sensor, &to);
+        (void)lum_contact_move(&keeper->contact, is_moved, to);
+    }
+    laser->has_status |=
+        off == LUM_LASER_OFF_SEEN || off == LUM_LASER_OFF_REFUSED;
+    laser->off_due = off != LUM_LASER_OFF_SEEN;
+    tell_end(keeper, off, goes_on_ms);
+    return off;
+}

@@ -1,0 +1,220 @@
+#include "live/laser_rules.h"
+
+#include "lum/laser.h"
+
+#define SECOND_NS INT64_C(1000000000)
+
+#define POLL_NS SECOND_NS
+
+/* A sensor that has just got its first heartbeat may still refuse the laser
+ * because of the timeout. */
+#define AGAIN_NS     (SECOND_NS / 5)
+#define ATTEMPTS_MAX 20u
+
+/* A session that was delayed for this long does not send laser on: its
+ * heartbeats have ended, and nobody may expect the laser any more. */
+#define HELD_UP_NS (LUM_SENSOR_STALE_MS * INT64_C(1000000))
+
+#define NOTHING ((lum_news_kind)0)
+
+void lum_laser_rules_want(lum_laser_rules *rules, lum_laser_state state,
+                          bool is_off, int64_t now_ns)
+{
+    rules->state = state;
+    rules->fell = 0;
+    rules->off_due = is_off;
+    rules->off_unseen = false;
+    rules->attempts = 0;
+    rules->sent = 0;
+    rules->began_ns = now_ns;
+    rules->tick_ns = now_ns;
+    rules->next_ns = now_ns;
+}
+
+unsigned lum_laser_rules_hazards(uint16_t status)
+{
+    return status & LUM_LASER_HAZARDS & ~(unsigned)LUM_LASER_HEARTBEAT_TIMEOUT;
+}
+
+/* Whether a laser that is down comes up by itself when a hazard ends. */
+static bool may_come_up(uint16_t status)
+{
+    return (status & (LUM_LASER_TLV_CMD_ON | LUM_LASER_TLV_CMD_OFF)) !=
+           LUM_LASER_TLV_CMD_OFF;
+}
+
+/* The laser is down, or cannot be trusted. */
+static lum_news_kind fall(lum_laser_rules *rules, uint16_t status,
+                          int64_t now_ns, lum_news_kind why)
+{
+    rules->state = LUM_LASER_LEFT;
+    rules->fell = status;
+    rules->off_due = may_come_up(status);
+    if (rules->off_due) {
+        rules->next_ns = now_ns;
+    }
+    return why;
+}
+
+/* Another program may switch on a laser that we leave alone; if a hazard
+ * refuses that, its command must not stay in effect either. */
+static lum_news_kind follow_down(lum_laser_rules *rules, int64_t now_ns)
+{
+    const bool is_down = lum_laser_is_down(rules->status);
+    if (!is_down && !rules->off_due && !rules->off_unseen) {
+        rules->state = LUM_LASER_UP;
+        return LUM_NEWS_LASER_CAME_UP;
+    }
+    if (is_down ? lum_laser_rules_hazards(rules->status) != 0 &&
+                      may_come_up(rules->status)
+                : rules->off_unseen) {
+        rules->off_due = true;
+        rules->next_ns = now_ns;
+    }
+    rules->off_unseen = rules->off_unseen && !is_down;
+    return NOTHING;
+}
+
+/* The answer to "on". */
+static lum_news_kind judge_on(lum_laser_rules *rules, int64_t now_ns)
+{
+    if (!lum_laser_is_down(rules->status)) {
+        rules->state = LUM_LASER_UP;
+        return LUM_NEWS_LASER_UP;
+    }
+    const unsigned final =
+        rules->is_owned ? ~(unsigned)LUM_LASER_HEARTBEAT_TIMEOUT : UINT16_MAX;
+    if ((rules->status & LUM_LASER_HAZARDS & final) == 0 &&
+        rules->attempts < ATTEMPTS_MAX) {
+        rules->next_ns = now_ns + AGAIN_NS;
+        return NOTHING;
+    }
+    return fall(rules, rules->status, now_ns, LUM_NEWS_LASER_REFUSED);
+}
+
+/* The answer to "off"; without a status it is believed until one comes. */
+static void judge_off(lum_laser_rules *rules, bool has_status, int64_t now_ns)
+{
+    rules->off_unseen = !has_status;
+    rules->off_due =
+        has_status && (!lum_laser_is_down(rules->status) ||
+                       (rules->status & LUM_LASER_TLV_CMD_ON) != 0);
+    if (rules->off_due) {
+        rules->next_ns = now_ns + AGAIN_NS;
+    }
+}
+
+static lum_news_kind judge_status(lum_laser_rules *rules, int64_t now_ns)
+{
+    if (rules->state == LUM_LASER_UP && lum_laser_is_down(rules->status)) {
+        return fall(rules, rules->status, now_ns, LUM_NEWS_LASER_FELL);
+    }
+    return rules->state == LUM_LASER_LEFT ? follow_down(rules, now_ns)
+                                          : NOTHING;
+}
+
+static lum_news_kind take_answer(lum_laser_rules *rules,
+                                 const lum_sensor_event *event, int64_t now_ns)
+{
+    const lum_laser_request request = rules->request;
+    rules->request = LUM_LASER_ASK_LOOK;
+    if (event->has_status) {
+        rules->has_status = true;
+        rules->status = event->status;
+    }
+    if (request == LUM_LASER_ASK_OFF) {
+        judge_off(rules, event->has_status, now_ns);
+        return NOTHING;
+    }
+    if (request == LUM_LASER_ASK_ON && rules->state == LUM_LASER_ASKED) {
+        return event->has_status
+                   ? judge_on(rules, now_ns)
+                   : fall(rules, 0, now_ns, LUM_NEWS_LASER_UNSEEN);
+    }
+    return event->has_status ? judge_status(rules, now_ns) : NOTHING;
+}
+
+/* An alert may be older than the known status, so the sensor is asked, and the
+ * alert's command bits are not used. A hazard counts at once: it may be over
+ * before the answer. An alert never makes us switch the laser on sooner. */
+static lum_news_kind take_alert(lum_laser_rules *rules,
+                                const lum_sensor_event *event, int64_t now_ns)
+{
+    if (rules->state == LUM_LASER_ASKED) {
+        return NOTHING;
+    }
+    rules->next_ns = now_ns;
+    if (event->has_status && rules->state == LUM_LASER_UP &&
+        lum_laser_rules_hazards(event->status) != 0) {
+        (void)fall(rules, event->status, now_ns, LUM_NEWS_LASER_FELL);
+        rules->off_due = true;
+        return LUM_NEWS_LASER_FELL;
+    }
+    return NOTHING;
+}
+
+/* "On" is sent again until it is given up, because it may have been received;
+ * "off" is sent repeatedly. */
+static lum_news_kind take_no_answer(lum_laser_rules *rules,
+                                    const lum_sensor_event *event,
+                                    int64_t now_ns)
+{
+    const lum_laser_request request = rules->request;
+    rules->request = LUM_LASER_ASK_LOOK;
+    if (request != LUM_LASER_ASK_ON || rules->state != LUM_LASER_ASKED) {
+        return NOTHING;
+    }
+    rules->sent += event->tries;
+    return now_ns - rules->began_ns >= rules->give_up_ns
+               ? fall(rules, 0, now_ns, LUM_NEWS_LASER_UNANSWERED)
+               : NOTHING;
+}
+
+lum_news_kind lum_laser_rules_take(lum_laser_rules *rules,
+                                   const lum_sensor_event *event,
+                                   int64_t now_ns)
+{
+    switch (event->kind) {
+    case LUM_SENSOR_ANSWER:
+        return take_answer(rules, event, now_ns);
+    case LUM_SENSOR_ALERT:
+        return take_alert(rules, event, now_ns);
+    case LUM_SENSOR_NO_ANSWER:
+        return take_no_answer(rules, event, now_ns);
+    case LUM_SENSOR_IDLE:
+    case LUM_SENSOR_CANCELLED:
+    case LUM_SENSOR_DATAGRAMS:
+    case LUM_SENSOR_TIME:
+    case LUM_SENSOR_LINK:
+    case LUM_SENSOR_FAILED:
+        break;
+    }
+    return NOTHING;
+}
+
+lum_news_kind lum_laser_rules_tick(lum_laser_rules *rules, int64_t now_ns)
+{
+    const int64_t since_ns = now_ns - rules->tick_ns;
+    rules->tick_ns = now_ns;
+    if (rules->state == LUM_LASER_ASKED && since_ns >= HELD_UP_NS) {
+        rules->stood_ns = since_ns;
+        return fall(rules, 0, now_ns, LUM_NEWS_LASER_HELD_UP);
+    }
+    return NOTHING;
+}
+
+lum_laser_request lum_laser_rules_next(const lum_laser_rules *rules)
+{
+    if (rules->state == LUM_LASER_ASKED) {
+        return LUM_LASER_ASK_ON;
+    }
+    return rules->off_due ? LUM_LASER_ASK_OFF : LUM_LASER_ASK_LOOK;
+}
+
+void lum_laser_rules_sent(lum_laser_rules *rules, lum_laser_request request,
+                          int64_t now_ns)
+{
+    rules->request = request;
+    rules->attempts += request == LUM_LASER_ASK_ON ? 1u : 0u;
+    rules->next_ns = now_ns + POLL_NS;
+}
