@@ -128,31 +128,17 @@ static lum_news_kind take_answer(lum_contact *c, const lum_sensor_event *event,
     return is_again ? LUM_NEWS_ANSWERS : NOTHING;
 }
 
-static lum_news_kind take_link(lum_contact *c, const lum_sensor_event *event)
-{
-    c->link_is_down = !event->is_up;
-    return event->is_up ? LUM_NEWS_LINK_UP : LUM_NEWS_LINK_DOWN;
-}
-
 lum_news_kind lum_contact_take(lum_contact *c, const lum_sensor_event *event,
                                int64_t now_ns)
 {
-    switch (event->kind) {
-    case LUM_SENSOR_ANSWER:
+    if (event->kind == LUM_SENSOR_ANSWER) {
         return take_answer(c, event, now_ns);
-    case LUM_SENSOR_NO_ANSWER:
-        c->is_unheard = true;
-        return NOTHING;
-    case LUM_SENSOR_LINK:
-        return take_link(c, event);
-    case LUM_SENSOR_IDLE:
-    case LUM_SENSOR_CANCELLED:
-    case LUM_SENSOR_DATAGRAMS:
-    case LUM_SENSOR_TIME:
-    case LUM_SENSOR_ALERT:
-    case LUM_SENSOR_FAILED:
-        break;
     }
+    if (event->kind == LUM_SENSOR_LINK) {
+        c->link_is_down = !event->is_up;
+        return event->is_up ? LUM_NEWS_LINK_UP : LUM_NEWS_LINK_DOWN;
+    }
+    c->is_unheard |= event->kind == LUM_SENSOR_NO_ANSWER;
     return NOTHING;
 }
 

@@ -471,18 +471,14 @@ lum_result lum_keeper_look(const lum_keeper *keeper, lum_keeper_view *out)
 
 static lum_news_kind name_end(lum_laser_off off, uint16_t status)
 {
-    switch (off) {
-    case LUM_LASER_OFF_SEEN:
-        return LUM_NEWS_ENDED_OFF;
-    case LUM_LASER_OFF_REFUSED:
-        return lum_laser_is_down(status) ? LUM_NEWS_ENDED_IN_EFFECT
-                                         : LUM_NEWS_ENDED_ON;
-    case LUM_LASER_OFF_UNSEEN:
-        return LUM_NEWS_ENDED_UNSEEN;
-    case LUM_LASER_OFF_UNKNOWN:
-    default:
-        return LUM_NEWS_ENDED_UNKNOWN;
-    }
+    static const lum_news_kind kinds[] = {
+        [LUM_LASER_OFF_SEEN] = LUM_NEWS_ENDED_OFF,
+        [LUM_LASER_OFF_UNKNOWN] = LUM_NEWS_ENDED_UNKNOWN,
+        [LUM_LASER_OFF_REFUSED] = LUM_NEWS_ENDED_ON,
+        [LUM_LASER_OFF_UNSEEN] = LUM_NEWS_ENDED_UNSEEN};
+    return off == LUM_LASER_OFF_REFUSED && lum_laser_is_down(status)
+               ? LUM_NEWS_ENDED_IN_EFFECT
+               : kinds[off];
 }
 
 static void tell_end(lum_keeper *k, lum_laser_off off, uint32_t goes_on_ms)

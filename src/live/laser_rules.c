@@ -174,22 +174,15 @@ lum_news_kind lum_laser_rules_take(lum_laser_rules *rules,
                                    const lum_sensor_event *event,
                                    int64_t now_ns)
 {
-    switch (event->kind) {
-    case LUM_SENSOR_ANSWER:
+    if (event->kind == LUM_SENSOR_ANSWER) {
         return take_answer(rules, event, now_ns);
-    case LUM_SENSOR_ALERT:
-        return take_alert(rules, event, now_ns);
-    case LUM_SENSOR_NO_ANSWER:
-        return take_no_answer(rules, event, now_ns);
-    case LUM_SENSOR_IDLE:
-    case LUM_SENSOR_CANCELLED:
-    case LUM_SENSOR_DATAGRAMS:
-    case LUM_SENSOR_TIME:
-    case LUM_SENSOR_LINK:
-    case LUM_SENSOR_FAILED:
-        break;
     }
-    return NOTHING;
+    if (event->kind == LUM_SENSOR_ALERT) {
+        return take_alert(rules, event, now_ns);
+    }
+    return event->kind == LUM_SENSOR_NO_ANSWER
+               ? take_no_answer(rules, event, now_ns)
+               : NOTHING;
 }
 
 lum_news_kind lum_laser_rules_tick(lum_laser_rules *rules, int64_t now_ns)

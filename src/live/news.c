@@ -5,10 +5,11 @@
 #include "lum/wire.h"
 #include "net/endpoint.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-#define SECOND_NS 1e9
+/* --- The table --- */
 
 typedef struct entry {
     const char *name;
@@ -17,6 +18,10 @@ typedef struct entry {
     const char *remedy;
 } entry;
 
+#define INFO  LUM_NEWS_INFO
+#define WARN  LUM_NEWS_WARNING
+#define ERROR LUM_NEWS_ERROR
+
 #define WHEN_SAFE                                                              \
     "it is not switched on again automatically: when it is safe, run {ctl} "   \
     "laser on"
@@ -24,135 +29,96 @@ typedef struct entry {
 #define LAST_HEARTBEAT                                                         \
     "it MAY BE ON; a sensor that lives switches it off 3 s after the last "    \
     "heartbeat{sent}"
+#define POWER "{mend}, or cut its power"
 
+/* By number. */
 static const entry entries[LUM_NEWS_END] = {
-    [LUM_NEWS_LASER_UP] = {"laser-up", LUM_NEWS_INFO,
-                           "the laser of {sensor} is on", ""},
-    [LUM_NEWS_LASER_FELL] = {"laser-fell", LUM_NEWS_ERROR,
-                             "the laser of {sensor} went off ({bits}{cause})",
-                             WHEN_SAFE},
-    [LUM_NEWS_LASER_REFUSED] = {"laser-refused", LUM_NEWS_ERROR,
-                                "the laser of {sensor} stays down "
-                                "({bits}{cause})",
-                                WHEN_SAFE},
-    [LUM_NEWS_LASER_UNSEEN] = {"laser-unseen", LUM_NEWS_ERROR,
-                               "{sensor} answered to laser on without a "
-                               "status: whether it is on is not known, so it "
-                               "is switched off",
-                               "tlv.status of the profile says {tlv}"},
-    [LUM_NEWS_LASER_UNANSWERED] = {"laser-unanswered", LUM_NEWS_ERROR,
-                                   "{sensor} did not answer to laser on (sent "
-                                   "{tries} times): it is switched off",
-                                   "look with {ctl} status"},
-    [LUM_NEWS_LASER_HELD_UP] = {"laser-held-up", LUM_NEWS_ERROR,
-                                "this program was held up for {seconds} s "
-                                "while it switched the laser of {sensor} on: "
-                                "it is switched off",
-                                "when it is safe, run {ctl} laser on"},
-    [LUM_NEWS_LASER_CAME_UP] = {"laser-came-up", LUM_NEWS_WARNING,
-                                "the laser of {sensor} {up}, by another "
-                                "program",
-                                ""},
-    [LUM_NEWS_LASER_LEFT] = {"laser-left", LUM_NEWS_WARNING,
-                             "the laser of {sensor} is {left}", WHEN_SAFE},
-    [LUM_NEWS_LASER_IS_OFF] = {"laser-is-off", LUM_NEWS_INFO,
-                               "the laser is off",
-                               "begin with --laser, or run {ctl} laser on"},
-    [LUM_NEWS_OFF_UNANSWERED] = {"off-unanswered", LUM_NEWS_ERROR,
-                                 "{sensor} does not answer to laser off: until "
-                                 "it does, its laser may be on, or come on by "
-                                 "itself when a hazard ends",
-                                 ""},
-    [LUM_NEWS_HAZARD] = {"hazard", LUM_NEWS_WARNING,
-                         "{sensor} reports a hazard: {bits}", ""},
-    [LUM_NEWS_TEXT] = {"text", LUM_NEWS_WARNING, "{sensor} says: {text}", ""},
-    [LUM_NEWS_NO_ANSWER_YET] =
-        {"no-answer-yet", LUM_NEWS_WARNING,
-         "no data from {sensor} within {seconds} s, nor any answer",
-         "is it on, connected and at this address? It boots at " BOOTS_AT
-         "; look with {ctl} doctor"},
-    [LUM_NEWS_NO_DATA_YET] = {"no-data-yet", LUM_NEWS_WARNING,
-                              "no data from {sensor} within {seconds} s, "
-                              "though it answers",
-                              "is a profile needed, or does a firewall drop "
-                              "what is not an answer? look with {ctl} doctor"},
-    [LUM_NEWS_UNKNOWN_LAYOUT] = {"unknown-layout", LUM_NEWS_WARNING,
-                                 "{sensor} sends packets, and none of them "
-                                 "fits the layout",
-                                 "is a --profile needed?"},
-    [LUM_NEWS_SILENT] = {"silent", LUM_NEWS_WARNING,
-                         "no data from {sensor} for {seconds} s; heartbeats go "
-                         "on, waiting",
-                         "a sensor that was restarted is at " BOOTS_AT
-                         " again; {ctl} doctor finds out more"},
-    [LUM_NEWS_DATA_STOPPED] = {"data-stopped", LUM_NEWS_WARNING,
-                               "no data from {sensor} for {seconds} s, though "
-                               "it answers; heartbeats go on, waiting",
-                               "another host may own it now; {ctl} doctor "
-                               "finds out more"},
-    [LUM_NEWS_BACK] = {"back", LUM_NEWS_WARNING,
-                       "data from {sensor} again, after {seconds} s without",
-                       ""},
-    [LUM_NEWS_MOVED] = {"moved", LUM_NEWS_ERROR,
-                        "the data comes from {to} now, not from {sensor}: the "
-                        "sensor has got that address. It is not taken, and "
-                        "ends in 3 s, since the heartbeats go to {sensor}",
-                        "end this session, and begin one with udp://{to}"},
-    [LUM_NEWS_RESTARTED] = {"restarted", LUM_NEWS_WARNING,
-                            "{sensor} was restarted: its clock began anew",
-                            "its laser and its settings are as after power-up"},
-    [LUM_NEWS_UNHEARD] = {"unheard", LUM_NEWS_WARNING,
-                          "{sensor} sends data, but does not answer when asked "
-                          "for its status",
-                          ""},
-    [LUM_NEWS_NO_ANSWER] = {"no-answer", LUM_NEWS_WARNING,
-                            "{sensor} does not answer",
-                            "{ctl} doctor finds out why"},
-    [LUM_NEWS_ANSWERS] = {"answers", LUM_NEWS_INFO, "{sensor} answers again",
-                          ""},
-    [LUM_NEWS_LATE_ANSWERS] = {"late-answers", LUM_NEWS_WARNING,
-                               "{sensor} answers so late that its answers "
-                               "cannot be used",
-                               "use a longer timeout, or look with {ctl} "
-                               "doctor"},
-    [LUM_NEWS_NO_STATUS] = {"no-status", LUM_NEWS_WARNING,
-                            "{sensor} answers without a status, so nothing "
-                            "shows its laser",
-                            "tlv.status of the profile says {tlv}"},
-    [LUM_NEWS_LINK_DOWN] = {"link-down", LUM_NEWS_WARNING,
-                            "sending to {sensor} fails: {text}; it is tried "
-                            "again and again",
-                            ""},
-    [LUM_NEWS_LINK_UP] = {"link-up", LUM_NEWS_WARNING,
-                          "sending to {sensor} works again", ""},
-    [LUM_NEWS_OFF_GOES_ON] = {"off-goes-on", LUM_NEWS_WARNING,
-                              "{sensor}: {state}: laser off is repeated for "
-                              "{seconds} s more",
-                              ""},
-    [LUM_NEWS_ENDED_OFF] = {"ended-off", LUM_NEWS_INFO,
-                            "{sensor}: the laser is off", ""},
-    [LUM_NEWS_ENDED_UNKNOWN] = {"ended-unknown", LUM_NEWS_ERROR,
-                                "{sensor}: laser off was not "
-                                "answered: " LAST_HEARTBEAT,
-                                "{mend}"},
-    [LUM_NEWS_ENDED_UNSEEN] =
-        {"ended-unseen", LUM_NEWS_ERROR,
-         "{sensor}: laser off was answered without a status TLV, so nothing "
-         "shows it off: " LAST_HEARTBEAT,
-         "tlv.status of the profile says {tlv}"},
-    [LUM_NEWS_ENDED_IN_EFFECT] = {"ended-in-effect", LUM_NEWS_ERROR,
-                                  "{sensor}: LASER ON IS STILL IN EFFECT after "
-                                  "laser off: the laser comes up by itself "
-                                  "when what keeps it down ends (status: "
-                                  "{bits})",
-                                  "{mend}, or cut its power"},
-    [LUM_NEWS_ENDED_ON] = {"ended-on", LUM_NEWS_ERROR,
-                           "{sensor}: THE LASER IS STILL ON after laser off "
-                           "(status: {bits})",
-                           "{mend}, or cut its power"},
+    {"", INFO, "", ""},
+    {"laser-up", INFO, "the laser of {sensor} is on", ""},
+    {"laser-fell", ERROR, "the laser of {sensor} went off ({bits}{cause})",
+     WHEN_SAFE},
+    {"laser-refused", ERROR, "the laser of {sensor} stays down ({bits}{cause})",
+     WHEN_SAFE},
+    {"laser-unseen", ERROR,
+     "{sensor} answered to laser on without a status: whether it is on is not "
+     "known, so it is switched off",
+     "tlv.status of the profile says {tlv}"},
+    {"laser-unanswered", ERROR,
+     "{sensor} did not answer to laser on (sent {tries} times): it is switched "
+     "off",
+     "look with {ctl} status"},
+    {"laser-held-up", ERROR,
+     "this program was held up for {seconds} s while it switched the laser of "
+     "{sensor} on: it is switched off",
+     "when it is safe, run {ctl} laser on"},
+    {"laser-came-up", WARN, "the laser of {sensor} {up}, by another program",
+     ""},
+    {"laser-left", WARN, "the laser of {sensor} is {left}", WHEN_SAFE},
+    {"laser-is-off", INFO, "the laser is off",
+     "begin with --laser, or run {ctl} laser on"},
+    {"off-unanswered", ERROR,
+     "{sensor} does not answer to laser off: until it does, its laser may be "
+     "on, or come on by itself when a hazard ends",
+     ""},
+    {"hazard", WARN, "{sensor} reports a hazard: {bits}", ""},
+    {"text", WARN, "{sensor} says: {text}", ""},
+    {"no-answer-yet", WARN,
+     "no data from {sensor} within {seconds} s, nor any answer",
+     "is it on, connected and at this address? It boots at " BOOTS_AT
+     "; look with {ctl} doctor"},
+    {"no-data-yet", WARN,
+     "no data from {sensor} within {seconds} s, though it answers",
+     "is a profile needed, or does a firewall drop what is not an answer? look "
+     "with {ctl} doctor"},
+    {"unknown-layout", WARN,
+     "{sensor} sends packets, and none of them fits the layout",
+     "is a --profile needed?"},
+    {"silent", WARN,
+     "no data from {sensor} for {seconds} s; heartbeats go on, waiting",
+     "a sensor that was restarted is at " BOOTS_AT
+     " again; {ctl} doctor finds out more"},
+    {"data-stopped", WARN,
+     "no data from {sensor} for {seconds} s, though it answers; heartbeats go "
+     "on, waiting",
+     "another host may own it now; {ctl} doctor finds out more"},
+    {"back", WARN, "data from {sensor} again, after {seconds} s without", ""},
+    {"moved", ERROR,
+     "the data comes from {to} now, not from {sensor}: the sensor has got that "
+     "address. It is not taken, and ends in 3 s, since the heartbeats go to "
+     "{sensor}",
+     "end this session, and begin one with udp://{to}"},
+    {"restarted", WARN, "{sensor} was restarted: its clock began anew",
+     "its laser and its settings are as after power-up"},
+    {"unheard", WARN,
+     "{sensor} sends data, but does not answer when asked for its status", ""},
+    {"no-answer", WARN, "{sensor} does not answer",
+     "{ctl} doctor finds out why"},
+    {"answers", INFO, "{sensor} answers again", ""},
+    {"late-answers", WARN,
+     "{sensor} answers so late that its answers cannot be used",
+     "use a longer timeout, or look with {ctl} doctor"},
+    {"no-status", WARN,
+     "{sensor} answers without a status, so nothing shows its laser",
+     "tlv.status of the profile says {tlv}"},
+    {"link-down", WARN,
+     "sending to {sensor} fails: {text}; it is tried again and again", ""},
+    {"link-up", WARN, "sending to {sensor} works again", ""},
+    {"off-goes-on", WARN,
+     "{sensor}: {state}: laser off is repeated for {seconds} s more", ""},
+    {"ended-off", INFO, "{sensor}: the laser is off", ""},
+    {"ended-unknown", ERROR,
+     "{sensor}: laser off was not answered: " LAST_HEARTBEAT, POWER},
+    {"ended-unseen", ERROR,
+     "{sensor}: laser off was answered without a status TLV, so nothing shows "
+     "it off: " LAST_HEARTBEAT,
+     "tlv.status of the profile says {tlv}"},
+    {"ended-in-effect", ERROR,
+     "{sensor}: LASER ON IS STILL IN EFFECT after laser off: the laser comes "
+     "up by itself when what keeps it down ends (status: {bits})",
+     POWER},
+    {"ended-on", ERROR,
+     "{sensor}: THE LASER IS STILL ON after laser off (status: {bits})", POWER},
 };
-
-/* --- The table --- */
 
 static bool is_known(lum_news_kind kind)
 {
@@ -166,20 +132,51 @@ const char *lum_news_name(lum_news_kind kind)
 
 lum_news_weight lum_news_weigh(lum_news_kind kind)
 {
-    return is_known(kind) ? entries[kind].weight : LUM_NEWS_INFO;
+    return is_known(kind) ? entries[kind].weight : INFO;
 }
 
 bool lum_news_is_dark(lum_news_kind kind)
 {
     return (kind >= LUM_NEWS_LASER_FELL && kind <= LUM_NEWS_LASER_HELD_UP) ||
-           kind == LUM_NEWS_LASER_IS_OFF;
+           kind == LUM_NEWS_LASER_LEFT || kind == LUM_NEWS_LASER_IS_OFF;
 }
 
 /* --- Values in a sentence --- */
 
+enum {
+    SENSOR,
+    TO,
+    CTL,
+    BITS,
+    CAUSE,
+    STATE,
+    UP,
+    LEFT,
+    SENT,
+    MEND,
+    SECONDS,
+    TRIES,
+    TLV,
+    TEXT,
+    VALUES
+};
+
+static const char *const words[VALUES] = {
+    "sensor", "to",   "ctl",  "bits",    "cause", "state", "up",
+    "left",   "sent", "mend", "seconds", "tries", "tlv",   "text"};
+
 typedef struct value {
-    char text[LUM_NEWS_TEXT_BYTES + 128u];
+    char text[LUM_NEWS_TEXT_BYTES + 64u];
 } value;
+
+LUM_PRINTF(2, 3)
+static void set(value *out, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(out->text, sizeof out->text, format, arguments);
+    va_end(arguments);
+}
 
 /* The port stands where it is not that of all sensors. */
 static lum_endpoint_text show(lum_endpoint endpoint)
@@ -189,19 +186,12 @@ static lum_endpoint_text show(lum_endpoint endpoint)
                : lum_endpoint_show(endpoint);
 }
 
-static uint16_t shown_bits(const lum_news *news)
-{
-    const bool has_ended = news->kind >= LUM_NEWS_ENDED_OFF;
-    return has_ended ? news->status
-                     : (uint16_t)(news->status & LUM_LASER_ALL_DOWN);
-}
-
-static void name_bits(uint16_t bits, value *out)
+static void name_bits(unsigned bits, value *out)
 {
     size_t len = 0;
-    (void)snprintf(out->text, sizeof out->text, "none");
+    set(out, "none");
     for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
-        if (((unsigned)bits >> bit & 1u) != 0 && len < sizeof out->text) {
+        if ((bits >> bit & 1u) != 0 && len < sizeof out->text) {
             const int n =
                 snprintf(out->text + len, sizeof out->text - len, "%s%s",
                          len > 0 ? " " : "", lum_laser_bit_name(bit));
@@ -227,126 +217,52 @@ static const char *cause_of(const lum_news *news)
 /* Before the end of laser off. */
 static const char *state_of(const lum_news *news)
 {
-    if (news->status == 0 && news->tries == 0) {
+    if (news->tries == 0) {
         return "no answer yet";
     }
     return lum_laser_is_down(news->status) ? "laser on is still in effect"
                                            : "the laser is still on";
 }
 
-static void show_ctl(const lum_news *news, value *out)
+/* A status without the bit of "on" shows no more than that nothing keeps the
+ * laser down. Without the session's heartbeats somebody else's keep it on. */
+static void fill(const lum_news *news, value out[VALUES])
 {
-    const bool has_name = news->interface_name != NULL;
-    const lum_endpoint at =
-        news->to.address != 0 && news->kind >= LUM_NEWS_ENDED_OFF
-            ? news->to
-            : news->sensor;
-    (void)snprintf(out->text, sizeof out->text, "lumctl --host %s%s%.64s",
-                   show(at).text, has_name ? " --interface " : "",
-                   has_name ? news->interface_name : "");
+    const bool has_ended = news->kind >= LUM_NEWS_ENDED_OFF;
+    const bool has_moved = has_ended && news->to.address != 0;
+    const char *name = news->interface_name;
+    set(&out[SENSOR], "%s", show(news->sensor).text);
+    set(&out[TO], "%s", show(news->to).text);
+    set(&out[CTL], "lumctl --host %s%s%.200s",
+        show(has_moved ? news->to : news->sensor).text,
+        name != NULL ? " --interface " : "", name != NULL ? name : "");
+    name_bits(news->status & (has_ended ? UINT16_MAX : LUM_LASER_ALL_DOWN),
+              &out[BITS]);
+    set(&out[CAUSE], "%s", cause_of(news));
+    set(&out[STATE], "%s", state_of(news));
+    set(&out[UP],
+        (news->status & LUM_LASER_TLV_CMD_ON) != 0 ? "is on" : "may be on");
+    set(&out[LEFT], news->was_away ? "being switched off" : "off");
+    set(&out[SENT], news->is_owner ? ", which has been sent" : "");
+    set(&out[MEND],
+        news->is_owner ? "make sure by %.250s laser off"
+                       : "end the programs that send heartbeats",
+        out[CTL].text);
+    set(&out[SECONDS], "%.3g", (double)news->ns / 1e9);
+    set(&out[TRIES], "%u", news->tries);
+    set(&out[TLV], "%u", (unsigned)news->tlv_status);
+    set(&out[TEXT], "%s", news->text);
 }
 
-static void show_sensor(const lum_news *news, value *out)
+static const char *find(const value values[VALUES], const char *word,
+                        size_t len)
 {
-    (void)snprintf(out->text, sizeof out->text, "%s", show(news->sensor).text);
-}
-
-static void show_new(const lum_news *news, value *out)
-{
-    (void)snprintf(out->text, sizeof out->text, "%s", show(news->to).text);
-}
-
-static void show_bits(const lum_news *news, value *out)
-{
-    name_bits(shown_bits(news), out);
-}
-
-static void show_cause(const lum_news *news, value *out)
-{
-    (void)snprintf(out->text, sizeof out->text, "%s", cause_of(news));
-}
-
-static void show_state(const lum_news *news, value *out)
-{
-    (void)snprintf(out->text, sizeof out->text, "%s", state_of(news));
-}
-
-/* Without the command's bit a status shows no more than that nothing keeps it
- * down. */
-static void show_up(const lum_news *news, value *out)
-{
-    const bool is_on = (news->status & LUM_LASER_TLV_CMD_ON) != 0;
-    (void)snprintf(out->text, sizeof out->text, is_on ? "is on" : "may be on");
-}
-
-static void show_left(const lum_news *news, value *out)
-{
-    (void)snprintf(out->text, sizeof out->text,
-                   news->was_away ? "being switched off" : "off");
-}
-
-static void show_sent(const lum_news *news, value *out)
-{
-    (void)snprintf(out->text, sizeof out->text,
-                   news->is_owner ? ", which has been sent" : "");
-}
-
-/* Without the session's heartbeats somebody else's keep it on. */
-static void show_mend(const lum_news *news, value *out)
-{
-    value ctl;
-    show_ctl(news, &ctl);
-    if (news->is_owner) {
-        (void)snprintf(out->text, sizeof out->text,
-                       "make sure by %.200s laser off", ctl.text);
-    } else {
-        (void)snprintf(out->text, sizeof out->text,
-                       "end the programs that send heartbeats");
-    }
-}
-
-static void show_seconds(const lum_news *news, value *out)
-{
-    (void)snprintf(out->text, sizeof out->text, "%.3g",
-                   (double)news->ns / SECOND_NS);
-}
-
-static void show_tries(const lum_news *news, value *out)
-{
-    (void)snprintf(out->text, sizeof out->text, "%u", news->tries);
-}
-
-static void show_tlv(const lum_news *news, value *out)
-{
-    (void)snprintf(out->text, sizeof out->text, "%u",
-                   (unsigned)news->tlv_status);
-}
-
-static void show_text(const lum_news *news, value *out)
-{
-    (void)snprintf(out->text, sizeof out->text, "%s", news->text);
-}
-
-/* The words in braces. */
-static const struct {
-    const char *word;
-    void (*show)(const lum_news *news, value *out);
-} values[] = {
-    {"sensor", show_sensor}, {"to", show_new},          {"ctl", show_ctl},
-    {"bits", show_bits},     {"cause", show_cause},     {"state", show_state},
-    {"up", show_up},         {"left", show_left},       {"sent", show_sent},
-    {"mend", show_mend},     {"seconds", show_seconds}, {"tries", show_tries},
-    {"tlv", show_tlv},       {"text", show_text}};
-
-static void fill(const lum_news *news, const char *word, size_t len, value *out)
-{
-    out->text[0] = '\0';
-    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
-        if (strlen(values[i].word) == len &&
-            strncmp(values[i].word, word, len) == 0) {
-            values[i].show(news, out);
+    for (size_t i = 0; i < VALUES; i++) {
+        if (strlen(words[i]) == len && strncmp(words[i], word, len) == 0) {
+            return values[i].text;
         }
     }
+    return "";
 }
 
 /* --- Sentences --- */
@@ -361,51 +277,50 @@ static size_t add(char *out, size_t room, size_t at, const char *text,
     return at + count;
 }
 
-/* A sentence of the table with its values. */
-static size_t write(const lum_news *news, const char *form, char *out,
-                    size_t room, size_t at)
+/* Forms of the table, one after the other, with their values. */
+static const char *write(const lum_news *news, const char *first,
+                         const char *second, char *out, size_t room)
 {
-    while (*form != '\0') {
-        const size_t plain = strcspn(form, "{");
-        at = add(out, room, at, form, plain);
-        form += plain;
-        if (*form == '{') {
-            value word;
-            const size_t len = strcspn(form + 1, "}");
-            fill(news, form + 1, len, &word);
-            at = add(out, room, at, word.text, strlen(word.text));
-            form += len + 2u;
+    const char *forms[] = {
+        first, second[0] != '\0' && first[0] != '\0' ? "; " : "", second};
+    value values[VALUES];
+    size_t at = 0;
+    out[0] = '\0';
+    fill(news, values);
+    for (size_t i = 0; i < 3; i++) {
+        const char *form = forms[i];
+        while (*form != '\0') {
+            const size_t plain = strcspn(form, "{");
+            at = add(out, room, at, form, plain);
+            form += plain;
+            if (*form == '{') {
+                const size_t len = strcspn(form + 1, "}");
+                const char *text = find(values, form + 1, len);
+                at = add(out, room, at, text, strlen(text));
+                form += len + 2u;
+            }
         }
     }
-    return at;
+    return out;
+}
+
+static const entry *entry_of(const lum_news *news)
+{
+    return &entries[is_known(news->kind) ? news->kind : 0];
 }
 
 const char *lum_news_sentence(const lum_news *news, char *out, size_t room)
 {
-    out[0] = '\0';
-    if (is_known(news->kind)) {
-        (void)write(news, entries[news->kind].sentence, out, room, 0);
-    }
-    return out;
+    return write(news, entry_of(news)->sentence, "", out, room);
 }
 
 const char *lum_news_remedy(const lum_news *news, char *out, size_t room)
 {
-    out[0] = '\0';
-    if (is_known(news->kind)) {
-        (void)write(news, entries[news->kind].remedy, out, room, 0);
-    }
-    return out;
+    return write(news, "", entry_of(news)->remedy, out, room);
 }
 
 const char *lum_news_tell(const lum_news *news, char *out, size_t room)
 {
-    out[0] = '\0';
-    if (is_known(news->kind)) {
-        const entry *e = &entries[news->kind];
-        size_t at = write(news, e->sentence, out, room, 0);
-        at = add(out, room, at, "; ", e->remedy[0] != '\0' ? 2u : 0);
-        (void)write(news, e->remedy, out, room, at);
-    }
-    return out;
+    return write(news, entry_of(news)->sentence, entry_of(news)->remedy, out,
+                 room);
 }
