@@ -157,12 +157,30 @@ static lum_news_kind name_unheard(const lum_contact *c, uint64_t dropped,
 
 /* --- Time --- */
 
-lum_news_kind lum_contact_tick(lum_contact *c, uint64_t dropped, int64_t now_ns)
+/* That no data has come yet. */
+static lum_news_kind name_waiting(const lum_contact *c, int64_t now_ns)
+{
+    if (c->has_data || now_ns - c->began_ns < SILENCE_NS) {
+        return NOTHING;
+    }
+    if (c->has_unknown) {
+        return LUM_NEWS_UNKNOWN_LAYOUT;
+    }
+    return c->has_answered ? LUM_NEWS_NO_DATA_YET : LUM_NEWS_NO_ANSWER_YET;
+}
+
+lum_news_kind lum_contact_tick(lum_contact *c, bool is_owner, uint64_t dropped,
+                               int64_t now_ns)
 {
     const lum_news_kind quiet = name_quiet(c, now_ns);
     if (quiet != NOTHING && c->quiet == NOTHING) {
         c->quiet = quiet;
         return quiet;
+    }
+    const lum_news_kind waiting = name_waiting(c, now_ns);
+    if (is_owner && waiting != NOTHING && !c->told_waiting) {
+        c->told_waiting = true;
+        return waiting;
     }
     if (c->is_unheard && !c->told_unheard) {
         const lum_news_kind unheard = name_unheard(c, dropped, now_ns);
@@ -183,14 +201,6 @@ lum_news_kind lum_contact_move(lum_contact *c, bool is_moved, lum_endpoint to)
     return is_news ? LUM_NEWS_MOVED : NOTHING;
 }
 
-static lum_news_kind name_waiting(const lum_contact *c)
-{
-    if (c->has_unknown) {
-        return LUM_NEWS_UNKNOWN_LAYOUT;
-    }
-    return c->has_answered ? LUM_NEWS_NO_DATA_YET : LUM_NEWS_NO_ANSWER_YET;
-}
-
 lum_news_kind lum_contact_standing(const lum_contact *c, int64_t now_ns)
 {
     if (c->is_moved) {
@@ -200,7 +210,7 @@ lum_news_kind lum_contact_standing(const lum_contact *c, int64_t now_ns)
         return LUM_NEWS_LINK_DOWN;
     }
     if (!c->has_data) {
-        return now_ns - c->began_ns >= SILENCE_NS ? name_waiting(c) : NOTHING;
+        return name_waiting(c, now_ns);
     }
     const lum_news_kind quiet = name_quiet(c, now_ns);
     if (quiet != NOTHING) {

@@ -27,6 +27,7 @@ typedef struct lum_contact {
     int64_t data_ns;
     int64_t away_ns;     /* when data came again after a pause; 0: no pause */
     lum_news_kind quiet; /* that data has stopped was told; 0: it has not */
+    bool told_waiting;   /* that none has come was told */
 
     bool has_answered;
     int64_t heard_ns; /* the last answer */
@@ -59,9 +60,10 @@ lum_news_kind lum_contact_note_clock(lum_contact *contact,
 lum_news_kind lum_contact_take(lum_contact *contact,
                                const lum_sensor_event *event, int64_t now_ns);
 
-/* Pass the time. dropped: lum_sensor_counters.answers_dropped. */
-lum_news_kind lum_contact_tick(lum_contact *contact, uint64_t dropped,
-                               int64_t now_ns);
+/* Pass the time. An owner waits for data. dropped:
+ * lum_sensor_counters.answers_dropped. */
+lum_news_kind lum_contact_tick(lum_contact *contact, bool is_owner,
+                               uint64_t dropped, int64_t now_ns);
 
 /* Whether its data comes from elsewhere, and where from. */
 lum_news_kind lum_contact_move(lum_contact *contact, bool is_moved,

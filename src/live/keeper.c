@@ -48,7 +48,8 @@ void lum_keeper_options_default(lum_keeper_options *out,
                                 .interface_name = session->interface_name,
                                 .layout = session->layout,
                                 .owns = session->owns,
-                                .give_up_ms = LUM_KEEPER_GIVE_UP_MS};
+                                .give_up_ms = LUM_KEEPER_GIVE_UP_MS,
+                                .attempts = LUM_KEEPER_ATTEMPTS};
 }
 
 int lum_keeper_new(const lum_keeper_options *options, int64_t now_ns,
@@ -72,6 +73,7 @@ int lum_keeper_new(const lum_keeper_options *options, int64_t now_ns,
     k->layout = known.layout;
     k->is_owner = known.owns;
     k->laser.is_owned = known.owns;
+    k->laser.attempts_max = known.attempts;
     k->laser.give_up_ns = NS_PER_MS * (int64_t)known.give_up_ms;
     lum_contact_begin(&k->contact, now_ns);
     lum_keeper_want(k, known.laser, now_ns);
@@ -360,8 +362,11 @@ void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns)
     tell_contact(keeper, lum_contact_move(&keeper->contact, is_moved, to), 0);
     tell_contact(
         keeper,
-        lum_contact_tick(&keeper->contact, counters.answers_dropped, now_ns),
-        now_ns - keeper->contact.data_ns);
+        lum_contact_tick(&keeper->contact, keeper->is_owner,
+                                  counters.answers_dropped, now_ns),
+                 now_ns - (keeper->contact.has_data
+                               ? keeper->contact.data_ns
+                               : keeper->contact.began_ns));
     ask(keeper, sensor, now_ns);
 }
 

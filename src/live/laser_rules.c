@@ -8,8 +8,7 @@
 
 /* A sensor that has just got its first heartbeat may still refuse the laser
  * because of the timeout. */
-#define AGAIN_NS     (SECOND_NS / 5)
-#define ATTEMPTS_MAX 20u
+#define AGAIN_NS (SECOND_NS / 5)
 
 /* A session that was delayed for this long does not send laser on: its
  * heartbeats have ended, and nobody may expect the laser any more. */
@@ -85,7 +84,7 @@ static lum_news_kind judge_on(lum_laser_rules *rules, int64_t now_ns)
     const unsigned final =
         rules->is_owned ? ~(unsigned)LUM_LASER_HEARTBEAT_TIMEOUT : UINT16_MAX;
     if ((rules->status & LUM_LASER_HAZARDS & final) == 0 &&
-        rules->attempts < ATTEMPTS_MAX) {
+        rules->attempts < rules->attempts_max) {
         rules->next_ns = now_ns + AGAIN_NS;
         return NOTHING;
     }

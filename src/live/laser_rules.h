@@ -28,6 +28,7 @@ typedef struct lum_laser_rules {
     bool off_unseen; /* off was answered, but no status has shown it */
     bool is_owned;   /* heartbeats go to it: without, a refusal for want of them
                         is final */
+    unsigned attempts_max;
     int64_t give_up_ns; /* how long "on" may stay without an answer */
     uint16_t fell;      /* the status with which it was left; 0: unknown */
     unsigned attempts;  /* at "on" */

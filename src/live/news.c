@@ -18,6 +18,8 @@ typedef struct entry {
     const char *remedy;
 } entry;
 
+#define TENTH_NS INT64_C(100000000)
+
 #define INFO  LUM_NEWS_INFO
 #define WARN  LUM_NEWS_WARNING
 #define ERROR LUM_NEWS_ERROR
@@ -248,7 +250,7 @@ static void fill(const lum_news *news, value out[VALUES])
         news->is_owner ? "make sure by %.250s laser off"
                        : "end the programs that send heartbeats",
         out[CTL].text);
-    set(&out[SECONDS], "%.3g", (double)news->ns / 1e9);
+    set(&out[SECONDS], "%.3g", (double)((news->ns + TENTH_NS / 2) / TENTH_NS) / 10);
     set(&out[TRIES], "%u", news->tries);
     set(&out[TLV], "%u", (unsigned)news->tlv_status);
     set(&out[TEXT], "%s", news->text);

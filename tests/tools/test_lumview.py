@@ -1456,7 +1456,7 @@ class Live(Case):
         wait_until(lambda: "laser off is repeated for" in self.server.stderr(), "the time in which nothing ends it")
         self.server.send(signal.SIGINT)
         self.server.wait()
-        self.assertIn(f"udp://{self.sensor}: laser off was not answered", self.server.stderr())
+        self.assertIn(f"{self.sensor}: laser off was not answered", self.server.stderr())
         self.assertIn(f"make sure by lumctl --host {new} laser off", self.server.stderr())
 
     def is_clean(self):

@@ -22,7 +22,8 @@ static lum_laser_rules keeper;
 
 static void begin(lum_laser_state state)
 {
-    keeper = (lum_laser_rules){.is_owned = true, .give_up_ns = 5 * SECOND};
+    keeper = (lum_laser_rules){
+        .is_owned = true, .attempts_max = 20, .give_up_ns = 5 * SECOND};
     lum_laser_rules_want(&keeper, state, state == LUM_LASER_LEFT, 0);
 }
 

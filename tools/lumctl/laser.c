@@ -6,13 +6,10 @@
 #include "session.h"
 #include "text.h"
 
-#include "lum/base/time.h"
 #include "lum/laser.h"
 
 #include <stdio.h>
 #include <string.h>
-
-#define LOOK_NS INT64_C(100000000)
 
 /* What keeps the laser down, and what to do. */
 static enum exit_status complain_down(const struct ctl *ctl,
@@ -68,27 +65,6 @@ lum_laser_off laser_switch_down(struct ctl *ctl, lum_news *end)
         ctl->status = end->status;
     }
     return result;
-}
-
-static bool is_asked(const struct ctl *ctl)
-{
-    lum_keeper_view view = {.struct_size = sizeof view};
-    (void)lum_keeper_look(ctl->keeper, &view);
-    return view.laser == LUM_LASER_ASKED;
-}
-
-void laser_settle(struct ctl *ctl, struct ctl_answer *answer)
-{
-    while (is_asked(ctl) && !lum_cancel_is_raised(ctl->cancel)) {
-        lum_sensor_event event;
-        const int64_t now_ns = lum_time_monotonic_ns();
-        lum_keeper_serve(ctl->keeper, ctl->sensor, now_ns);
-        if (session_wait(ctl, now_ns + LOOK_NS, &event) == LUM_SENSOR_ANSWER) {
-            session_read_answer(ctl, &event, answer);
-        } else if (event.kind == LUM_SENSOR_FAILED) {
-            return;
-        }
-    }
 }
 
 enum laser_undo laser_take_back(struct ctl *ctl, enum laser_wish wish,
@@ -201,7 +177,6 @@ static enum exit_status switch_on(struct ctl *ctl)
     if (status != EXIT_DONE || !was_sent) {
         return laser_give_up(ctl, LASER_ON, status, was_sent);
     }
-    laser_settle(ctl, &answer);
     const enum laser_undo undo = laser_take_back(ctl, LASER_ON, &answer);
     const bool is_refused = refusal_find("u", answer.debug, &refusal);
     const bool is_on = laser_is_as(LASER_ON, &answer);

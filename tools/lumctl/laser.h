@@ -14,11 +14,6 @@ enum laser_wish {
  * time. end: what to say of it. */
 lum_laser_off laser_switch_down(struct ctl *ctl, lum_news *end);
 
-/* After the answer to a text that wants it on: where that shows it down for a
- * reason that may end, such as heartbeats that have just begun, waits until the
- * keeper has decided. *answer becomes the last one. */
-void laser_settle(struct ctl *ctl, struct ctl_answer *answer);
-
 /* The last u or d of a text decides. */
 enum laser_wish laser_wish_of(const char *text);
 

@@ -23,7 +23,6 @@ enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
     if (status != EXIT_DONE || !was_sent) {
         return laser_give_up(ctl, wish, status, was_sent);
     }
-    laser_settle(ctl, &answer);
     const enum laser_undo undo = laser_take_back(ctl, wish, &answer);
     const bool is_refused = refusal_find(text, answer.debug, &refusal);
     const bool is_as_wished = laser_is_as(wish, &answer);

@@ -77,8 +77,8 @@ lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
     return lum_sensor_open(&options, out, error);
 }
 
-/* Who types in a shell that owns the sensor switches the laser on and off. One
- * that has no answer to a request is given up at once. */
+/* Who types in a shell that owns the sensor switches the laser on and off. A
+ * command is one request. */
 static int open_keeper(const struct ctl *ctl, lum_endpoint host, bool owns,
                        lum_keeper **out, lum_error *error)
 {
@@ -86,6 +86,7 @@ static int open_keeper(const struct ctl *ctl, lum_endpoint host, bool owns,
     lum_keeper_options options;
     lum_keeper_options_default(&options, &session);
     options.give_up_ms = 0;
+    options.attempts = 1;
     options.laser =
         owns && ctl->options.heartbeat ? LUM_WANT_GUARD : LUM_WANT_LOOK;
     return lum_keeper_new(&options, lum_time_monotonic_ns(), out, error);
@@ -226,6 +227,7 @@ void session_note_status(struct ctl *ctl, uint16_t status)
 static bool is_said(const lum_sensor_event *event, lum_news_kind kind)
 {
     static const lum_news_kind kinds[] = {
+        LUM_NEWS_NO_ANSWER_YET, LUM_NEWS_NO_DATA_YET, LUM_NEWS_UNKNOWN_LAYOUT,
         LUM_NEWS_LASER_FELL,   LUM_NEWS_OFF_UNANSWERED, LUM_NEWS_SILENT,
         LUM_NEWS_DATA_STOPPED, LUM_NEWS_BACK,           LUM_NEWS_MOVED,
         LUM_NEWS_RESTARTED,    LUM_NEWS_LINK_DOWN,      LUM_NEWS_LINK_UP};

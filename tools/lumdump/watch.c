@@ -10,8 +10,11 @@ lum_keeper_view watch_look(const lum_keeper *keeper)
 /* Before the first data the run says itself what is missing. */
 static bool is_told(const lum_news *news, bool has_data)
 {
-    return lum_news_weigh(news->kind) != LUM_NEWS_INFO &&
-           (news->kind != LUM_NEWS_NO_ANSWER || has_data);
+    const lum_news_kind kind = news->kind;
+    const bool is_missing =
+        kind == LUM_NEWS_NO_ANSWER ||
+        (kind >= LUM_NEWS_NO_ANSWER_YET && kind <= LUM_NEWS_UNKNOWN_LAYOUT);
+    return lum_news_weigh(kind) != LUM_NEWS_INFO && (!is_missing || has_data);
 }
 
 void watch_tell(lum_keeper *keeper, struct say *say)

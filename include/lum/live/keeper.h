@@ -57,6 +57,10 @@ typedef enum lum_laser_state {
 /** How long "on" may stay without an answer before it is taken back. */
 #define LUM_KEEPER_GIVE_UP_MS 5000u
 
+/** How often "on" is sent where no hazard refuses it: a sensor that has just
+ * got its first heartbeat may still miss one. */
+#define LUM_KEEPER_ATTEMPTS 20u
+
 /** For so long nothing should end laser off: a sensor that gets no heartbeats
  * is down by itself after it. */
 #define LUM_KEEPER_ALONE_MS 3000u
@@ -76,7 +80,9 @@ typedef struct lum_keeper_options {
     lum_layout layout;          /**< the session's */
     bool owns;                  /**< the session sends heartbeats */
     lum_laser_want laser;       /**< from the beginning */
-    uint32_t give_up_ms;        /**< LUM_KEEPER_GIVE_UP_MS */
+    uint32_t give_up_ms;        /**< LUM_KEEPER_GIVE_UP_MS; 0: at the first
+                                     request without an answer */
+    uint32_t attempts;          /**< LUM_KEEPER_ATTEMPTS; 0 is 1 */
 } lum_keeper_options;
 
 /** What a keeper knows now. */
@@ -162,8 +168,8 @@ void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns);
 bool lum_keeper_next(lum_keeper *keeper, lum_news *out);
 
 /** What holds now, the most important first: about data, about the laser, and
- * hazards. For a display; each of it was news once, but NO_ANSWER_YET,
- * NO_DATA_YET, UNKNOWN_LAYOUT and LASER_IS_OFF.
+ * hazards. For a display; each of it was news once, but LASER_IS_OFF and
+ * LASER_LEFT.
  * @param out  room of them, struct_size of the first is set by the caller.
  * @param room at least 4 holds all.
  * @return how many. */

@@ -48,7 +48,7 @@ STORY(laser_off_against_a_rival,
     user_tool *vain = user_run(b.host, "lumctl laser off --retries 0");
     user_expect_status(vain, FAILED);
     user_expect_has(user_err(vain), "laser on is still in effect");
-    user_expect_has(user_err(vain), "WILL COME UP by itself");
+    user_expect_has(user_err(vain), "IS STILL IN EFFECT");
     user_expect_lacks(user_out(vain), "laser off");
 }
 

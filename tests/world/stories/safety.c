@@ -74,7 +74,7 @@ STORY(a_program_that_was_stopped_while_it_switched_on,
     user_signal(now.dump, SIGCONT);
     user_until(user_heard(now.s, "d") > 0);
     user_expect_equal(user_heard(now.s, "u"), asked);
-    user_expect_has(user_err(now.dump), "this run was held up for");
+    user_expect_has(user_err(now.dump), "this program was held up for");
     user_expect_end(now.dump, SIGINT, 1);
 }
 
