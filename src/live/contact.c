@@ -209,12 +209,10 @@ lum_news_kind lum_contact_standing(const lum_contact *c, int64_t now_ns)
     if (c->link_is_down) {
         return LUM_NEWS_LINK_DOWN;
     }
-    if (!c->has_data) {
-        return name_waiting(c, now_ns);
-    }
+    const lum_news_kind waiting = name_waiting(c, now_ns);
     const lum_news_kind quiet = name_quiet(c, now_ns);
-    if (quiet != NOTHING) {
-        return quiet;
+    if (waiting != NOTHING || quiet != NOTHING) {
+        return waiting != NOTHING ? waiting : quiet;
     }
-    return c->is_unheard ? LUM_NEWS_UNHEARD : NOTHING;
+    return c->has_data && c->is_unheard ? LUM_NEWS_UNHEARD : NOTHING;
 }

@@ -91,51 +91,51 @@ void lum_keeper_free(lum_keeper *keeper)
 
 /* --- News --- */
 
-static lum_news begin_news(const lum_keeper *k, lum_news_kind kind)
+/* ns: how long it took, or has taken. */
+static lum_news make(const lum_keeper *k, lum_news_kind kind, int64_t ns)
 {
-    return (lum_news){.struct_size = sizeof(lum_news),
-                      .kind = kind,
-                      .sensor = k->sensor,
-                      .interface_name = k->interface_name,
-                      .tlv_status = k->layout.profile.tlv[LUM_TLV_STATUS]};
-}
-
-static void tell(lum_keeper *k, const lum_news *news)
-{
-    k->news[(k->first + k->count) % LUM_KEEPER_NEWS] = *news;
-    if (k->count < LUM_KEEPER_NEWS) {
-        k->count++;
-    } else {
-        k->first = (k->first + 1u) % LUM_KEEPER_NEWS;
-    }
-}
-
-/* News of the contact; ns: how long it took. */
-static void tell_contact(lum_keeper *k, lum_news_kind kind, int64_t ns)
-{
-    if (kind != 0) {
-        lum_news news = begin_news(k, kind);
-        news.ns = ns;
+    lum_news news = {.struct_size = sizeof news,
+                     .kind = kind,
+                     .sensor = k->sensor,
+                     .interface_name = k->interface_name,
+                     .tlv_status = k->layout.profile.tlv[LUM_TLV_STATUS],
+                     .is_owner = k->is_owner,
+                     .ns = ns};
+    if (k->contact.is_moved) {
         news.to = k->contact.to;
-        if (kind == LUM_NEWS_LINK_DOWN) {
-            (void)snprintf(news.text, sizeof news.text, "%.*s",
-                           (int)sizeof news.text - 1, k->link.text);
-        }
-        tell(k, &news);
+    }
+    if (kind == LUM_NEWS_LINK_DOWN) {
+        (void)snprintf(news.text, sizeof news.text, "%.255s", k->link.text);
+    }
+    return news;
+}
+
+static lum_news make_hazard(const lum_keeper *k, unsigned bits)
+{
+    lum_news news = make(k, bits != 0 ? LUM_NEWS_HAZARD : 0, 0);
+    news.status = (uint16_t)bits;
+    return news;
+}
+
+static void tell(lum_keeper *k, lum_news news)
+{
+    if (news.kind != 0) {
+        k->news[(k->first + k->count) % LUM_KEEPER_NEWS] = news;
+        k->first = (k->first + (k->count == LUM_KEEPER_NEWS)) % LUM_KEEPER_NEWS;
+        k->count += k->count < LUM_KEEPER_NEWS;
     }
 }
 
 static void tell_laser(lum_keeper *k, lum_news_kind kind, int64_t now_ns)
 {
+    lum_news news = make(k, kind, k->laser.stood_ns);
     if (kind != 0) {
         const bool has_come = k->laser.state == LUM_LASER_UP;
-        lum_news news = begin_news(k, kind);
         news.status = has_come ? k->laser.status : k->laser.fell;
         news.tries = k->laser.sent;
-        news.ns = k->laser.stood_ns;
         news.was_away = lum_contact_was_away(&k->contact, now_ns);
         k->left = news;
-        tell(k, &news);
+        tell(k, news);
     }
 }
 
@@ -154,15 +154,12 @@ bool lum_keeper_next(lum_keeper *keeper, lum_news *out)
 
 void lum_keeper_want(lum_keeper *keeper, lum_laser_want want, int64_t now_ns)
 {
-    static const lum_laser_state states[] = {[LUM_WANT_LOOK] =
-                                                 LUM_LASER_UNTOUCHED,
-                                             [LUM_WANT_GUARD] = LUM_LASER_LEFT,
-                                             [LUM_WANT_ON] = LUM_LASER_ASKED,
-                                             [LUM_WANT_OFF] = LUM_LASER_LEFT};
-    keeper->left = begin_news(keeper, LUM_NEWS_LASER_LEFT);
+    const lum_laser_state state = want == LUM_WANT_LOOK ? LUM_LASER_UNTOUCHED
+                                  : want == LUM_WANT_ON ? LUM_LASER_ASKED
+                                                        : LUM_LASER_LEFT;
+    keeper->left = make(keeper, LUM_NEWS_LASER_LEFT, 0);
     keeper->told_off = false;
-    lum_laser_rules_want(&keeper->laser, states[want], want == LUM_WANT_OFF,
-                         now_ns);
+    lum_laser_rules_want(&keeper->laser, state, want == LUM_WANT_OFF, now_ns);
 }
 
 void lum_keeper_note_owner(lum_keeper *keeper, bool is_owned)
@@ -213,7 +210,7 @@ void lum_keeper_lend(lum_keeper *keeper, bool is_on, int64_t now_ns)
 static void tell_text(lum_keeper *k, const lum_tlv *tlv)
 {
     static const char more[] = " (more of this is not told)";
-    lum_news news = begin_news(k, LUM_NEWS_TEXT);
+    lum_news news = make(k, LUM_NEWS_TEXT, 0);
     size_t len = 0;
     k->texts++;
     for (; len < tlv->length && len < sizeof news.text - sizeof more; len++) {
@@ -223,7 +220,7 @@ static void tell_text(lum_keeper *k, const lum_tlv *tlv)
     if (k->texts == LUM_KEEPER_TEXTS) {
         memcpy(news.text + len, more, sizeof more);
     }
-    tell(k, &news);
+    tell(k, news);
 }
 
 static void take_texts(lum_keeper *k, lum_tlv_reader tlvs)
@@ -246,22 +243,16 @@ static void take_hazards(lum_keeper *k, uint16_t status, int64_t now_ns)
     const unsigned known = status & LUM_LASER_HAZARDS;
     const unsigned hazards =
         begins || !k->laser.is_owned ? lum_laser_rules_hazards(status) : known;
-    const unsigned new = hazards & ~(unsigned)k->hazards;
-    k->hazards = (uint16_t)(hazards & (k->hazards | new));
-    if (new != 0) {
-        lum_news news = begin_news(k, LUM_NEWS_HAZARD);
-        news.status = (uint16_t) new;
-        tell(k, &news);
-    }
+    tell(k, make_hazard(k, hazards & ~(unsigned)k->hazards));
+    k->hazards = (uint16_t)hazards;
 }
 
 /* Laser off is sent repeatedly. */
 static void take_no_answer(lum_keeper *k)
 {
     if (k->laser.request == LUM_LASER_ASK_OFF && !k->told_off) {
-        const lum_news news = begin_news(k, LUM_NEWS_OFF_UNANSWERED);
         k->told_off = true;
-        tell(k, &news);
+        tell(k, make(k, LUM_NEWS_OFF_UNANSWERED, 0));
     }
 }
 
@@ -276,22 +267,21 @@ static void take_datagrams(lum_keeper *k, const lum_sensor_event *event,
             lum_packet_decode(&k->layout, d->bytes, d->len, &group);
         if (kind == LUM_PACKET_DATA) {
             lum_keeper_note_data(k, now_ns);
-            tell_contact(k,
+            tell(k, make(k,
                          lum_contact_note_clock(&k->contact, &k->layout.profile,
                                                 &group, now_ns, d->utc_ns),
-                         0);
+                         0));
             return;
         }
-        k->contact.has_unknown |= kind == LUM_PACKET_MALFORMED ||
-                                  kind == LUM_PACKET_UNKNOWN_TYPE ||
-                                  kind == LUM_PACKET_UNKNOWN_TAG;
+        k->contact.has_unknown |= kind >= LUM_PACKET_UNKNOWN_TYPE;
     }
 }
 
 void lum_keeper_note_data(lum_keeper *keeper, int64_t now_ns)
 {
     const int64_t ns = now_ns - keeper->contact.data_ns;
-    tell_contact(keeper, lum_contact_note_data(&keeper->contact, now_ns), ns);
+    const lum_news_kind kind = lum_contact_note_data(&keeper->contact, now_ns);
+    tell(keeper, make(keeper, kind, ns));
 }
 
 void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
@@ -320,7 +310,7 @@ void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
     tell_laser(keeper, lum_laser_rules_take(&keeper->laser, event, now_ns),
                now_ns);
     if (contact != LUM_NEWS_NO_STATUS || !is_on) { /* else it was told */
-        tell_contact(keeper, contact, 0);
+        tell(keeper, make(keeper, contact, 0));
     }
 }
 
@@ -352,106 +342,82 @@ static void ask(lum_keeper *k, lum_sensor *sensor, int64_t now_ns)
     }
 }
 
+/* Since data came last, or since the beginning. */
+static int64_t quiet_ns(const lum_keeper *k, int64_t now_ns)
+{
+    const lum_contact *c = &k->contact;
+    return now_ns - (c->has_data ? c->data_ns : c->began_ns);
+}
+
 void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns)
 {
+    lum_contact *contact = &keeper->contact;
     lum_sensor_counters counters = {.struct_size = sizeof counters};
     lum_endpoint to = {0, 0};
     const bool is_moved = lum_sensor_moved_to(sensor, &to);
     (void)lum_sensor_count(sensor, &counters);
     tell_laser(keeper, lum_laser_rules_tick(&keeper->laser, now_ns), now_ns);
-    tell_contact(keeper, lum_contact_move(&keeper->contact, is_moved, to), 0);
-    tell_contact(
-        keeper,
-        lum_contact_tick(&keeper->contact, keeper->is_owner,
-                                  counters.answers_dropped, now_ns),
-                 now_ns - (keeper->contact.has_data
-                               ? keeper->contact.data_ns
-                               : keeper->contact.began_ns));
+    const lum_news_kind moved = lum_contact_move(contact, is_moved, to);
+    tell(keeper, make(keeper, moved, 0));
+    const lum_news_kind kind = lum_contact_tick(
+        contact, keeper->is_owner, counters.answers_dropped, now_ns);
+    tell(keeper, make(keeper, kind, quiet_ns(keeper, now_ns)));
     ask(keeper, sensor, now_ns);
 }
 
 /* --- What holds now --- */
 
-static lum_news_kind standing_laser(const lum_keeper *k)
+/* Why the laser is down; kind 0: nothing shows that it is. */
+static lum_news stand_laser(const lum_keeper *k)
 {
     const lum_laser_rules *laser = &k->laser;
-    if (laser->state == LUM_LASER_LEFT) {
-        return k->left.kind;
+    const bool is_down = laser->has_status && lum_laser_is_down(laser->status);
+    if (laser->state != LUM_LASER_LEFT) {
+        const bool is_off = laser->state == LUM_LASER_UNTOUCHED && is_down;
+        return make(k, is_off ? LUM_NEWS_LASER_IS_OFF : 0, 0);
     }
-    return laser->state == LUM_LASER_UNTOUCHED && laser->has_status &&
-                   lum_laser_is_down(laser->status)
-               ? LUM_NEWS_LASER_IS_OFF
-               : (lum_news_kind)0;
-}
-
-/* What of the laser holds: without an answer, no more than that. */
-static size_t stand_laser(const lum_keeper *k, lum_news *out)
-{
-    size_t count = 0;
-    const lum_news_kind kind = standing_laser(k);
-    const bool is_off_due = k->laser.off_due || k->laser.off_unseen;
-    if (k->contact.is_unheard) {
-        if (k->laser.state == LUM_LASER_LEFT && is_off_due) {
-            out[count++] = begin_news(k, LUM_NEWS_OFF_UNANSWERED);
-        }
-        return count;
+    lum_news news = k->left;
+    if (news.kind == LUM_NEWS_LASER_LEFT) {
+        news.was_away = laser->off_due || laser->off_unseen;
     }
-    if (kind != 0) {
-        out[count] = kind == k->left.kind ? k->left : begin_news(k, kind);
-        out[count].was_away =
-            kind == LUM_NEWS_LASER_LEFT ? is_off_due : out[count].was_away;
-        count++;
-    }
-    if (k->laser.has_status && lum_laser_has_hazard(k->laser.status)) {
-        out[count] = begin_news(k, LUM_NEWS_HAZARD);
-        out[count++].status = k->laser.status & LUM_LASER_HAZARDS;
-    }
-    return count;
+    return news;
 }
 
 size_t lum_keeper_standing(const lum_keeper *keeper, int64_t now_ns,
                            lum_news *out, size_t room)
 {
-    lum_news all[4];
-    size_t count = 0;
     const size_t size = out->struct_size;
-    const lum_contact *c = &keeper->contact;
-    const lum_news_kind contact = lum_contact_standing(c, now_ns);
-    if (contact != 0) {
-        all[0] = begin_news(keeper, contact);
-        all[0].to = c->to;
-        all[0].ns = now_ns - (c->has_data ? c->data_ns : c->began_ns);
-        (void)snprintf(all[0].text, sizeof all[0].text, "%.*s",
-                       (int)sizeof all[0].text - 1, keeper->link.text);
-        count = 1;
+    const lum_laser_rules *laser = &keeper->laser;
+    const lum_news_kind kind = lum_contact_standing(&keeper->contact, now_ns);
+    lum_news all[3] = {make(keeper, kind, quiet_ns(keeper, now_ns))};
+    size_t count = 0;
+    if (keeper->contact.is_unheard) { /* no more than that is known */
+        const bool is_due = laser->off_due || laser->off_unseen;
+        all[1] = make(keeper, is_due ? LUM_NEWS_OFF_UNANSWERED : 0, 0);
+    } else if (kind != LUM_NEWS_SILENT && kind != LUM_NEWS_DATA_STOPPED) {
+        all[1] = stand_laser(keeper);
+        all[2] = make_hazard(
+            keeper, laser->has_status ? laser->status & LUM_LASER_HAZARDS : 0);
     }
-    if (contact != LUM_NEWS_SILENT && contact != LUM_NEWS_DATA_STOPPED) {
-        count += stand_laser(keeper, all + count);
-    }
-    count = count < room ? count : room;
-    for (size_t i = 0; i < count; i++) {
-        lum_news *to = (lum_news *)(void *)((unsigned char *)out + i * size);
-        to->struct_size = size;
-        (void)lum_sized_fill(to, &all[i], sizeof all[i]);
+    for (size_t i = 0; i < 3; i++) {
+        lum_news *to = (void *)((unsigned char *)out + count * size);
+        if (all[i].kind != 0 && count < room) {
+            to->struct_size = size;
+            (void)lum_sized_fill(to, &all[i], sizeof all[i]);
+            count++;
+        }
     }
     return count;
 }
 
 bool lum_keeper_darkness(const lum_keeper *keeper, lum_news *out)
 {
-    const uint16_t status = keeper->laser.status;
-    const unsigned hazards = lum_laser_rules_hazards(status);
-    const lum_news_kind kind = standing_laser(keeper);
-    if (!keeper->laser.has_status || !lum_laser_is_down(status) || kind == 0) {
-        return false;
-    }
-    lum_news news =
-        kind == keeper->left.kind ? keeper->left : begin_news(keeper, kind);
-    if (hazards != 0) {
-        news = begin_news(keeper, LUM_NEWS_HAZARD);
-        news.status = (uint16_t)hazards;
-    }
-    return lum_sized_fill(out, &news, sizeof news);
+    const lum_laser_rules *laser = &keeper->laser;
+    const unsigned hazards = lum_laser_rules_hazards(laser->status);
+    const lum_news news =
+        hazards != 0 ? make_hazard(keeper, hazards) : stand_laser(keeper);
+    return laser->has_status && lum_laser_is_down(laser->status) &&
+           news.kind != 0 && lum_sized_fill(out, &news, sizeof news);
 }
 
 lum_result lum_keeper_look(const lum_keeper *keeper, lum_keeper_view *out)
@@ -490,14 +456,12 @@ static void tell_end(lum_keeper *k, lum_laser_off off, uint32_t goes_on_ms)
 {
     const bool is_over = off == LUM_LASER_OFF_SEEN ||
                          off == LUM_LASER_OFF_UNSEEN || goes_on_ms == 0;
-    lum_news news = begin_news(k, is_over ? name_end(off, k->laser.status)
-                                          : LUM_NEWS_OFF_GOES_ON);
+    lum_news news =
+        make(k, is_over ? name_end(off, k->laser.status) : LUM_NEWS_OFF_GOES_ON,
+             NS_PER_MS * (int64_t)goes_on_ms);
     news.status = k->laser.status;
     news.tries = off == LUM_LASER_OFF_REFUSED ? 1u : 0u;
-    news.is_owner = k->is_owner;
-    news.to = k->contact.is_moved ? k->contact.to : news.to;
-    news.ns = NS_PER_MS * (int64_t)goes_on_ms;
-    tell(k, &news);
+    tell(k, news);
 }
 
 lum_laser_off lum_keeper_end(lum_keeper *keeper, lum_sensor *sensor,
@@ -510,7 +474,7 @@ lum_laser_off lum_keeper_end(lum_keeper *keeper, lum_sensor *sensor,
     lum_keeper_want(keeper, LUM_WANT_OFF, lum_time_monotonic_ns());
     if (sensor != NULL) {
         lum_sensor_give_up(sensor);
-        off = lum_sensor_laser_off_within(sensor, ms, cancel, &laser->status);
+        off = lum_sensor_laser_off(sensor, ms, cancel, &laser->status);
         const bool is_moved = lum_sensor_moved_to(sensor, &to);
         (void)lum_contact_move(&keeper->contact, is_moved, to);
     }

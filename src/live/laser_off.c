@@ -86,30 +86,19 @@ static laser_look look(const attempt *a, const char *command, int64_t end_ns)
     return look_at(event.status);
 }
 
-static void settle(const attempt *a)
-{
-    lum_sensor_event event;
-    receive_until(a, lum_time_monotonic_ns() + NS_PER_MS * LUM_SENSOR_SETTLE_MS,
-                  &event);
-}
-
 /* The command and, if its answer shows the laser down, a second look. */
 static laser_look look_twice(const attempt *a)
 {
+    lum_sensor_event event;
     const laser_look first = look(a, "d", a->end_ns);
     if (first == LOOK_SILENT) {
         return first;
     }
-    settle(a);
+    receive_until(a, lum_time_monotonic_ns() + NS_PER_MS * LUM_SENSOR_SETTLE_MS,
+                  &event);
     return first >= LOOK_WAITING
                ? look(a, NULL, lum_time_monotonic_ns() + LOOK_NS)
                : first;
-}
-
-/* A sensor may never show a status, or show any `u` as in effect for ever. */
-static bool is_in_vain(laser_look look)
-{
-    return look == LOOK_BLIND || look == LOOK_UNCLEAR;
 }
 
 static lum_laser_off switch_off(const attempt *a)
@@ -125,15 +114,15 @@ static lum_laser_off switch_off(const attempt *a)
     uint64_t vain = 0;
     do {
         last = look_twice(a);
-        vain += is_in_vain(last);
+        /* It may never show a status, or show any `u` as in effect for ever. */
+        vain += last == LOOK_BLIND || last == LOOK_UNCLEAR;
     } while (last != LOOK_DOWN && vain <= a->sensor->retries && !is_ended(a) &&
              lum_time_monotonic_ns() < a->end_ns);
     return results[last];
 }
 
-lum_laser_off lum_sensor_laser_off_within(lum_sensor *sensor, uint32_t ms,
-                                          const lum_cancel *cancel,
-                                          uint16_t *status)
+lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint32_t ms,
+                                   const lum_cancel *cancel, uint16_t *status)
 {
     const bool told = sensor->link_told;
     const lum_exchange_config config = sensor->exchange.config;
@@ -147,9 +136,4 @@ lum_laser_off lum_sensor_laser_off_within(lum_sensor *sensor, uint32_t ms,
     sensor->exchange.config = config;
     sensor->link_told = told;
     return end;
-}
-
-lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint16_t *status)
-{
-    return lum_sensor_laser_off_within(sensor, LUM_SENSOR_OFF_MS, NULL, status);
 }

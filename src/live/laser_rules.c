@@ -4,8 +4,6 @@
 
 #define SECOND_NS INT64_C(1000000000)
 
-#define POLL_NS SECOND_NS
-
 /* A sensor that has just got its first heartbeat may still refuse the laser
  * because of the timeout. */
 #define AGAIN_NS (SECOND_NS / 5)
@@ -208,5 +206,5 @@ void lum_laser_rules_sent(lum_laser_rules *rules, lum_laser_request request,
 {
     rules->request = request;
     rules->attempts += request == LUM_LASER_ASK_ON ? 1u : 0u;
-    rules->next_ns = now_ns + POLL_NS;
+    rules->next_ns = now_ns + SECOND_NS;
 }

@@ -145,36 +145,19 @@ bool lum_news_is_dark(lum_news_kind kind)
 
 /* --- Values in a sentence --- */
 
-enum {
-    SENSOR,
-    TO,
-    CTL,
-    BITS,
-    CAUSE,
-    STATE,
-    UP,
-    LEFT,
-    SENT,
-    MEND,
-    SECONDS,
-    TRIES,
-    TLV,
-    TEXT,
-    VALUES
-};
+#define VALUES 14u
 
-static const char *const words[VALUES] = {
-    "sensor", "to",   "ctl",  "bits",    "cause", "state", "up",
-    "left",   "sent", "mend", "seconds", "tries", "tlv",   "text"};
-
+/* What stands for a word in braces. */
 typedef struct value {
+    const char *word;
     char text[LUM_NEWS_TEXT_BYTES + 64u];
 } value;
 
-LUM_PRINTF(2, 3)
-static void set(value *out, const char *format, ...)
+LUM_PRINTF(3, 4)
+static void set(value *out, const char *word, const char *format, ...)
 {
     va_list arguments;
+    out->word = word;
     va_start(arguments, format);
     (void)vsnprintf(out->text, sizeof out->text, format, arguments);
     va_end(arguments);
@@ -191,7 +174,7 @@ static lum_endpoint_text show(lum_endpoint endpoint)
 static void name_bits(unsigned bits, value *out)
 {
     size_t len = 0;
-    set(out, "none");
+    set(out, "bits", "none");
     for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
         if ((bits >> bit & 1u) != 0 && len < sizeof out->text) {
             const int n =
@@ -202,28 +185,14 @@ static void name_bits(unsigned bits, value *out)
     }
 }
 
-/* What put the laser down where that is no hazard but a command to be off,
- * which a sensor also shows after a time without heartbeats. */
-static const char *cause_of(const lum_news *news)
+const char *lum_laser_cause(uint16_t status, bool was_away)
 {
-    if ((news->status & LUM_LASER_TLV_CMD_OFF) == 0 ||
-        lum_laser_has_hazard(news->status)) {
+    if ((status & LUM_LASER_TLV_CMD_OFF) == 0 || lum_laser_has_hazard(status)) {
         return "";
     }
-    return news->was_away
-               ? ": the sensor was restarted, or got no heartbeat for 3 s"
-               : ": switched off by another program's command, or when no "
-                 "heartbeat came for 3 s";
-}
-
-/* Before the end of laser off. */
-static const char *state_of(const lum_news *news)
-{
-    if (news->tries == 0) {
-        return "no answer yet";
-    }
-    return lum_laser_is_down(news->status) ? "laser on is still in effect"
-                                           : "the laser is still on";
+    return was_away ? ": the sensor was restarted, or got no heartbeat for 3 s"
+                    : ": switched off by another program's command, or when no "
+                      "heartbeat came for 3 s";
 }
 
 /* A status without the bit of "on" shows no more than that nothing keeps the
@@ -232,39 +201,44 @@ static void fill(const lum_news *news, value out[VALUES])
 {
     const bool has_ended = news->kind >= LUM_NEWS_ENDED_OFF;
     const bool has_moved = has_ended && news->to.address != 0;
+    const bool is_on = (news->status & LUM_LASER_TLV_CMD_ON) != 0;
     const char *name = news->interface_name;
-    set(&out[SENSOR], "%s", show(news->sensor).text);
-    set(&out[TO], "%s", show(news->to).text);
-    set(&out[CTL], "lumctl --host %s%s%.200s",
+    const char *state = news->tries == 0 ? "no answer yet"
+                        : lum_laser_is_down(news->status)
+                            ? "laser on is still in effect"
+                            : "the laser is still on";
+    const int64_t tenths = (news->ns + TENTH_NS / 2) / TENTH_NS;
+    set(&out[0], "sensor", "%s", show(news->sensor).text);
+    set(&out[1], "to", "%s", show(news->to).text);
+    set(&out[2], "ctl", "lumctl --host %s%s%.200s",
         show(has_moved ? news->to : news->sensor).text,
         name != NULL ? " --interface " : "", name != NULL ? name : "");
     name_bits(news->status & (has_ended ? UINT16_MAX : LUM_LASER_ALL_DOWN),
-              &out[BITS]);
-    set(&out[CAUSE], "%s", cause_of(news));
-    set(&out[STATE], "%s", state_of(news));
-    set(&out[UP],
-        (news->status & LUM_LASER_TLV_CMD_ON) != 0 ? "is on" : "may be on");
-    set(&out[LEFT], news->was_away ? "being switched off" : "off");
-    set(&out[SENT], news->is_owner ? ", which has been sent" : "");
-    set(&out[MEND],
+              &out[3]);
+    set(&out[4], "cause", "%s", lum_laser_cause(news->status, news->was_away));
+    set(&out[5], "state", "%s", state);
+    set(&out[6], "up", is_on ? "is on" : "may be on");
+    set(&out[7], "left", news->was_away ? "being switched off" : "off");
+    set(&out[8], "sent", news->is_owner ? ", which has been sent" : "");
+    set(&out[9], "mend",
         news->is_owner ? "make sure by %.250s laser off"
                        : "end the programs that send heartbeats",
-        out[CTL].text);
-    set(&out[SECONDS], "%.3g", (double)((news->ns + TENTH_NS / 2) / TENTH_NS) / 10);
-    set(&out[TRIES], "%u", news->tries);
-    set(&out[TLV], "%u", (unsigned)news->tlv_status);
-    set(&out[TEXT], "%s", news->text);
+        out[2].text);
+    set(&out[10], "seconds", "%.3g", (double)tenths / 10);
+    set(&out[11], "tries", "%u", news->tries);
+    set(&out[12], "tlv", "%u", (unsigned)news->tlv_status);
+    set(&out[13], "text", "%s", news->text);
 }
 
 static const char *find(const value values[VALUES], const char *word,
                         size_t len)
 {
-    for (size_t i = 0; i < VALUES; i++) {
-        if (strlen(words[i]) == len && strncmp(words[i], word, len) == 0) {
-            return values[i].text;
-        }
+    size_t i = 0;
+    while (i + 1u < VALUES && (strlen(values[i].word) != len ||
+                               strncmp(values[i].word, word, len) != 0)) {
+        i++;
     }
-    return "";
+    return values[i].text;
 }
 
 /* --- Sentences --- */

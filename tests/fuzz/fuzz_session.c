@@ -279,8 +279,8 @@ static void laser_off(void)
     const uint32_t ms = take_byte();
     const uint64_t sent = fake.sent_count;
     const int64_t before_ns = fake.now_ns;
-    const lum_laser_off end = lum_sensor_laser_off_within(
-        run.sensor, ms, run.options.cancel, &status);
+    const lum_laser_off end =
+        lum_sensor_laser_off(run.sensor, ms, run.options.cancel, &status);
     require(end != LUM_LASER_OFF_SEEN || lum_laser_is_down(status));
     const bool waits = (status & LUM_LASER_TLV_CMD_ON) != 0;
     require(end != LUM_LASER_OFF_REFUSED || !lum_laser_is_down(status) ||

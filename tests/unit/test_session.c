@@ -588,7 +588,9 @@ static void a_broken_socket_ends_the_session(void **state)
     assert_string_equal(event.error.text, "broken by the test");
     assert_int_equal(fake.sent_count, 1);
     const int64_t begin = fake.now_ns;
-    assert_int_equal(lum_sensor_laser_off(sensor, NULL), LUM_LASER_OFF_UNKNOWN);
+    assert_int_equal(
+        lum_sensor_laser_off(sensor, LUM_SENSOR_OFF_MS, NULL, NULL),
+        LUM_LASER_OFF_UNKNOWN);
     assert_true(fake.now_ns - begin < SECOND);
 }
 
@@ -631,7 +633,7 @@ static void drops_of_the_kernel_are_counted(void **state)
 static lum_laser_off switch_off(uint16_t *status)
 {
     *status = 0x5a5a;
-    return lum_sensor_laser_off(sensor, status);
+    return lum_sensor_laser_off(sensor, LUM_SENSOR_OFF_MS, NULL, status);
 }
 
 /* How often a letter was asked one after the other, from a place on. */
@@ -854,18 +856,18 @@ static void a_given_time_and_a_cancel_end_it(void **state)
     open_with(false, NULL);
     PLAY(SILENT);
     int64_t begin = fake.now_ns;
-    assert_int_equal(lum_sensor_laser_off_within(sensor, 300, NULL, &status),
+    assert_int_equal(lum_sensor_laser_off(sensor, 300, NULL, &status),
                      LUM_LASER_OFF_UNKNOWN);
     assert_true(fake.now_ns - begin == 300 * MS);
     assert_string_equal(script.asked, "ddddddd");
     fake.on_send = raise_after_a_second;
     begin = fake.now_ns;
-    assert_int_equal(lum_sensor_laser_off_within(sensor, 5000, any, &status),
+    assert_int_equal(lum_sensor_laser_off(sensor, 5000, any, &status),
                      LUM_LASER_OFF_UNKNOWN);
     assert_in_range(fake.now_ns, 2 * SECOND, 2 * SECOND + 100 * MS);
     fake.on_send = NULL;
     const size_t sent = fake.sent_count;
-    assert_int_equal(lum_sensor_laser_off_within(sensor, 5000, any, &status),
+    assert_int_equal(lum_sensor_laser_off(sensor, 5000, any, &status),
                      LUM_LASER_OFF_UNKNOWN);
     assert_in_range(fake.sent_count, sent + 1, sent + 2);
 }
@@ -883,7 +885,7 @@ static void it_is_sent_once_whatever_waits_and_whoever_cancels(void **state)
     }
     assert_int_equal(receive_for(0), LUM_SENSOR_DATAGRAMS);
     fake.is_raised = true;
-    assert_int_equal(lum_sensor_laser_off_within(sensor, 0, any, &status),
+    assert_int_equal(lum_sensor_laser_off(sensor, 0, any, &status),
                      LUM_LASER_OFF_UNKNOWN);
     assert_string_equal(script.asked, "d");
 }

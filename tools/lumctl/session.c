@@ -1,7 +1,6 @@
 #include "session.h"
 
 #include "../common/interrupt.h"
-#include "../common/laser_bits.h"
 #include "../common/number.h"
 #include "../common/printable.h"
 #include "../common/writable.h"
@@ -217,7 +216,7 @@ void session_note_status(struct ctl *ctl, uint16_t status)
         (void)fprintf(stderr, "lumctl: %s: %s%s\n",
                       session_name(session_host(ctl), name),
                       report_line(status, session_is_owned(ctl, status), text),
-                      was_up && !is_own ? laser_bits_cause(status) : "");
+                      was_up && !is_own ? lum_laser_cause(status, false) : "");
     }
     ctl->has_status = true;
     ctl->status = status;
@@ -227,10 +226,12 @@ void session_note_status(struct ctl *ctl, uint16_t status)
 static bool is_said(const lum_sensor_event *event, lum_news_kind kind)
 {
     static const lum_news_kind kinds[] = {
-        LUM_NEWS_NO_ANSWER_YET, LUM_NEWS_NO_DATA_YET, LUM_NEWS_UNKNOWN_LAYOUT,
-        LUM_NEWS_LASER_FELL,   LUM_NEWS_OFF_UNANSWERED, LUM_NEWS_SILENT,
-        LUM_NEWS_DATA_STOPPED, LUM_NEWS_BACK,           LUM_NEWS_MOVED,
-        LUM_NEWS_RESTARTED,    LUM_NEWS_LINK_DOWN,      LUM_NEWS_LINK_UP};
+        LUM_NEWS_NO_ANSWER_YET,  LUM_NEWS_NO_DATA_YET,
+        LUM_NEWS_UNKNOWN_LAYOUT, LUM_NEWS_LASER_FELL,
+        LUM_NEWS_OFF_UNANSWERED, LUM_NEWS_SILENT,
+        LUM_NEWS_DATA_STOPPED,   LUM_NEWS_BACK,
+        LUM_NEWS_MOVED,          LUM_NEWS_RESTARTED,
+        LUM_NEWS_LINK_DOWN,      LUM_NEWS_LINK_UP};
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
         if (kind == kinds[i]) {
             return true;

@@ -1,6 +1,5 @@
 #include "status.h"
 
-#include "../common/laser_bits.h"
 #include "../common/terminal.h"
 #include "report.h"
 #include "session.h"
@@ -48,7 +47,8 @@ bool status_log(const struct ctl *ctl, bool was_up, bool has_status,
         (void)printf("%s %s: %s%s\n", when, name,
                      has_status ? report_line(status, is_owned, line)
                                 : "does not answer",
-                     was_up && has_status ? laser_bits_cause(status) : "");
+                     was_up && has_status ? lum_laser_cause(status, false)
+                                          : "");
     }
     return report_flush();
 }

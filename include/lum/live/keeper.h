@@ -187,7 +187,7 @@ bool lum_keeper_darkness(const lum_keeper *keeper, lum_news *out);
 lum_result lum_keeper_look(const lum_keeper *keeper, lum_keeper_view *out);
 
 /** The end: switch the laser off and see that it is down, as
- * lum_sensor_laser_off_within(), and make one of the ENDED news of it, or
+ * lum_sensor_laser_off(), and make one of the ENDED news of it, or
  * OFF_GOES_ON where goes_on_ms says that the caller will try on. The session
  * may be another one than before, where its socket broke.
  * @param sensor     NULL: there is none any more, so nothing is known.

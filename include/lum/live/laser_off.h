@@ -23,7 +23,7 @@ typedef enum lum_laser_off {
                                 on, or the profile's tlv.status is wrong */
 } lum_laser_off;
 
-#define LUM_SENSOR_OFF_MS       10000u /**< lum_sensor_laser_off() goes on for */
+#define LUM_SENSOR_OFF_MS       10000u /**< how long it is tried */
 #define LUM_SENSOR_OFF_EVERY_MS 50u    /**< between its commands */
 #define LUM_SENSOR_SETTLE_MS    300u   /**< between its two looks */
 
@@ -33,25 +33,20 @@ typedef enum lum_laser_off {
  * on, all begins again; also if it shows the laser down and TLV_CMD_ON, since
  * it would come up when a hazard ends (with TLV_CMD_OFF beside it, which no
  * sensor should show, retries + 1 times). What is not answered is sent again
- * every `LUM_SENSOR_OFF_EVERY_MS`, for `LUM_SENSOR_OFF_MS` before it is given
- * up, whatever the options' timeout is. Answers without a status end it after
- * retries + 1 of them. At most 3 s more than that pass. Not ended by the
- * cancel, which is the most usual reason to call it. An owner sends no
- * heartbeats during this time, so that a sensor that receives none of this
- * switches itself off within 3 s. Data that comes during this time is dropped.
- * @param status gets the last status that was answered, and stays as it is when
- *               there was none; may be NULL. */
-lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint16_t *status);
-
-/** As lum_sensor_laser_off() with another time, and a cancel that ends it.
- * @param ms     to go on for without success; the command is sent once at
- *               least.
+ * every `LUM_SENSOR_OFF_EVERY_MS` before it is given up, whatever the options'
+ * timeout is. Answers without a status end it after retries + 1 of them. At
+ * most 3 s more than that pass. Not ended by the cancel, which is the most
+ * usual reason to call it. An owner sends no heartbeats during this time, so
+ * that a sensor that receives none of this switches itself off within 3 s. Data
+ * that comes during this time is dropped.
+ * @param ms     to go on for without success, LUM_SENSOR_OFF_MS as a rule; the
+ *               command is sent once at least.
  * @param cancel ends it between two sends, as if the time were over; it need
  *               not be the session's, which has no part in it; may be NULL.
- * @param status as lum_sensor_laser_off(). */
-lum_laser_off lum_sensor_laser_off_within(lum_sensor *sensor, uint32_t ms,
-                                          const lum_cancel *cancel,
-                                          uint16_t *status);
+ * @param status gets the last status that was answered, and stays as it is when
+ *               there was none; may be NULL. */
+lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint32_t ms,
+                                   const lum_cancel *cancel, uint16_t *status);
 
 #ifdef __cplusplus
 }

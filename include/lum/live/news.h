@@ -94,6 +94,12 @@ lum_news_weight lum_news_weigh(lum_news_kind kind);
 /** Whether it tells why lines have no ranges: the laser is down. */
 bool lum_news_is_dark(lum_news_kind kind);
 
+/** What put the laser down, behind the names of the bits: ": ..." where that is
+ * no hazard but a command to be off, which a sensor also shows after a time
+ * without heartbeats; else "".
+ * @param was_away data had stopped before. */
+const char *lum_laser_cause(uint16_t status, bool was_away);
+
 /** What to say: one sentence without a full stop, for example "the laser of
  * 10.42.0.37 went off (HW_SAFETY_BAD)". No line breaks; bytes of the sensor are
  * printable ASCII.

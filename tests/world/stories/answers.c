@@ -569,7 +569,8 @@ STORY(heartbeats_that_bring_no_data,
     const user_bench b = user_bench_new();
     const made_up *m = made_up_new(b.sensor, SENSOR, NULL);
     user_tool *beat = user_start(b.host, "lumctl heartbeat");
-    user_until(user_has(user_err(beat), "no data from " SENSOR " within 3 s, though it answers"));
+    user_until(user_has(user_err(beat), "no data from " SENSOR
+                                        " within 3 s, though it answers"));
     user_expect_end(beat, SIGINT, DONE);
     user_peer_leave(m->peer);
     user_tool *lonely = user_run(b.host, "lumctl heartbeat --duration 0.5");

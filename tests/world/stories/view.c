@@ -95,8 +95,10 @@ STORY(view_a_sensor_that_comes, "a sensor that is not there is waited for")
 {
     const user_bench b = user_bench_new();
     user_tool *view = user_start(b.host, VIEW);
-    user_until(user_like(user_out(view),
-                         "waiting[^\n]*no answer from 10\\.42\\.0\\.37"));
+    user_until(
+        user_like(user_out(view),
+                  "waiting[^\n]*no data from 10\\.42\\.0\\.37[^\n]*nor any "
+                  "answer"));
     (void)user_sensor_start(b.sensor, "--rate 10");
     user_until(user_has(user_out(view), "playing"));
     user_pause_ms(1000);
@@ -109,7 +111,7 @@ STORY(view_a_laser_that_nobody_answers_for,
 {
     const user_bench b = user_bench_new();
     user_tool *view = user_start(b.host, VIEW " --laser");
-    user_until(user_has(user_out(view), "no answer from"));
+    user_until(user_has(user_out(view), "nor any answer"));
     user_expect_end(view, SIGINT, FAILED);
     user_expect_has(user_err(view), "laser off was not answered");
 }
