@@ -29,8 +29,8 @@ typedef struct entry {
     "laser on"
 #define BOOTS_AT "10.42.0.37"
 #define LAST_HEARTBEAT                                                         \
-    "it MAY BE ON; a sensor that lives switches it off 3 s after the last "    \
-    "heartbeat{sent}"
+    "it MAY BE ON or come on by itself; a sensor that lives switches it off "  \
+    "3 s after the last heartbeat{sent}"
 #define POWER "{mend}, or cut its power"
 
 /* By number. */

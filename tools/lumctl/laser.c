@@ -6,6 +6,7 @@
 #include "session.h"
 #include "text.h"
 
+#include "lum/command.h"
 #include "lum/laser.h"
 
 #include <stdio.h>
@@ -67,57 +68,32 @@ lum_laser_off laser_switch_down(struct ctl *ctl, lum_news *end)
     return result;
 }
 
-enum laser_undo laser_take_back(struct ctl *ctl, enum laser_wish wish,
-                                const struct ctl_answer *answer)
+bool laser_is_undone(const lum_news *end)
 {
-    lum_news end;
-    if (wish != LASER_ON || (answer != NULL && laser_is_as(wish, answer))) {
-        return LASER_STANDS;
-    }
-    const lum_laser_off result = laser_switch_down(ctl, &end);
-    if (end.kind == LUM_NEWS_ENDED_ON) {
-        return LASER_IS_ON;
-    }
-    return result == LUM_LASER_OFF_SEEN &&
-                   (end.status & LUM_LASER_TLV_CMD_ON) == 0
-               ? LASER_TAKEN_BACK
-               : LASER_MAY_COME_UP;
+    return end->kind == LUM_NEWS_ENDED_OFF &&
+           (end->status & LUM_LASER_TLV_CMD_ON) == 0;
 }
 
-static void complain_undo(const struct ctl *ctl, enum laser_undo undo)
+void laser_tell_undo(enum laser_wish wish, const lum_news *end)
 {
-    char name[SESSION_NAME_BYTES];
-    (void)session_name(session_host(ctl), name);
-    switch (undo) {
-    case LASER_TAKEN_BACK:
+    char text[LUM_ERROR_BYTES];
+    if (!laser_is_undone(end)) {
+        (void)ctl_complain(EXIT_FAILED, "%s%s",
+                           wish == LASER_ON ? "NOT taken back: " : "",
+                           lum_news_tell(end, text, sizeof text));
+    } else {
         (void)ctl_complain(EXIT_FAILED,
-                           "taken back: it will not come up by itself");
-        return;
-    case LASER_MAY_COME_UP:
-        (void)ctl_complain(
-            EXIT_FAILED,
-            "NOT taken back, since no answer shows it: the laser WILL COME UP "
-            "by itself when what keeps it down ends. Run lumctl --host %s "
-            "laser off, or end the programs that send heartbeats",
-            name);
-        return;
-    case LASER_IS_ON:
-        (void)ctl_complain(
-            EXIT_FAILED,
-            "taking it back failed: the laser is ON now, and stays up. End the "
-            "programs that send heartbeats, or cut its power");
-        return;
-    case LASER_STANDS:
-    default:
-        return;
+                           wish == LASER_ON
+                               ? "taken back: it will not come up by itself"
+                               : "the laser is off; whether the rest of the "
+                                 "text was done is not known");
     }
 }
 
 enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
                                 const struct ctl_answer *answer,
-                                enum laser_undo undo)
+                                const lum_news *end)
 {
-    char line[REPORT_LINE_BYTES];
     enum exit_status status = EXIT_FAILED;
     if (!answer->has_status) {
         (void)ctl_complain(
@@ -128,78 +104,31 @@ enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
             (unsigned)ctl->layout.profile.tlv[LUM_TLV_STATUS]);
     } else if (wish == LASER_ON) {
         status = complain_down(ctl, answer);
-    } else {
-        (void)ctl_complain(EXIT_FAILED,
-                           "the laser is ON: the command was answered, and it "
-                           "stays up (%s)",
-                           report_line(answer->status, false, line));
     }
-    complain_undo(ctl, undo);
+    laser_tell_undo(wish, end);
     return status;
 }
 
-/* A text that was to switch it off may be lost, and that is not left to it. */
-static void insist(struct ctl *ctl)
+/* The text of a command without a number. */
+static const char *text_of(lum_command_id id, char out[LUM_COMMAND_TEXT_BYTES])
 {
-    lum_news end;
-    const lum_laser_off off = laser_switch_down(ctl, &end);
-    (void)ctl_complain(EXIT_FAILED,
-                       off == LUM_LASER_OFF_SEEN
-                           ? "the laser is off; whether the rest of the text "
-                             "was done is not known"
-                           : "the laser MAY BE ON: it goes off 3 s after the "
-                             "last heartbeat");
-}
-
-enum exit_status laser_give_up(struct ctl *ctl, enum laser_wish wish,
-                               enum exit_status status, bool was_sent)
-{
-    /* After any other failure the session is of no use any more. */
-    const bool is_usable =
-        status == EXIT_NO_ANSWER || lum_cancel_is_raised(ctl->cancel);
-    if (status == EXIT_DONE || !was_sent || ctl->sensor == NULL || !is_usable) {
-        return status;
-    }
-    if (wish == LASER_OFF) {
-        insist(ctl);
-    } else {
-        complain_undo(ctl, laser_take_back(ctl, wish, NULL));
-    }
-    return status;
+    size_t len = 0;
+    const lum_command command = {.id = id};
+    const lum_result result = lum_command_format(&command, out, &len);
+    out[result == LUM_OK ? len : 0] = '\0';
+    return out;
 }
 
 static enum exit_status switch_on(struct ctl *ctl)
 {
-    struct ctl_answer answer;
-    struct refusal refusal;
-    bool was_sent = false;
-    const enum exit_status status = text_send(ctl, "u", &answer, &was_sent);
-    if (status != EXIT_DONE || !was_sent) {
-        return laser_give_up(ctl, LASER_ON, status, was_sent);
-    }
-    const enum laser_undo undo = laser_take_back(ctl, LASER_ON, &answer);
-    const bool is_refused = refusal_find("u", answer.debug, &refusal);
-    const bool is_on = laser_is_as(LASER_ON, &answer);
-    const bool is_up = is_on && !is_refused;
-    if (ctl->options.json) {
-        const struct text_outcome outcome = {"u", is_up, refusal.names, undo};
-        text_print_json(ctl, &outcome, &answer);
-    } else {
-        text_print_answer(ctl,
-                          is_up   ? "laser on"
-                          : is_on ? "laser ON, though the command was refused"
-                                  : "laser not on",
-                          &answer);
-    }
-    if (is_up) {
+    char text[LUM_COMMAND_TEXT_BYTES];
+    const enum exit_status status =
+        ctl_command_words(ctl, text_of(LUM_COMMAND_LASER_ON, text), "laser on");
+    if (status == EXIT_DONE && !ctl->options.dry_run) {
         ctl_note(ctl, "it goes off 3 s after the last heartbeat; full strength "
                       "takes several seconds");
-        return EXIT_DONE;
     }
-    if (is_refused) {
-        (void)text_complain_refusal("u", "u", &refusal, answer.debug);
-    }
-    return is_on ? EXIT_FAILED : laser_complain(ctl, LASER_ON, &answer, undo);
+    return status;
 }
 
 static void print_off(const struct ctl *ctl, lum_laser_off result,
@@ -207,6 +136,7 @@ static void print_off(const struct ctl *ctl, lum_laser_off result,
 {
     char name[SESSION_NAME_BYTES];
     char line[REPORT_LINE_BYTES];
+    char text[LUM_COMMAND_TEXT_BYTES];
     struct json json;
     (void)session_name(session_host(ctl), name);
     if (!ctl->options.json) {
@@ -220,7 +150,7 @@ static void print_off(const struct ctl *ctl, lum_laser_off result,
     json_init(&json, stdout);
     json_open_object(&json, NULL);
     json_text(&json, "sensor", name);
-    json_text(&json, "command", "d");
+    json_text(&json, "command", text_of(LUM_COMMAND_LASER_OFF, text));
     json_bool(&json, "done", result == LUM_LASER_OFF_SEEN);
     if (result == LUM_LASER_OFF_SEEN || result == LUM_LASER_OFF_REFUSED) {
         report_json(&json, status, session_is_owned(ctl, status));
@@ -248,9 +178,11 @@ static enum exit_status switch_off(struct ctl *ctl)
 
 static enum exit_status print_off_packet(struct ctl *ctl)
 {
+    char text[LUM_COMMAND_TEXT_BYTES];
     struct ctl_answer answer;
     bool was_sent = false;
-    return text_send(ctl, "d", &answer, &was_sent);
+    return text_send(ctl, text_of(LUM_COMMAND_LASER_OFF, text), &answer,
+                     &was_sent);
 }
 
 enum exit_status command_laser(struct ctl *ctl, int count, char **words)

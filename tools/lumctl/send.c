@@ -11,25 +11,44 @@ enum exit_status ctl_command_text(struct ctl *ctl, const char *text)
     return ctl_command_words(ctl, text, text);
 }
 
+/* A text that was sent and did not show the laser as it was to be is not left
+ * at that. After any other failure the session is of no use any more. */
+static bool may_undo(const struct ctl *ctl, enum exit_status status)
+{
+    return ctl->sensor != NULL &&
+           (status == EXIT_DONE || status == EXIT_NO_ANSWER ||
+            lum_cancel_is_raised(ctl->cancel));
+}
+
 enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
                                    const char *typed)
 {
     struct ctl_answer answer;
     struct refusal refusal;
     char what[TEXT_BYTES + 16];
+    lum_news end = {.struct_size = sizeof end};
     bool was_sent = false;
     const enum exit_status status = text_send(ctl, text, &answer, &was_sent);
     const enum laser_wish wish = laser_wish_of(text);
-    if (status != EXIT_DONE || !was_sent) {
-        return laser_give_up(ctl, wish, status, was_sent);
+    const bool has_answer = status == EXIT_DONE && was_sent;
+    const bool is_as_wished = has_answer && laser_is_as(wish, &answer);
+    const bool is_undone =
+        was_sent && wish != LASER_ANY && !is_as_wished && may_undo(ctl, status);
+    if (is_undone) {
+        (void)laser_switch_down(ctl, &end);
     }
-    const enum laser_undo undo = laser_take_back(ctl, wish, &answer);
+    if (!has_answer) {
+        if (is_undone) {
+            laser_tell_undo(wish, &end);
+        }
+        return status;
+    }
     const bool is_refused = refusal_find(text, answer.debug, &refusal);
-    const bool is_as_wished = laser_is_as(wish, &answer);
     const bool is_done = !is_refused && is_as_wished;
     if (ctl->options.json) {
-        const struct text_outcome outcome = {text, is_done, refusal.names,
-                                             undo};
+        const struct text_outcome outcome = {
+            text, is_done, refusal.names,
+            is_undone && wish == LASER_ON ? &end : NULL};
         text_print_json(ctl, &outcome, &answer);
     } else {
         (void)snprintf(what, sizeof what, "%s %s", typed,
@@ -40,7 +59,7 @@ enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
         (void)text_complain_refusal(text, typed, &refusal, answer.debug);
     }
     if (!is_as_wished) {
-        return laser_complain(ctl, wish, &answer, undo);
+        return laser_complain(ctl, wish, &answer, &end);
     }
     return is_done ? EXIT_DONE : EXIT_FAILED;
 }

@@ -166,8 +166,8 @@ void text_print_json(const struct ctl *ctl, const struct text_outcome *outcome,
         json_bool(&json, "done", outcome->is_done);
         json_text(&json, "refused", outcome->refused);
     }
-    if (outcome != NULL && outcome->undo != LASER_STANDS) {
-        json_bool(&json, "taken_back", outcome->undo == LASER_TAKEN_BACK);
+    if (outcome != NULL && outcome->undone != NULL) {
+        json_bool(&json, "taken_back", laser_is_undone(outcome->undone));
     }
     if (answer->has_status) {
         report_json(&json, answer->status,

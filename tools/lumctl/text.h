@@ -30,8 +30,8 @@ void text_print_answer(const struct ctl *ctl, const char *what,
 struct text_outcome {
     const char *text;
     bool is_done;
-    const char *refused; /* commands that the sensor named; may be empty */
-    enum laser_undo undo;
+    const char *refused;    /* commands that the sensor named; may be empty */
+    const lum_news *undone; /* how a laser on was taken back; NULL: it stands */
 };
 
 /* As JSON. outcome NULL: it was no command text. */

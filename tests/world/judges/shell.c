@@ -126,7 +126,9 @@ static void find_report(const shell_line *line, char *out, size_t size)
                        line->kind == SHELL_STATUS ? "\"status\": "
                                                   : "\"done\": true");
     } else if (strcmp(word, "laser") == 0) {
-        (void)snprintf(out, size, ": laser %s; ", record_word(as, 1));
+        const bool is_on = strcmp(record_word(as, 1), "on") == 0;
+        (void)snprintf(out, size,
+                       is_on ? ": laser on done; " : ": laser off; ");
     } else if (line->kind == SHELL_STATUS) {
         (void)snprintf(out, size, ", status 0x");
     } else if (line->kind == SHELL_TIME) {
@@ -207,7 +209,6 @@ static int64_t line_limit(const shell_line *line)
 static bool is_report(const char *text)
 {
     return strstr(text, " done; ") != NULL ||
-           strstr(text, ": laser on; ") != NULL ||
            strstr(text, ": laser off; ") != NULL;
 }
 

@@ -83,8 +83,8 @@ static enum exit_status finish(const struct ctl *ctl, const char *what,
                             refusal_find("table", answer->debug, &refusal);
     char text[YSCAN_TEXT_BYTES + 32];
     if (ctl->options.json) {
-        const struct text_outcome outcome = {
-            what, !is_refused, is_refused ? what : "", LASER_STANDS};
+        const struct text_outcome outcome = {what, !is_refused,
+                                             is_refused ? what : "", NULL};
         text_print_json(ctl, &outcome, answer);
     } else {
         (void)snprintf(text, sizeof text, "Y scan %s %s", what,
