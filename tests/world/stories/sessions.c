@@ -126,6 +126,56 @@ static void until_polls(const made_up *m)
     user_until(made_up_heard(m, MADE_UP_TLV) >= enough);
 }
 
+/* After a hazard its first answer to "off" has no status, and the laser is up
+ * again until the second. */
+static void forget_the_first_off(made_up *self, const made_up_packet *packet)
+{
+    const bool is_off = strcmp(packet->text, "d") == 0;
+    if (packet->kind != MADE_UP_TLV) {
+        return;
+    }
+    if (strcmp(packet->text, "u") == 0) {
+        self->status = MADE_UP_ON;
+    } else if (is_off && self->status == (MADE_UP_ON | MADE_UP_FAN)) {
+        self->status = MADE_UP_ON;
+        made_up_say(self, packet, NO_STATUS, NULL);
+        return;
+    } else if (is_off) {
+        self->status = MADE_UP_OFF;
+    }
+    made_up_say(self, packet, self->status, NULL);
+}
+
+STORY(an_off_that_is_forgotten,
+      "every program repeats a laser off that a later status belies")
+{
+    static const char *const programs[] = {
+        "lumdump udp://10.42.0.37 --laser -o a.pcap",
+        "lumview --no-open udp://10.42.0.37 --laser",
+        "lumctl shell --heartbeat"};
+    for (size_t i = 0; i < sizeof programs / sizeof programs[0]; i++) {
+        const user_bench b = user_bench_new();
+        wishes w = {0};
+        made_up *m = made_up_new(b.sensor, "10.42.0.37", forget_the_first_off);
+        m->facts = &w;
+        m->beat = send_data;
+        m->status = MADE_UP_OFF;
+        world_file *end = NULL;
+        world_writer *input = world_writer_new(&end);
+        user_tool *tool =
+            user_start_with(b.host, (user_with){.input = end}, programs[i]);
+        user_type(tool, input, "laser on\n");
+        user_until(m->status == MADE_UP_ON);
+        until_polls(m);
+        m->status = MADE_UP_ON | MADE_UP_FAN;
+        user_until(m->status == MADE_UP_OFF);
+        user_expect_same(made_up_commands(m), "u,d,d,");
+        world_writer_close(input);
+        user_signal(tool, SIGINT);
+        (void)user_wait(tool);
+    }
+}
+
 STORY(a_laser_refused_for_want_of_a_heartbeat,
       "a laser that is refused before the first heartbeat is asked for again")
 {

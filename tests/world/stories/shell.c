@@ -126,6 +126,31 @@ STORY(a_shell_with_heartbeat,
     user_expect(!user_laser_is_on(s));
 }
 
+STORY(a_hazard_in_a_shell_with_heartbeat,
+      "a laser that a hazard ends in a shell stays down until it is typed")
+{
+    const user_bench b = user_bench_new();
+    user_sensor *s =
+        user_sensor_start(b.sensor, "--rate 2 --fault interlock@5-8");
+    world_file *end = NULL;
+    world_writer *input = world_writer_new(&end);
+    user_tool *tool = user_start_with(b.host, (user_with){.input = end},
+                                      "lumctl shell --heartbeat");
+    user_type(tool, input, "laser on\n");
+    user_until(user_laser_is_on(s));
+    user_until(user_has(user_out(tool), "went off (HW_SAFETY_BAD"));
+    user_until(user_heard(s, "d") > 0);
+    user_until(user_events(s, "fault") == 2);
+    const size_t beats = user_events(s, "heartbeat");
+    user_until(user_events(s, "heartbeat") > beats + 15);
+    user_expect(!user_laser_is_on(s));
+    user_type(tool, input, "laser on\n");
+    user_until(user_laser_is_on(s));
+    world_writer_close(input);
+    user_expect_status(tool, DONE);
+    user_expect(!user_laser_is_on(s));
+}
+
 STORY(a_shell_without_heartbeat, "a shell without --heartbeat sends none")
 {
     const user_bench b = user_bench_new();
