@@ -5,7 +5,6 @@
 #include "lum/wire.h"
 #include "net/endpoint.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -153,15 +152,9 @@ typedef struct value {
     char text[LUM_NEWS_TEXT_BYTES + 64u];
 } value;
 
-LUM_PRINTF(3, 4)
-static void set(value *out, const char *word, const char *format, ...)
-{
-    va_list arguments;
-    out->word = word;
-    va_start(arguments, format);
-    (void)vsnprintf(out->text, sizeof out->text, format, arguments);
-    va_end(arguments);
-}
+#define SET(out, name, ...)                                                    \
+    ((out)->word = (name),                                                     \
+     (void)snprintf((out)->text, sizeof(out)->text, __VA_ARGS__))
 
 /* The port stands where it is not that of all sensors. */
 static lum_endpoint_text show(lum_endpoint endpoint)
@@ -174,7 +167,7 @@ static lum_endpoint_text show(lum_endpoint endpoint)
 static void name_bits(unsigned bits, value *out)
 {
     size_t len = 0;
-    set(out, "bits", "none");
+    SET(out, "bits", "none");
     for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
         if ((bits >> bit & 1u) != 0 && len < sizeof out->text) {
             const int n =
@@ -208,26 +201,26 @@ static void fill(const lum_news *news, value out[VALUES])
                             ? "laser on is still in effect"
                             : "the laser is still on";
     const int64_t tenths = (news->ns + TENTH_NS / 2) / TENTH_NS;
-    set(&out[0], "sensor", "%s", show(news->sensor).text);
-    set(&out[1], "to", "%s", show(news->to).text);
-    set(&out[2], "ctl", "lumctl --host %s%s%.200s",
+    SET(&out[0], "sensor", "%s", show(news->sensor).text);
+    SET(&out[1], "to", "%s", show(news->to).text);
+    SET(&out[2], "ctl", "lumctl --host %s%s%.200s",
         show(has_moved ? news->to : news->sensor).text,
         name != NULL ? " --interface " : "", name != NULL ? name : "");
     name_bits(news->status & (has_ended ? UINT16_MAX : LUM_LASER_ALL_DOWN),
               &out[3]);
-    set(&out[4], "cause", "%s", lum_laser_cause(news->status, news->was_away));
-    set(&out[5], "state", "%s", state);
-    set(&out[6], "up", is_on ? "is on" : "may be on");
-    set(&out[7], "left", news->was_away ? "being switched off" : "off");
-    set(&out[8], "sent", news->is_owner ? ", which has been sent" : "");
-    set(&out[9], "mend",
+    SET(&out[4], "cause", "%s", lum_laser_cause(news->status, news->was_away));
+    SET(&out[5], "state", "%s", state);
+    SET(&out[6], "up", is_on ? "is on" : "may be on");
+    SET(&out[7], "left", news->was_away ? "being switched off" : "off");
+    SET(&out[8], "sent", news->is_owner ? ", which has been sent" : "");
+    SET(&out[9], "mend",
         news->is_owner ? "make sure by %.250s laser off"
                        : "end the programs that send heartbeats",
         out[2].text);
-    set(&out[10], "seconds", "%.3g", (double)tenths / 10);
-    set(&out[11], "tries", "%u", news->tries);
-    set(&out[12], "tlv", "%u", (unsigned)news->tlv_status);
-    set(&out[13], "text", "%s", news->text);
+    SET(&out[10], "seconds", "%.3g", (double)tenths / 10);
+    SET(&out[11], "tries", "%u", news->tries);
+    SET(&out[12], "tlv", "%u", (unsigned)news->tlv_status);
+    SET(&out[13], "text", "%s", news->text);
 }
 
 static const char *find(const value values[VALUES], const char *word,

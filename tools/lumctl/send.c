@@ -20,48 +20,66 @@ static bool may_undo(const struct ctl *ctl, enum exit_status status)
             lum_cancel_is_raised(ctl->cancel));
 }
 
+/* A text, and what is known of it. */
+struct deed {
+    const char *text;
+    const char *typed;
+    enum laser_wish wish;
+    bool is_as_wished;
+    bool was_undone;
+    lum_news end; /* of that */
+};
+
+/* Prints its answer. Whether it is done. */
+static bool report(const struct ctl *ctl, const struct deed *deed,
+                   const struct ctl_answer *answer)
+{
+    struct refusal refusal;
+    char what[TEXT_BYTES + 16];
+    const bool is_refused = refusal_find(deed->text, answer->debug, &refusal);
+    const bool is_done = !is_refused && deed->is_as_wished;
+    const bool is_taken_back = deed->was_undone && deed->wish == LASER_ON;
+    const struct text_outcome outcome = {deed->text, is_done, refusal.names,
+                                         is_taken_back ? &deed->end : NULL};
+    if (ctl->options.json) {
+        text_print_json(ctl, &outcome, answer);
+    } else {
+        (void)snprintf(what, sizeof what, "%s %s", deed->typed,
+                       is_done ? "done" : "sent");
+        text_print_answer(ctl, what, answer);
+    }
+    if (is_refused) {
+        (void)text_complain_refusal(deed->text, deed->typed, &refusal,
+                                    answer->debug);
+    }
+    return is_done;
+}
+
 enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
                                    const char *typed)
 {
     struct ctl_answer answer;
-    struct refusal refusal;
-    char what[TEXT_BYTES + 16];
-    lum_news end = {.struct_size = sizeof end};
+    struct deed deed = {text, typed, laser_wish_of(text), false, false, {0}};
     bool was_sent = false;
     const enum exit_status status = text_send(ctl, text, &answer, &was_sent);
-    const enum laser_wish wish = laser_wish_of(text);
     const bool has_answer = status == EXIT_DONE && was_sent;
-    const bool is_as_wished = has_answer && laser_is_as(wish, &answer);
-    const bool is_undone =
-        was_sent && wish != LASER_ANY && !is_as_wished && may_undo(ctl, status);
-    if (is_undone) {
-        (void)laser_switch_down(ctl, &end);
+    deed.is_as_wished = has_answer && laser_is_as(deed.wish, &answer);
+    if (was_sent && deed.wish != LASER_ANY && !deed.is_as_wished &&
+        may_undo(ctl, status)) {
+        deed.was_undone = true;
+        (void)laser_switch_down(ctl, &deed.end);
     }
-    if (!has_answer) {
-        if (is_undone) {
-            laser_tell_undo(wish, &end);
+    if (has_answer) {
+        const bool is_done = report(ctl, &deed, &answer);
+        if (!deed.is_as_wished) {
+            return laser_complain(ctl, deed.wish, &answer, &deed.end);
         }
-        return status;
+        return is_done ? EXIT_DONE : EXIT_FAILED;
     }
-    const bool is_refused = refusal_find(text, answer.debug, &refusal);
-    const bool is_done = !is_refused && is_as_wished;
-    if (ctl->options.json) {
-        const struct text_outcome outcome = {
-            text, is_done, refusal.names,
-            is_undone && wish == LASER_ON ? &end : NULL};
-        text_print_json(ctl, &outcome, &answer);
-    } else {
-        (void)snprintf(what, sizeof what, "%s %s", typed,
-                       is_done ? "done" : "sent");
-        text_print_answer(ctl, what, &answer);
+    if (deed.was_undone) {
+        laser_tell_undo(deed.wish, &deed.end);
     }
-    if (is_refused) {
-        (void)text_complain_refusal(text, typed, &refusal, answer.debug);
-    }
-    if (!is_as_wished) {
-        return laser_complain(ctl, wish, &answer, &end);
-    }
-    return is_done ? EXIT_DONE : EXIT_FAILED;
+    return status;
 }
 
 enum exit_status command_send(struct ctl *ctl, int count, char **words)

@@ -162,8 +162,8 @@ STORY(an_off_that_is_forgotten,
         m->status = MADE_UP_OFF;
         world_file *end = NULL;
         world_writer *input = world_writer_new(&end);
-        user_tool *tool =
-            user_start_with(b.host, (user_with){.input = end}, programs[i]);
+        user_tool *tool = user_start_with(b.host, (user_with){.input = end},
+                                          "%s", programs[i]);
         user_type(tool, input, "laser on\n");
         user_until(m->status == MADE_UP_ON);
         until_polls(m);
