@@ -144,12 +144,13 @@ bool lum_news_is_dark(lum_news_kind kind)
 
 /* --- Values in a sentence --- */
 
-#define VALUES 14u
+#define VALUES      14u
+#define VALUE_BYTES (LUM_NEWS_TEXT_BYTES + 64u)
 
 /* What stands for a word in braces. */
 typedef struct value {
     const char *word;
-    char text[LUM_NEWS_TEXT_BYTES + 64u];
+    char text[VALUE_BYTES];
 } value;
 
 #define SET(out, name, ...)                                                    \
