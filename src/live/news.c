@@ -155,7 +155,7 @@ typedef struct value {
 
 #define SET(out, name, ...)                                                    \
     ((out)->word = (name),                                                     \
-     (void)snprintf((out)->text, sizeof(out)->text, __VA_ARGS__))
+     (void)snprintf((out)->text, VALUE_BYTES, __VA_ARGS__))
 
 /* The port stands where it is not that of all sensors. */
 static lum_endpoint_text show(lum_endpoint endpoint)
