@@ -150,7 +150,15 @@ class Packets(Case):
                 (["send", "50p 15y u"], command("50p 15y u")),
                 (["tlv", "9:deadBEEF", "2:"], HEAD + "09000400deadbeef02000000")):
             r = dry(*words)
-            self.assertEqual((r.returncode, r.stdout, r.stderr), (DONE, packet + "\n", ""), words)
+            note = "lumctl: set-ip: not checked in a dry run: whether another device has the address\n"
+            self.assertEqual((r.returncode, r.stdout, r.stderr), (DONE, packet + "\n", note * (words[0] == "set-ip")), words)
+
+    def test_a_dry_run_refuses_an_address_of_this_host(self):
+        for words in (["127.0.0.1"], ["127.3.2.1"], ["127.0.0.1", "--json"]):
+            r = dry("set-ip", *words)
+            self.assertEqual((r.returncode, r.stdout), (BAD, ""), r.stderr)
+            self.one_line(r, words[0], "loopback", "--force")
+        self.assertEqual(dry("set-ip", "127.0.0.1", "--force", "-q").stdout, MAGIC.hex() + "050000007f000001\n")
 
     def test_json_holds_every_packet_in_one_object(self):
         for words, packets in ((["power", "5"], [command("5p")]), (["laser", "off"], [command("d")]),
@@ -434,6 +442,16 @@ class Misbehaviour(Case):
                                "import os, sys; os.setgroups([]); os.setgid(65534); os.setuid(65534);"
                                "os.execv(sys.argv[1], sys.argv[1:])", copy, *map(str, words)],
                               capture_output=True, text=True, timeout=PATIENCE_S)
+
+    @needs_namespaces
+    def test_a_dry_run_refuses_what_this_host_knows_and_notes_what_the_network_tells(self):
+        hosts = Hosts(self, self.folder)
+        own = hosts.run("lumctl", "--dry-run", "set-ip", "10.42.0.1")
+        self.assertEqual((own.returncode, own.stdout), (BAD, ""), own.stderr)
+        self.assertIn("own address, on eth0", own.stderr)
+        far = hosts.run("lumctl", "--dry-run", "set-ip", "10.43.0.9")
+        self.assertEqual((far.returncode, far.stdout), (DONE, MAGIC.hex() + "050000000a2b0009\n"), far.stderr)
+        self.assertIn("out of reach", far.stderr)
 
     @needs_namespaces
     def test_set_ip_takes_no_address_of_another_device(self):

@@ -388,10 +388,12 @@ enum exit_status command_set_ip(struct ctl *ctl, int count, char **words)
             "0.0.0.0, multicast nor broadcast",
             words[1]);
     }
-    if (ctl->options.dry_run) {
-        return ctl_print_packet(ctl, packet, sizeof packet);
-    }
     const enum exit_status status =
         ctl->options.force ? EXIT_DONE : strand_check(ctl, address);
-    return status == EXIT_DONE ? move(ctl, address) : status;
+    if (status != EXIT_DONE || !ctl->options.dry_run) {
+        return status == EXIT_DONE ? move(ctl, address) : status;
+    }
+    ctl_note(ctl, "set-ip: not checked in a dry run: whether another device "
+                  "has the address");
+    return ctl_print_packet(ctl, packet, sizeof packet);
 }

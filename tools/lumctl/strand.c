@@ -10,6 +10,7 @@
 #include <string.h>
 
 struct move_plan {
+    const struct ctl *ctl;
     const struct host_interface *interfaces;
     size_t count;
     uint32_t old;
@@ -114,6 +115,10 @@ static enum exit_status refuse_unreached(const struct move_plan *p,
                        "add, or another address)",
                        interface);
     }
+    if (p->ctl->options.dry_run) { /* routes may be others by then */
+        ctl_note(p->ctl, "set-ip: the address %s; it would be refused", why);
+        return EXIT_DONE;
+    }
     return refuse(p->new, why);
 }
 
@@ -139,7 +144,8 @@ enum exit_status strand_check(const struct ctl *ctl, uint32_t address)
 {
     struct host_interface *all = NULL;
     lum_error error = {""};
-    struct move_plan p = {.old = session_host(ctl).address,
+    struct move_plan p = {.ctl = ctl,
+                          .old = session_host(ctl).address,
                           .new = address,
                           .interface = ctl->options.interface};
     if (address == p.old) {
