@@ -25,6 +25,7 @@ struct beating {
     int64_t begun_ns;
     int64_t shown_ns;
     lum_sensor_counters shown; /* as they stood then */
+    lum_sensor_counters begun; /* and at first: a shell has counted before */
 };
 
 static void clear_line(const struct beating *b)
@@ -47,7 +48,8 @@ static void show_line(struct beating *b, int64_t now)
     (void)fprintf(stderr,
                   "\r\033[K%s: %" PRIu64 " heartbeats, %.0f packets/s, "
                   "%.1f MB/s",
-                  session_name(session_host(b->ctl), name), c.heartbeats,
+                  session_name(session_host(b->ctl), name),
+                  c.heartbeats - b->begun.heartbeats,
                   (double)(c.datagrams - b->shown.datagrams) / s,
                   (double)(c.bytes - b->shown.bytes) / s / 1e6);
     b->shown = c;
@@ -122,17 +124,19 @@ static void sum_up(const struct beating *b)
         ctl_note(ctl,
                  "%" PRIu64 " heartbeats in %.1f s, %" PRIu64
                  " packets came, %" PRIu64 " dropped by the kernel",
-                 c.heartbeats, s, c.datagrams, c.kernel_drops);
+                 c.heartbeats - b->begun.heartbeats, s,
+                 c.datagrams - b->begun.datagrams,
+                 c.kernel_drops - b->begun.kernel_drops);
         return;
     }
     json_init(&json, stdout);
     json_open_object(&json, NULL);
     json_text(&json, "sensor", session_name(session_host(ctl), name));
     json_real(&json, "duration_s", s, 3);
-    json_uint(&json, "heartbeats", c.heartbeats);
-    json_uint(&json, "packets", c.datagrams);
-    json_uint(&json, "bytes", c.bytes);
-    json_uint(&json, "kernel_drops", c.kernel_drops);
+    json_uint(&json, "heartbeats", c.heartbeats - b->begun.heartbeats);
+    json_uint(&json, "packets", c.datagrams - b->begun.datagrams);
+    json_uint(&json, "bytes", c.bytes - b->begun.bytes);
+    json_uint(&json, "kernel_drops", c.kernel_drops - b->begun.kernel_drops);
     if (ctl->has_status) {
         report_json(&json, ctl->status, true);
     }
@@ -157,8 +161,11 @@ static enum exit_status beat(struct ctl *ctl)
     struct beating b = {.ctl = ctl,
                         .shows_line = !ctl->options.quiet,
                         .begun_ns = now,
-                        .shown_ns = now};
+                        .shown_ns = now,
+                        .begun.struct_size = sizeof b.begun};
     const struct watch watch = {.take = take, .context = &b};
+    lum_sensor_count(ctl->sensor, &b.begun);
+    b.shown = b.begun;
     if (writable(stderr, 0)) {
         announce(ctl);
     }

@@ -151,6 +151,21 @@ STORY(a_hazard_in_a_shell_with_heartbeat,
     user_expect(!user_laser_is_on(s));
 }
 
+STORY(heartbeats_of_a_command,
+      "heartbeat in a shell counts from its own begin, not the shell's")
+{
+    const user_bench b = user_bench_new();
+    (void)user_sensor_start(b.sensor, "--rate 2");
+    user_tool *tool = run_fed(b.host, "lumctl shell --heartbeat",
+                              "status --watch --duration 20\n"
+                              "heartbeat --duration 2 --json\n"
+                              "heartbeat --duration 2\n");
+    user_expect_status(tool, DONE);
+    const char *told = strstr(user_out(tool), "{\"sensor\"");
+    user_expect(told != NULL && user_number(told, "heartbeats") <= 12);
+    user_expect_like(user_err(tool), "1[0-2] heartbeats in 2.0 s");
+}
+
 STORY(a_shell_without_heartbeat, "a shell without --heartbeat sends none")
 {
     const user_bench b = user_bench_new();
@@ -187,7 +202,7 @@ STORY(a_shell_waits_for_no_resolver,
     user_expect_has(user_err(tool), "hold for a whole shell");
     user_expect_equal(user_events(s, "set_ip"), 0);
     user_expect_equal(user_laser_rises(s), 1);
-    user_expect_status(shell(&b, "set-ip --dry-run localhost\n"), DONE);
+    user_expect_status(shell(&b, "set-ip --dry-run --force localhost\n"), DONE);
 }
 
 STORY(
