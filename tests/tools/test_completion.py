@@ -93,6 +93,18 @@ class Bash(unittest.TestCase):
         self.assertIn("--laser", complete("lumdump", "--la"))
         self.assertEqual(complete("lumdump", "--rec"), ["--receive-buffer"])
 
+    def test_options_of_a_command_are_those_that_it_takes(self):
+        self.assertIn("--trace", complete("lumctl", "--json", "doctor", "--"))
+        self.assertEqual(complete("lumctl", "status", "--w"), ["--watch"])
+        for command in complete("lumctl", ""):
+            offered = complete("lumctl", command, "--")
+            self.assertIn("--interface", offered)
+            for option in {"--dry-run", "--json", "--watch", "--force", "--trace", "--heartbeat"} & set(offered):
+                # a word too many ends a command that has the option, before anything is sent
+                r = run("lumctl", "--host", "127.0.0.1", command, option, "x", "y", "z")
+                self.assertNotRegex(r.stderr, f"{option} (does not go|cannot be)", command)
+        self.assertFalse({"--dry-run", "--watch", "--lines"} & set(complete("lumctl", "doctor", "--")))
+
     def test_help_has_two_names(self):
         for tool in ("lumctl", "lumdump", "lumsim", "lumtable", "lumview"):
             with self.subTest(tool):
@@ -105,6 +117,10 @@ class Bash(unittest.TestCase):
         self.assertEqual(complete("lumsim", "--lines", ""), ["64", "640"])
         self.assertEqual(complete("lumdump", "--format", ""), "csv ply pcd las xyz png mcap pcap pcapng rosbag2".split())
         self.assertEqual(complete("lumdump", "--compression", ""), ["zstd", "none"])
+        presets = "autoware lio-sam fast-lio kitti argoverse2 pdal".split()
+        for option in "--preset", "--check-preset":
+            self.assertEqual(complete("lumdump", option, ""), presets)
+            self.assertEqual(complete("lumdump", option, "lio"), ["lio-sam"])
         self.assertEqual(complete("lumdump", "--mcap", ""), ["frames", "lines", "packets"])
         self.assertEqual(complete("lumdump", "--format", "pc"), ["pcd", "pcap", "pcapng"])
 
@@ -155,10 +171,11 @@ class Zsh(unittest.TestCase):
 
     def test_options_come_from_the_help(self):
         script = "fpath=($1 $fpath); autoload -U compinit; compinit -D -u; autoload +X _lumsdk; _lumsdk_options=; " \
-                 "source $1/_lumsdk 2>/dev/null; _lumsdk_options lumdump"
+                 "source $1/_lumsdk 2>/dev/null; _lumsdk_options lumdump; _lumsdk_words lumdump --preset"
         r = subprocess.run(["zsh", "-fc", script, "zsh", str(FOLDER)], capture_output=True, text=True, timeout=PATIENCE_S,
                            env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
         self.assertIn("--laser", r.stdout)
+        self.assertIn("\nlio-sam\n", r.stdout)
 
 
 if __name__ == "__main__":

@@ -4,12 +4,12 @@
 
 # _lumsdk_options TOOL [COMMAND]
 _lumsdk_options() {
-    "$1" ${2:+"$2"} --help 2>/dev/null | grep -oE -- '(^|[ ,])--[a-z][a-z-]*' | grep -oE -- '--[a-z-]+' | sort -u
+    "$1" ${2:+"$2"} --help 2>/dev/null | sed '/^Usage: lumctl/,/^Options/d' | grep -oE -- '(^|[ ,])--[a-z][a-z-]*' | grep -oE -- '--[a-z-]+' | sort -u
 }
 
 # The words of "--option a|b|c" in the help, where a line that ends in | goes on.
 _lumsdk_words() {
-    "$1" --help 2>/dev/null | sed -e ':again' -e '/|$/ { N; s/\n *//; b again' -e '}' | sed -nE "s/.*$2 ([a-z0-9]+(\|[A-Za-z0-9]+)+).*/\1/p" | head -n 1 | tr '|' '\n'
+    "$1" --help 2>/dev/null | sed -e ':again' -e '/|$/ { N; s/\n *//; b again' -e '}' | sed -nE "s/.*$2 ([a-z0-9-]+(\|[A-Za-z0-9-]+)+).*/\1/p" | head -n 1 | tr '|' '\n'
 }
 
 _lumsdk_files() {
@@ -47,7 +47,7 @@ _lumctl_commands() {
     "$1" --help 2>/dev/null | sed -nE 's/^  ([a-z][a-z-]*) .*/\1/p' | grep -vx 'lumctl' | sort -u
 }
 
-# What is open behind a command: its words are offered once.
+# What is open behind a command: its own options, and its words once.
 _lumctl_words() {
     local tool=$1 current=$2 commands word command='' behind=0
     commands=" $(_lumctl_commands "$tool" | tr '\n' ' ') "
@@ -58,6 +58,10 @@ _lumctl_words() {
             command=$word
         fi
     done
+    if [[ $current == -* ]]; then
+        _lumsdk_choose "$(_lumsdk_options "$tool" ${command:+"$command"})" "$current"
+        return
+    fi
     case $command:$behind in
     :*) _lumsdk_choose "$commands" "$current" ;;
     help:0) _lumsdk_choose "$commands" "$current" ;;
@@ -106,14 +110,16 @@ _lumsdk() {
         return
         ;;
     --*)
-        words=$(_lumsdk_words "$tool" "$previous")
+        words=$(_lumsdk_words "$tool" "${previous/check-preset/preset}")
         if [ -n "$words" ]; then
             _lumsdk_choose "$words" "$current"
             return
         fi
         ;;
     esac
-    if [[ $current == -* ]]; then
+    if [[ ${tool##*/} == lumctl* ]]; then
+        _lumctl_words "$tool" "$current"
+    elif [[ $current == -* ]]; then
         if [[ ${tool##*/} != lumcal ]]; then
             _lumsdk_choose "$(_lumsdk_options "$tool")" "$current"
         elif ((COMP_CWORD == 1)); then
@@ -121,8 +127,6 @@ _lumsdk() {
         else
             _lumsdk_choose "$(_lumsdk_options "$tool" "${COMP_WORDS[1]}")" "$current"
         fi
-    elif [[ ${tool##*/} == lumctl* ]]; then
-        _lumctl_words "$tool" "$current"
     elif [[ ${tool##*/} == @(lumdump|lumview)* ]]; then
         if [[ udp:// == "$current"* && -n $current ]]; then
             COMPREPLY=(udp://)

@@ -23,6 +23,7 @@ struct command {
     const char *summary;
     unsigned own;         /* own_options it has */
     const char *words[2]; /* that may follow it */
+    const char *lacks[2]; /* options of every command that it refuses */
     ctl_command run;
 };
 
@@ -89,12 +90,15 @@ static const struct command table[] = {
     {.name = "find",
      .summary = "sensors whose address was forgotten",
      .own = OWN_SUBNET,
+     .lacks = {"dry-run", "host"},
      .run = command_find},
     {.name = "show",
      .summary = "the settings, as far as this host knows",
+     .lacks = {"dry-run"},
      .run = command_show},
     {.name = "save",
      .summary = "these settings as YAML for apply",
+     .lacks = {"dry-run", "json"},
      .run = command_save},
     {.name = "heartbeat",
      .summary = "own the session: keep laser and data on",
@@ -103,10 +107,12 @@ static const struct command table[] = {
     {.name = "doctor",
      .summary = "find what is wrong, and how to fix it",
      .own = OWN_TRACE,
+     .lacks = {"dry-run"},
      .run = command_doctor},
     {.name = "shell",
      .summary = "a prompt that takes all of these",
      .own = OWN_HEARTBEAT | OWN_CALIBRATION,
+     .lacks = {"dry-run"},
      .run = command_shell},
 };
 
@@ -160,9 +166,9 @@ static enum exit_status help_all(void)
         help_row(table[i].name, table[i].arguments, table[i].summary);
     }
     (void)puts("\nOptions, before or after the command:");
-    options_help(true, 0);
+    options_help(true, 0, NULL);
     (void)puts("\nOptions of single commands:");
-    options_help(false, ~0u);
+    options_help(false, ~0u, NULL);
     help_end();
     return finish_output();
 }
@@ -170,7 +176,7 @@ static enum exit_status help_all(void)
 static enum exit_status help_one(const struct command *command)
 {
     help_command(command->name, command->arguments, command->summary);
-    options_help(true, command->own);
+    options_help(true, command->own, command->lacks);
     return finish_output();
 }
 

@@ -113,7 +113,7 @@ static const struct option_spec specs[] = {
     {"duration", .kind = OPTION_REAL, .group = OWN_DURATION, INTO(duration_s),
      .low = DURATION_MIN_S, .high = DURATION_MAX_S, .value = "S",
      .allowed = "a number of seconds above 0",
-     .help = "end after this time (heartbeat, --watch)"},
+     .help = "end after this time (heartbeat, status, time)"},
     {"shape", .kind = OPTION_TEXT, .group = OWN_SHAPE, INTO(shape),
      .value = "SHAPE", .allowed = "a shape",
      .help = "how lines are distributed (yscan)"},
@@ -141,14 +141,24 @@ const char *options_name(unsigned own)
     return "";
 }
 
-void options_help(bool general, unsigned own)
+static bool is_lacked(const char *name, const char *const lacks[2])
+{
+    for (size_t i = 0; lacks != NULL && i < 2 && lacks[i] != NULL; i++) {
+        if (strcmp(name, lacks[i]) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void options_help(bool general, unsigned own, const char *const lacks[2])
 {
     for (size_t i = 0; i < OPTIONS; i++) {
         const struct option_spec *s = &specs[i];
         char name[24];
         const bool is_general =
             (s->group & ~(unsigned)(OWN_SESSION | OWN_PROFILE)) == 0;
-        if (s->help == NULL ||
+        if (s->help == NULL || is_lacked(s->name, lacks) ||
             (is_general ? !general : (s->group & own) == 0)) {
             continue;
         }

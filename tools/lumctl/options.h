@@ -35,8 +35,9 @@ enum exit_status options_parse(struct ctl_options *options, const char *help,
 /* An option's name for a person ("--watch"), of one of the own_options. */
 const char *options_name(unsigned own);
 
-/* The part of --help about options: those of every command, and these. */
-void options_help(bool general, unsigned own);
+/* The part of --help about options: those of every command without these two
+ * (NULL: with all), and these. */
+void options_help(bool general, unsigned own, const char *const lacks[2]);
 
 /* Host and port, as --host has them. */
 bool options_parse_host(const char *text, lum_endpoint *out, lum_error *why);
