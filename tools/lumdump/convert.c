@@ -82,6 +82,8 @@ static int take_frame(struct pass *pass, lum_error *error)
 static int end_frame(struct pass *pass, lum_error *error)
 {
     const int64_t number = lum_framer_frame_number(pass->framer);
+    const int64_t last = pass->options->frame_last;
+    pass->has_all |= last != INT64_MAX && number >= last;
     if (pass->outputs == NULL) {
         return 0;
     }

@@ -46,6 +46,7 @@ struct pass {
     lum_framer *framer;
     struct frame_lines *frame_lines; /* NULL: frames are not wanted */
     bool wants_rows;
+    bool has_all;         /* of --frames nothing more comes */
     lum_capture *capture; /* open before it is read first; NULL: live */
     lum_error warning;    /* set where the source broke off */
     uint64_t data_told;   /* packets of data, when outputs heard of it last */

@@ -175,6 +175,8 @@ static void tick(struct session *s, int64_t now_ns)
     }
     if (!lanes_watch(s->lanes, &s->say, now_ns)) {
         s->end = SESSION_OUTPUT;
+    } else if (s->lanes->summary->view.has_all) {
+        s->end = SESSION_DURATION;
     }
 }
 

@@ -17,7 +17,7 @@
 /* Why a session ends. */
 enum session_end {
     SESSION_GOES_ON,
-    SESSION_DURATION, /* it is over */
+    SESSION_DURATION, /* it is over, or all of --frames has come */
     SESSION_SIGNAL,   /* one came */
     SESSION_OUTPUT,   /* the last one has ended */
     SESSION_NO_DATA,  /* from the start */

@@ -23,6 +23,7 @@ struct worker_view {
     uint64_t lost_words; /* without lines that were under way when it began */
     uint64_t lost_lines; /* skipped, or without all angles; likewise */
     uint64_t refused;    /* datagrams that reassembly could not use */
+    bool has_all;        /* that --frames asks for */
     bool has_ended;      /* its outputs are closed, and no file is lost that
                             worker_take_lost() has not given */
 };

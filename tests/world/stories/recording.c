@@ -100,6 +100,29 @@ STORY(several_outputs, "several outputs are filled by one run")
                                  "out.xyz ");
 }
 
+STORY(the_last_of_the_frames,
+      "a run ends after the last frame that it was asked for, with the laser")
+{
+    const user_bench b = user_bench_new();
+    user_sensor *s = user_sensor_start(b.sensor, "--rate 4");
+    user_tool *dump =
+        user_run(b.host, RECORD
+                 " --frames 2:3 --json -o a.csv -o f-%%04d.ply -o a.pcap");
+    user_expect_status(dump, 0);
+    expect_laser_on_and_off(s);
+    user_expect_same(user_value(user_out(dump), "laser"), "off");
+    user_expect_same(user_value(user_out(dump), "frames_selected"), "2");
+    user_expect_at_most(user_number(user_out(dump), "frames"), 5);
+    user_expect_equal(rows_of(&b, "a.csv"),
+                      user_number(user_out(dump), "points"));
+    user_expect_equal(user_files(b.host, "f-", ".ply"), 2);
+    expect_same_summary(user_out(dump), summary_of(&b, "a.pcap --frames 2:3"));
+    user_expect_status(user_run(b.host, LIVE " --frames :1 --quiet"), 0);
+    dump = user_run(b.host, LIVE " --frames 2: --duration 3 --json");
+    user_expect_status(dump, 0);
+    user_expect_at_least(user_number(user_out(dump), "seconds"), 3);
+}
+
 STORY(one_file_a_frame, "a file of each frame, and none is left half done")
 {
     const user_bench b = user_bench_new();
