@@ -233,7 +233,7 @@ class Others(Case):
     def test_a_shell_of_lumctl_has_one_layout(self):
         words = [b"set-ip 10.42.0.38", b"set-ip 10.42.0.38 --set tlv.debug=9", b"set-ip 10.42.0.38"]
         r = run("lumctl", "--host", "127.0.0.1", "--set", "set_ip_order=little", "shell",
-                stdin=b"".join(w + b" --dry-run --sequence 7\n" for w in words))
+                stdin=b"".join(w + b" --dry-run --sequence 7 -q\n" for w in words))
         little = self.done("lumctl", "--dry-run", "--sequence", 7, "set-ip", "10.42.0.38", "--set",
                            "set_ip_order=little").stdout
         self.assertEqual(r.stdout, 2 * little)
