@@ -240,6 +240,9 @@ static void add_row(lum_frame *frame, const lum_line *line, size_t points)
 static void add_up(lum_frame_info *info, const lum_frame_part *part)
 {
     const lum_line *line = part->line.line;
+    const uint64_t before = (uint64_t)info->lines[0] + info->lines[1];
+    const bool is_dark = line->word_count == 0 && info->lines_dark == before;
+    info->lines_dark += is_dark ? 1u : 0u;
     info->lines[line->eye]++;
     info->lines_missing_angles += line->angle_count < LUM_LINE_PIXELS ? 1u : 0u;
     info->lost_words += line->lost_words;

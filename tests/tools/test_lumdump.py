@@ -14,6 +14,7 @@ import unittest
 
 import outages
 import shards
+import test_rows
 from support import (BIN, MAGIC, PATIENCE_S, Folder, frames_of, group, line, pcap, read_csv, run, simulate,
                      summary, udp, word)
 
@@ -200,6 +201,34 @@ class Points(Case):
                 self.assertEqual(text.count("frames_selected"), want not in (0, 6))
         run("lumdump", source, "--frames", "2:3", "-o", self.folder / "out.csv")
         self.assertEqual({row["frame"] for row in read_csv(self.folder / "out.csv")}, {"2", "3"})
+
+    def test_whole_frames_begin_behind_the_tail_of_a_sweep_and_the_dark(self):
+        def joined(frame, number, eye, packets):
+            """Frame 1 is a tail, the laser comes on inside frame 3, frame 4 lacks a line; then two more tails."""
+            if (frame == 1 and number < test_rows.LINES - 1) or (frame, number) == (4, 1):
+                return []
+            return packets[:3] if (2, 0) <= (frame, number) < (3, 2) else packets
+        source = self.folder.write("s.pcap", test_rows.drive(joined, frames=8))
+        for asked, want in ((1, {"5"}), (2, {"5", "6"}), (4, {"5", "6", "7", "8"})):
+            out = self.folder / "out.csv"
+            r = run("lumdump", source, "--frames", f"whole:{asked}", "-o", out, "--json")
+            got = json.loads(r.stdout)
+            self.assertEqual(({row["frame"] for row in read_csv(out)}, r.stderr), (want, ""))
+            self.assertEqual((got["frames"], got["frames_selected"], got["points"]), (8, asked, len(read_csv(out))))
+        for name, more in (("a.ply", []), ("a.pcd", ["--organized", "--return", "first"]), ("a.mcap", []), ("a.las", []),
+                           ("a.xyz", ["--comments"]), ("f-%04d.csv", ["--columns", "x,y,z,time"])):
+            for frames in "whole:1", "5:5":
+                r = run("lumdump", source, "--frames", frames, "-o", self.folder / name, *more)
+                self.assertEqual((r.returncode, "warning" in r.stderr), (0, False), r.stderr)
+                self.assertRegex(r.stderr, " 1  frames_selected")
+        self.assertEqual([n for n in self.folder.names() if n.startswith("f-")], ["f-0005.csv"])
+        few = run("lumdump", source, "--frames", "whole:9", "-o", self.folder / "out.csv")
+        self.assertEqual(few.returncode, 0)
+        self.assertIn("only 4 of 9 whole frames came", few.stderr)
+        for arguments in ([], ["-o", self.folder / "z.pcap"], ["-o", self.folder / "z.mcap", "--mcap", "frames,packets"]):
+            self.refused(2, source, "--frames", "whole:1", *arguments, message="goes with an output of points")
+        for wrong in "whole:0", "whole:", "whole:-1", "whole":
+            self.refused(2, source, "--frames", wrong, "-o", self.folder / "z.csv", message="or whole:N")
 
     def test_a_selection_that_leaves_nothing_is_told(self):
         r = run("lumdump", self.capture(), "--frames", "7:9", "-o", self.folder / "out.csv")

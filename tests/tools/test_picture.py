@@ -101,6 +101,16 @@ class Picture(unittest.TestCase):
         self.assertEqual(self.draw(), self.draw("--frames", "2:2"))
         self.assertEqual(self.said()[0], "frame 2, the first whole one; 3 others are not drawn, see --frames")
 
+    def test_a_frame_in_which_the_laser_came_on_is_shown_only_for_want_of_another(self):
+        def dark(frame, number, eye, packets):
+            return packets[:3] if (frame, number) < (2, 2) else packets
+        self.capture = self.folder.write("dark.pcap", drive(dark, frames=4))
+        self.assertEqual(self.draw(), self.draw("--frames", "3:3"))
+        self.assertEqual(self.draw(), self.draw("--frames", "whole:1"))
+        self.assertEqual(self.said()[0], "frame 3, the first whole one; 2 others are not drawn, see --frames")
+        self.capture = self.folder.write("dark.pcap", drive(dark, frames=2))
+        self.assertEqual((self.said()[0], self.said()[1]["is_whole"]), ("frame 2", True))
+
     def test_without_a_whole_frame_it_shows_the_first_and_warns(self):
         self.drive("lossy.pcap", "--loss", "0.05")
         self.assertEqual(self.draw(), self.draw("--frames", "1:1"))

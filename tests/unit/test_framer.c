@@ -680,6 +680,37 @@ static void an_eye_that_pauses_makes_its_frames_incomplete(void **state)
     run_free(r);
 }
 
+static void lines_before_the_first_word_are_dark(void **state)
+{
+    (void)state;
+    static const uint32_t lit_from[] = {0, 7, LINES, LINES - 1u};
+    struct run *r = run_default();
+    for (size_t i = 0; i < 4; i++) {
+        for (uint32_t line = 0; line < LINES; line++) {
+            for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+                drive_make(&r->line, eye, line, r->clock, NULL, 0);
+                if (line >= lit_from[i]) {
+                    drive_pixels(&r->line, eye, line, r->clock, 0, 1);
+                }
+                push_line(r, DRIVE_SENSOR);
+            }
+            r->clock += PERIOD_US;
+        }
+    }
+    end(r);
+    assert_int_equal(r->count, 4);
+    for (size_t i = 0; i < 4; i++) {
+        const lum_frame_info info = info_of(r->frames[i]);
+        assert_true(info.is_complete);
+        /* eyes close their lines a few apart */
+        assert_in_range(info.lines_dark + 4u, 2u * lit_from[i],
+                        2u * lit_from[i] + 4u);
+        assert_int_equal(info.lines_dark == 0, lit_from[i] == 0);
+        assert_int_equal(info.lines_dark == 2u * LINES, lit_from[i] == LINES);
+    }
+    run_free(r);
+}
+
 static void what_frames_lack_is_counted_also_where_none_is_made(void **state)
 {
     (void)state;
@@ -1696,6 +1727,7 @@ int main(void)
         cmocka_unit_test(two_sweeps_that_became_one_frame_are_not_complete),
         cmocka_unit_test(a_first_frame_whose_end_a_pause_took_is_not_complete),
         cmocka_unit_test(an_eye_that_pauses_makes_its_frames_incomplete),
+        cmocka_unit_test(lines_before_the_first_word_are_dark),
         cmocka_unit_test(what_frames_lack_is_counted_also_where_none_is_made),
         cmocka_unit_test(
             a_frame_that_was_joined_or_left_in_the_middle_is_not_complete),

@@ -104,6 +104,7 @@ static void assert_same_info(const lum_frame_info *a, const lum_frame_info *b)
     assert_same(a, b, points_cut);
     assert_same(a, b, lines_cut);
     assert_same(a, b, lines_late);
+    assert_same(a, b, lines_dark);
     assert_same(a, b, begin_utc_ns);
     assert_same(a, b, utc_error_ns);
 }

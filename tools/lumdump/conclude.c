@@ -160,6 +160,20 @@ static void warn_of_left_out(const struct pass *pass)
     }
 }
 
+static void warn_of_few(const struct pass *pass)
+{
+    const struct summary *s = &pass->summary;
+    char text[200];
+    if (s->whole.frames < s->whole.asked) {
+        (void)snprintf(text, sizeof text,
+                       "only %" PRIu64 " of %u whole frames came: others lack "
+                       "lines or words, or the laser came on inside; choose "
+                       "them by numbers, such as --frames 2:2",
+                       s->whole.frames, (unsigned)s->whole.asked);
+        warn(pass->options, text);
+    }
+}
+
 /* Of several frames over each other, the losses tell. */
 static void warn_of_pictures(const struct pass *pass)
 {
@@ -266,6 +280,7 @@ static void warn_of_losses(const struct pass *pass)
     warn_of_layout(pass);
     warn_of_no_points(pass);
     warn_of_left_out(pass);
+    warn_of_few(pass);
     warn_of_pictures(pass);
     warn_of_clocks(pass);
 }

@@ -66,17 +66,41 @@ static int take_line(struct pass *pass, lum_error *error)
     return is_wanted ? write_line(pass, error) : 0;
 }
 
+/* Of --frames whole:N the first so many, else all. One without points is that
+ * of a laser that is not on yet. */
+static bool is_chosen(struct pass *pass)
+{
+    struct summary *s = &pass->summary;
+    const size_t points = frame_lines_points(pass->frame_lines);
+    if (s->whole.asked == 0) {
+        return true;
+    }
+    if (pass->has_all || points == 0 ||
+        !frame_lines_is_whole(pass->frame_lines)) {
+        return false;
+    }
+    s->whole.sensor = lum_framer_sensor(pass->framer);
+    s->whole.frames++;
+    s->whole.points += points;
+    pass->has_all = s->whole.frames == s->whole.asked;
+    return true;
+}
+
 static int take_frame(struct pass *pass, lum_error *error)
 {
     const lum_frame *frame = lum_framer_frame(pass->framer, 0);
-    if (pass->outputs == NULL || !outputs_want_frames(pass->outputs)) {
+    const bool is_written =
+        pass->outputs != NULL && outputs_want_frames(pass->outputs);
+    if (!is_written && pass->summary.whole.asked == 0) {
         return 0;
     }
     if (frame_lines_take(pass->frame_lines, frame, pass->wants_rows) != 0) {
         errno = ENOMEM;
         return lum_error_set(error, "out of memory");
     }
-    return outputs_add_frame(pass->outputs, pass->frame_lines, error);
+    return is_chosen(pass) && is_written
+               ? outputs_add_frame(pass->outputs, pass->frame_lines, error)
+               : 0;
 }
 
 static int end_frame(struct pass *pass, lum_error *error)
@@ -273,6 +297,9 @@ static unsigned find_wants(const struct pass *pass)
 {
     const struct options *o = pass->options;
     unsigned wants = LUM_WANT_FRAME_ENDS;
+    if (o->whole != 0) {
+        wants |= (unsigned)LUM_WANT_FRAMES;
+    }
     for (size_t i = 0; i < o->output_count && !pass->counts_alone; i++) {
         if (options_takes_frames(o, i)) {
             wants |= (unsigned)LUM_WANT_FRAMES;
@@ -378,6 +405,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     pass->summary.source = o->source;
     pass->summary.framer = pass->framer;
     pass->summary.has_frames = options_has_frames(o);
+    pass->summary.whole.asked = o->whole;
     return PASS_DONE;
 }
 
@@ -388,7 +416,7 @@ void pass_note_left_out(struct pass *pass)
 {
     struct summary *s = &pass->summary;
     struct left_out of_frames = {.late = 0};
-    if (pass->frame_lines != NULL) {
+    if (pass->frame_lines != NULL && s->whole.asked == 0) {
         const lum_framer_counters c = summary_count(s);
         of_frames.late = c.points_late;
         of_frames.cut = c.points_cut;

@@ -29,6 +29,7 @@ struct frame_lines {
     struct columns columns; /* the frame's */
     int64_t number;
     bool is_whole;
+    bool was_lit;         /* words came in it */
     int64_t begin_utc_ns; /* 0: there is no clock */
     int64_t begin_arrival_ns;
     uint32_t end_before; /* of the frame before: its highest line, plus 1 */
@@ -177,7 +178,8 @@ int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
     f->frame = frame;
     f->columns = columns_of(frame);
     f->number = info.number;
-    f->is_whole = info.is_complete;
+    f->is_whole = info.is_complete && (info.lines_dark == 0 || f->was_lit);
+    f->was_lit = info.lines_dark < (uint64_t)info.lines[0] + info.lines[1];
     f->begin_utc_ns = info.begin_utc_ns;
     f->begin_arrival_ns = info.begin_arrival_ns;
     return wants_rows ? lay_out(f) : 0;

@@ -119,7 +119,7 @@ static const struct option_spec specs[] = {
     {"return", CALL(values_take_return),
      .allowed = "all, first, last, strongest or a number from 1"},
     {"frames", CALL(values_take_frames),
-     .allowed = "FIRST:LAST, such as 10:20 or 10:"},
+     .allowed = "FIRST:LAST, such as 10:20 or 10:, or whole:N"},
     {"range", CALL(values_take_range),
      .allowed = "MIN:MAX in metres, such as 2:80"},
     {"box", CALL(values_take_box),
@@ -256,6 +256,17 @@ static bool has_standard_output(const struct options *o)
     return false;
 }
 
+/* Every output does, and there is one. */
+static bool makes_points(const struct options *o)
+{
+    for (size_t i = 0; i < o->output_count; i++) {
+        if (options_takes_packets(o, i)) {
+            return false;
+        }
+    }
+    return o->output_count > 0;
+}
+
 static bool goes_with_source(const struct options *o)
 {
     if (!o->is_live && o->laser) {
@@ -279,6 +290,11 @@ static bool goes_with_source(const struct options *o)
     if (o->is_live && o->port != 0) {
         return refuse("--port is of the sensors in a capture: for a sensor "
                       "name it in udp://ADDRESS:PORT");
+    }
+    if (!o->is_live && o->whole != 0 && !makes_points(o)) {
+        return refuse("--frames whole:N goes with an output of points: a frame "
+                      "is known to be whole only at its end, too late to cut "
+                      "a capture; choose by numbers, such as 2:2");
     }
     if (o->is_live && o->has_sensor) {
         return refuse("--sensor chooses among the sensors of a capture: "
@@ -550,7 +566,7 @@ bool options_is_picture(const struct options *options, size_t i)
 bool options_has_frames(const struct options *options)
 {
     return options->frame_first != INT64_MIN ||
-           options->frame_last != INT64_MAX;
+           options->frame_last != INT64_MAX || options->whole != 0;
 }
 
 bool options_draws_one(const struct options *options, size_t i)
@@ -564,6 +580,7 @@ bool options_takes_frames(const struct options *options, size_t i)
     const unsigned format = options->outputs[i].format;
     return options_is_organized(options, i) || options_is_picture(options, i) ||
            options_has_messages(options, i) || options_has_preset(options, i) ||
+           (options->whole != 0 && !options_is_recording(options, i)) ||
            (options->has_times && !options_is_capture(format) &&
             lum_format_has_columns((lum_format)format));
 }

@@ -75,6 +75,7 @@ struct options {
     unsigned eyes; /* bit 1 << LUM_EYE_... */
     int64_t frame_first;
     int64_t frame_last;
+    uint32_t whole;      /* so many whole frames; 0: these */
     int64_t duration_ns; /* 0: all */
     bool drop_incomplete;
     bool has_packets;       /* --packets was given */
@@ -143,7 +144,7 @@ int options_pattern(const char *name);
 /* Whether the i-th output continues in new files. */
 bool options_rotates(const struct options *options, size_t i);
 
-/* Whether frames were chosen. */
+/* Whether frames were chosen, by number or as whole ones. */
 bool options_has_frames(const struct options *options);
 
 /* Whether it is one picture; of one frame, as none was asked for, and not of

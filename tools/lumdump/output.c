@@ -675,8 +675,26 @@ static void note_drawn(struct drawn *drawn, int64_t number, uint64_t points,
     drawn->frames++;
 }
 
-/* If frames were chosen, draw each; else the first whole one, and keep the
- * first as a spare. Each of a rotation, too. */
+static bool has_nothing_missing(const lum_frame *frame)
+{
+    lum_frame_info info = {.struct_size = sizeof info};
+    (void)lum_frame_get_info(frame, &info);
+    return info.is_complete;
+}
+
+/* The first that nothing is known to be missing in, else the first. */
+static void keep_spare(struct output *o, const struct frame_lines *lines)
+{
+    const lum_frame *frame = frame_lines_frame(lines);
+    if (o->spare == NULL ||
+        (has_nothing_missing(frame) && !has_nothing_missing(o->spare))) {
+        lum_frame_release(o->spare);
+        o->spare = lum_frame_keep(frame);
+    }
+}
+
+/* If frames were chosen, draw each; else the first whole one, and keep another
+ * as a spare. Each of a rotation, too. */
 static int add_to_picture(struct output *o, struct frame_lines *frame,
                           lum_error *error)
 {
@@ -693,8 +711,8 @@ static int add_to_picture(struct output *o, struct frame_lines *frame,
         return result;
     }
     o->drawn.others++;
-    if (o->drawn.frames == 0 && o->spare == NULL) {
-        o->spare = lum_frame_keep(frame_lines_frame(frame));
+    if (o->drawn.frames == 0) {
+        keep_spare(o, frame);
     }
     return 0;
 }
@@ -930,7 +948,7 @@ bool output_drawn(const struct output *o, struct drawn *out)
     if (o->drawn.frames == 0 && o->spare != NULL) {
         lum_frame_info info = {.struct_size = sizeof info};
         (void)lum_frame_get_info(o->spare, &info);
-        note_drawn(out, info.number, info.points, false, o->number);
+        note_drawn(out, info.number, info.points, info.is_complete, o->number);
         out->others--;
     }
     return o->is_picture;

@@ -37,6 +37,10 @@ static lum_framer_counters count_sensor(const struct summary *s, size_t i)
 {
     lum_framer_counters c = {.struct_size = sizeof c};
     (void)lum_framer_count(s->framer, i, &c);
+    if (s->whole.asked != 0) {
+        c.frames = i == s->whole.sensor ? s->whole.frames : 0;
+        c.points = i == s->whole.sensor ? s->whole.points : 0;
+    }
     return c;
 }
 

@@ -49,6 +49,12 @@ struct summary {
     uint64_t records; /* of the capture */
     bool has_time;
     bool has_frames; /* some were chosen */
+    struct {
+        uint32_t asked; /* --frames whole:N; 0: not */
+        size_t sensor;
+        uint64_t frames; /* that were chosen */
+        uint64_t points; /* in them */
+    } whole;
     bool truncated;
     struct left_out left_out[OUTPUTS_MAX]; /* of outputs that lack points */
     size_t left_out_count;

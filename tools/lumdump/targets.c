@@ -64,12 +64,13 @@ static int check_organized(const struct options *options, size_t i,
 {
     const char *name = options->outputs[i].name;
     return !options_is_organized(options, i) || options_pattern(name) == 1 ||
-                   options->frame_first == options->frame_last
+                   options->frame_first == options->frame_last ||
+                   options->whole == 1
                ? 0
                : lum_error_set(error,
                                "%s: --organized makes a file of each frame: "
                                "put %%04d into the name, or choose one frame "
-                               "by --frames N:N",
+                               "by --frames N:N or whole:1",
                                name);
 }
 

@@ -120,7 +120,16 @@ bool values_take_frames(void *options, const char *text, lum_error *why)
     char copy[64];
     char *first = NULL;
     char *last = NULL;
+    int64_t whole = 0;
     (void)why;
+    out->frame_first = INT64_MIN;
+    out->frame_last = INT64_MAX;
+    if (strncmp(text, "whole:", 6) == 0) {
+        const bool is_fine = number_parse_int(text + 6, 1, UINT32_MAX, &whole);
+        out->whole = (uint32_t)whole;
+        return is_fine;
+    }
+    out->whole = 0;
     if (strlen(text) >= sizeof copy) {
         return false;
     }

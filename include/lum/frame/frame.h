@@ -163,6 +163,9 @@ typedef struct lum_frame_info {
     char sensor_interface[LUM_INTERFACE_BYTES]; /**< of a sensor whose address
                                another one had before it: its interface; else
                                empty */
+    uint64_t lines_dark; /**< lines that were handed out before the first one
+                              with a word: if the frame before had no word
+                              either, the laser may have come on inside */
 } lum_frame_info;
 
 /** Read the info of a frame.

@@ -118,6 +118,14 @@ STORY(the_last_of_the_frames,
     user_expect_equal(user_files(b.host, "f-", ".ply"), 2);
     expect_same_summary(user_out(dump), summary_of(&b, "a.pcap --frames 2:3"));
     user_expect_status(user_run(b.host, LIVE " --frames :1 --quiet"), 0);
+    dump =
+        user_run(b.host, RECORD " --frames whole:2 --json -o w.csv -o w.pcap");
+    user_expect_status(dump, 0);
+    user_expect_same(user_value(user_out(dump), "frames_selected"), "2");
+    user_expect_equal(rows_of(&b, "w.csv"),
+                      user_number(user_out(dump), "points"));
+    user_expect(user_number(user_out(dump), "points") > 1000);
+    user_expect(!user_laser_is_on(s));
     dump = user_run(b.host, LIVE " --frames 2: --duration 3 --json");
     user_expect_status(dump, 0);
     user_expect_at_least(user_number(user_out(dump), "seconds"), 3);
