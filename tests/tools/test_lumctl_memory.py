@@ -172,6 +172,18 @@ class Remembers(Case):
             self.assertEqual(p.wait(PATIENCE_S), DONE)
         self.assertEqual(len(self.known("127.61.0.12")), len(words))
 
+    def test_a_setting_that_is_done_is_the_one_that_the_sensor_took_last(self):
+        sensor, environment = Sensor(self, self.folder, address="127.61.0.14"), {**os.environ, "XDG_STATE_HOME": str(self.state)}
+        for i in range(12):
+            running = [subprocess.Popen([BIN / "lumctl", "-q", "--host", "127.61.0.14", "power", str(n)], env=environment,
+                                        stdout=subprocess.DEVNULL) for n in range(4 * i, 4 * i + 4)]
+            self.assertEqual([p.wait(PATIENCE_S) for p in running], [DONE] * 4)
+            [shown] = json.loads(self.ctl(DONE, "127.61.0.14", "show", "--json").stdout)["settings"]
+            took = [e["note"] for e in sensor.events("tlv") if re.fullmatch(r"\d+p", e.get("note", ""))]
+            self.assertTrue(shown["standing"] == "unsure" or f"{shown['value']}p" == took[-1], (shown, took[-4:]))
+        self.ctl(DONE, "127.61.0.14", "power", 60)
+        self.assertEqual(self.known("127.61.0.14"), {"power": "60"})
+
     def test_sensors_of_other_ports_are_others(self):
         Sensor(self, self.folder, "--port", "5600", address="127.61.0.13")
         Sensor(self, self.folder, address="127.61.0.13")

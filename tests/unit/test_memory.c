@@ -148,20 +148,78 @@ static void lines_clear_a_table_and_no_degrees(void **state)
 {
     const struct memory_table table = {.scan = MEMORY_TABLE};
     struct memory known = {.clock = {0}};
-    struct memory changes = {.clock = {0}};
+    struct memory changes = {.begun_ns = START + 1};
     (void)state;
     memory_take_table(&known, &table, 640, MEMORY_DONE, START);
     take(&changes, LUM_COMMAND_LINE_MODE, 1, MEMORY_DONE);
-    memory_merge(&known, &changes);
+    memory_merge(&known, &changes, START + S);
     assert_int_equal(known.entries[LUM_COMMAND_YSCAN].standing, MEMORY_NOTHING);
     take(&known, LUM_COMMAND_YSCAN, 15, MEMORY_DONE);
-    memory_merge(&known, &changes);
+    memory_merge(&known, &changes, START + S);
     assert_int_equal(known.entries[LUM_COMMAND_YSCAN].value, 15);
     /* Lines first, then a table: the table stays. */
     memory_take_table(&changes, &table, 64, MEMORY_DONE, START);
-    memory_merge(&known, &changes);
+    memory_merge(&known, &changes, START + S);
     assert_int_equal(known.entries[LUM_COMMAND_YSCAN].value, 64);
     assert_int_equal(known.table.scan, MEMORY_TABLE);
+}
+
+/* Of a command that was under way from START + 5 to START + 9: power 31. */
+static enum memory_standing merged_with(enum memory_standing standing,
+                                        int64_t utc_ns, uint16_t value,
+                                        int64_t now_ns)
+{
+    const lum_command before = {LUM_COMMAND_POWER, value};
+    const lum_command after = {LUM_COMMAND_POWER, 31};
+    struct memory known = {.clock = {0}};
+    struct memory changes = {.begun_ns = START + 5};
+    memory_take(&known, &before, standing, utc_ns);
+    memory_take(&known, &(lum_command){LUM_COMMAND_HOLDOFF, 200}, MEMORY_DONE,
+                utc_ns);
+    memory_take(&changes, &after, MEMORY_DONE, START + 9);
+    memory_merge(&known, &changes, now_ns);
+    assert_int_equal(known.entries[LUM_COMMAND_POWER].value, 31);
+    assert_int_equal(known.entries[LUM_COMMAND_HOLDOFF].standing, MEMORY_DONE);
+    return known.entries[LUM_COMMAND_POWER].standing;
+}
+
+static enum memory_standing merged(int64_t utc_ns, uint16_t value,
+                                   int64_t now_ns)
+{
+    return merged_with(MEMORY_DONE, utc_ns, value, now_ns);
+}
+
+static void what_two_commands_set_at_once_is_unsure(void **state)
+{
+    (void)state;
+    assert_int_equal(merged(START + 4, 21, START + 20), MEMORY_DONE);
+    assert_int_equal(merged(START + 5, 21, START + 20), MEMORY_UNSURE);
+    assert_int_equal(merged(START + 15, 21, START + 20), MEMORY_UNSURE);
+    assert_int_equal(merged(START + 15, 31, START + 20), MEMORY_DONE);
+    assert_int_equal(merged(START + 21, 21, START + 20), MEMORY_DONE);
+    /* of three, the file has two already */
+    assert_int_equal(merged_with(MEMORY_UNSURE, START + 15, 31, START + 20),
+                     MEMORY_UNSURE);
+}
+
+static void lines_and_a_table_at_once_are_unsure(void **state)
+{
+    const struct memory_table table = {.scan = MEMORY_TABLE};
+    struct memory known = {.clock = {0}};
+    struct memory changes = {.begun_ns = START};
+    (void)state;
+    memory_take_table(&known, &table, 640, MEMORY_DONE, START + 1);
+    take(&changes, LUM_COMMAND_LINE_MODE, 1, MEMORY_DONE);
+    memory_merge(&known, &changes, START + 2);
+    assert_int_equal(known.entries[LUM_COMMAND_YSCAN].standing, MEMORY_UNSURE);
+    known = (struct memory){.clock = {0}};
+    changes = (struct memory){.begun_ns = START};
+    take(&known, LUM_COMMAND_LINE_MODE, 1, MEMORY_DONE);
+    memory_take_table(&changes, &table, 640, MEMORY_DONE, START + 1);
+    memory_merge(&known, &changes, START + 2);
+    assert_int_equal(known.entries[LUM_COMMAND_YSCAN].standing, MEMORY_UNSURE);
+    assert_int_equal(known.entries[LUM_COMMAND_LINE_MODE].standing,
+                     MEMORY_DONE);
 }
 
 static void the_laser_is_not_taken(void **state)
@@ -325,6 +383,8 @@ int main(void)
         cmocka_unit_test(a_restart_leaves_nothing_but_its_times),
         cmocka_unit_test(what_could_not_be_seen_makes_settings_old),
         cmocka_unit_test(lines_clear_a_table_and_no_degrees),
+        cmocka_unit_test(what_two_commands_set_at_once_is_unsure),
+        cmocka_unit_test(lines_and_a_table_at_once_are_unsure),
         cmocka_unit_test(the_laser_is_not_taken),
         cmocka_unit_test(a_file_is_read_as_it_was_written),
         cmocka_unit_test(the_longest_file_has_room),

@@ -4,6 +4,7 @@
 #include "report.h"
 #include "session.h"
 
+#include "lum/base/time.h"
 #include "lum/laser.h"
 
 #include <stdio.h>
@@ -94,6 +95,9 @@ enum exit_status ctl_request_text(struct ctl *ctl, const char *text,
     enum exit_status status = ctl_open(ctl, false);
     if (status != EXIT_DONE) {
         return status;
+    }
+    if (ctl->changes.begun_ns == 0) {
+        ctl->changes.begun_ns = lum_time_utc_ns();
     }
     if ((text != NULL ? session_command(ctl, text)
                       : session_request(ctl, tlvs, len)) != LUM_OK) {

@@ -88,17 +88,59 @@ static void weaken(struct memory *memory, enum memory_standing standing)
     }
 }
 
-void memory_merge(struct memory *memory, const struct memory *changes)
+#define BIT(id) (1u << (unsigned)(id))
+#define SCAN    (BIT(LUM_COMMAND_LINE_MODE) | BIT(LUM_COMMAND_YSCAN))
+
+/* The settings that another command set while these changes were under way, a
+ * bit each. Those from the future: the calendar was set back since. Lines and a
+ * table go together, since lines clear it. */
+static unsigned find_contested(const struct memory *memory,
+                               const struct memory *changes, int64_t now_ns)
 {
-    if (changes->is_lines_set) {
+    const bool has_table = memory->table.scan != MEMORY_DEGREES ||
+                           changes->table.scan != MEMORY_DEGREES;
+    unsigned found = 0;
+    for (size_t i = 0; i < LUM_COMMANDS; i++) {
+        const struct memory_entry *e = &memory->entries[i];
+        if (e->standing != MEMORY_NOTHING && e->utc_ns >= changes->begun_ns &&
+            e->utc_ns <= now_ns) {
+            found |= BIT(i);
+        }
+    }
+    return has_table && (found & SCAN) != 0 ? found | SCAN : found;
+}
+
+static void merge_entry(struct memory *memory, const struct memory *changes,
+                        size_t i, bool is_contested)
+{
+    struct memory_entry *e = &memory->entries[i];
+    const bool is_same =
+        e->standing == MEMORY_DONE && e->value == changes->entries[i].value &&
+        (i != LUM_COMMAND_YSCAN || (memory->table.scan == MEMORY_DEGREES &&
+                                    changes->table.scan == MEMORY_DEGREES));
+    const int64_t before_ns = e->utc_ns;
+    *e = changes->entries[i];
+    if (is_contested) { /* a third may have been under way with the later one */
+        e->utc_ns = before_ns > e->utc_ns ? before_ns : e->utc_ns;
+        e->standing = is_same ? e->standing : MEMORY_UNSURE;
+    }
+}
+
+void memory_merge(struct memory *memory, const struct memory *changes,
+                  int64_t now_ns)
+{
+    const unsigned contested = find_contested(memory, changes, now_ns);
+    if (changes->is_lines_set && (contested & BIT(LUM_COMMAND_YSCAN)) == 0) {
         clear_table(memory);
+    } else if (changes->is_lines_set && memory->table.scan != MEMORY_DEGREES) {
+        memory->entries[LUM_COMMAND_YSCAN].standing = MEMORY_UNSURE;
     }
     if (changes->is_unclear) {
         weaken(memory, MEMORY_UNSURE);
     }
     for (size_t i = 0; i < LUM_COMMANDS; i++) {
         if (changes->entries[i].standing != MEMORY_NOTHING) {
-            memory->entries[i] = changes->entries[i];
+            merge_entry(memory, changes, i, (contested & BIT(i)) != 0);
         }
     }
     if (changes->entries[LUM_COMMAND_YSCAN].standing != MEMORY_NOTHING) {

@@ -37,7 +37,7 @@ enum memory_scan {
 struct memory_entry {
     enum memory_standing standing;
     uint16_t value; /* of its command; of a table: its lines */
-    int64_t utc_ns; /* when it was sent */
+    int64_t utc_ns; /* when it was answered, or given up */
 };
 
 /* A Y-scan table and its source. */
@@ -63,6 +63,7 @@ struct memory {
     struct memory_clock clock;                 /* of its present run */
     int64_t restart_from_ns; /* a restart was seen: between these two times,  */
     int64_t restart_to_ns;   /* UTC; 0: none */
+    int64_t begun_ns;        /* changes: before the first was sent, UTC */
     bool is_lines_set;       /* changes: a table from before has gone */
     bool is_unclear;         /* changes: something was sent that may have set
                                 anything */
@@ -81,8 +82,11 @@ void memory_take_table(struct memory *memory, const struct memory_table *table,
 /* Whether there is any setting, or a change. */
 bool memory_has_any(const struct memory *memory);
 
-/* Adds later changes to what is known. */
-void memory_merge(struct memory *memory, const struct memory *changes);
+/* Adds later changes to what is known. now_ns: UTC. What another command set
+ * differently while these were under way becomes MEMORY_UNSURE: the sensor may
+ * have taken either last. */
+void memory_merge(struct memory *memory, const struct memory *changes,
+                  int64_t now_ns);
 
 /* What a sensor's clock says about a restart. */
 enum memory_run {

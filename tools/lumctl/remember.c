@@ -308,7 +308,7 @@ static int merge(const struct ctl *ctl, const struct memory_clock *clock,
         had_any) {
         note_restart(ctl);
     }
-    memory_merge(&memory, &ctl->changes);
+    memory_merge(&memory, &ctl->changes, lum_time_utc_ns());
     const int result = save(&key, path, &memory, error);
     store_unlock(&lock);
     return result;
