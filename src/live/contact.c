@@ -87,6 +87,7 @@ lum_news_kind lum_contact_note_clock(lum_contact *c, const lum_profile *profile,
     }
     c->clock = now;
     c->odd.is_there = false;
+    c->away_ns = is_anew ? now_ns : c->away_ns; /* it may be too short to see */
     return is_anew ? LUM_NEWS_RESTARTED : NOTHING;
 }
 

@@ -69,7 +69,7 @@ lum_news_kind lum_contact_tick(lum_contact *contact, bool is_owner,
 lum_news_kind lum_contact_move(lum_contact *contact, bool is_moved,
                                lum_endpoint to);
 
-/* Whether data had stopped a moment ago, or has. */
+/* Whether data had stopped a moment ago, or has, or the clock began anew. */
 bool lum_contact_was_away(const lum_contact *contact, int64_t now_ns);
 
 /* What holds now of all that; 0: nothing. */

@@ -121,13 +121,16 @@ STORY(a_reboot, "a reboot is told and the recording goes on")
     user_tool *dump = user_start(b.host, RECORD " --json -o raw.pcap");
     user_until(user_laser_is_on(s));
     until_data(&b, "raw.pcap", 100000);
-    user_until_beats(s, 6);
+    user_until_beats(s, 20);
+    user_pause_between_ms(0, 1000);
     user_signal(s->tool, SIGUSR1);
     user_until(user_events(s, "fault") > 0);
     user_until_beats(s, 6);
     until_more(&b, "raw.pcap", 200000);
     user_expect_end(dump, SIGINT, 0);
     user_expect_has(user_err(dump), "went off");
+    user_expect_has(user_err(dump), "10.42.0.37 was restarted");
+    user_expect_lacks(user_err(dump), "another program");
     user_expect_equal(user_heard(s, "u"), 1);
     expect_same_summary(user_out(dump), summary_of(&b, "raw.pcap"));
 }
