@@ -189,6 +189,16 @@ const char *lum_laser_cause(uint16_t status, bool was_away)
                       "heartbeat came for 3 s";
 }
 
+const char *lum_news_ctl(lum_endpoint sensor, const char *interface_name,
+                         char *out, size_t room)
+{
+    const char *name = interface_name != NULL ? interface_name : "";
+    const char *quote = strchr(name, ' ') != NULL ? "\"" : "";
+    (void)snprintf(out, room, "lumctl --host %s%s%s%.200s%s", show(sensor).text,
+                   *name != '\0' ? " --interface " : "", quote, name, quote);
+    return out;
+}
+
 /* A status without the bit of "on" shows no more than that nothing keeps the
  * laser down. Without the session's heartbeats somebody else's keep it on. */
 static void fill(const lum_news *news, value out[VALUES])
@@ -196,7 +206,7 @@ static void fill(const lum_news *news, value out[VALUES])
     const bool has_ended = news->kind >= LUM_NEWS_ENDED_OFF;
     const bool has_moved = has_ended && news->to.address != 0;
     const bool is_on = (news->status & LUM_LASER_TLV_CMD_ON) != 0;
-    const char *name = news->interface_name;
+    char ctl[VALUE_BYTES];
     const char *state = news->tries == 0 ? "no answer yet"
                         : lum_laser_is_down(news->status)
                             ? "laser on is still in effect"
@@ -204,9 +214,9 @@ static void fill(const lum_news *news, value out[VALUES])
     const int64_t tenths = (news->ns + TENTH_NS / 2) / TENTH_NS;
     SET(&out[0], "sensor", "%s", show(news->sensor).text);
     SET(&out[1], "to", "%s", show(news->to).text);
-    SET(&out[2], "ctl", "lumctl --host %s%s%.200s",
-        show(has_moved ? news->to : news->sensor).text,
-        name != NULL ? " --interface " : "", name != NULL ? name : "");
+    SET(&out[2], "ctl", "%s",
+        lum_news_ctl(has_moved ? news->to : news->sensor, news->interface_name,
+                     ctl, sizeof ctl));
     name_bits(news->status & (has_ended ? UINT16_MAX : LUM_LASER_ALL_DOWN),
               &out[3]);
     SET(&out[4], "cause", "%s", lum_laser_cause(news->status, news->was_away));

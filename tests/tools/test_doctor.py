@@ -352,7 +352,7 @@ class TwoHosts(OnHosts):
         }""", capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 0, r.stderr)
         found = self.broken("answer", 1, "answers from port 6000")
-        self.assertEqual(self.mended(found, "answer"), ["lumctl --host 10.42.0.37 --port 6000 doctor"])
+        self.assertEqual(self.mended(found, "answer"), ["lumctl --host 10.42.0.37:6000 doctor"])
 
     def test_a_route_that_forbids(self):
         self.client("ip route add unreachable 10.42.0.37/32")

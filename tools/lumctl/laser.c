@@ -18,9 +18,8 @@ static enum exit_status complain_down(const struct ctl *ctl,
 {
     const uint16_t status = answer->status;
     const bool is_owned = session_is_owned(ctl, status);
-    char name[SESSION_NAME_BYTES];
+    char at[SESSION_CTL_BYTES];
     char line[REPORT_LINE_BYTES];
-    (void)session_name(session_host(ctl), name);
     if (report_has_hazard(status, is_owned)) {
         (void)ctl_complain(EXIT_HAZARD,
                            "the laser stays down during a hazard:");
@@ -30,10 +29,9 @@ static enum exit_status complain_down(const struct ctl *ctl,
     if (report_is_idle(status, is_owned)) {
         return ctl_complain(
             EXIT_FAILED,
-            "the laser stays down: nobody sends heartbeats. Start lumdump "
-            "udp://%s --laser, or lumctl --host %s heartbeat, then say laser "
-            "on again",
-            name, name);
+            "the laser stays down: nobody sends heartbeats. Start a lumdump "
+            "with --laser, or %s heartbeat, then say laser on again",
+            session_ctl(ctl, session_host(ctl), at));
     }
     return ctl_complain(EXIT_FAILED, "the laser did not come up: %s",
                         report_line(status, is_owned, line));

@@ -28,6 +28,12 @@ const char *session_name(lum_endpoint host, char out[SESSION_NAME_BYTES])
     return out;
 }
 
+const char *session_ctl(const struct ctl *ctl, lum_endpoint host,
+                        char out[SESSION_CTL_BYTES])
+{
+    return lum_news_ctl(host, ctl->options.interface, out, SESSION_CTL_BYTES);
+}
+
 lum_endpoint session_host(const struct ctl *ctl)
 {
     return ctl->sensor != NULL ? lum_sensor_endpoint(ctl->sensor)
@@ -312,6 +318,7 @@ bool session_is_data(const struct ctl *ctl, const lum_received *datagram)
 enum exit_status session_complain_silence(const struct ctl *ctl, unsigned tries)
 {
     char name[SESSION_NAME_BYTES];
+    char at[SESSION_CTL_BYTES];
     char how[64] = "";
     (void)session_name(session_host(ctl), name);
     if (tries > 0) {
@@ -324,9 +331,8 @@ enum exit_status session_complain_silence(const struct ctl *ctl, unsigned tries)
                        ctl->options.duration_s);
     }
     return ctl_complain(EXIT_NO_ANSWER,
-                        "%s does not answer%s; to find out why: lumctl doctor "
-                        "--host %s",
-                        name, how, name);
+                        "%s does not answer%s; to find out why: %s doctor",
+                        name, how, session_ctl(ctl, session_host(ctl), at));
 }
 
 /* The hazard that came meanwhile was told. */

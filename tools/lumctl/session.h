@@ -13,6 +13,11 @@ lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
  * keeper of its own. Complains. */
 enum exit_status session_change(struct ctl *ctl, lum_endpoint host, bool owns);
 
+/* The beginning of a command for a host: lum_news_ctl(). */
+#define SESSION_CTL_BYTES 320
+const char *session_ctl(const struct ctl *ctl, lum_endpoint host,
+                        char out[SESSION_CTL_BYTES]);
+
 /* Ends the session, and with it its heartbeats. */
 void session_end(struct ctl *ctl);
 

@@ -272,16 +272,17 @@ static void print(const struct move *m, enum found found)
 static enum exit_status complain_reversed(const struct move *m)
 {
     char where[SESSION_NAME_BYTES];
+    char at[SESSION_CTL_BYTES];
     char wanted[SESSION_NAME_BYTES];
     return ctl_complain(
         EXIT_FAILED,
         "the sensor took the bytes in the other order and is at %s now: write "
-        "'version: 1' and 'set_ip_order: %s' to a file, and run lumctl "
-        "--profile FILE --host %s set-ip %s",
+        "'version: 1' and 'set_ip_order: %s' to a file, and run "
+        "%s --profile FILE set-ip %s",
         session_name(m->reversed, where),
         m->ctl->layout.profile.set_ip_order == LUM_SET_IP_NETWORK ? "little"
                                                                   : "network",
-        where, session_name(m->new, wanted));
+        session_ctl(m->ctl, m->reversed, at), session_name(m->new, wanted));
 }
 
 static enum exit_status complain_nowhere(struct move *m)
@@ -292,6 +293,7 @@ static enum exit_status complain_nowhere(struct move *m)
     char new[SESSION_NAME_BYTES];
     char old[SESSION_NAME_BYTES];
     char reversed[SESSION_NAME_BYTES];
+    char at[SESSION_CTL_BYTES];
     const bool has_reversed = lum_address_is_host(m->reversed.address);
     if (m->error.text[0] != '\0') {
         (void)ctl_complain(EXIT_FAILED, "%s", m->error.text);
@@ -305,11 +307,12 @@ static enum exit_status complain_nowhere(struct move *m)
     return ctl_complain(
         EXIT_NO_ANSWER,
         "nobody answers at %s, nor at %s%s%s. The packet may still have "
-        "arrived, and its answers been lost. To find out why: lumctl doctor "
-        "--host %s. When its power was off, the sensor is at 10.42.0.37",
+        "arrived, and its answers been lost. To find out why: %s doctor. When "
+        "its power was off, the sensor is at 10.42.0.37",
         session_name(m->new, new), session_name(m->old, old),
         has_reversed ? " or " : "",
-        has_reversed ? session_name(m->reversed, reversed) : "", new);
+        has_reversed ? session_name(m->reversed, reversed) : "",
+        session_ctl(m->ctl, m->new, at));
 }
 
 static enum exit_status tell(struct move *m, enum found found)

@@ -100,6 +100,14 @@ bool lum_news_is_dark(lum_news_kind kind);
  * @param was_away data had stopped before. */
 const char *lum_laser_cause(uint16_t status, bool was_away);
 
+/** The beginning of a command that a person copies, for a session's sensor:
+ * "lumctl --host 10.42.0.37 --interface eth0".
+ * @param interface_name the session's; NULL: none was given.
+ * @param room           at least 1; LUM_ERROR_BYTES holds it.
+ * @return out. */
+const char *lum_news_ctl(lum_endpoint sensor, const char *interface_name,
+                         char *out, size_t room);
+
 /** What to say: one sentence without a full stop, for example "the laser of
  * 10.42.0.37 went off (HW_SAFETY_BAD)". No line breaks; bytes of the sensor are
  * printable ASCII.

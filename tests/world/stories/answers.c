@@ -14,10 +14,14 @@ STORY(no_answer, "no answer is exit status 3, after the tries asked for")
     user_tool *power =
         user_run(b.host, "lumctl power 50 --timeout 60 --retries 2");
     user_expect_status(power, NO_ANSWER);
-    user_expect_has(user_err(power), "doctor --host " SENSOR);
+    user_expect_has(user_err(power), "lumctl --host " SENSOR " doctor");
     user_expect_same(user_out(power), "");
     user_expect_same(made_up_texts(m), "50p,50p,50p,");
     user_expect_equal(made_up_sequences(m, MADE_UP_TLV), 1);
+    power = user_run(b.host, "lumctl power 50 --timeout 60 --interface eth0");
+    user_expect_status(power, NO_ANSWER);
+    user_expect_has(user_err(power),
+                    "lumctl --host " SENSOR " --interface eth0 doctor");
     user_tool *time = user_run(b.host, "lumctl time --timeout 60 --retries 2");
     user_expect_status(time, NO_ANSWER);
     user_expect_at_least(made_up_heard(m, MADE_UP_TIME), 3);

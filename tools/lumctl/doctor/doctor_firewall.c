@@ -10,6 +10,8 @@
 #include "doctor_trace.h"
 #include "doctor_way.h"
 
+#include "../session.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -71,14 +73,9 @@ static void run(struct doctor *d, struct experiment *e)
 /* "lumctl --host 10.42.0.37 --interface eth0 doctor" */
 static void mend_by_trace(const struct doctor *d, struct doctor_finding *out)
 {
-    char place[DOCTOR_PLACE_BYTES];
-    const char *interface = d->ctl->options.interface;
-    doctor_mend(out,
-                "sudo lumctl --host %s%s%s doctor --trace    # names the "
-                "rule",
-                doctor_place(d->sensor.address, d->sensor.port, place),
-                interface != NULL ? " --interface " : "",
-                interface != NULL ? interface : "");
+    char at[SESSION_CTL_BYTES];
+    doctor_mend(out, "sudo %s doctor --trace    # names the rule",
+                session_ctl(d->ctl, d->sensor, at));
 }
 
 static bool is_builtin(const char *chain)

@@ -7,6 +7,7 @@
 #include "../../common/host.h"
 #include "../../common/number.h"
 #include "../beside.h"
+#include "../session.h"
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
 #include "doctor_way.h"
@@ -524,12 +525,9 @@ static void say_no_route(struct doctor *d, int error,
 void host_mend_interface(const struct doctor *d, const char *interface,
                          struct doctor_finding *out)
 {
-    char place[DOCTOR_PLACE_BYTES];
-    doctor_mend(out,
-                "lumctl --host %s --interface %s doctor    # --interface %s "
-                "with every tool",
-                doctor_place(d->sensor.address, d->sensor.port, place),
-                interface, interface);
+    char at[SESSION_CTL_BYTES];
+    doctor_mend(out, "%s doctor    # --interface %s with every tool",
+                lum_news_ctl(d->sensor, interface, at, sizeof at), interface);
 }
 
 /* --interface changes nothing on this host. A route must be set if another

@@ -215,7 +215,7 @@ void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out)
 static void say_other_port(struct doctor *d, uint16_t port,
                            struct doctor_finding *out)
 {
-    char place[DOCTOR_PLACE_BYTES];
+    char at[SESSION_CTL_BYTES];
     char filter[48];
     doctor_lack(d, DOCTOR_NEEDS_ANSWER, "answers come from another port");
     doctor_wrong(out,
@@ -225,8 +225,8 @@ static void say_other_port(struct doctor *d, uint16_t port,
                  d->address, (unsigned)port, (unsigned)d->sensor.port);
     doctor_keep_alive(d);
     if (doctor_answers_at(d, port)) {
-        doctor_mend(out, "lumctl --host %s doctor",
-                    doctor_place(d->sensor.address, port, place));
+        const lum_endpoint there = {d->sensor.address, port};
+        doctor_mend(out, "%s doctor", session_ctl(d->ctl, there, at));
     } else {
         (void)snprintf(filter, sizeof filter, "udp and host %s", d->address);
         doctor_mend_watch(d, out, filter,
@@ -583,7 +583,7 @@ static void look_at_rate(const struct doctor *d, struct doctor_finding *out)
 
 void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
 {
-    char name[SESSION_NAME_BYTES];
+    char at[SESSION_CTL_BYTES];
     lum_clock_estimate e;
     wait_for_rate(d);
     if (lum_clock_sync_estimate(&d->clock, &e) != LUM_OK) {
@@ -594,9 +594,9 @@ void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
         doctor_wrong(out, "the sensor's clock began anew while it was looked "
                           "at: it restarts");
         doctor_mend(out,
-                    "lumctl --host %s time --watch    # look at its power "
-                    "supply until that stops",
-                    session_name(d->sensor, name));
+                    "%s time --watch    # look at its power supply until that "
+                    "stops",
+                    session_ctl(d->ctl, d->sensor, at));
         return;
     }
     doctor_fine(out, "the sensor's clock stands at %.6f s, known to %.3f ms",
