@@ -7,7 +7,7 @@
 
 #define SILENCE_NS (LUM_SENSOR_SILENCE_MS * INT64_C(1000000))
 
-/* A shorter pause of the data is no reason to think of a restart. */
+/* A shorter pause, of the data or of the program, means nothing. */
 #define PAUSE_NS SECOND_NS
 
 /* For so long after it a pause explains what is seen. */
@@ -22,7 +22,16 @@
 
 void lum_contact_begin(lum_contact *c, int64_t now_ns)
 {
-    *c = (lum_contact){.began_ns = now_ns};
+    *c = (lum_contact){.began_ns = now_ns, .passed_ns = now_ns};
+}
+
+void lum_contact_pass(lum_contact *c, int64_t now_ns)
+{
+    if (now_ns - c->passed_ns >= PAUSE_NS) {
+        c->pause_ns = now_ns - c->passed_ns;
+        c->began_ns = now_ns;
+    }
+    c->passed_ns = now_ns;
 }
 
 /* --- Data --- */
@@ -101,7 +110,8 @@ bool lum_contact_was_away(const lum_contact *c, int64_t now_ns)
  */
 static lum_news_kind name_quiet(const lum_contact *c, int64_t now_ns)
 {
-    if (!c->has_data || c->is_moved || now_ns - c->data_ns < SILENCE_NS) {
+    if (!c->has_data || c->is_moved || now_ns - c->data_ns < SILENCE_NS ||
+        now_ns - c->began_ns < SILENCE_NS) {
         return NOTHING;
     }
     return c->has_answered && !c->is_unheard &&

@@ -20,7 +20,9 @@ typedef struct lum_reading {
 } lum_reading;
 
 typedef struct lum_contact {
-    int64_t began_ns;
+    int64_t began_ns; /* or began anew, after a pause of the program */
+    int64_t pause_ns; /* how long that was; 0: none since the laser came up */
+    int64_t passed_ns;
     bool has_data;
     bool has_unknown;      /* packets of another layout, before any data */
     int64_t first_data_ns; /* when data came first, and last */
@@ -45,6 +47,9 @@ typedef struct lum_contact {
 } lum_contact;
 
 void lum_contact_begin(lum_contact *contact, int64_t now_ns);
+
+/* Time has passed: what the program did not listen to is no silence. */
+void lum_contact_pass(lum_contact *contact, int64_t now_ns);
 
 /* Data has come. */
 lum_news_kind lum_contact_note_data(lum_contact *contact, int64_t now_ns);

@@ -18,6 +18,10 @@
  */
 #define BEGINNING_NS (1000 * NS_PER_MS)
 
+/* A program that makes no call for so long, as from one heartbeat to the
+ * timeout, loses the laser, which shows within as long. */
+#define HELD_UP_NS (LUM_SENSOR_STALE_MS * NS_PER_MS)
+
 /* What else may be news of one event. */
 #define SPARE_NEWS 8u
 
@@ -126,10 +130,25 @@ static void tell(lum_keeper *k, lum_news news)
     }
 }
 
+/* How long the program was held up before it, so that no heartbeat was sent. */
+static int64_t held_ns(const lum_keeper *k, lum_news_kind kind, int64_t now_ns)
+{
+    const lum_contact *c = &k->contact;
+    if (kind != LUM_NEWS_LASER_FELL) {
+        return k->laser.stood_ns;
+    }
+    return k->is_owner && lum_laser_rules_hazards(k->laser.fell) == 0 &&
+                   c->pause_ns >= HELD_UP_NS &&
+                   now_ns - c->began_ns < HELD_UP_NS
+               ? c->pause_ns
+               : 0;
+}
+
 static void tell_laser(lum_keeper *k, lum_news_kind kind, int64_t now_ns)
 {
-    lum_news news = make(k, kind, k->laser.stood_ns);
+    lum_news news = make(k, kind, held_ns(k, kind, now_ns));
     if (kind != 0) {
+        k->contact.pause_ns = 0;
         const bool has_come = k->laser.state == LUM_LASER_UP;
         news.status = has_come ? k->laser.status : k->laser.fell;
         news.tries = k->laser.sent;
@@ -266,7 +285,8 @@ static void take_datagrams(lum_keeper *k, const lum_sensor_event *event,
         const lum_packet_kind kind =
             lum_packet_decode(&k->layout, d->bytes, d->len, &group);
         if (kind == LUM_PACKET_DATA) {
-            lum_keeper_note_data(k, now_ns);
+            const int64_t ns = now_ns - k->contact.data_ns;
+            tell(k, make(k, lum_contact_note_data(&k->contact, now_ns), ns));
             tell(k, make(k,
                          lum_contact_note_clock(&k->contact, &k->layout.profile,
                                                 &group, now_ns, d->utc_ns),
@@ -277,16 +297,10 @@ static void take_datagrams(lum_keeper *k, const lum_sensor_event *event,
     }
 }
 
-void lum_keeper_note_data(lum_keeper *keeper, int64_t now_ns)
-{
-    const int64_t ns = now_ns - keeper->contact.data_ns;
-    const lum_news_kind kind = lum_contact_note_data(&keeper->contact, now_ns);
-    tell(keeper, make(keeper, kind, ns));
-}
-
 void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
                      int64_t now_ns)
 {
+    lum_contact_pass(&keeper->contact, now_ns);
     if (event->kind == LUM_SENSOR_DATAGRAMS) {
         take_datagrams(keeper, event, now_ns);
         return;
@@ -356,6 +370,7 @@ void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns)
     lum_endpoint to = {0, 0};
     const bool is_moved = lum_sensor_moved_to(sensor, &to);
     (void)lum_sensor_count(sensor, &counters);
+    lum_contact_pass(contact, now_ns);
     tell_laser(keeper, lum_laser_rules_tick(&keeper->laser, now_ns), now_ns);
     const lum_news_kind moved = lum_contact_move(contact, is_moved, to);
     tell(keeper, make(keeper, moved, 0));

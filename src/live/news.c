@@ -219,7 +219,6 @@ static void fill(const lum_news *news, value out[VALUES])
                      ctl, sizeof ctl));
     name_bits(news->status & (has_ended ? UINT16_MAX : LUM_LASER_ALL_DOWN),
               &out[3]);
-    SET(&out[4], "cause", "%s", lum_laser_cause(news->status, news->was_away));
     SET(&out[5], "state", "%s", state);
     SET(&out[6], "up", is_on ? "is on" : "may be on");
     SET(&out[7], "left", news->was_away ? "being switched off" : "off");
@@ -229,6 +228,13 @@ static void fill(const lum_news *news, value out[VALUES])
                        : "end the programs that send heartbeats",
         out[2].text);
     SET(&out[10], "seconds", "%.3g", (double)tenths / 10);
+    if (news->kind == LUM_NEWS_LASER_FELL && news->ns != 0) {
+        SET(&out[4], "cause", ": this program sent no heartbeats for %s s",
+            out[10].text);
+    } else {
+        SET(&out[4], "cause", "%s",
+            lum_laser_cause(news->status, news->was_away));
+    }
     SET(&out[11], "tries", "%u", news->tries);
     SET(&out[12], "tlv", "%u", (unsigned)news->tlv_status);
     SET(&out[13], "text", "%s", news->text);

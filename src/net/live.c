@@ -15,6 +15,7 @@ struct live {
     size_t next;            /* of its datagrams */
     int64_t end_ns;         /* of the stream; INT64_MAX: none */
     int64_t heard_ns;       /* when the sensor was last heard, or the begin */
+    int64_t told_ns;        /* when on_event last got data */
     bool was_heard;
     lum_endpoint sensor;
     lum_endpoint client;
@@ -76,6 +77,16 @@ static int tell(const struct live *l)
            l->options.on_event(l->options.context, &l->event);
 }
 
+static int tell_data(struct live *l)
+{
+    const int64_t every_ns = NS_PER_MS * (int64_t)l->options.data_ms;
+    if (every_ns == 0 || l->heard_ns - l->told_ns < every_ns) {
+        return 1;
+    }
+    l->told_ns = l->heard_ns;
+    return tell(l);
+}
+
 static int64_t earlier(int64_t a_ns, int64_t b_ns)
 {
     return a_ns < b_ns ? a_ns : b_ns;
@@ -100,7 +111,7 @@ static int receive(struct live *l, lum_error *error)
     case LUM_SENSOR_DATAGRAMS:
         l->heard_ns = lum_time_monotonic_ns();
         l->was_heard = true;
-        return 1;
+        return tell_data(l);
     case LUM_SENSOR_IDLE:
         return idle(l, error);
     case LUM_SENSOR_CANCELLED:

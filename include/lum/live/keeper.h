@@ -153,10 +153,6 @@ void lum_keeper_lend(lum_keeper *keeper, bool is_on, int64_t now_ns);
 void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
                      int64_t now_ns);
 
-/** Say that data has come, where the datagrams go another way than through
- * lum_keeper_take(), such as by lum/net/live.h. */
-void lum_keeper_note_data(lum_keeper *keeper, int64_t now_ns);
-
 /** Pass the time, and send what is due: `u`, `d`, or a look at the status once
  * a second. Laser off gives up a request that is under way, since that would be
  * sent again. To be called several times a second; does not wait. */

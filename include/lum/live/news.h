@@ -80,7 +80,8 @@ typedef struct lum_news {
     bool was_away;              /**< LASER_FELL: data had stopped before;
                                      LASER_LEFT: laser off is under way */
     bool is_owner;              /**< its heartbeats were the session's */
-    int64_t ns;                 /**< how long */
+    int64_t ns;                 /**< how long; LASER_FELL: the program was held
+                                     up before it; 0: it was not */
     char text[LUM_NEWS_TEXT_BYTES]; /**< TEXT: printable; LINK_DOWN: why */
 } lum_news;
 

@@ -41,12 +41,14 @@ typedef struct lum_live_options {
     uint32_t duration_ms; /**< end after this time; 0: never */
     uint32_t silence_ms;  /**< fail if nothing came from the sensor for this
                                time; 0: LUM_SENSOR_SILENCE_MS */
-    /** Gets each event that brings no datagrams: answers to the caller's
-     * requests, alerts, a link that went down. It may begin requests, but must
-     * not receive. NULL: these events are ignored.
+    /** Gets each event that brings no datagrams (see data_ms): answers to the
+     * caller's requests, alerts, a link that went down. It may begin requests,
+     * but must not receive. NULL: these events are ignored.
      * @return whether to go on; false ends the stream. */
     bool (*on_event)(void *context, const lum_sensor_event *event);
-    void *context; /**< handed to on_event */
+    void *context;    /**< handed to on_event */
+    uint32_t data_ms; /**< on_event gets a DATAGRAMS event too, where the last
+                           was so long ago or longer; 0: none */
 } lum_live_options;
 
 /** Make a source of all datagrams that come from the sensor from now on. It

@@ -4,6 +4,7 @@ from __future__ import annotations
 import os
 import sys
 import warnings
+from typing import Union
 
 
 class Error(Exception):
@@ -31,6 +32,9 @@ class ClosedError(Error, ValueError):
 class SensorError(Error, OSError):
     """A sensor cannot be reached, or does not do what it was told."""
 
+    news: str = ""
+    """The name of what happened, such as "laser-fell": that of lum_news_name(); "" where it is none of these."""
+
 
 class LaserError(SensorError):
     """The laser cannot be switched on, or was not seen to go off."""
@@ -42,6 +46,9 @@ class HazardError(LaserError):
 
 class SensorWarning(UserWarning):
     """A sensor reports something, or does not do all that it should, and the work goes on."""
+
+    news: str = ""
+    """As that of SensorError."""
 
 
 class CaptureWarning(UserWarning):
@@ -56,7 +63,7 @@ def install(extra: str) -> str:
 _FOLDER = os.path.dirname(__file__) + os.sep
 
 
-def warn(said: str, kind: type[UserWarning] = CaptureWarning) -> None:
+def warn(said: Union[str, Warning], kind: type[UserWarning] = CaptureWarning) -> None:
     """Warn at the line of the program that uses this package."""
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_FOLDER):

@@ -15,11 +15,11 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from ._c import ffi, lib, sized, text
-from ._errors import ClosedError, HazardError, LaserError, OptionError, SensorError, SensorWarning, warn
+from ._errors import ClosedError, LaserError, OptionError, SensorError, SensorWarning, warn
 from ._options import Choice
 from ._refusal import refusal_of
-from ._session import (Answer, Clock, Event, Off, Plan, Status, hazards_of, is_down, lacks_heartbeats, names_of,
-                       new_cancel, printable, put_down, receive, show, status_of)
+from ._session import (Answer, Clock, Event, Keeper, News, Off, Plan, Status, lacks_heartbeats, new_cancel, now_ns, printable,
+                       put_down, receive, show, status_of)
 from ._settings import Calibration, Profile, setting_of
 from ._stream import Frames, Stream, losses_of
 
@@ -31,13 +31,15 @@ if TYPE_CHECKING:
     Eye = Literal["blue", "green"]
 
 _PUMP_S = 0.2
-_AGAIN_S = 0.2
-_ON_S = 5.0
-_ON_ATTEMPTS = 20
 _GC_OFF_S = 3.0
 _EXCHANGES = 8
 _APART_S = 0.01
-_PAUSE_S = (lib.LUM_HEARTBEAT_TIMEOUT_MS - lib.LUM_HEARTBEAT_MAX_MS) / 1000
+_OWN = ": nobody sends heartbeats. Begin a session that owns the sensor, by lumsdk.Sensor(...) without owns=False"
+
+# What became of laser_on(), and what a request says itself, or its answer.
+_ON = ("laser-up", "laser-refused", "laser-unseen", "laser-unanswered", "laser-held-up")
+_UNANSWERED = ("no-answer", "no-answer-yet", "unheard")
+_ANSWERED = ("text", "hazard", "no-status")
 
 _open: weakref.WeakSet[Sensor] = weakref.WeakSet()
 
@@ -127,12 +129,12 @@ class Sensor:
         self._lock = threading.Lock()
         self._process = os.getpid()
         self._stream_ref: Callable[[], Optional[Stream]] = lambda: None
-        self._laser_is_due = self._laser_is_up = False
-        self._status: Optional[int] = None
+        self._laser_is_due = self._off_was_called = False
+        self._on: Optional[News] = None
+        self._problem: Optional[SensorError] = None
+        self._told: list[SensorWarning] = []
         self._sync: Any = None
         self._past: dict[str, int] = {}
-        self._called = clock.monotonic()
-        self._pause = 0.0
         self._calibration = calibration if isinstance(calibration, Calibration) else Calibration(calibration)
         self._profile = profile if isinstance(profile, Profile) else Profile(profile)
         if set is not None:
@@ -142,6 +144,7 @@ class Sensor:
         self._owns = owns
         self._plan = Plan(host, interface, self._profile, timeout, retries)
         self._cancel = new_cancel()
+        self._keeper = Keeper(self._plan, owns)
         self._session = self._plan.open(owns, self._cancel)
         self.address = show(lib.lum_sensor_endpoint(self._session))
         """Where the sensor is, with its port where that is not 5517."""
@@ -158,15 +161,10 @@ class Sensor:
         try:
             if not closed_is_fine:
                 self._check()
-            pause = clock.monotonic() - self._called
-            if pause >= _PAUSE_S:
-                self._pause = pause
-            stream = self._stream_ref()
-            if stream is None or stream.has_ended:
+            if self._stream() is None:
                 lib.lum_cancel_reset(self._cancel)
             yield
         finally:
-            self._called = clock.monotonic()
             self._lock.release()
 
     def _check(self) -> None:
@@ -187,9 +185,14 @@ class Sensor:
 
     _why_closed = "the sensor is closed; open it again to use it"
 
+    def _stream(self) -> Optional[Stream]:
+        """The frames that are under way."""
+        stream = self._stream_ref()
+        return None if stream is None or stream.has_ended else stream
+
     def _end(self) -> None:
         """End the session in C, and with it the heartbeats."""
-        stream = self._stream_ref()
+        stream = self._stream()
         if stream is not None:
             stream.close()
         if self._session:
@@ -229,32 +232,79 @@ class Sensor:
         warnings.warn(f"unclosed {self!r}: say with lumsdk.Sensor(...) as sensor, or close()", ResourceWarning,
                       stacklevel=1, source=self)
         if self._laser_is_due:
-            off = put_down(self._session, self.address, _GC_OFF_S)
+            off = put_down(self._keeper, self._session, _GC_OFF_S)
             if off.result != lib.LUM_LASER_OFF_SEEN:
-                warnings.warn(self._off_sentence(off), SensorWarning, stacklevel=1)
+                warnings.warn(off.news.warning(), stacklevel=1)
         self._end()
 
     def __repr__(self) -> str:
-        laser = "" if not self._laser_is_due else ", laser on" if self._laser_is_up else ", laser switched on"
+        is_up = self._keeper.look().laser == lib.LUM_LASER_UP
+        laser = "" if not self._laser_is_due else ", laser on" if is_up else ", laser switched on"
         return f"<Sensor {self.address}{laser if self._session else ', closed'}{'' if self._owns else ', not its owner'}>"
+
+    # What its keeper has to do, and has found.
+
+    def _serve(self) -> None:
+        """Send what is due."""
+        if self._off_was_called:  # in another thread, which has sent it too
+            self._off_was_called = False
+            self._keeper.want(lib.LUM_WANT_OFF)
+        lib.lum_keeper_serve(self._keeper.c, self._session, now_ns())
+
+    def _hear(self, said: tuple[str, ...] = _UNANSWERED[:1]) -> None:
+        """Take its news, but for what the caller says itself."""
+        for news in self._keeper.news():
+            if news.name in _ON:
+                self._on = news
+            elif news.weight == lib.LUM_NEWS_INFO or news.name in said:
+                continue
+            elif news.weight == lib.LUM_NEWS_ERROR and (self._laser_is_due or news.name == "moved"):
+                self._fail(news)
+            elif news.name != "laser-came-up" or not self._laser_is_due:
+                self._told.append(news.warning())
+
+    def _fail(self, news: News) -> None:
+        """It ends the frames that are under way, or else the next ones."""
+        if self._off_was_called and news.name != "moved":
+            return
+        self._problem = self._problem or news.error()
+        if self._stream() is None:
+            self._told.append(news.warning())
+        else:  # the exception says it
+            self._told = [warning for warning in self._told if warning.news != "hazard"]
+
+    def _take_problem(self) -> Optional[SensorError]:
+        problem, self._problem = self._problem, None
+        return problem
+
+    def _tell(self) -> None:
+        while self._told:
+            warn(self._told.pop(0))
+
+    def _step(self, line: Any) -> Event:
+        """Send what is due, and take one event, or nothing for a while."""
+        if line == self._side:
+            event = receive(line)
+        else:
+            self._serve()
+            event = receive(line, self._keeper)
+            self._hear(_UNANSWERED + (_ANSWERED if event.kind == lib.LUM_SENSOR_ANSWER else ()))
+        if event.kind == lib.LUM_SENSOR_FAILED:
+            raise SensorError(event.error)
+        if event.kind == lib.LUM_SENSOR_CANCELLED:
+            lib.lum_cancel_reset(self._cancel)
+        return event
 
     # Requests.
 
     def _line(self) -> Any:
         """The session that requests go over: while frames are under way, another one than theirs, which would lose the
         data that comes during a request."""
-        stream = self._stream_ref()
-        if stream is None or stream.has_ended:
+        if self._stream() is None:
             return self._session
         if not self._side:
             self._side = self._plan.open(False)
         return self._side
-
-    def _keep_reading(self, line: Any) -> None:
-        """Heartbeats and data go on while a request waits for its answer."""
-        stream = self._stream_ref()
-        if line == self._side and stream is not None and not stream.has_ended:
-            stream.read()
 
     def _request(self, begin: Callable[[Any], int]) -> Event:
         """A request and its answer."""
@@ -262,68 +312,60 @@ class Sensor:
         lib.lum_sensor_give_up(line)
         if begin(line) != lib.LUM_OK:
             raise OptionError(f"the request does not fit one packet of {lib.LUM_SENSOR_REQUEST_BYTES} bytes")
+        if line == self._session:
+            lib.lum_keeper_lend(self._keeper.c, False, now_ns())
         try:
-            return self._answer(line)
+            event = self._answer(line)
         except BaseException:
             lib.lum_sensor_give_up(line)
+            self._keep_down()
             raise
+        if event.status is not None:
+            self._keep_down()
+        self._tell()
+        return event
 
     def _answer(self, line: Any) -> Event:
-        now = read = clock.monotonic()
+        read = clock.monotonic()
         while True:
-            event = receive(line)
-            before, now = now, clock.monotonic()
+            before = clock.monotonic()
+            event, stream = self._step(line), self._stream()
             if event.kind in (lib.LUM_SENSOR_ANSWER, lib.LUM_SENSOR_TIME):
-                if event.status is not None:
-                    self._status = event.status
                 return event
             if event.kind == lib.LUM_SENSOR_NO_ANSWER:
-                raise self._no_answer(event.tries)
-            if event.kind == lib.LUM_SENSOR_FAILED:
-                raise SensorError(event.error)
-            if event.kind == lib.LUM_SENSOR_CANCELLED:
-                lib.lum_cancel_reset(self._cancel)
-            if now - before >= lib.LUM_SENSOR_STALE_MS / 1000:
-                raise _HeldUpError(f"{self.address}: this program was held up for {now - before:.1f} s during a request; "
-                                   "whether the sensor got it is not known")
-            self._tell(event)
-            if now - read >= _PUMP_S:
-                self._keep_reading(line)
-                now = read = clock.monotonic()
+                raise self._no_answer(event.tries, clock.monotonic() - before)
+            if not lib.lum_sensor_is_waiting(line):
+                raise SensorError(f"{self.address}: laser off comes first: whether the sensor got the request is not known")
+            if stream is not None and clock.monotonic() - read >= _PUMP_S:  # heartbeats and data go on
+                stream.read()
+                read = clock.monotonic()
 
-    def _no_answer(self, tries: int) -> SensorError:
+    def _no_answer(self, tries: int, seconds: float) -> SensorError:
+        if seconds >= lib.LUM_SENSOR_STALE_MS / 1000:
+            return SensorError(f"{self.address}: this program was held up for {seconds:.1f} s during a request; whether the "
+                               "sensor got it is not known")
         how = (f"(tried {tries} {'time' if tries == 1 else 'times'}, {self._plan.timeout_ms} ms"
                f"{'' if tries == 1 else ' each'})")
-        return _NoAnswerError(f"{self.address} does not answer {how}; to find out why: lumctl doctor --host {self.address}")
+        return SensorError(f"{self.address} does not answer {how}; to find out why: lumctl doctor --host {self.address}")
 
-    def _texts(self, event: Event) -> list[str]:
-        debug = self._plan.layout.profile.tlv[lib.LUM_TLV_DEBUG]
-        return [f"{self.address} says: {printable(value)}" for kind, value in event.tlvs if kind == debug]
-
-    def _tell(self, event: Event) -> None:
-        told = self._texts(event) if event.kind == lib.LUM_SENSOR_ALERT else []
-        if event.kind == lib.LUM_SENSOR_LINK:
-            told.append(f"sending to {self.address} works again" if event.is_up else
-                        f"sending to {self.address} fails: {event.error}; it is tried again and again")
-        for line in told:
-            warn(line, SensorWarning)
+    def _keep_down(self) -> None:
+        """A laser that the keeper switches off is seen to be down before the program goes on."""
+        if self._stream() is None and self._keeper.look().is_off_due:
+            self._finish_off(self._try_off())
 
     def _rest(self, seconds: float) -> None:
         """Pause, with heartbeats."""
         end, line = clock.monotonic() + seconds, self._line()
         while clock.monotonic() < end:
-            self._tell(receive(line))
+            self._step(line)
 
-    def _is_owned(self, value: int) -> bool:
-        return self._owns or (lacks_heartbeats(value) and bool(lib.lum_sensor_is_owned(
-            lib.lum_sensor_endpoint(self._session), self._plan.interface, ffi.NULL)))
+    def _has_owner(self) -> bool:
+        """Whether heartbeats go to the sensor."""
+        return self._owns or bool(lib.lum_sensor_is_owned(lib.lum_sensor_endpoint(self._session), self._plan.interface,
+                                                          ffi.NULL))
 
     def _status_of(self, value: int) -> Status:
-        return status_of(value, self._is_owned(value))
-
-    @property
-    def _status_is_known(self) -> bool:
-        return self._status is not None
+        return status_of(value, self._owns or (lacks_heartbeats(value) and self._has_owner()))
 
     def _answer_of(self, event: Event) -> Answer:
         numbers = self._plan.layout.profile.tlv
@@ -351,8 +393,8 @@ class Sensor:
         """The laser's status. Raises SensorError if no answer comes."""
         with self._use():
             event = self._request(lambda line: int(lib.lum_sensor_request(line, ffi.NULL, 0)))
-            for line in self._texts(event):
-                warn(line, SensorWarning)
+        for said in self._answer_of(event).debug:
+            warn(f"{self.address} says: {said}", SensorWarning)
         if event.status is None:
             raise SensorError("the answer bore no status; where the sensor's number of it differs, a profile says so "
                               "(tlv.status); lumctl tlv shows what it sends")
@@ -447,48 +489,30 @@ class Sensor:
         up later.
         """
         with self._use():
-            self._laser_is_due = True
+            self._laser_is_due, self._off_was_called, self._on, self._problem = True, False, None, None
             try:
-                status = self._switch_on()
+                return self._switch_on()
             except BaseException as problem:
                 self._put_down_after(problem)
                 raise
-        self._laser_is_up = True
-        return status
 
     def _switch_on(self) -> Status:
-        begin, attempts, sent = clock.monotonic(), 0, 0
-        while True:
-            attempts += 1
-            try:
-                answer = self._command("u")
-            except _NoAnswerError as problem:
-                sent += self._plan.retries + 1
-                if clock.monotonic() - begin >= _ON_S:
-                    raise SensorError(f"{self.address} did not answer to laser on (sent {sent} times): look with "
-                                      f"lumctl --host {self.address} status") from problem
-                continue
-            if answer.status is None:
-                raise LaserError(f"{self.address} answered to laser on without a status: whether it is on is not known "
-                                 "(see tlv.status of the profile)")
-            said = refusal_of("u", answer.debug)
-            if said is not None:
-                raise LaserError(f"{self.address} refused 'laser on': {said}")
-            if answer.status.laser_on:
-                return answer.status
-            self._judge_down(answer.status, attempts)
-            # A sensor that has just got its first heartbeat may still refuse because of the timeout.
-            self._rest(_AGAIN_S)
-
-    def _judge_down(self, status: Status, attempts: int) -> None:
-        hazards = hazards_of(status.value)
-        if hazards:
-            raise HazardError(f"{self.address}: the laser stays down during a hazard: {' '.join(names_of(hazards))}")
-        if not self._owns and status.idle:
-            raise LaserError(f"{self.address}: the laser stays down: nobody sends heartbeats. Begin a session that owns "
-                             "the sensor, by lumsdk.Sensor(...) without owns=False")
-        if attempts >= _ON_ATTEMPTS:
-            raise LaserError(f"{self.address}: the laser did not come up: {status}")
+        lib.lum_sensor_give_up(self._session)
+        lib.lum_keeper_note_owner(self._keeper.c, self._has_owner())
+        self._keeper.want(lib.LUM_WANT_ON)
+        while self._keeper.look().laser == lib.LUM_LASER_ASKED:
+            stream = self._stream()
+            if stream is None:
+                self._step(self._session)
+            else:
+                stream.read()
+        self._hear()
+        self._tell()
+        if self._on is None:
+            raise LaserError(f"{self.address}: laser_off() was called during laser_on()")
+        if self._on.name != "laser-up":
+            raise self._on.error(_OWN if not self._owns and lacks_heartbeats(self._on.status) else "")
+        return self._status_of(self._on.status)
 
     def laser_off(self) -> Status:
         """Switch the laser off, and see that it is down. Returns its status.
@@ -502,82 +526,55 @@ class Sensor:
 
     def _put_down(self) -> Status:
         if not self._lock.acquire(blocking=False):
-            return self._finish_off(self._off_anew(), ends=False)
+            self._off_was_called = True
+            return self._finish_off(self._off_anew(False), ends=False)
         try:
             return self._finish_off(self._try_off())
         finally:
-            self._called = clock.monotonic()
             self._lock.release()
 
     def _try_off(self) -> Off:
         try:
-            off = put_down(self._line(), self.address)
+            off = put_down(self._keeper, self._line())
         except SensorError:  # there is no other session
-            return self._off_anew()
+            return self._off_anew(self._owns)
         if not off.is_broken:
             return off
-        again = self._off_anew()
+        again = self._off_anew(self._owns)
         return again._replace(was_interrupted=off.was_interrupted or again.was_interrupted)
 
-    def _off_anew(self) -> Off:
-        """A socket that broke sends nothing more, another may."""
+    def _off_anew(self, ends: bool) -> Off:
+        """A socket that broke sends nothing more, another may; and another thread has the session and its keeper."""
+        keeper = Keeper(self._plan, ends)
         try:
             session = self._plan.open(False)
         except SensorError:
-            return Off(int(lib.LUM_LASER_OFF_UNKNOWN), 0, True, False)
+            return Off(*keeper.end(ffi.NULL, 0), True, False)
         try:
-            return put_down(session, self.address)
+            return put_down(keeper, session)
         finally:
             lib.lum_sensor_close(session)
 
     def _finish_off(self, off: Off, ends: bool = True) -> Status:
         """What is to be done after laser off. The session stays where another thread uses it."""
-        self._laser_is_due = self._laser_is_up = False
+        self._laser_is_due = False
         if off.result == lib.LUM_LASER_OFF_SEEN:
-            self._status = off.status
             if off.was_interrupted:
                 raise KeyboardInterrupt
-            return self._status_of(off.status)
-        sentence = self._off_sentence(off)
+            return self._status_of(off.news.status)
         if self._owns and ends:
             self._why_closed = "the session has ended, since laser off was not seen to work"
             self._end()
-        raise LaserError(sentence)
-
-    def _off_sentence(self, off: Off) -> str:
-        if off.result == lib.LUM_LASER_OFF_REFUSED:
-            bits = " ".join(names_of(off.status)) or "none"
-            state = ("LASER ON IS STILL IN EFFECT after laser off: the laser comes up by itself when what keeps it down "
-                     "ends" if is_down(off.status) else "THE LASER IS STILL ON after laser off")
-            return (f"{self.address}: {state} (status: {bits}): lumctl --host "
-                    f"{self.address} laser off, or cut its power")
-        if off.result == lib.LUM_LASER_OFF_UNSEEN:
-            number = self._plan.layout.profile.tlv[lib.LUM_TLV_STATUS]
-            return (f"{self.address}: laser off was answered without a status TLV, so nothing shows it off: tlv.status "
-                    f"of the profile says {number}; a sensor that lives switches it off 3 s after the last heartbeat"
-                    f"{', which has been sent' if self._owns else ''}")
-        return (f"{self.address}: laser off was not answered: a sensor that lives switches it off 3 s after the last "
-                f"heartbeat{', which has been sent' if self._owns else ''}; make sure by lumctl --host {self.address} "
-                "laser off")
+        raise off.news.error()
 
     def _put_down_after(self, problem: BaseException) -> None:
         """The laser off after something failed. Raises LaserError in its place where that fails too."""
         try:
             self._finish_off(self._try_off())
         except LaserError as worse:
-            raise LaserError(f"{problem}; {worse}" if str(problem) else str(worse)) from problem
-
-    def _fell(self, status: int) -> LaserError:
-        """Why a laser that was up is down."""
-        hazards = hazards_of(status)
-        if hazards:
-            return HazardError(f"the laser of {self.address} went off in a hazard: {' '.join(names_of(hazards))}; it is "
-                               "not switched on again by itself")
-        bits = " ".join(names_of(status & int(lib.LUM_LASER_ALL_DOWN)))
-        if self._pause:
-            return LaserError(f"the laser of {self.address} went off ({bits}): this program made no call for "
-                              f"{self._pause:.1f} s, and heartbeats are sent only inside its calls")
-        return LaserError(f"the laser of {self.address} went off ({bits}); it is not switched on again by itself")
+            both = LaserError(f"{problem}; {worse}" if str(problem) else str(worse))
+            both.news = worse.news
+            raise both from problem
 
     # Its data.
 
@@ -615,9 +612,11 @@ class Sensor:
             if not self._owns:
                 raise SensorError(f"{self.address}: frames come only to the session that owns the sensor: say "
                                   "lumsdk.Sensor(...) without owns=False")
-            before = self._stream_ref()
+            before, problem = self._stream(), self._take_problem()
             if before is not None:
                 before.close()
+            if problem is not None:
+                raise problem
             lib.lum_sensor_give_up(self._session)
             stream = Stream(self, wanted, patience, framer)
             self._stream_ref = weakref.ref(stream)
@@ -684,25 +683,19 @@ class Sensor:
         if lib.lum_tlv_begin(writer, packet, len(packet), 0) != lib.LUM_OK:
             raise OptionError("no TLV fits")
         command = self._plan.layout.profile.tlv[lib.LUM_TLV_COMMAND]
-        switches_on = False
+        letter, switches_on = lib.lum_command_specs[lib.LUM_COMMAND_LASER_ON].letter, False
         for pair in tlvs:
             kind, value = _tlv(pair)
             if lib.lum_tlv_add(writer, kind, value, len(value)) != lib.LUM_OK:
                 raise OptionError(f"the TLVs do not fit a packet, which holds {lib.LUM_SENSOR_REQUEST_BYTES} bytes in all")
-            switches_on = switches_on or (kind == command and b"u" in value)
+            switches_on = switches_on or (kind == command and letter in value)
         head = int(lib.LUM_TLV_PACKET_BYTES)
         with self._use():
-            self._laser_is_due = self._laser_is_due or switches_on
+            if switches_on:
+                self._laser_is_due = True
+                self._keeper.want(lib.LUM_WANT_GUARD)
             return self._answer_of(self._request(
                 lambda line: int(lib.lum_sensor_request(line, packet + head, writer.len - head))))
-
-
-class _NoAnswerError(SensorError):
-    """No answer came to a request."""
-
-
-class _HeldUpError(SensorError):
-    """The program was held up while it waited."""
 
 
 # --- Values ---

@@ -10,7 +10,7 @@ import time
 from typing import Any, NamedTuple, Optional
 
 from ._c import address_of, failure, ffi, lib, sized, text
-from ._errors import OptionError, SensorError, SensorWarning, warn
+from ._errors import HazardError, LaserError, OptionError, SensorError, SensorWarning, warn
 
 SLICE_NS = 50_000_000
 """Longest wait in C, so that Ctrl-C is taken soon."""
@@ -19,9 +19,14 @@ RECEIVE_BUFFER = int(lib.LUM_SOCKET_RECEIVE_BUFFER)
 """Bytes of data that the system is asked to keep for a session."""
 
 _OFF_SLICE_MS = 200
-_OFF_ALONE_S = 3.0
+_OFF_ALONE_S = lib.LUM_KEEPER_ALONE_MS / 1000
 _HAZARDS = int(lib.LUM_LASER_HAZARDS)
 _TIMEOUT_BIT = int(lib.LUM_LASER_HEARTBEAT_TIMEOUT)
+
+
+def now_ns() -> int:
+    """The time of sessions and keepers."""
+    return int(lib.lum_time_monotonic_ns())
 
 
 # --- What a sensor says ---
@@ -95,15 +100,10 @@ def hazards_of(value: int) -> int:
     return value & _HAZARDS & ~_TIMEOUT_BIT
 
 
-def is_down(value: int) -> bool:
-    """Whether a status shows the laser down."""
-    return bool(lib.lum_laser_is_down(value))
-
-
 def status_of(value: int, is_owned: bool) -> Status:
     """A status by its bits."""
     idle = value & _HAZARDS == _TIMEOUT_BIT and not is_owned
-    return Status(value, not is_down(value), names_of(value), () if idle else names_of(value & _HAZARDS), idle)
+    return Status(value, not lib.lum_laser_is_down(value), names_of(value), () if idle else names_of(value & _HAZARDS), idle)
 
 
 def lacks_heartbeats(value: int) -> bool:
@@ -189,15 +189,19 @@ class Plan:
             raise OptionError("the profile is out of range")
         self.timeout_ms, self.retries = _timeout(timeout), _retries(retries)
 
-    def open(self, owns: bool, cancel: Any = ffi.NULL) -> Any:
-        """The session in C; its waits end with the cancel. One that owns the sensor sends heartbeats and gets data."""
+    def options(self, owns: bool, cancel: Any = ffi.NULL) -> Any:
+        """Of a session in C; its waits end with the cancel. One that owns the sensor sends heartbeats and gets data."""
         options = sized("lum_sensor_options", interface_name=self.interface, owns=owns, timeout_ms=self.timeout_ms,
                         heartbeat_ms=lib.LUM_HEARTBEAT_MS, retries=self.retries,
                         receive_buffer=RECEIVE_BUFFER, cancel=cancel)
         options.sensor.address, options.sensor.port = self.address, self.port
         options.layout = self.layout[0]
+        return options
+
+    def open(self, owns: bool, cancel: Any = ffi.NULL) -> Any:
+        """The session."""
         out, error = ffi.new("lum_sensor **"), ffi.new("lum_error *")
-        if lib.lum_sensor_open(options, out, error) != lib.LUM_NET_OK:
+        if lib.lum_sensor_open(self.options(owns, cancel), out, error) != lib.LUM_NET_OK:
             raise failure(error, SensorError)
         return out[0]
 
@@ -234,17 +238,99 @@ class Event:
         self.status = int(c.status) if c.has_status else None
         self.tries = int(c.tries)
         self.sent_ns, self.received_ns, self.clock_us = int(c.sent_ns), int(c.received_ns), int(c.clock_us)
-        self.is_up = bool(c.is_up)
         has_tlvs = self.kind in (lib.LUM_SENSOR_ANSWER, lib.LUM_SENSOR_ALERT)
         self.tlvs = tlvs_of(c.tlvs) if has_tlvs else []
-        self.error = text(c.error.text) if self.kind in (lib.LUM_SENSOR_LINK, lib.LUM_SENSOR_FAILED) else ""
+        self.error = text(c.error.text) if self.kind == lib.LUM_SENSOR_FAILED else ""
 
 
-def receive(session: Any) -> Event:
-    """Do all that is due and wait for one event, but not for long."""
+def receive(session: Any, keeper: Optional[Keeper] = None) -> Event:
+    """Do all that is due and wait for one event, but not for long. The keeper of the session gets it too."""
     c = ffi.new("lum_sensor_event *")
-    lib.lum_sensor_receive(session, lib.lum_time_monotonic_ns() + SLICE_NS, c)
+    lib.lum_sensor_receive(session, now_ns() + SLICE_NS, c)
+    if keeper is not None:
+        lib.lum_keeper_take(keeper.c, c, now_ns())
     return Event(c)
+
+
+# --- Its keeper ---
+
+# What the table says to a person at a terminal, and what a program does instead.
+_IN_PYTHON = ((r"run lumctl --host .* laser on$", "call laser_on()"), (r"--profile", "profile"),
+              (r"(sent no heartbeats for [0-9.]+ s)", r"\1: they are sent only inside its calls"))
+
+# What there is to say where data does not come.
+MISSING = ("no-answer-yet", "no-data-yet", "unknown-layout", "silent", "data-stopped", "link-down", "moved")
+
+
+class News:
+    """News of a keeper, as lum_news_tell() has it."""
+
+    def __init__(self, c: Any) -> None:
+        self.name = text(lib.lum_news_name(c.kind)) if c.kind else ""
+        self.weight = int(lib.lum_news_weigh(c.kind))
+        self.status = int(c.status)
+        out = ffi.new("char[]", int(lib.LUM_ERROR_BYTES))
+        self.told = text(lib.lum_news_tell(c, out, len(out)))
+        for pattern, instead in _IN_PYTHON:
+            self.told = re.sub(pattern, instead, self.told)
+
+    def error(self, also: str = "") -> SensorError:
+        """It, where it ends the work."""
+        is_of_laser = self.name.startswith(("laser-", "off-", "ended-"))
+        kind = LaserError if is_of_laser and self.name not in ("laser-unanswered", "laser-held-up") else SensorError
+        if self.name in ("laser-fell", "laser-refused") and hazards_of(self.status):
+            kind = HazardError
+        error = kind(self.told + also)
+        error.news = self.name
+        return error
+
+    def warning(self) -> SensorWarning:
+        """It, where the work goes on."""
+        warning = SensorWarning(self.told)
+        warning.news = self.name
+        return warning
+
+
+class Keeper:
+    """What keeps a sensor and its laser, in C (lum/live/keeper.h): it alone has the rules for both."""
+
+    def __init__(self, plan: Plan, owns: bool) -> None:
+        options, out, error = ffi.new("lum_keeper_options *"), ffi.new("lum_keeper **"), ffi.new("lum_error *")
+        lib.lum_keeper_options_default(options, plan.options(owns))
+        if lib.lum_keeper_new(options, now_ns(), out, error) != 0:
+            raise failure(error, SensorError)
+        self.c = ffi.gc(out[0], lib.lum_keeper_free)
+        self._view, self._news = sized("lum_keeper_view"), sized("lum_news")
+
+    def want(self, want: int) -> None:
+        """Of the laser."""
+        lib.lum_keeper_want(self.c, want, now_ns())
+
+    def look(self) -> Any:
+        """What it knows, until the next look."""
+        lib.lum_keeper_look(self.c, self._view)
+        return self._view
+
+    def news(self) -> list[News]:
+        """What has happened."""
+        found = []
+        while lib.lum_keeper_next(self.c, self._news):
+            found.append(News(self._news))
+        return found
+
+    def missing(self, since_ns: int) -> News:
+        """Why no data came since then, also where a sensor may be silent for longer."""
+        found, now = sized("lum_news"), now_ns()
+        for at in (now, now + int(lib.LUM_SENSOR_SILENCE_MS) * 1_000_000):
+            if lib.lum_keeper_standing(self.c, at, found, 1) and News(found).name in MISSING:
+                break
+        found.ns = now - since_ns
+        return News(found)
+
+    def end(self, session: Any, ms: int, goes_on_ms: int = 0) -> tuple[int, News]:
+        """Switch the laser off, as lum_keeper_end(). Earlier news is lost."""
+        result = int(lib.lum_keeper_end(self.c, session, ms, goes_on_ms, ffi.NULL))
+        return result, self.news()[-1]
 
 
 class Off(NamedTuple):
@@ -252,42 +338,33 @@ class Off(NamedTuple):
 
     result: int
     """One of lum_laser_off."""
-    status: int
-    """The last status that was answered."""
+    news: News
+    """What to say."""
     is_broken: bool
     """The session sends nothing any more; another one may."""
     was_interrupted: bool
     """Ctrl-C came meanwhile."""
 
 
-def _tell_rest(name: str, result: int, status: int) -> None:
-    state = "no answer yet"
-    if result == lib.LUM_LASER_OFF_REFUSED:
-        state = "laser on is still in effect" if is_down(status) else "the laser is still on"
-    with contextlib.suppress(SensorWarning):  # where warnings are errors, this one comes first
-        warn(f"{name}: {state}: laser off is repeated for 7 s more; Ctrl-C gives up", SensorWarning)
-
-
-def put_down(session: Any, name: str, seconds: float = lib.LUM_SENSOR_OFF_MS / 1000) -> Off:
+def put_down(keeper: Keeper, session: Any, seconds: float = lib.LUM_SENSOR_OFF_MS / 1000) -> Off:
     """Switch the laser off and see that it is down. In the first three seconds nothing ends it; after that a sensor
     that gets no heartbeats is down by itself, and Ctrl-C ends it."""
-    status, result = ffi.new("uint16_t *"), int(lib.LUM_LASER_OFF_UNKNOWN)
     begin, is_told, was_interrupted = time.monotonic(), False, False
     while True:
         try:
             before = time.monotonic()
-            result = int(lib.lum_sensor_laser_off_within(session, _OFF_SLICE_MS, ffi.NULL, status))
-            now = time.monotonic()
-            if result in (lib.LUM_LASER_OFF_SEEN, lib.LUM_LASER_OFF_UNSEEN) or now - begin >= seconds:
-                break
-            if now - before < _OFF_SLICE_MS / 2000:
-                return Off(result, int(status[0]), True, was_interrupted)
-            if now - begin >= _OFF_ALONE_S:
-                if was_interrupted:
-                    break
-                if not is_told:
-                    is_told = True
-                    _tell_rest(name, result, status[0])
+            rest = seconds - (before - begin) - _OFF_SLICE_MS / 1000
+            is_alone = before - begin >= _OFF_ALONE_S
+            is_last = rest <= 0 or (is_alone and was_interrupted)
+            result, news = keeper.end(session, _OFF_SLICE_MS, 0 if is_last else 1000 * max(1, round(rest)))
+            if is_last or result in (lib.LUM_LASER_OFF_SEEN, lib.LUM_LASER_OFF_UNSEEN):
+                return Off(result, news, False, was_interrupted)
+            if time.monotonic() - before < _OFF_SLICE_MS / 2000:
+                return Off(*keeper.end(ffi.NULL, 0), True, was_interrupted)
+            if is_alone and not is_told:
+                is_told = True
+                news.told += "; Ctrl-C gives up"
+                with contextlib.suppress(SensorWarning):  # where warnings are errors, this one comes first
+                    warn(news.warning())
         except KeyboardInterrupt:
             was_interrupted = True
-    return Off(result, int(status[0]), False, was_interrupted)

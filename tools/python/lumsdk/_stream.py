@@ -2,26 +2,23 @@
 from __future__ import annotations
 
 import collections
-import math
 import threading
-import time as clock
 import weakref
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Optional
 
 from ._c import failure, ffi, lib, sized
-from ._errors import ClosedError, Error, LaserError, SensorError, SensorWarning, warn
+from ._errors import ClosedError, Error, LaserError, SensorError, SensorWarning
 from ._frame import Frame
 from ._reading import LOSSES, Counts
-from ._session import RECEIVE_BUFFER, Event, hazards_of, is_down, names_of, show
+from ._session import MISSING, RECEIVE_BUFFER, now_ns
 
 if TYPE_CHECKING:
     from ._sensor import Sensor
 
-_TICK_S = 0.02
-_POLL_S = 1.0
+_TICK_MS = 20
 _FOREVER_MS = 0xFFFFFFFF
-_DROPS_S = 10.0
+_DROPS_NS = 10_000_000_000
 
 
 def losses_of(reader: Any) -> dict[str, int]:
@@ -38,23 +35,17 @@ class Stream:
         self._session: Any = sensor._session
         self._duration, self._silence = duration, silence
         self._ready: collections.deque[Frame] = collections.deque()
-        self._warnings: list[str] = []
-        self._told: set[str] = set()
         self.failure: Optional[BaseException] = None
         self.has_ended = False
-        self._next_tick = 0.0
-        now = clock.monotonic()
-        self._begun, self._poll, self._heard = now, now, now
-        self._first: Optional[float] = None
-        self._packets = self._drops = 0
-        self._drops_told = -math.inf
+        self._begun = self._heard = self._next_tick = now_ns()
+        self._first: Optional[int] = None
+        self._drops, self._drops_told = 0, -_DROPS_NS
         self._error, self._out = ffi.new("lum_error *"), ffi.new("const lum_frame **")
-        self._demux = sized("lum_demux_counters")
         self._handle = ffi.new_handle(weakref.ref(self))
         self._reader: Any = ffi.NULL
         lib.lum_cancel_reset(sensor._cancel)
         live = sized("lum_live_options", sensor=self._session, silence_ms=_FOREVER_MS, on_event=_c_on_event,
-                     context=self._handle)
+                     context=self._handle, data_ms=_TICK_MS)
         records, reader = sized("lum_record_source"), ffi.new("lum_reader **")
         if lib.lum_live_source(live, records, self._error) != 0:
             raise failure(self._error, SensorError)
@@ -83,100 +74,52 @@ class Stream:
 
     # What happens inside C's calls.
 
-    def take(self, event: Event) -> bool:
-        """Look at an event of the session. Whether to go on."""
-        self._look(event)
+    def take(self, event: Any) -> bool:
+        """An event of the session, in C. Whether to go on."""
+        lib.lum_keeper_take(self._sensor._keeper.c, event, now_ns())
         return self.failure is None
 
     def tick(self) -> None:
-        """Look at what may end the stream, and ask for the status. Called every few milliseconds."""
-        now = clock.monotonic()
+        """Look at what may end the stream, and send what is due. Called every few milliseconds."""
+        now, sensor = now_ns(), self._sensor
         if now < self._next_tick or not self._reader:  # it is also called while the reader opens
             return
-        self._next_tick = now + _TICK_S
-        self._count(now)
-        self.failure = self.failure or self._find_failure(now)
-        is_over = self._first is not None and self._duration is not None and now - self._first >= self._duration
+        self._next_tick = now + _TICK_MS * 1_000_000
+        sensor._hear()
+        sensor._serve()
+        view = sensor._keeper.look()
+        if view.has_data and view.data_ns > self._begun:
+            self._heard = max(self._heard, int(view.data_ns))
+            self._first = self._first or now
+        self.failure = self.failure or sensor._take_problem() or self._find_silence(now)
+        is_over = self._first is not None and _is_past(self._first, self._duration, now)
         if is_over or self.failure is not None:
-            lib.lum_cancel_raise(self._sensor._cancel)  # then what was read comes out first
-        elif now >= self._poll and not lib.lum_sensor_is_waiting(self._session):
-            lib.lum_sensor_request(self._session, ffi.NULL, 0)
-            self._poll = now + _POLL_S
+            lib.lum_cancel_raise(sensor._cancel)  # then what was read comes out first
+        else:
             self._tell_drops(now)
 
-    def _look(self, event: Event) -> None:
-        name = self._sensor.address
-        if event.kind == lib.LUM_SENSOR_LINK:
-            self._warnings.append(f"sending to {name} works again" if event.is_up else
-                                  f"sending to {name} fails: {event.error}; it is tried again and again")
-        elif event.kind == lib.LUM_SENSOR_NO_ANSWER:
-            if self._packets:
-                self._warn_once(f"{name} sends data, but does not answer when asked for its status")
-        elif event.kind in (lib.LUM_SENSOR_ANSWER, lib.LUM_SENSOR_ALERT):
-            is_alert = event.kind == lib.LUM_SENSOR_ALERT
-            self._warnings += self._sensor._texts(event)
-            if is_alert:
-                self._poll = 0.0  # it may be older than what is known: the sensor is asked
-            if event.status is not None:
-                self._judge(event.status, is_alert)
+    def _find_silence(self, now: int) -> Optional[SensorError]:
+        """Data that does not come."""
+        has_lasted = self._first is None and _is_past(self._begun, self._duration, now)
+        if not has_lasted and not _is_past(self._heard, self._silence, now):
+            return None
+        problem = self._sensor._keeper.missing(self._heard).error()
+        self._sensor._told = [warning for warning in self._sensor._told if warning.news not in MISSING]
+        return problem
 
-    def _warn_once(self, told: str) -> None:
-        if told not in self._told:
-            self._told.add(told)
-            self._warnings.append(told)
-
-    def _judge(self, status: int, is_alert: bool) -> None:
-        """A laser that we switched on and that is down ends the stream: from there on, frames have no points."""
-        sensor, hazards = self._sensor, hazards_of(status)
-        if not is_alert:
-            sensor._status = status
-        if sensor._laser_is_up and (hazards or (is_down(status) and not is_alert)):
-            sensor._laser_is_up = False
-            self.failure = sensor._fell(status)
-        elif hazards and self.failure is None:
-            self._warn_once(f"{sensor.address} reports a hazard: {' '.join(names_of(hazards))}")
-        elif not is_alert:
-            sensor._pause = 0.0
-
-    def _find_failure(self, now: float) -> Optional[SensorError]:
-        """Data that does not come, or comes from elsewhere."""
-        has_lasted = self._first is None and self._duration is not None and now - self._begun >= self._duration
-        if now - self._heard >= self._silence or has_lasted:
-            return self._silent(now)
-        new, old = ffi.new("lum_endpoint *"), self._sensor.address
-        if lib.lum_sensor_moved_to(self._session, new):
-            return SensorError(f"the data comes from {show(new)} now, not from {old}: the sensor has got that address. "
-                               f"It ends in 3 s, since the heartbeats go to {old}: say "
-                               f'lumsdk.Sensor("{show(new)}") from now on')
-        return None
-
-    def _count(self, now: float) -> None:
-        lib.lum_demux_total(lib.lum_framer_demux(lib.lum_reader_framer(self._reader)), self._demux)
-        packets = int(self._demux.packets[lib.LUM_PACKET_DATA])
-        if packets != self._packets:
-            self._packets, self._heard = packets, now
-            self._first = now if self._first is None else self._first
-
-    def _tell_drops(self, now: float) -> None:
+    def _tell_drops(self, now: int) -> None:
+        if now < self._drops_told + _DROPS_NS:
+            return
         drops = int(lib.lum_socket_drops(lib.lum_sensor_socket(self._session)))
-        if drops == self._drops or now < self._drops_told + _DROPS_S:
+        if drops == self._drops:
             return
         self._drops, self._drops_told = drops, now
         has_room = lib.lum_socket_has_room(lib.lum_sensor_socket(self._session))
         why = ("; this program is too slow" if has_room else
                f", and is smaller than was asked for: sysctl -w net.core.rmem_max={RECEIVE_BUFFER}")
-        self._warnings.append(f"{self._sensor.address}: the system dropped {drops} datagrams so far: its receive buffer was full"
-                              f"{why}; or they came damaged, with wrong checksums")
-
-    def _silent(self, now: float) -> SensorError:
-        name, since = self._sensor.address, now - self._heard
-        if self._first is not None:
-            return SensorError(f"no data from {name} for {since:.3g} s (a sensor that was restarted is at 10.42.0.37 "
-                               f"again; lumctl --host {name} doctor finds out more)")
-        why = (", though it answers: is a profile needed, or does a firewall drop what is not an answer?"
-               if self._sensor._status_is_known else
-               ", nor any answer: is it on, connected and at this address? It boots at 10.42.0.37")
-        return SensorError(f"no data from {name} within {since:.3g} s{why}; look with lumctl --host {name} doctor")
+        self._sensor._told.append(SensorWarning(
+            f"{self._sensor.address}: the system dropped {drops} datagrams so far: its receive buffer was full{why}; "
+            "or they came damaged, with wrong checksums"))
 
     # What the sensor's calls do.
 
@@ -185,7 +128,7 @@ class Stream:
         if self.has_ended:
             return False
         # The time between two calls was the program's, and no silence of the sensor.
-        self._heard = clock.monotonic()
+        self._heard = now_ns()
         if self._first is None:
             self._begun = self._heard
         status = lib.lum_reader_next_frame(self._reader, self._out, self._error)
@@ -210,14 +153,17 @@ class Stream:
         """The next frame; None: it has ended."""
         while not self._ready and self.read():
             pass
-        while self._warnings:
-            warn(self._warnings.pop(0), SensorWarning)
+        self._sensor._tell()
         if self._ready:
             return self._ready.popleft()
         problem, self.failure = self.failure, None
         if problem is not None:
             raise problem
         return None
+
+
+def _is_past(since: int, seconds: Optional[float], now: int) -> bool:
+    return seconds is not None and now - since >= seconds * 1e9
 
 
 _lost: dict[int, BaseException] = {}
@@ -233,7 +179,7 @@ def _on_event(context: Any, event: Any) -> bool:
     if stream is None:
         return False
     try:
-        return stream.take(Event(event))
+        return stream.take(event)
     except BaseException as problem:
         stream.failure = problem
         return False
