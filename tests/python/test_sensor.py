@@ -6,6 +6,8 @@ import os
 import pathlib
 import select
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -51,6 +53,37 @@ def silent():
     with start(address(), fault="silence@0") as sim:
         sim.wait_for(lambda: sim.events("fault"))
         yield sim
+
+
+class Fake:
+    """A sensor whose answers have a status, or none to `d`. It notes what it is asked: u, d, or a point for a status."""
+
+    def __init__(self):
+        self.host, self.asked, self.status, self.hides = address(), "", 0x0200, False
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind((self.host, 5517))
+        self.thread = threading.Thread(target=self.serve)
+
+    def serve(self):
+        while True:
+            packet, client = self.socket.recvfrom(2048)
+            if packet == b"end":
+                return
+            if len(packet) >= 16 and packet[8] == 7:
+                asked = packet[20:21].decode() or "."
+                self.asked += asked
+                self.status = 0x0800 if asked == "u" else 0x0200 if asked == "d" and not self.hides else self.status
+                status = b"" if asked == "d" and self.hides else struct.pack("<HHH", 2, 2, self.status)
+                self.socket.sendto(packet[:16] + status, client)
+
+    def __enter__(self):
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.socket.sendto(b"end", (self.host, 5517))
+        self.thread.join()
+        self.socket.close()
 
 
 def downs(sim):
@@ -290,6 +323,37 @@ def test_a_hazard_ends_the_frames_and_the_laser_stays_down():
         assert sim.wait_for(lambda: not sim.laser_on)
 
 
+def test_a_laser_that_shows_up_after_an_off_without_a_status_is_switched_off_again():
+    with Fake() as fake, lumsdk.Sensor(fake.host, owns=False, retries=0) as sensor:
+        assert sensor.laser_on().laser_on
+        fake.status, fake.hides = 0x0804, True
+        with pytest.warns(lumsdk.SensorWarning, match="went off"), pytest.raises(lumsdk.LaserError) as told:
+            sensor.status()
+        assert told.value.news == "ended-unseen"
+        fake.status, fake.hides = 0x0800, False
+        assert not sensor.status().laser_on
+        assert fake.asked == "u.d.d."
+
+
+def test_a_laser_that_fell_between_frames_ends_the_next_ones():
+    with Fake() as fake, lumsdk.Sensor(fake.host, retries=0) as sensor:
+        sensor.laser_on()
+        fake.status = 0x0200
+        with pytest.warns(lumsdk.SensorWarning, match="went off") as told:
+            assert not sensor.status().laser_on
+        assert told[0].message.news == "laser-fell"
+        with pytest.raises(lumsdk.LaserError, match="went off"):
+            sensor.frames()
+        sensor.frames()
+
+
+def test_a_session_that_owns_nothing_is_told_that_nobody_sends_heartbeats():
+    with start(address()) as sim, lumsdk.Sensor(sim.host, owns=False) as sensor:
+        with pytest.raises(lumsdk.LaserError, match="nobody sends heartbeats. Begin a session that owns") as told:
+            sensor.laser_on()
+        assert told.value.news == "laser-refused"
+
+
 def test_a_hazard_of_a_laser_that_we_left_alone_is_a_warning():
     with start(address(), fault="board@0") as sim, lumsdk.Sensor(sim.host) as sensor:
         sim.wait_for(lambda: sim.events("fault"))
@@ -305,14 +369,16 @@ def test_a_laser_that_another_switches_off_is_an_error(simulated):
                     other.laser_off()
 
 
-@pytest.mark.filterwarnings("ignore:.*the system dropped")
 def test_a_program_that_makes_no_call_loses_the_laser_and_is_told_why():
     with start(address()) as sim, lumsdk.Sensor(sim.host) as sensor:
         with pytest.raises(lumsdk.LaserError, match="sent no heartbeats for .* s: they are sent only inside"), sensor.laser():
-            for i, _ in enumerate(itertools.islice(sensor.frames(silence=PATIENCE_S), 200)):
-                if i == 0:
-                    sim.wait_for(lambda: downs(sim))
+            with warnings.catch_warnings(record=True) as warned:
+                warnings.simplefilter("always")
+                for i, _ in enumerate(itertools.islice(sensor.frames(silence=PATIENCE_S), 200)):
+                    if i == 0:
+                        sim.wait_for(lambda: downs(sim))
         assert downs(sim)[:1] == [False]  # it was the sensor that did it
+        assert all("the system dropped" in str(w.message) for w in warned)  # the pause is no silence of the sensor
 
 
 # --- Frames ---
@@ -406,6 +472,17 @@ def test_no_sensor_is_told_as_lumdump_tells_it():
                                         f"look with lumctl --host {where} doctor")
         with pytest.raises(lumsdk.SensorError, match=r"does not answer \(tried 5 times, 50 ms each\).*lumctl doctor"):
             sensor.status()
+
+
+def test_a_sensor_that_restarts_is_told():
+    with start(address(), fault="reboot@USR1", clock=100_000_000) as sim, lumsdk.Sensor(sim.host) as sensor:
+        frames = sensor.frames(silence=PATIENCE_S)
+        next(frames)
+        sim.cue(1)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            while "restarted" not in [getattr(w.message, "news", "") for w in told]:
+                next(frames)
 
 
 def test_a_sensor_that_vanishes_is_told():

@@ -4,8 +4,10 @@
 #include <stdint.h>
 
 #include <cmocka.h>
+#include <string.h>
 
 #include "fake_net.h"
+#include "live/contact.h"
 #include "live/laser_rules.h"
 #include "lum/laser.h"
 #include "lum/live/keeper.h"
@@ -472,6 +474,70 @@ static void what_a_hazard_refuses_to_another_program_does_not_stand(
     assert_int_equal(lum_laser_rules_next(&keeper), LUM_LASER_ASK_LOOK);
 }
 
+static lum_news_kind answer_whole(uint16_t status)
+{
+    const lum_sensor_event event = {
+        .kind = LUM_SENSOR_ANSWER, .has_status = true, .status = status};
+    lum_sensor_give_up(sensor);
+    lum_keeper_take(whole, &event, fake.now_ns);
+    return next_news();
+}
+
+/* The cause of a fall after pauses, before and after the laser came up. */
+static void a_fall_after_a_pause_of_the_program_says_so(void **state)
+{
+    static const struct {
+        int64_t before_ns;
+        int64_t pause_ns;
+        int64_t after_ns;
+        uint16_t status;
+        int64_t expected_ns;
+    } cases[] = {{0, 4 * SECOND, 500 * MS, OFF, 4 * SECOND},
+                 {0, 2 * SECOND, 0, OFF, 2 * SECOND},
+                 {0, 2 * SECOND - 1, 0, OFF, 0},
+                 {0, 3 * SECOND, 0, HOT, 0},
+                 {9 * SECOND, 0, 0, OFF, 0}};
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[LUM_ERROR_BYTES];
+        lum_news news = {.struct_size = sizeof news};
+        open_session(LUM_WANT_LOOK);
+        fake.now_ns += cases[i].before_ns;
+        lum_keeper_want(whole, LUM_WANT_ON, fake.now_ns);
+        lum_keeper_serve(whole, sensor, fake.now_ns);
+        assert_int_equal(answer_whole(UP), LUM_NEWS_LASER_UP);
+        fake.now_ns += cases[i].pause_ns;
+        lum_keeper_serve(whole, sensor, fake.now_ns);
+        fake.now_ns += cases[i].after_ns;
+        const lum_sensor_event down = {.kind = LUM_SENSOR_ANSWER,
+                                       .has_status = true,
+                                       .status = cases[i].status};
+        lum_keeper_take(whole, &down, fake.now_ns);
+        do {
+            assert_true(lum_keeper_next(whole, &news));
+        } while (news.kind != LUM_NEWS_LASER_FELL);
+        assert_true(news.ns == cases[i].expected_ns);
+        assert_int_equal(strstr(lum_news_tell(&news, text, sizeof text),
+                                "sent no heartbeats for") != NULL,
+                         news.ns != 0);
+        close_session();
+    }
+}
+
+static void what_the_program_did_not_hear_is_no_silence(void **state)
+{
+    lum_contact c;
+    (void)state;
+    lum_contact_begin(&c, 0);
+    (void)lum_contact_note_data(&c, 0);
+    for (int64_t now_ns = 4 * SECOND; now_ns <= 7 * SECOND;
+         now_ns += MS * 500) {
+        lum_contact_pass(&c, now_ns);
+        assert_int_equal(lum_contact_tick(&c, true, 0, now_ns),
+                         now_ns < 7 * SECOND ? NOTHING : LUM_NEWS_SILENT);
+    }
+}
+
 static void other_events_change_nothing(void **state)
 {
     static const lum_sensor_event_kind kinds[] = {
@@ -497,6 +563,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(time_before_the_session_does_not_count),
     cmocka_unit_test(only_a_laser_that_is_asked_for_may_not_stand_still),
     cmocka_unit_test(short_pauses_do_not_add_up),
+    cmocka_unit_test(a_fall_after_a_pause_of_the_program_says_so),
+    cmocka_unit_test(what_the_program_did_not_hear_is_no_silence),
     cmocka_unit_test(a_session_that_waits_is_not_asked_again),
     cmocka_unit_test(off_does_not_wait_for_an_on_that_is_not_answered),
     cmocka_unit_test(off_does_not_wait_for_a_status_that_is_not_answered),

@@ -205,6 +205,28 @@ static void what_brings_no_datagrams_is_told(void **state)
     close_live();
 }
 
+static void data_is_told_now_and_then(void **state)
+{
+    (void)state;
+    told = (struct told){.last = 4};
+    open_live((lum_live_options){.on_event = take_event,
+                                 .context = &told,
+                                 .data_ms = 20,
+                                 .silence_ms = 60000});
+    const int64_t start_ns = fake.now_ns;
+    for (unsigned i = 0; i < 5; i++) {
+        hear();
+        fake.now_ns = start_ns + MS * (i + 1u) * 10;
+    }
+    assert_int_equal(told.count, 3); /* after 0, 20 and 40 ms */
+    assert_int_equal(told.kinds[2], LUM_SENSOR_DATAGRAMS);
+    fake.now_ns += 20 * MS;
+    const uint8_t byte = 1;
+    fake_arrive(fake.now_ns, sensor_at, &byte, 1);
+    assert_int_equal(next(), 0); /* who is told can end the stream */
+    close_live();
+}
+
 static void who_is_told_can_end_the_stream(void **state)
 {
     (void)state;
@@ -379,6 +401,7 @@ int main(void)
         FRESH(a_duration_without_a_datagram_is_a_failure),
         FRESH(a_socket_that_breaks_is_a_failure),
         FRESH(what_brings_no_datagrams_is_told),
+        FRESH(data_is_told_now_and_then),
         FRESH(who_is_told_can_end_the_stream),
         FRESH(without_a_listener_events_are_passed_over),
         FRESH(a_cancel_ends_the_stream),

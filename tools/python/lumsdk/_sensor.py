@@ -320,8 +320,8 @@ class Sensor:
             lib.lum_sensor_give_up(line)
             self._keep_down()
             raise
-        if event.status is not None:
-            self._keep_down()
+        if event.status is not None and self._keep_down():
+            event.status = int(self._keeper.look().status)
         self._tell()
         return event
 
@@ -348,10 +348,13 @@ class Sensor:
                f"{'' if tries == 1 else ' each'})")
         return SensorError(f"{self.address} does not answer {how}; to find out why: lumctl doctor --host {self.address}")
 
-    def _keep_down(self) -> None:
+    def _keep_down(self) -> bool:
         """A laser that the keeper switches off is seen to be down before the program goes on."""
-        if self._stream() is None and self._keeper.look().is_off_due:
+        is_due = self._stream() is None and bool(self._keeper.look().is_off_due)
+        if is_due:
+            self._tell()
             self._finish_off(self._try_off())
+        return is_due
 
     def _rest(self, seconds: float) -> None:
         """Pause, with heartbeats."""
