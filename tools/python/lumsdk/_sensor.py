@@ -251,27 +251,17 @@ class Sensor:
             self._keeper.want(lib.LUM_WANT_OFF)
         lib.lum_keeper_serve(self._keeper.c, self._session, now_ns())
 
-    def _hear(self, said: tuple[str, ...] = _UNANSWERED[:1]) -> None:
-        """Take its news, but for what the caller says itself."""
+    def _hear(self, said: tuple[str, ...] = ("no-answer",)) -> None:
+        """Take its news, but for what is said elsewhere. What ends frames ends the next ones, where there are none."""
+        if self._laser_is_due:
+            said += ("laser-came-up", "laser-fell") if self._off_was_called else ("laser-came-up",)
         for news in self._keeper.news():
             if news.name in _ON:
                 self._on = news
-            elif news.weight == lib.LUM_NEWS_INFO or news.name in said:
-                continue
-            elif news.weight == lib.LUM_NEWS_ERROR and (self._laser_is_due or news.name == "moved"):
-                self._fail(news)
-            elif news.name != "laser-came-up" or not self._laser_is_due:
+            elif news.weight != lib.LUM_NEWS_INFO and news.name not in said:
+                if news.weight == lib.LUM_NEWS_ERROR and (self._laser_is_due or news.name == "moved"):
+                    self._problem = self._problem or news.error()
                 self._told.append(news.warning())
-
-    def _fail(self, news: News) -> None:
-        """It ends the frames that are under way, or else the next ones."""
-        if self._off_was_called and news.name != "moved":
-            return
-        self._problem = self._problem or news.error()
-        if self._stream() is None:
-            self._told.append(news.warning())
-        else:  # the exception says it
-            self._told = [warning for warning in self._told if warning.news != "hazard"]
 
     def _take_problem(self) -> Optional[SensorError]:
         problem, self._problem = self._problem, None
@@ -318,7 +308,6 @@ class Sensor:
             event = self._answer(line)
         except BaseException:
             lib.lum_sensor_give_up(line)
-            self._keep_down()
             raise
         if event.status is not None and self._keep_down():
             event.status = int(self._keeper.look().status)
@@ -335,6 +324,7 @@ class Sensor:
             if event.kind == lib.LUM_SENSOR_NO_ANSWER:
                 raise self._no_answer(event.tries, clock.monotonic() - before)
             if not lib.lum_sensor_is_waiting(line):
+                self._keep_down()
                 raise SensorError(f"{self.address}: laser off comes first: whether the sensor got the request is not known")
             if stream is not None and clock.monotonic() - read >= _PUMP_S:  # heartbeats and data go on
                 stream.read()
@@ -344,9 +334,8 @@ class Sensor:
         if seconds >= lib.LUM_SENSOR_STALE_MS / 1000:
             return SensorError(f"{self.address}: this program was held up for {seconds:.1f} s during a request; whether the "
                                "sensor got it is not known")
-        how = (f"(tried {tries} {'time' if tries == 1 else 'times'}, {self._plan.timeout_ms} ms"
-               f"{'' if tries == 1 else ' each'})")
-        return SensorError(f"{self.address} does not answer {how}; to find out why: lumctl doctor --host {self.address}")
+        return self._plan.news(lib.LUM_NEWS_NO_ANSWER).error(
+            f" (tried {tries} {'time' if tries == 1 else 'times'}, {self._plan.timeout_ms} ms{'' if tries == 1 else ' each'})")
 
     def _keep_down(self) -> bool:
         """A laser that the keeper switches off is seen to be down before the program goes on."""
@@ -397,10 +386,9 @@ class Sensor:
         with self._use():
             event = self._request(lambda line: int(lib.lum_sensor_request(line, ffi.NULL, 0)))
         for said in self._answer_of(event).debug:
-            warn(f"{self.address} says: {said}", SensorWarning)
+            warn(self._plan.news(lib.LUM_NEWS_TEXT, said).warning())
         if event.status is None:
-            raise SensorError("the answer bore no status; where the sensor's number of it differs, a profile says so "
-                              "(tlv.status); lumctl tlv shows what it sends")
+            raise self._plan.news(lib.LUM_NEWS_NO_STATUS).error()
         return self._status_of(event.status)
 
     def time(self) -> Clock:

@@ -205,6 +205,13 @@ class Plan:
             raise failure(error, SensorError)
         return out[0]
 
+    def news(self, kind: int, said: str = "") -> News:
+        """What is to be said of the sensor, where no keeper has found it."""
+        c = sized("lum_news", kind=kind, interface_name=self.interface, text=said.encode()[:int(lib.LUM_NEWS_TEXT_BYTES) - 1],
+                  tlv_status=self.layout.profile.tlv[lib.LUM_TLV_STATUS])
+        c.sensor.address, c.sensor.port = self.address, self.port
+        return News(c)
+
 
 def new_cancel() -> Any:
     """What ends waits from outside."""

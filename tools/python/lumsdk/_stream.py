@@ -93,6 +93,9 @@ class Stream:
             self._first = self._first or now
         self.failure = self.failure or sensor._take_problem() or self._find_silence(now)
         is_over = self._first is not None and _is_past(self._first, self._duration, now)
+        if self.failure is not None:  # which says it
+            said = (*MISSING, "hazard", getattr(self.failure, "news", ""))
+            sensor._told = [warning for warning in sensor._told if warning.news not in said]
         if is_over or self.failure is not None:
             lib.lum_cancel_raise(sensor._cancel)  # then what was read comes out first
         else:
@@ -101,11 +104,8 @@ class Stream:
     def _find_silence(self, now: int) -> Optional[SensorError]:
         """Data that does not come."""
         has_lasted = self._first is None and _is_past(self._begun, self._duration, now)
-        if not has_lasted and not _is_past(self._heard, self._silence, now):
-            return None
-        problem = self._sensor._keeper.missing(self._heard).error()
-        self._sensor._told = [warning for warning in self._sensor._told if warning.news not in MISSING]
-        return problem
+        is_silent = has_lasted or _is_past(self._heard, self._silence, now)
+        return self._sensor._keeper.missing(self._heard).error() if is_silent else None
 
     def _tell_drops(self, now: int) -> None:
         if now < self._drops_told + _DROPS_NS:
