@@ -6,8 +6,9 @@
 #define SECOND_NS INT64_C(1000000000)
 
 #define SILENCE_NS (LUM_SENSOR_SILENCE_MS * INT64_C(1000000))
+#define HELD_UP_NS (LUM_SENSOR_STALE_MS * INT64_C(1000000))
 
-/* A shorter pause, of the data or of the program, means nothing. */
+/* A shorter pause of the data is no reason to think of a restart. */
 #define PAUSE_NS SECOND_NS
 
 /* For so long after it a pause explains what is seen. */
@@ -27,7 +28,7 @@ void lum_contact_begin(lum_contact *c, int64_t now_ns)
 
 void lum_contact_pass(lum_contact *c, int64_t now_ns)
 {
-    if (now_ns - c->passed_ns >= PAUSE_NS) {
+    if (now_ns - c->passed_ns >= HELD_UP_NS) {
         c->pause_ns = now_ns - c->passed_ns;
         c->began_ns = now_ns;
     }

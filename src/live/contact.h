@@ -20,8 +20,8 @@ typedef struct lum_reading {
 } lum_reading;
 
 typedef struct lum_contact {
-    int64_t began_ns; /* or began anew, after a pause of the program */
-    int64_t pause_ns; /* how long that was; 0: none since the laser came up */
+    int64_t began_ns; /* anew after a pause of the program, which was so long */
+    int64_t pause_ns;
     int64_t passed_ns;
     bool has_data;
     bool has_unknown;      /* packets of another layout, before any data */

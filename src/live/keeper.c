@@ -18,10 +18,6 @@
  */
 #define BEGINNING_NS (1000 * NS_PER_MS)
 
-/* A program that makes no call for so long, as from one heartbeat to the
- * timeout, loses the laser, which shows within as long. */
-#define HELD_UP_NS (LUM_SENSOR_STALE_MS * NS_PER_MS)
-
 /* What else may be news of one event. */
 #define SPARE_NEWS 8u
 
@@ -130,29 +126,22 @@ static void tell(lum_keeper *k, lum_news news)
     }
 }
 
-/* How long the program was held up before it, so that no heartbeat was sent. */
-static int64_t held_ns(const lum_keeper *k, lum_news_kind kind, int64_t now_ns)
-{
-    const lum_contact *c = &k->contact;
-    if (kind != LUM_NEWS_LASER_FELL) {
-        return k->laser.stood_ns;
-    }
-    return k->is_owner && lum_laser_rules_hazards(k->laser.fell) == 0 &&
-                   c->pause_ns >= HELD_UP_NS &&
-                   now_ns - c->began_ns < HELD_UP_NS
-               ? c->pause_ns
-               : 0;
-}
-
 static void tell_laser(lum_keeper *k, lum_news_kind kind, int64_t now_ns)
 {
-    lum_news news = make(k, kind, held_ns(k, kind, now_ns));
+    lum_news news = make(k, kind, k->laser.stood_ns);
     if (kind != 0) {
-        k->contact.pause_ns = 0;
         const bool has_come = k->laser.state == LUM_LASER_UP;
         news.status = has_come ? k->laser.status : k->laser.fell;
         news.tries = k->laser.sent;
         news.was_away = lum_contact_was_away(&k->contact, now_ns);
+        if (kind == LUM_NEWS_LASER_FELL) {
+            const bool is_held =
+                k->is_owner &&
+                now_ns - k->contact.began_ns < 2 * BEGINNING_NS &&
+                lum_laser_rules_hazards(news.status) == 0;
+            news.ns = is_held ? k->contact.pause_ns : 0;
+        }
+        k->contact.pause_ns = 0;
         k->left = news;
         tell(k, news);
     }

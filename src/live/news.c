@@ -205,6 +205,7 @@ static void fill(const lum_news *news, value out[VALUES])
 {
     const bool has_ended = news->kind >= LUM_NEWS_ENDED_OFF;
     const bool has_moved = has_ended && news->to.address != 0;
+    const bool is_held = news->kind == LUM_NEWS_LASER_FELL && news->ns != 0;
     const bool is_on = (news->status & LUM_LASER_TLV_CMD_ON) != 0;
     char ctl[VALUE_BYTES];
     const char *state = news->tries == 0 ? "no answer yet"
@@ -228,13 +229,9 @@ static void fill(const lum_news *news, value out[VALUES])
                        : "end the programs that send heartbeats",
         out[2].text);
     SET(&out[10], "seconds", "%.3g", (double)tenths / 10);
-    if (news->kind == LUM_NEWS_LASER_FELL && news->ns != 0) {
-        SET(&out[4], "cause", ": this program sent no heartbeats for %s s",
-            out[10].text);
-    } else {
-        SET(&out[4], "cause", "%s",
-            lum_laser_cause(news->status, news->was_away));
-    }
+    SET(&out[4], "cause",
+        is_held ? ": this program sent no heartbeats for %s s" : "%s",
+        is_held ? out[10].text : lum_laser_cause(news->status, news->was_away));
     SET(&out[11], "tries", "%u", news->tries);
     SET(&out[12], "tlv", "%u", (unsigned)news->tlv_status);
     SET(&out[13], "text", "%s", news->text);
