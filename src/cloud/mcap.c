@@ -141,6 +141,9 @@ static int begin(lum_writer *writer, lum_error *error)
         s->owes_mounts = true;
     }
     s->is_growing = o->is_growing;
+    s->points.lines =
+        o->lines < LUM_MCAP_LINES_MAX ? o->lines : LUM_MCAP_LINES_MAX;
+    s->points.lines_are_stated = o->lines != 0;
     return lum_mcap_begin(&s->file, writer->sink, "lumsdk " LUM_VERSION,
                           !o->is_plain && lum_mcap_can_compress(),
                           error) == 0 &&

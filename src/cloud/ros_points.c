@@ -149,12 +149,12 @@ int lum_ros_points_sort(lum_ros_points *points, float *first_s)
  * single line beyond the number can be of a damaged packet. */
 static void count_lines(lum_ros_points *points)
 {
-    static const uint32_t numbers[] = {64, 640, 32767};
+    static const uint32_t numbers[] = {64, 640, LUM_MCAP_LINES_MAX};
     if (points->lines == 0) {
         points->lines = numbers[0];
     }
-    const bool grows =
-        points->has_line[0] && points->highest[0] >= points->lines;
+    const bool grows = !points->lines_are_stated && points->has_line[0] &&
+                       points->highest[0] >= points->lines;
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
         if (grows && points->highest[1] >= points->lines &&
             numbers[i] > points->lines) {

@@ -38,6 +38,7 @@ typedef struct lum_ros_points {
     size_t taken[LUM_EYES];     /**< by lum_ros_points_take_line() */
     uint32_t lines;             /**< the green eye's rings are as many above
                                      the blue's; 0: not one frame yet */
+    bool lines_are_stated;      /**< they stay as they are */
     bool has_line[2];           /**< whether there is one of these: */
     uint32_t highest[2];        /**< the second highest line, the highest */
 } lum_ros_points;

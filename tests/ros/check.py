@@ -563,8 +563,8 @@ def check_commands():
     answers = Listener("/answer", std_msgs.msg.String)
     commands = rospy.Publisher("/command", std_msgs.msg.String, queue_size=10)
     wait_until(lambda: commands.get_num_connections() and answers.subscriber.get_num_connections(), "the node")
-    for text, wanted in (("50p 0g", "answered"), ("5p u ", "refused, not sent"), ("101p", "does not allow"),
-                         ("", "no command"), ("5x", "no command")):
+    for text, wanted in (("50p 0g", "answered"), ("5p u ", "refused, not sent"), ("101p", "power is 0 to 100"),
+                         ("", "refused, not sent"), ("5x", "is not a command")):
         count = len(answers.messages)
         commands.publish(text)
         answer = answers.wait(count + 1)[-1].data

@@ -1,5 +1,6 @@
 #include "convert.h"
 
+#include "lum/base/time.h"
 #include "lum/wire.h"
 
 #include <errno.h>
@@ -202,6 +203,24 @@ static int write_datagram(struct pass *pass, const lum_record *from,
                                                    : -1;
 }
 
+static void note_status(struct pass *pass, const lum_record *record)
+{
+    uint32_t sequence = 0;
+    lum_tlv_reader reader;
+    lum_tlv tlv;
+    if (lum_tlv_open(record->payload, record->len, &sequence, &reader) !=
+        LUM_OK) {
+        return;
+    }
+    while (lum_tlv_next(&reader, &tlv) == LUM_OK) {
+        if (tlv.type == pass->layout->profile.tlv[LUM_TLV_STATUS] &&
+            lum_tlv_u16(&tlv, &pass->status) == LUM_OK) {
+            pass->has_status = true;
+            pass->status_ns = lum_time_monotonic_ns();
+        }
+    }
+}
+
 /* A record of port 5517 that was counted as `kind`. */
 static enum pass_result note_ours(struct pass *pass, const lum_record *record,
                                   lum_packet_kind kind, lum_error *error)
@@ -212,6 +231,9 @@ static enum pass_result note_ours(struct pass *pass, const lum_record *record,
     }
     if (!is_foreign && kind != LUM_PACKET_DATA) {
         diagnosis_note(&pass->diagnosis, record->payload, record->len, kind);
+    }
+    if (kind == LUM_PACKET_TLV) {
+        note_status(pass, record);
     }
     if (pass->outputs != NULL && !is_foreign &&
         write_datagram(pass, record, error) != 0) {

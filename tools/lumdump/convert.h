@@ -51,6 +51,11 @@ struct pass {
     lum_error warning;    /* set where the source broke off */
     uint64_t data_told;   /* packets of data, when outputs heard of it last */
     int64_t data_ns;      /* by the monotonic clock, when there were more */
+    int64_t health_ns;    /* of a capture's time, likewise; 0: not yet */
+    uint64_t dropped;     /* live: datagrams that its buffer had no room for */
+    bool has_status;      /* the sensor's newest of its laser, from TLVs */
+    uint16_t status;
+    int64_t status_ns; /* by the monotonic clock */
 };
 
 /* Get ready. The pass's results live until pass_free(). */

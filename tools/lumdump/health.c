@@ -2,15 +2,19 @@
 
 #include "../common/number.h"
 #include "lum/base/time.h"
+#include "lum/host/laser_name.h"
+#include "lum/laser.h"
 #include "lum/net/sensor.h"
 
 #include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
+#include <string.h>
 
+#define SECOND_NS  INT64_C(1000000000)
 #define SILENCE_NS (LUM_SENSOR_SILENCE_MS * INT64_C(1000000))
 
-#define VALUES_MAX 22u
+#define VALUES_MAX 24u
 
 /* A status in the making; its names are those of the node for ROS 1. */
 struct health {
@@ -38,6 +42,13 @@ static void add(struct health *h, const char *key, uint64_t n)
     const size_t i = h->status.count++;
     (void)snprintf(h->texts[i], sizeof h->texts[i], "%" PRIu64, n);
     h->values[i] = (lum_status_value){key, h->texts[i]};
+}
+
+static void add_text(struct health *h, const char *key, const char *text)
+{
+    if (h->status.count < VALUES_MAX) {
+        h->values[h->status.count++] = (lum_status_value){key, text};
+    }
 }
 
 static void add_loss(struct health *h, const char *key, uint64_t n)
@@ -103,6 +114,7 @@ static enum pass_result tell_losses(struct pass *pass, struct health *h,
     add_loss(h, "no_room", a->no_room);
     add_loss(h, "stray", a->stray);
     add(h, "stray_at_breaks", p->stray_at_breaks);
+    add(h, "out_of_order", c->out_of_order);
     add_loss(h, "bad_words", a->bad_words);
     add_loss(h, "malformed", c->packets[LUM_PACKET_MALFORMED]);
     add_loss(h, "unknown_tag", c->packets[LUM_PACKET_UNKNOWN_TAG]);
@@ -113,10 +125,73 @@ static enum pass_result tell_losses(struct pass *pass, struct health *h,
     add(h, "no_angle", p->losses.no_angle);
     add(h, "no_range", p->losses.no_range);
     add_loss(h, "points_left_out", p->points_late + p->points_cut);
+    if (pass->options->is_live) {
+        add_loss(h, "node_drops", pass->dropped);
+    }
     add(h, "under_way_when_joined", joined);
     const bool has_lost = h->lost > joined;
     h->status.level = has_lost ? LUM_STATUS_WARN : LUM_STATUS_OK;
     h->status.message = has_lost ? "data was lost" : "none";
+    return tell(pass, h, error);
+}
+
+/* The hazards of a status, by their names. */
+static void name_hazards(uint16_t status, char *out, size_t room)
+{
+    size_t n = 0;
+    (void)snprintf(out, room, "none");
+    for (unsigned bit = 0; bit < LUM_LASER_BITS && n < room; bit++) {
+        if (((unsigned)(status & LUM_LASER_HAZARDS) >> bit & 1u) != 0) {
+            const int more =
+                snprintf(out + n, room - n, "%s%s", n > 0 ? " " : "",
+                         lum_laser_bit_name(bit));
+            n += more > 0 ? (size_t)more : 0;
+        }
+    }
+}
+
+static enum pass_result tell_status(struct pass *pass, struct health *h,
+                                    lum_error *error)
+{
+    const uint16_t status = pass->status;
+    const bool is_up = !lum_laser_is_down(status);
+    char names[256];
+    char message[sizeof names + 32];
+    char hex[8];
+    name_hazards(status, names, sizeof names);
+    (void)snprintf(message, sizeof message, "%s%s%s", is_up ? "up" : "down",
+                   lum_laser_has_hazard(status) ? ", hazard: " : "",
+                   lum_laser_has_hazard(status) ? names : "");
+    (void)snprintf(hex, sizeof hex, "0x%04x", (unsigned)status);
+    h->status.message = message;
+    h->status.level =
+        lum_laser_has_hazard(status) ? LUM_STATUS_ERROR : LUM_STATUS_OK;
+    add_text(h, "status", hex);
+    add_text(h, "laser", is_up ? "up" : "down");
+    add_text(h, "hazards", names);
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        add_text(h, lum_laser_bit_name(bit),
+                 (status >> bit & 1u) != 0 ? "true" : "false");
+    }
+    return tell(pass, h, error);
+}
+
+/* What the sensor told of its laser last: it is asked once a second. */
+static enum pass_result tell_laser(struct pass *pass, struct health *h,
+                                   lum_error *error)
+{
+    const bool is_old = pass->options->is_live &&
+                        lum_time_monotonic_ns() - pass->status_ns >= SILENCE_NS;
+    if (pass->has_status && !is_old) {
+        return tell_status(pass, h, error);
+    }
+    if (!pass->options->is_live) {
+        return PASS_DONE;
+    }
+    h->status.level = LUM_STATUS_STALE;
+    h->status.message = pass->has_status
+                            ? "the sensor has not told its status for 3 s"
+                            : "the sensor has not told its status";
     return tell(pass, h, error);
 }
 
@@ -153,10 +228,40 @@ enum pass_result health_tell(struct pass *pass, lum_error *error)
     lum_demux_total(demux, &c);
     name_sensor(pass, name);
     begin(&h, "lumdump: data", now_ns, name);
-    const enum pass_result result = tell_data(pass, &h, &c, &p, error);
-    if (result != PASS_DONE) {
-        return result;
+    enum pass_result result = tell_data(pass, &h, &c, &p, error);
+    if (result == PASS_DONE) {
+        begin(&h, "lumdump: losses", now_ns, name);
+        result = tell_losses(pass, &h, &c, &p, error);
     }
-    begin(&h, "lumdump: losses", now_ns, name);
-    return tell_losses(pass, &h, &c, &p, error);
+    if (result == PASS_DONE) {
+        begin(&h, "lumdump: laser", now_ns, name);
+        result = tell_laser(pass, &h, error);
+    }
+    return result;
+}
+
+static bool has_reader(const struct options *o)
+{
+    for (size_t i = 0; i < o->output_count; i++) {
+        if (strcmp(o->outputs[i].name, "-") == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+enum pass_result health_tell_on_the_way(struct pass *pass, lum_error *error)
+{
+    const struct summary *s = &pass->summary;
+    if (!s->has_time || !has_reader(pass->options)) {
+        return PASS_DONE;
+    }
+    if (pass->health_ns == 0) {
+        pass->health_ns = s->last_ns;
+    }
+    if (s->last_ns - pass->health_ns < SECOND_NS) {
+        return PASS_DONE;
+    }
+    pass->health_ns = s->last_ns;
+    return health_tell(pass, error);
 }

@@ -8,4 +8,8 @@
  * packet. */
 enum pass_result health_tell(struct pass *pass, lum_error *error);
 
+/* The same after each second of a capture, for the reader of standard output.
+ */
+enum pass_result health_tell_on_the_way(struct pass *pass, lum_error *error);
+
 #endif

@@ -178,8 +178,9 @@ bool lane_look(struct lane *lane, int64_t now_ns)
     if (lane->worker == NULL) {
         return false;
     }
-    worker_look(lane->worker, &lane->view);
-    if (lane->closer != NULL && closer_is_waited_for(lane->closer)) {
+    worker_look(lane->worker, lane->dropped, &lane->view);
+    if ((lane->closer != NULL && closer_is_waited_for(lane->closer)) ||
+        ring_level(lane->ring) == 0) {
         lane->moved_ns = now_ns;
     }
     if (lane->view.taken != taken) {
@@ -204,6 +205,13 @@ bool lane_take_lost(struct lane *lane, lum_error *out)
 bool lane_stands_still(const struct lane *lane, int64_t now_ns, int64_t limit)
 {
     return lane->end == LANE_LIVES && lane->dropped > lane->dropped_before &&
+           now_ns - lane->moved_ns >= limit;
+}
+
+bool lane_is_unread(const struct lane *lane, int64_t now_ns, int64_t limit)
+{
+    return lane->end == LANE_LIVES && lane->options.laser && !lane->is_file &&
+           options_has_messages(&lane->options, 0) && lane->view.taken > 0 &&
            now_ns - lane->moved_ns >= limit;
 }
 

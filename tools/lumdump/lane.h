@@ -81,6 +81,10 @@ bool lane_take_lost(struct lane *lane, lum_error *out);
 /* Whether its buffer is full and nothing was taken from it for this long. */
 bool lane_stands_still(const struct lane *lane, int64_t now_ns, int64_t limit);
 
+/* Whether it keeps a laser on for a reader of messages that has taken nothing
+ * for this long, as one that hangs or was stopped. */
+bool lane_is_unread(const struct lane *lane, int64_t now_ns, int64_t limit);
+
 /* Give up an output that stalls. */
 void lane_drop(struct lane *lane, int64_t now_ns);
 

@@ -12,6 +12,9 @@
 /* How long an output may make no progress with its buffer full. */
 #define STALL_NS (5 * SECOND_NS)
 
+/* How long a laser stays on for messages that nobody reads. */
+#define UNREAD_NS (3 * SECOND_NS)
+
 /* How often drops are reported. */
 #define DROPS_NS (10 * SECOND_NS)
 
@@ -189,8 +192,9 @@ static void watch_output(struct lanes *lanes, struct lane *lane,
         tell_ended(lanes, lane, say);
     }
     tell_drops(lane, say, now_ns);
-    if (!lane->is_recording && count_living(lanes) > 1 &&
-        lane_stands_still(lane, now_ns, STALL_NS)) {
+    if (count_living(lanes) > 1
+            ? !lane->is_recording && lane_stands_still(lane, now_ns, STALL_NS)
+            : lane_is_unread(lane, now_ns, UNREAD_NS)) {
         lane_drop(lane, now_ns);
         tell_ended(lanes, lane, say);
     }

@@ -100,6 +100,8 @@ static const struct option_spec specs[] = {
                 "such as frames,packets"},
     {"frame-id", CALL(values_take_frame_id),
      .allowed = "a name of 1 to 200 bytes, such as luminar"},
+    {"lines", .kind = OPTION_WHOLE, INTO(lines), .min = 1,
+     .max = LUM_MCAP_LINES_MAX},
     {"compression", WORD(compressions, is_plain), HAS(has_compression)},
     {"time", WORD(clocks, time)},
     {"json", FLAG(json)},
@@ -373,7 +375,9 @@ static bool goes_with_messages(const struct options *o)
     return (!o->has_compression || can_compress(o)) &&
            (o->mcap == 0 || can_choose_messages(o)) &&
            (o->frame_id == NULL || has_messages(o) ||
-            refuse("--frame-id goes with mcap output only"));
+            refuse("--frame-id goes with mcap output only")) &&
+           (o->lines == 0 || has_messages(o) ||
+            refuse("--lines goes with mcap output only"));
 }
 
 static bool is_consistent(const struct options *o)

@@ -94,6 +94,8 @@ struct options {
     bool is_plain;            /* and says none; mcap */
     unsigned mcap;            /* of lum_mcap_content; 0: --mcap was not given */
     const char *frame_id;     /* of messages; NULL: as the library's */
+    unsigned lines;           /* of a frame, for rings of messages; 0: as the
+                                 frames show */
     unsigned threads;         /* 0: by the cores */
     bool infer;               /* find the layout, and nothing else */
     bool json;

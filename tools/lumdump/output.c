@@ -219,7 +219,8 @@ static void choose_messages(struct output *o, const struct options *options,
                                  .profile_yaml = about->profile,
                                  .is_plain = options->is_plain,
                                  .is_growing = o->is_growing,
-                                 .contents = options->mcap};
+                                 .contents = options->mcap,
+                                 .lines = options->lines};
 }
 
 static struct output *new_output(const struct options *options, size_t i,

@@ -20,8 +20,8 @@ static int open_sources(const struct options *o, lum_capture **out,
                : -1;
 }
 
-static enum pass_result look_around(const struct pass *pass,
-                                    struct progress *progress)
+static enum pass_result look_around(struct pass *pass,
+                                    struct progress *progress, lum_error *error)
 {
     uint64_t done = 0;
     uint64_t total = 0;
@@ -31,7 +31,7 @@ static enum pass_result look_around(const struct pass *pass,
     lum_capture_progress(pass->capture, &done, &total);
     progress_update(progress, done, total,
                     summary_count(&pass->summary).points);
-    return PASS_DONE;
+    return health_tell_on_the_way(pass, error);
 }
 
 static void tell_notes(struct pass *pass, struct progress *progress)
@@ -84,7 +84,7 @@ static enum pass_result read_all(struct pass *pass, struct progress *progress,
         enum pass_result result = pass_take(pass, &record, error);
         tell_notes(pass, progress);
         if (result == PASS_DONE && i % RECORDS_A_LOOK == 0) {
-            result = look_around(pass, progress);
+            result = look_around(pass, progress, error);
         }
         if (result != PASS_DONE) {
             return result;

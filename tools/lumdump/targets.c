@@ -280,6 +280,17 @@ static int check_recording(const struct options *o, lum_error *error)
                                option, option);
 }
 
+/* Whether an output has packets alone; beside them, clouds may be chosen. */
+static bool writes_recording(const struct options *o)
+{
+    for (size_t i = 0; i < o->output_count; i++) {
+        if (options_is_recording(o, i)) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* An output that cannot be cut by these options is refused. */
 static int check_cut(const struct options *o, lum_error *error)
 {
@@ -287,7 +298,7 @@ static int check_cut(const struct options *o, lum_error *error)
     if (o->is_live) {
         return check_recording(o, error);
     }
-    if (writes_packets(o) && points != NULL) {
+    if (writes_recording(o) && points != NULL) {
         return lum_error_set(error,
                              "%s: a packet holds many points, so a capture "
                              "cannot be cut by it; it can by --frames, --eye, "

@@ -38,6 +38,7 @@ struct worker {
 
     pthread_mutex_t lock; /* guards what follows */
     struct worker_view view;
+    uint64_t dropped;
     lum_error lost[LOST_MAX]; /* what became of files, to be told */
     size_t lost_count;
     bool keep;
@@ -112,6 +113,9 @@ static enum pass_result look_around(struct worker *w, bool is_idle)
     }
     if (!w->setup.only_records && now_ns - w->health_ns >= HEALTH_NS) {
         w->health_ns = now_ns;
+        (void)pthread_mutex_lock(&w->lock);
+        w->pass->dropped = w->dropped;
+        (void)pthread_mutex_unlock(&w->lock);
         const enum pass_result result = health_tell(w->pass, &w->error);
         if (result != PASS_DONE) {
             return result;
@@ -270,9 +274,11 @@ int worker_start(const struct worker_setup *setup, struct worker **out,
     return 0;
 }
 
-void worker_look(struct worker *worker, struct worker_view *out)
+void worker_look(struct worker *worker, uint64_t dropped,
+                 struct worker_view *out)
 {
     (void)pthread_mutex_lock(&worker->lock);
+    worker->dropped = dropped;
     *out = worker->view;
     out->has_ended = out->has_ended && worker->lost_count == 0;
     (void)pthread_mutex_unlock(&worker->lock);

@@ -46,7 +46,9 @@ struct worker_setup {
 int worker_start(const struct worker_setup *setup, struct worker **out,
                  lum_error *error);
 
-void worker_look(struct worker *worker, struct worker_view *out);
+/* dropped: how many datagrams its ring had no room for, which it tells. */
+void worker_look(struct worker *worker, uint64_t dropped,
+                 struct worker_view *out);
 
 /* What became of a file while it was written, each one once. False: no more so
  * far. */

@@ -60,6 +60,9 @@ typedef enum lum_mcap_content {
 /** Most bytes of lum_mcap_options.frame_id. */
 #define LUM_MCAP_FRAME_ID_MAX 200u
 
+/** Most lines of a frame that have rings, those of both eyes. */
+#define LUM_MCAP_LINES_MAX 32767u
+
 /** Options of an MCAP file. All bytes 0 except struct_size are the defaults. */
 typedef struct lum_mcap_options {
     size_t struct_size;   /**< sizeof(lum_mcap_options) */
@@ -74,6 +77,9 @@ typedef struct lum_mcap_options {
     bool is_growing; /**< a recording: the file has its name from its first
                           chunk on, and stays even if the rest fails */
     unsigned contents; /**< some of ::lum_mcap_content; 0: frames */
+    uint32_t lines;    /**< of a frame: the green eye's rings begin there, and
+                            lines beyond have none; at most
+                            LUM_MCAP_LINES_MAX; 0: as the frames show */
 } lum_mcap_options;
 
 /** Most rows of an organised file. */
