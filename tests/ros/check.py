@@ -22,8 +22,8 @@ import sensor_msgs.msg
 import std_msgs.msg
 import tf2_msgs.msg
 
-from support import (NO_RING, PATIENCE_S, Failure, Processes, check, check_form, free_port, ns, points_of, tail, text_of, units,
-                     wait_until)
+from support import (NO_RING, PATIENCE_S, Failure, Processes, check, check_form, children_of, free_port, ns, points_of, tail,
+                     text_of, units, wait_until)
 
 BUILD = pathlib.Path(sys.argv[1])
 PICTURE = pathlib.Path(sys.argv[2])
@@ -415,7 +415,7 @@ def sensors_of_one_address_are_told_apart():
     sensors = json.loads(run(BIN / "lumdump", both, "--json"))["sensors"]  # interfaces are named by their numbers
     further = sensors[1]["name"]
     p = node(f"_source:={both}")
-    check(p.wait(PATIENCE_S) == 1 and f"~sensor has to name one: 10.42.0.37 or {further}" in text_of(p), tail(p))
+    check(p.wait(PATIENCE_S) == 1 and f"choose one by ~sensor: 10.42.0.37 {further}" in text_of(p), tail(p))
     run("rosparam", "delete", "/lumsdk_node")
     for name, side in ((s["name"], sides[int(s["interface"])]) for s in sensors):
         raw = Listener(RAW[0], lumsdk_ros.msg.Packets)
@@ -623,9 +623,7 @@ def live_recording():
 def laser_is_safe():
     address, p, events = sensor(3, "--fault", "fan@USR1-USR2")
     diagnostics = Listener("/diagnostics", diagnostic_msgs.msg.DiagnosticArray)
-    signal.signal(signal.SIGQUIT, signal.SIG_IGN)  # as by a shell, for what it runs in the background
     n = node(f"_source:=udp://{address}", "_laser:=true")
-    signal.signal(signal.SIGQUIT, signal.SIG_DFL)
     wait_until(lambda: any(e["up"] for e in events("laser")), "the laser")
     p.send_signal(signal.SIGUSR1)
     laser = wait_for_status(diagnostics, "laser", lambda s: s.level == 2, "the hazard")
@@ -643,7 +641,19 @@ def laser_is_safe():
     beat = [e["t"] for e in events("heartbeat")][-1]
     check(events("laser")[-1]["t"] - beat < 3.3, "the laser outlives the heartbeats")
     n.send_signal(signal.SIGCONT)
+    check(n.wait(PATIENCE_S) == 1 and "makes no progress" in text_of(n), f"a node that was stopped: {tail(n)}")
+    off = len(events("laser"))
+    signal.signal(signal.SIGQUIT, signal.SIG_IGN)  # as by a shell, for what it runs in the background
+    n = node(f"_source:=udp://{address}", "_laser:=true")
+    signal.signal(signal.SIGQUIT, signal.SIG_DFL)
+    wait_until(lambda: len(events("laser")) > off and events("laser")[-1]["up"], "the laser of another node")
     check(PROCESSES.end(n, signal.SIGQUIT) == 0, f"exit status: {tail(n)}")
+    check(not events("laser")[-1]["up"], "the laser is on")
+    n = node(f"_source:=udp://{address}", "_laser:=true")
+    wait_until(lambda: events("laser")[-1]["up"], "the laser of a third")
+    n.kill()
+    wait_until(lambda: not events("laser")[-1]["up"], "the end of a killed node's laser")
+    check(events("tlv")[-1]["note"] == "d", "it went off by itself alone")
     diagnostics.stop()
     PROCESSES.end(p)
 
@@ -653,7 +663,8 @@ def two_nodes_cannot_own_a_sensor():
     first = node(f"_source:=udp://{address}")
     wait_until(lambda: "source:" in text_of(first), "the first")
     second = PROCESSES.start(NODE, "__name:=second", f"_source:=udp://{address}", name="node")
-    check(second.wait(PATIENCE_S) == 1 and str(first.pid) in text_of(second), f"the second: {tail(second)}")
+    check(second.wait(PATIENCE_S) == 1 and any(f"process {child})" in text_of(second) for child in children_of(first.pid)),
+          f"the second: {tail(second)}")
     check(PROCESSES.end(first) == 0, tail(first))
     PROCESSES.end(p)
 
