@@ -466,7 +466,7 @@ class Arguments(Case):
                 ([self.url, "--rotate", "0s", "-o", "a.csv"], "10min"),
                 ([self.url, "-o", "-", "--format", "ply"], "cannot seek"),
                 ([self.url, "-o", "a.csv", "-o", "b"], "--format"), (["x.pcap", "--laser"], "udp://"),
-                ([self.url, "--l"], "did you mean --laser?"), ([self.url, "--dur", "1"], "--duration"),
+                ([self.url, "--la"], "did you mean --laser?"), ([self.url, "--dur", "1"], "--duration"),
                 ([self.url, "--bu=1MB"], "did you mean --buffer?"), ([self.url, "--ver"], "did you mean --version?"),
                 (["127.0.0.1"], "no such file; a sensor is named as udp://127.0.0.1\n"),
                 (["udp:/127.0.0.1:55"], "udp://127.0.0.1:55\n"),

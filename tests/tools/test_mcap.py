@@ -8,6 +8,7 @@ import os
 import pathlib
 import signal
 import struct
+import subprocess
 import unittest
 
 import outages
@@ -85,6 +86,33 @@ class Capture(Case):
         self.dump(capture.path, "-o", self.folder / "a.mcap", *PLAIN, "-q")
         losses = statuses_of(self.file("a.mcap").of("/diagnostics")[1])[0][3]
         self.assertEqual([losses[key] for key in ("pauses", "stray", "stray_at_breaks")], ["1", "2", "2"])
+
+    def test_the_lines_of_a_frame_can_be_stated(self):
+        source = self.street()
+        for lines, first, highest in (("640", 640, 703), ("63", 63, 65535)):
+            self.dump(source, "--lines", lines, "-o", self.folder / "a.mcap", *PLAIN)
+            green = [p.ring for c in self.file("a.mcap").clouds() for p in c.points if p.eye == 1]
+            self.assertEqual((min(green), max(green)), (first, highest))
+        for arguments, says in ((("--lines", "64", "-o", "a.csv"), "--lines goes with mcap output only"),
+                                (("--lines", "32768", "-o", "a.mcap"), "32767")):
+            self.assertIn(says, self.dump(source, *arguments, status=2).stderr)
+
+    def test_options_of_points_choose_beside_all_packets(self):
+        source = self.street()
+        self.dump(source, "--mcap", "frames,packets", "--range", "5:20", "--edge", "both", "-o", self.folder / "a.mcap", *PLAIN)
+        self.dump(source, "--range", "5:20", "--edge", "both", "-o", self.folder / "b.mcap", *PLAIN)
+        both, clouds = self.file("a.mcap"), self.file("b.mcap")
+        self.assertTrue(both.clouds() == clouds.clouds())
+        self.assertEqual(len(both.of("/datagrams")), json.loads(self.dump(source, "--json", "-q").stdout)["data"])
+
+    def test_a_pipe_hears_of_losses_on_the_way(self):
+        source = simulate(self.folder / "long.pcap", "--frames", "25", "--lines", "64", "--loss", "0.01")
+        r = subprocess.run([BIN / "lumdump", source, "-o", "-", "--format", "mcap", "-q", *PLAIN], capture_output=True, check=True)
+        told = [s for m in File(r.stdout).of("/diagnostics") for s in statuses_of(m)]
+        data = [s for s in told if s[0] == "lumdump: data"]
+        self.assertEqual([s[2] for s in data], ["packets come", "packets come", "the capture has ended"])
+        lost = [int(s[3]["lost_words"]) for s in told if s[0] == "lumdump: losses"]
+        self.assertTrue(0 < lost[0] < lost[1] < lost[2], lost)
 
     def test_it_says_where_it_is_from(self):
         calibration = self.folder.write("c.yaml", "speed_of_light: 299792458\n")
@@ -381,6 +409,29 @@ class Live(Case):
         self.assertTrue(file.is_whole)
         self.assertGreater(sum(len(c.points) for c in file.clouds()), 0)
         self.assertGreater(len(file.of("/diagnostics")), 1)
+
+    def test_it_tells_of_the_laser(self):
+        p = self.start()
+        def told():
+            found = [s for m in self.file("a.mcap").of("/diagnostics") for s in statuses_of(m)]
+            return {s[0]: s for s in found}
+        wait_until(lambda: told().get("lumdump: laser", ("", 3))[1] == 0, "the laser")
+        _, _, message, values = told()["lumdump: laser"]
+        self.assertEqual((message, values["laser"], values["hazards"], values["TLV_CMD_ON"]), ("up", "up", "none", "true"))
+        self.assertEqual(told()["lumdump: losses"][3]["node_drops"], "0")
+        self.assertEqual(p.end(signal.SIGINT), 0)
+
+    def test_a_reader_that_hangs_keeps_no_laser_on(self):
+        address = next(ADDRESSES)
+        sensor = Sensor(self, self.folder, "--frames", "2", address=address)
+        reader, writer = os.pipe()
+        self.addCleanup(os.close, reader)
+        p = tool(self, self.folder, "lumdump", f"udp://{address}", "--laser", "-o", "-", "--format", "mcap", *PLAIN, stdout=writer)
+        os.close(writer)
+        wait_until(sensor.laser_is_up, "the laser")
+        self.assertEqual(p.wait(), 1)
+        self.assertIn("standard output makes no progress and is given up", p.stderr())
+        self.assertFalse(sensor.laser_is_up())
 
     def test_it_can_be_read_after_a_kill(self):
         p = self.start()

@@ -80,11 +80,12 @@ static bool is_silent(struct pass *pass, uint64_t packets)
 
 static enum pass_result tell_data(struct pass *pass, struct health *h,
                                   const lum_demux_counters *c,
-                                  const lum_framer_counters *p,
+                                  const lum_framer_counters *p, bool has_ended,
                                   lum_error *error)
 {
     const bool is_live = pass->options->is_live;
-    h->status.message = is_live ? "packets come" : "the capture has ended";
+    h->status.message =
+        is_live || !has_ended ? "packets come" : "the capture has ended";
     if (is_live && is_silent(pass, c->packets[LUM_PACKET_DATA])) {
         h->status.level = LUM_STATUS_WARN;
         h->status.message = "no data for 3 s";
@@ -210,7 +211,8 @@ static void name_sensor(const struct pass *pass, char *out)
     }
 }
 
-enum pass_result health_tell(struct pass *pass, lum_error *error)
+static enum pass_result tell_all(struct pass *pass, bool has_ended,
+                                 lum_error *error)
 {
     const struct summary *s = &pass->summary;
     struct health h;
@@ -228,7 +230,7 @@ enum pass_result health_tell(struct pass *pass, lum_error *error)
     lum_demux_total(demux, &c);
     name_sensor(pass, name);
     begin(&h, "lumdump: data", now_ns, name);
-    enum pass_result result = tell_data(pass, &h, &c, &p, error);
+    enum pass_result result = tell_data(pass, &h, &c, &p, has_ended, error);
     if (result == PASS_DONE) {
         begin(&h, "lumdump: losses", now_ns, name);
         result = tell_losses(pass, &h, &c, &p, error);
@@ -238,6 +240,11 @@ enum pass_result health_tell(struct pass *pass, lum_error *error)
         result = tell_laser(pass, &h, error);
     }
     return result;
+}
+
+enum pass_result health_tell(struct pass *pass, lum_error *error)
+{
+    return tell_all(pass, true, error);
 }
 
 static bool has_reader(const struct options *o)
@@ -263,5 +270,5 @@ enum pass_result health_tell_on_the_way(struct pass *pass, lum_error *error)
         return PASS_DONE;
     }
     pass->health_ns = s->last_ns;
-    return health_tell(pass, error);
+    return tell_all(pass, false, error);
 }
