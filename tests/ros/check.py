@@ -653,8 +653,25 @@ def laser_is_safe():
     wait_until(lambda: events("laser")[-1]["up"], "the laser of a third")
     n.kill()
     wait_until(lambda: not events("laser")[-1]["up"], "the end of a killed node's laser")
-    check(events("tlv")[-1]["note"] == "d", "it went off by itself alone")
+    check("d" in [e["note"] for e in events("tlv")[-2:]], "it went off by itself alone")
     diagnostics.stop()
+    PROCESSES.end(p)
+
+
+def a_laser_by_command_is_the_nodes():
+    """Also without ~laser: it goes off with the node."""
+    address, p, events = sensor(9)
+    n = node(f"_source:=udp://{address}")
+    listener = clouds()
+    listener.wait(1)
+    run("rostopic", "pub", "-1", "/command", "std_msgs/String", "u")
+    wait_until(lambda: any(c.width > 10000 for c in listener.messages), "a cloud, after u")
+    wait_until(lambda: len([e for e in events("tlv") if e["note"] == "u"]) > 1, "the laser of another run of lumdump")
+    listener.wait(len(listener.messages) + 10)
+    run("rosnode", "kill", "/lumsdk_node")
+    check(n.wait(PATIENCE_S) == 0 and "the laser is off" in text_of(n), f"{n.returncode}: {tail(n)}")
+    check(not events("laser")[-1]["up"], "the laser is on")
+    listener.stop()
     PROCESSES.end(p)
 
 
@@ -769,7 +786,7 @@ CHECKS = [the_documentation_builds_as_the_readme, neighbours_of_a_ring_are_neigh
           capture_is_lumdumps, rough_capture_is_lumdumps, calibration_is_used,
           what_a_capture_has_of_its_own_is_warned_of, sensors_of_one_address_are_told_apart,
           another_port_is_told_and_can_be_chosen, parameters_hold_a_calibration,
-          bag_is_the_capture, bag_launch_plays_a_bag, live_sensor, live_recording, laser_is_safe,
+          bag_is_the_capture, bag_launch_plays_a_bag, live_sensor, live_recording, laser_is_safe, a_laser_by_command_is_the_nodes,
           two_nodes_cannot_own_a_sensor, a_moved_sensor_is_named,
           a_second_signal_ends_a_long_laser_off, bad_parameters_are_told, rviz_shows_the_cloud]
 

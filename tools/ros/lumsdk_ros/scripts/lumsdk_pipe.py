@@ -1,5 +1,7 @@
 """lumdump as a child, and what comes from it: an MCAP stream with messages of ROS 2 (docs/formats.md)."""
+import contextlib
 import ctypes
+import fcntl
 import re
 import signal
 import struct
@@ -7,6 +9,8 @@ import subprocess
 import threading
 
 PR_SET_PDEATHSIG = 1
+F_SETPIPE_SZ = 1031  # fcntl has it since Python 3.10
+PIPE_BYTES = 1 << 20  # the most without privileges
 LIBC = ctypes.CDLL(None)
 
 # Options of lumdump by other names than the node's parameters.
@@ -35,6 +39,8 @@ class Lumdump:
         except OSError as error:
             raise RuntimeError(f"lumdump cannot be started: {error.strerror}; it belongs to lumsdk and has to be in the "
                                "PATH") from error
+        with contextlib.suppress(OSError):
+            fcntl.fcntl(self.process.stdout, F_SETPIPE_SZ, PIPE_BYTES)
         self.listener = threading.Thread(target=self.relay)
         self.listener.start()
 
