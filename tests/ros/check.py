@@ -659,9 +659,10 @@ def laser_is_safe():
 
 
 def a_laser_by_command_is_the_nodes():
-    """Also without ~laser: it goes off with the node."""
-    address, p, events = sensor(9)
-    n = node(f"_source:=udp://{address}")
+    """Also without ~laser: it goes off with the node, which waited for its sensor."""
+    n = node(f"_source:=udp://{HOST}.9")
+    wait_until(lambda: "waiting for the sensor" in text_of(n), "the node")
+    _, p, events = sensor(9)
     listener = clouds()
     listener.wait(1)
     run("rostopic", "pub", "-1", "/command", "std_msgs/String", "u")
