@@ -307,12 +307,12 @@ void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
     } else if (event->kind == LUM_SENSOR_LINK && !event->is_up) {
         keeper->link = event->error;
     }
-    const bool is_on = keeper->laser.request == LUM_LASER_ASK_ON;
     const lum_news_kind contact =
         lum_contact_take(&keeper->contact, event, now_ns);
-    tell_laser(keeper, lum_laser_rules_take(&keeper->laser, event, now_ns),
-               now_ns);
-    if (contact != LUM_NEWS_NO_STATUS || !is_on) { /* else it was told */
+    const lum_news_kind laser =
+        lum_laser_rules_take(&keeper->laser, event, now_ns);
+    tell_laser(keeper, laser, now_ns);
+    if (contact != LUM_NEWS_NO_STATUS || laser != LUM_NEWS_LASER_UNSEEN) {
         tell(keeper, make(keeper, contact, 0));
     }
 }
@@ -328,15 +328,16 @@ static lum_result request_of(lum_sensor *sensor, lum_laser_request request)
 }
 
 /* Sends what is due, if the session is idle; if it cannot be sent, the next
- * call tries again. Off does not wait: the present request is given up, because
- * it would be repeated. */
+ * call tries again. Off does not wait, nor does what ends "on": the present
+ * request is given up, because it would be repeated. */
 static void ask(lum_keeper *k, lum_sensor *sensor, int64_t now_ns)
 {
     const lum_laser_request request = lum_laser_rules_next(&k->laser);
     if (now_ns < k->laser.next_ns) {
         return;
     }
-    if (request == LUM_LASER_ASK_OFF && k->laser.request != LUM_LASER_ASK_OFF) {
+    if (request != k->laser.request && (request == LUM_LASER_ASK_OFF ||
+                                        k->laser.request == LUM_LASER_ASK_ON)) {
         lum_sensor_give_up(sensor);
     }
     if (!lum_sensor_is_waiting(sensor) &&

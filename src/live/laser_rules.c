@@ -40,6 +40,12 @@ static bool may_come_up(uint16_t status)
            LUM_LASER_TLV_CMD_OFF;
 }
 
+/* Whether laser off has not done all that it should. */
+static bool is_on_in_effect(uint16_t status)
+{
+    return !lum_laser_is_down(status) || (status & LUM_LASER_TLV_CMD_ON) != 0;
+}
+
 /* The laser is down, or cannot be trusted. */
 static lum_news_kind fall(lum_laser_rules *rules, uint16_t status,
                           int64_t now_ns, lum_news_kind why)
@@ -62,9 +68,10 @@ static lum_news_kind follow_down(lum_laser_rules *rules, int64_t now_ns)
         rules->state = LUM_LASER_UP;
         return LUM_NEWS_LASER_CAME_UP;
     }
-    if (is_down ? lum_laser_rules_hazards(rules->status) != 0 &&
-                      may_come_up(rules->status)
-                : rules->off_unseen) {
+    const bool is_held = is_down &&
+                         lum_laser_rules_hazards(rules->status) != 0 &&
+                         may_come_up(rules->status);
+    if (is_held || (rules->off_unseen && is_on_in_effect(rules->status))) {
         rules->off_due = true;
         rules->next_ns = now_ns;
     }
@@ -93,9 +100,7 @@ static lum_news_kind judge_on(lum_laser_rules *rules, int64_t now_ns)
 static void judge_off(lum_laser_rules *rules, bool has_status, int64_t now_ns)
 {
     rules->off_unseen = !has_status;
-    rules->off_due =
-        has_status && (!lum_laser_is_down(rules->status) ||
-                       (rules->status & LUM_LASER_TLV_CMD_ON) != 0);
+    rules->off_due = has_status && is_on_in_effect(rules->status);
     if (rules->off_due) {
         rules->next_ns = now_ns + AGAIN_NS;
     }
@@ -119,7 +124,7 @@ static lum_news_kind take_answer(lum_laser_rules *rules,
         rules->has_status = true;
         rules->status = event->status;
     }
-    if (request == LUM_LASER_ASK_OFF) {
+    if (request == LUM_LASER_ASK_OFF && rules->state == LUM_LASER_LEFT) {
         judge_off(rules, event->has_status, now_ns);
         return NOTHING;
     }
@@ -206,5 +211,7 @@ void lum_laser_rules_sent(lum_laser_rules *rules, lum_laser_request request,
 {
     rules->request = request;
     rules->attempts += request == LUM_LASER_ASK_ON ? 1u : 0u;
-    rules->next_ns = now_ns + SECOND_NS;
+    if (request != LUM_LASER_ASK_OTHER || !rules->off_due) {
+        rules->next_ns = now_ns + SECOND_NS;
+    }
 }

@@ -552,6 +552,92 @@ static void other_events_change_nothing(void **state)
     }
 }
 
+/* A hazard, "off" without a status, and then it is up all the same. */
+static void off_without_a_status_is_sent_again_once_it_is_seen_up(void **state)
+{
+    (void)state;
+    begin_up();
+    assert_int_equal(take_status(LUM_SENSOR_ALERT, HOT, SECOND),
+                     LUM_NEWS_LASER_FELL);
+    send_next(LUM_LASER_ASK_OFF, SECOND);
+    assert_int_equal(take(LUM_SENSOR_ANSWER, SECOND + MS), NOTHING);
+    send_next(LUM_LASER_ASK_LOOK, 2 * SECOND);
+    assert_int_equal(answer(UP, 2 * SECOND + MS), NOTHING);
+    assert_left(HOT, 2 * SECOND + MS);
+}
+
+static void nor_while_the_command_on_stands(void **state)
+{
+    (void)state;
+    begin(LUM_LASER_LEFT);
+    send_next(LUM_LASER_ASK_OFF, 0);
+    assert_int_equal(take(LUM_SENSOR_ANSWER, MS), NOTHING);
+    send_next(LUM_LASER_ASK_LOOK, SECOND);
+    assert_int_equal(answer(REFUSED, SECOND + MS), NOTHING);
+    assert_left(0, SECOND + MS);
+}
+
+static void the_answer_to_an_old_off_decides_nothing(void **state)
+{
+    static const lum_laser_state states[] = {LUM_LASER_UNTOUCHED,
+                                             LUM_LASER_ASKED};
+    (void)state;
+    for (unsigned i = 0; i < 4; i++) {
+        const lum_sensor_event event = {
+            .kind = LUM_SENSOR_ANSWER, .has_status = i < 2, .status = UP};
+        begin(LUM_LASER_LEFT);
+        send_next(LUM_LASER_ASK_OFF, 0);
+        lum_laser_rules_want(&keeper, states[i % 2u], false, MS);
+        assert_int_equal(lum_laser_rules_take(&keeper, &event, MS), NOTHING);
+        assert_int_equal(keeper.state, states[i % 2u]);
+        assert_false(keeper.off_due);
+        assert_false(keeper.off_unseen);
+    }
+}
+
+static void what_its_user_asks_does_not_put_off_an_off(void **state)
+{
+    (void)state;
+    begin(LUM_LASER_LEFT);
+    lum_laser_rules_sent(&keeper, LUM_LASER_ASK_OTHER, 10 * MS);
+    assert_left(0, 0);
+    begin(LUM_LASER_UNTOUCHED);
+    lum_laser_rules_sent(&keeper, LUM_LASER_ASK_OTHER, 10 * MS);
+    assert_int_equal(keeper.next_ns, SECOND + 10 * MS);
+}
+
+static void an_on_that_is_not_wanted_any_more_is_not_repeated(void **state)
+{
+    static const lum_laser_want wants[] = {LUM_WANT_LOOK, LUM_WANT_GUARD};
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        open_session(LUM_WANT_ON);
+        assert_string_equal(run_for(100 * MS), "u");
+        lum_keeper_want(whole, wants[i], fake.now_ns);
+        lum_keeper_serve(whole, sensor, fake.now_ns);
+        assert_string_equal(run_for(500 * MS), "..");
+        close_session();
+    }
+}
+
+static void answers_without_status_are_told_where_no_on_is_judged(void **state)
+{
+    const lum_sensor_event blind = {.kind = LUM_SENSOR_ANSWER};
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        open_session(LUM_WANT_ON);
+        assert_string_equal(run_for(100 * MS), "u");
+        if (i == 1) {
+            lum_keeper_want(whole, LUM_WANT_GUARD, fake.now_ns);
+        }
+        lum_keeper_take(whole, &blind, fake.now_ns);
+        assert_int_equal(next_news(),
+                         i == 1 ? LUM_NEWS_NO_STATUS : LUM_NEWS_LASER_UNSEEN);
+        assert_int_equal(next_news(), NOTHING);
+        close_session();
+    }
+}
+
 static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_laser_that_nobody_asked_for_is_only_looked_at),
     cmocka_unit_test(it_is_asked_for_while_heartbeats_may_be_on_their_way),
@@ -582,6 +668,12 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(another_program_may_switch_it_on_again),
     cmocka_unit_test(what_a_hazard_refuses_to_another_program_does_not_stand),
     cmocka_unit_test(other_events_change_nothing),
+    cmocka_unit_test(off_without_a_status_is_sent_again_once_it_is_seen_up),
+    cmocka_unit_test(nor_while_the_command_on_stands),
+    cmocka_unit_test(the_answer_to_an_old_off_decides_nothing),
+    cmocka_unit_test(what_its_user_asks_does_not_put_off_an_off),
+    cmocka_unit_test(an_on_that_is_not_wanted_any_more_is_not_repeated),
+    cmocka_unit_test(answers_without_status_are_told_where_no_on_is_judged),
 };
 
 int main(void)
