@@ -90,8 +90,9 @@ lum_news_kind lum_contact_note_clock(lum_contact *c, const lum_profile *profile,
     if (clock_bits(profile) == 0) {
         return NOTHING;
     }
-    const bool is_anew = fits(&c->odd, &now, profile);
-    if (c->clock.is_there && !is_anew && !fits(&c->clock, &now, profile)) {
+    const bool goes_on = !c->clock.is_there || fits(&c->clock, &now, profile);
+    const bool is_anew = !goes_on && fits(&c->odd, &now, profile);
+    if (!goes_on && !is_anew) {
         c->odd = now;
         return NOTHING;
     }
