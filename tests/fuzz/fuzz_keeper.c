@@ -84,6 +84,7 @@ static struct model {
     bool is_on;    /* a person's ON holds, and no news said that it fell */
     bool is_owned; /* somebody sends heartbeats */
     unsigned tries; /* at "on" */
+    unsigned most;
     int64_t began_ns;
     int64_t tick_ns;
     int64_t due_ns;
@@ -98,6 +99,7 @@ static struct model {
     bool told_unheard;
     bool told_blind;
     bool told_off;
+    bool told_waiting;
     bool is_moved;
     bool may_restart;
     bool was_spoiled;
@@ -192,7 +194,7 @@ static void model_rise(uint16_t status)
     if ((status & LUM_LASER_ALL_DOWN) == 0) {
         model.phase = UP;
         expect(LUM_NEWS_LASER_UP);
-    } else if (heat(status) != 0 || model.tries >= 20 ||
+    } else if (heat(status) != 0 || model.tries >= model.most ||
                ((status & TIMED_OUT) != 0 && !model.is_owned)) {
         fall(LUM_NEWS_LASER_REFUSED, status, comes_up(status));
     } else {
@@ -397,6 +399,11 @@ static void check_contact(const lum_news *news)
     } else if (kind == LUM_NEWS_OFF_UNANSWERED) {
         REQUIRE(!model.told_off && model.is_unheard);
         model.told_off = true;
+    } else if (kind >= LUM_NEWS_NO_ANSWER_YET &&
+               kind <= LUM_NEWS_UNKNOWN_LAYOUT) {
+        REQUIRE(run.owns && !model.has_data && !model.told_waiting);
+        REQUIRE(run.now_ns - SECOND >= SILENCE);
+        model.told_waiting = true;
     } else if (kind == LUM_NEWS_TEXT) {
         REQUIRE(++model.texts <= LUM_KEEPER_TEXTS);
     }
@@ -781,6 +788,8 @@ static uint64_t play(const uint8_t *data, size_t size)
     options.laser = (lum_laser_want)(how % 4u);
     run.owns = (how & 4u) != 0;
     options.owns = run.owns;
+    options.attempts = (how & 16u) != 0 ? 1 : options.attempts;
+    model.most = options.attempts;
     options.interface_name = (how & 8u) != 0 ? "eth0" : NULL;
     model.is_owned = options.owns;
     model_want(options.laser);
