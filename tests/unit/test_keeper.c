@@ -9,8 +9,11 @@
 #include "fake_net.h"
 #include "live/contact.h"
 #include "live/laser_rules.h"
+#include "lum/group.h"
 #include "lum/laser.h"
 #include "lum/live/keeper.h"
+
+#include <string.h>
 
 #define MS      INT64_C(1000000)
 #define SECOND  (1000 * MS)
@@ -638,6 +641,583 @@ static void answers_without_status_are_told_where_no_on_is_judged(void **state)
     }
 }
 
+/* --- The keeper beside a session --- */
+
+static lum_tlv_writer tlvs;
+static uint8_t tlv_bytes[700];
+
+static void begin_tlvs(void)
+{
+    assert_int_equal(lum_tlv_begin(&tlvs, tlv_bytes, sizeof tlv_bytes, 1),
+                     LUM_OK);
+}
+
+/* What came, with the TLVs that were added. */
+static void give(lum_sensor_event event)
+{
+    uint32_t number = 0;
+    if (tlvs.len > 0) {
+        assert_int_equal(
+            lum_tlv_open(tlv_bytes, tlvs.len, &number, &event.tlvs), LUM_OK);
+    }
+    tlvs.len = 0;
+    lum_keeper_take(whole, &event, fake.now_ns);
+}
+
+static void give_status(lum_sensor_event_kind kind, uint16_t status)
+{
+    give(
+        (lum_sensor_event){.kind = kind, .has_status = true, .status = status});
+}
+
+static void give_link(bool is_up)
+{
+    lum_sensor_event event = {.kind = LUM_SENSOR_LINK, .is_up = is_up};
+    memset(event.error.text, 'e', sizeof event.error.text - 1u);
+    give(event);
+}
+
+static lum_news take_news(lum_news_kind kind)
+{
+    lum_news news = {.struct_size = sizeof news};
+    assert_true(lum_keeper_next(whole, &news));
+    assert_int_equal(news.kind, kind);
+    return news;
+}
+
+static lum_keeper_view look(void)
+{
+    lum_keeper_view view = {.struct_size = sizeof view};
+    assert_int_equal(lum_keeper_look(whole, &view), LUM_OK);
+    return view;
+}
+
+static void assert_standing(lum_news_kind first, lum_news_kind second,
+                            lum_news_kind third)
+{
+    lum_news news[4] = {{.struct_size = sizeof news[0]}};
+    const size_t count = lum_keeper_standing(whole, fake.now_ns, news,
+                                             sizeof news / sizeof *news);
+    const lum_news_kind kinds[] = {first, second, third, NOTHING};
+    for (size_t i = 0; i <= count; i++) {
+        assert_int_equal(kinds[i], i < count ? news[i].kind : NOTHING);
+    }
+}
+
+/* The kind; 0: none. */
+static lum_news_kind darkness(void)
+{
+    lum_news news = {.struct_size = sizeof news};
+    return lum_keeper_darkness(whole, &news) ? news.kind : NOTHING;
+}
+
+static void a_keeper_is_made_of_the_session_s_options(void **state)
+{
+    lum_sensor_options session;
+    lum_keeper_options options;
+    lum_error error;
+    lum_keeper_view small = {.struct_size = 0};
+    lum_news news = {.struct_size = 0};
+    char name[] = "eth0";
+    (void)state;
+    lum_sensor_options_default(&session);
+    session.owns = true;
+    session.interface_name = name;
+    session.sensor.address++;
+    lum_keeper_options_default(&options, &session);
+    assert_int_equal(options.give_up_ms, 5000);
+    assert_int_equal(options.attempts, 20);
+    assert_int_equal(options.laser, LUM_WANT_LOOK);
+    assert_true(options.owns);
+    assert_int_equal(lum_keeper_new(&options, SECOND, &whole, &error), 0);
+    name[3] = '1';
+    fake.now_ns = SECOND;
+    give_link(true);
+    assert_int_equal(lum_keeper_look(whole, &small), LUM_E_VALUE);
+    assert_false(lum_keeper_next(whole, &news)); /* and it is not lost */
+    news = take_news(LUM_NEWS_LINK_UP);
+    assert_string_equal(news.interface_name, "eth0");
+    assert_int_equal(news.sensor.address, session.sensor.address);
+    assert_int_equal(news.tlv_status, 2);
+    assert_int_equal(news.to.address, 0);
+    lum_keeper_free(whole);
+    lum_keeper_free(NULL);
+    options.struct_size = 0;
+    assert_int_equal(lum_keeper_new(&options, SECOND, &whole, &error), -1);
+    assert_non_null(strstr(error.text, "struct_size"));
+}
+
+static void of_a_full_queue_the_oldest_are_lost(void **state)
+{
+    (void)state;
+    open_session(LUM_WANT_LOOK);
+    for (unsigned i = 0; i < 3; i++) {
+        give_link(false);
+        assert_int_equal(strlen(take_news(LUM_NEWS_LINK_DOWN).text),
+                         LUM_NEWS_TEXT_BYTES - 1u);
+        for (unsigned n = 0; n < LUM_KEEPER_NEWS - 1u + i; n++) {
+            give_link(n + 1u >= i);
+        }
+        give_link(false);
+        for (unsigned n = 0; n < LUM_KEEPER_NEWS - 1u; n++) {
+            assert_string_equal(take_news(LUM_NEWS_LINK_UP).text, "");
+        }
+        (void)take_news(LUM_NEWS_LINK_DOWN);
+        assert_int_equal(next_news(), NOTHING);
+    }
+    close_session();
+}
+
+static void texts_of_the_sensor_are_told_up_to_a_limit(void **state)
+{
+    static const char long_text[300] = {'\n', '~', '\x7f', ' ', '\x1f'};
+    (void)state;
+    open_session(LUM_WANT_LOOK);
+    for (unsigned i = 1; i <= LUM_KEEPER_TEXTS; i++) {
+        begin_tlvs();
+        assert_int_equal(lum_tlv_add(&tlvs, 1, "no text", 7), LUM_OK);
+        assert_int_equal(lum_tlv_add(&tlvs, 3, long_text, i == 1 ? 300 : 5),
+                         LUM_OK);
+        give((lum_sensor_event){.kind = i % 2u == 0 ? LUM_SENSOR_ALERT
+                                                    : LUM_SENSOR_ANSWER,
+                                .has_status = true});
+        const lum_news news = take_news(LUM_NEWS_TEXT);
+        assert_memory_equal(news.text, "?~? ?", 5);
+        assert_int_equal(strlen(news.text), i == 1 ? 228 : i < 20 ? 5 : 5 + 27);
+        assert_string_equal(news.text + (i < 20 ? strlen(news.text) : 5),
+                            i < 20 ? "" : " (more of this is not told)");
+    }
+    begin_tlvs();
+    assert_int_equal(lum_tlv_add(&tlvs, 3, "more", 4), LUM_OK);
+    give((lum_sensor_event){.kind = LUM_SENSOR_ALERT});
+    assert_int_equal(next_news(), NOTHING);
+    close_session();
+}
+
+static void texts_leave_room_for_other_news(void **state)
+{
+    (void)state;
+    open_session(LUM_WANT_LOOK);
+    for (unsigned i = 0; i < 54; i++) {
+        give_link(true);
+    }
+    begin_tlvs();
+    assert_int_equal(lum_tlv_add(&tlvs, 3, "one", 3), LUM_OK);
+    assert_int_equal(lum_tlv_add(&tlvs, 3, "two", 3), LUM_OK);
+    assert_int_equal(lum_tlv_add(&tlvs, 3, "three", 5), LUM_OK);
+    give((lum_sensor_event){.kind = LUM_SENSOR_ALERT});
+    for (unsigned i = 0; i < 54; i++) {
+        (void)take_news(LUM_NEWS_LINK_UP);
+    }
+    assert_string_equal(take_news(LUM_NEWS_TEXT).text, "one");
+    assert_string_equal(take_news(LUM_NEWS_TEXT).text, "two");
+    assert_int_equal(next_news(), NOTHING);
+    close_session();
+}
+
+static void a_hazard_is_told_when_it_begins(void **state)
+{
+    const uint16_t cold = LUM_LASER_HEARTBEAT_TIMEOUT;
+    (void)state;
+    open_session(LUM_WANT_LOOK);
+    give_status(LUM_SENSOR_ANSWER, HOT | cold); /* no heartbeat has come yet */
+    assert_int_equal(take_news(LUM_NEWS_HAZARD).status,
+                     LUM_LASER_BOARD_OVER_105);
+    fake.now_ns += SECOND - 1;
+    give_status(LUM_SENSOR_ANSWER, HOT | cold);
+    give_status(LUM_SENSOR_ALERT, 0x1ff);
+    assert_int_equal(next_news(), NOTHING);
+    fake.now_ns++;
+    give_status(LUM_SENSOR_ANSWER, HOT | cold);
+    assert_int_equal(take_news(LUM_NEWS_HAZARD).status, cold);
+    give_status(LUM_SENSOR_ANSWER, HOT | cold);
+    give_status(LUM_SENSOR_ANSWER, OFF | cold);
+    assert_int_equal(next_news(), NOTHING);
+    give_status(LUM_SENSOR_ANSWER, HOT);
+    assert_int_equal(take_news(LUM_NEWS_HAZARD).status,
+                     LUM_LASER_BOARD_OVER_105);
+    assert_int_equal(next_news(), NOTHING);
+    close_session();
+}
+
+static void without_an_owner_no_heartbeats_are_no_hazard(void **state)
+{
+    lum_error error;
+    lum_sensor_options session;
+    lum_keeper_options options;
+    (void)state;
+    fake_reset();
+    lum_sensor_options_default(&session);
+    lum_keeper_options_default(&options, &session);
+    for (unsigned i = 0; i < 3; i++) {
+        options.owns = i == 2;
+        assert_int_equal(lum_keeper_new(&options, SECOND, &whole, &error), 0);
+        fake.now_ns = 9 * SECOND;
+        lum_keeper_note_owner(whole, i == 1);
+        give_status(LUM_SENSOR_ANSWER, REFUSED);
+        assert_int_equal(next_news(), i == 0 ? NOTHING : LUM_NEWS_HAZARD);
+        lum_keeper_free(whole);
+    }
+}
+
+/* Refused for want of heartbeats, at one attempt. */
+static void without_an_owner_on_is_given_up_at_once(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 3; i++) {
+        begin(LUM_LASER_ASKED);
+        keeper.is_owned = i > 0;
+        keeper.attempts_max = i == 2 ? 1 : 20;
+        send_next(LUM_LASER_ASK_ON, 0);
+        assert_int_equal(answer(REFUSED, MS),
+                         i == 1 ? NOTHING : LUM_NEWS_LASER_REFUSED);
+    }
+}
+
+static void a_text_of_commands_is_what_is_wanted(void **state)
+{
+    static const struct {
+        const char *text;
+        lum_laser_state laser;
+        bool is_off_due;
+        lum_news_kind then; /* where a status shows it up */
+    } cases[] = {{"50p", LUM_LASER_UNTOUCHED, false, NOTHING},
+                 {"d", LUM_LASER_LEFT, true, NOTHING},
+                 {"d u", LUM_LASER_ASKED, false, LUM_NEWS_LASER_UP},
+                 {"u 50p d", LUM_LASER_LEFT, true, NOTHING},
+                 {"u", LUM_LASER_ASKED, false, LUM_NEWS_LASER_UP}};
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        open_session(LUM_WANT_LOOK);
+        assert_int_equal(
+            lum_keeper_command(whole, sensor, cases[i].text, fake.now_ns),
+            LUM_OK);
+        assert_int_equal(look().laser, cases[i].laser);
+        assert_int_equal(look().is_off_due, cases[i].is_off_due);
+        /* one at a time: what is not sent is not wanted */
+        assert_int_equal(lum_keeper_command(whole, sensor,
+                                            cases[i].is_off_due ? "u" : "d",
+                                            fake.now_ns),
+                         LUM_E_VALUE);
+        assert_int_equal(look().laser, cases[i].laser);
+        give_status(LUM_SENSOR_ANSWER, UP);
+        assert_int_equal(next_news(), cases[i].then);
+        assert_int_equal(look().is_off_due, cases[i].is_off_due);
+        close_session();
+    }
+}
+
+static void a_request_of_its_user_answers_nothing_of_the_keeper(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        open_session(LUM_WANT_ON);
+        assert_string_equal(run_for(100 * MS), "u");
+        lum_sensor_give_up(sensor);
+        lum_keeper_lend(whole, i == 1, fake.now_ns);
+        give_status(LUM_SENSOR_ANSWER, UP);
+        assert_int_equal(next_news(),
+                         i == 1 ? LUM_NEWS_LASER_CAME_UP : NOTHING);
+        assert_int_equal(look().laser, i == 1 ? LUM_LASER_UP : LUM_LASER_ASKED);
+        close_session();
+    }
+}
+
+static void off_without_an_answer_is_told_once(void **state)
+{
+    const lum_sensor_event none = {.kind = LUM_SENSOR_NO_ANSWER};
+    (void)state;
+    open_session(LUM_WANT_OFF);
+    assert_string_equal(run_for(3 * SECOND), "dddddddd");
+    (void)take_news(LUM_NEWS_OFF_UNANSWERED);
+    assert_int_equal(next_news(), LUM_NEWS_NO_ANSWER);
+    assert_int_equal(next_news(), LUM_NEWS_NO_ANSWER_YET);
+    assert_true(look().is_unheard);
+    assert_standing(LUM_NEWS_NO_ANSWER_YET, LUM_NEWS_OFF_UNANSWERED, NOTHING);
+    give_status(LUM_SENSOR_ANSWER, UP);
+    (void)take_news(LUM_NEWS_ANSWERS);
+    assert_string_equal(run_for(300 * MS), "d");
+    lum_sensor_give_up(sensor);
+    give(none);
+    (void)take_news(LUM_NEWS_OFF_UNANSWERED);
+    lum_keeper_want(whole, LUM_WANT_LOOK, fake.now_ns);
+    assert_string_equal(run_for(100 * MS), ".");
+    give(none);
+    assert_int_equal(next_news(), LUM_NEWS_NO_ANSWER);
+    assert_int_equal(next_news(), NOTHING);
+    close_session();
+}
+
+static size_t data_packet(uint8_t bytes[64], uint64_t clock_us)
+{
+    lum_layout layout;
+    size_t len = 0;
+    const lum_group group = {
+        .clock_raw = clock_us, .tag = LUM_TAG_RANGES, .num_samples = 1};
+    lum_layout_default(&layout);
+    memset(bytes, 0, 64);
+    assert_int_equal(lum_group_encode(&layout, &group, bytes, 64, &len),
+                     LUM_OK);
+    return len + LUM_SAMPLE_BYTES;
+}
+
+/* Datagrams of a session: kinds is '.' data, 'x' malformed, 't' of a type and
+ * 'g' of a tag that are not known, 'a' an answer. */
+static void give_datagrams(const char *kinds, uint64_t clock_us)
+{
+    uint8_t bytes[4][64];
+    lum_received datagrams[4];
+    size_t count = 0;
+    for (; kinds[count] != '\0'; count++) {
+        uint8_t *out = bytes[count];
+        size_t len = data_packet(out, clock_us);
+        switch (kinds[count]) {
+        case 'x':
+            len--;
+            break;
+        case 't':
+            out[8] = 99;
+            break;
+        case 'g':
+            out[12] = 99;
+            break;
+        case 'a':
+            lum_header_encode(out, LUM_TYPE_TLV);
+            break;
+        default:
+            break;
+        }
+        datagrams[count] =
+            (lum_received){.bytes = out, .len = len, .utc_ns = fake.now_ns};
+    }
+    give((lum_sensor_event){.kind = LUM_SENSOR_DATAGRAMS,
+                            .datagrams = datagrams,
+                            .datagram_count = count});
+}
+
+static void data_is_found_among_datagrams(void **state)
+{
+    static const char *const unknown[] = {"x", "t", "g", "ax", "at"};
+    (void)state;
+    for (size_t i = 0; i < 5; i++) {
+        open_session(LUM_WANT_LOOK);
+        give_datagrams("a", 1);
+        assert_false(look().has_unknown);
+        give_datagrams(unknown[i], 1);
+        assert_true(look().has_unknown);
+        assert_false(look().has_data);
+        close_session();
+    }
+    open_session(LUM_WANT_LOOK);
+    give_datagrams("a.x", SECOND / 1000);
+    assert_true(look().has_data);
+    assert_false(look().has_unknown);
+    assert_int_equal(look().first_data_ns, fake.now_ns);
+    fake.now_ns += 4 * SECOND;
+    lum_keeper_serve(whole, sensor, fake.now_ns);
+    assert_true(take_news(LUM_NEWS_SILENT).ns == 4 * SECOND);
+    assert_true(look().is_silent);
+    give_datagrams(".", 0);
+    assert_true(take_news(LUM_NEWS_BACK).ns == 4 * SECOND);
+    assert_false(look().is_silent);
+    fake.now_ns += SECOND;
+    give_datagrams("..", SECOND / 1000);
+    (void)take_news(LUM_NEWS_RESTARTED);
+    assert_int_equal(next_news(), NOTHING);
+    assert_true(look().data_ns == fake.now_ns);
+    assert_true(look().first_data_ns == fake.now_ns - 5 * SECOND);
+    close_session();
+}
+
+static void what_holds_is_shown_by_its_weight(void **state)
+{
+    lum_news one[2] = {{.struct_size = sizeof one[0]},
+                       {.struct_size = sizeof one[0], .status = 7}};
+    (void)state;
+    open_session(LUM_WANT_LOOK);
+    assert_standing(NOTHING, NOTHING, NOTHING);
+    assert_int_equal(darkness(), NOTHING);
+    give_status(LUM_SENSOR_ANSWER, OFF);
+    assert_standing(LUM_NEWS_LASER_IS_OFF, NOTHING, NOTHING);
+    assert_int_equal(darkness(), LUM_NEWS_LASER_IS_OFF);
+    give_status(LUM_SENSOR_ANSWER, HOT);
+    assert_standing(LUM_NEWS_LASER_IS_OFF, LUM_NEWS_HAZARD, NOTHING);
+    assert_int_equal(darkness(), LUM_NEWS_HAZARD);
+    give_link(false);
+    assert_standing(LUM_NEWS_LINK_DOWN, LUM_NEWS_LASER_IS_OFF, LUM_NEWS_HAZARD);
+    /* no more than there is room for */
+    assert_int_equal(lum_keeper_standing(whole, fake.now_ns, one, 1), 1);
+    assert_int_equal(one[0].kind, LUM_NEWS_LINK_DOWN);
+    assert_int_equal(strlen(one[0].text), LUM_NEWS_TEXT_BYTES - 1u);
+    assert_int_equal(one[1].status, 7);
+    assert_int_equal(lum_keeper_standing(whole, fake.now_ns, one, 0), 0);
+    give_link(true);
+    give_status(LUM_SENSOR_ANSWER, UP);
+    assert_standing(NOTHING, NOTHING, NOTHING);
+    assert_int_equal(darkness(), NOTHING);
+    give_status(LUM_SENSOR_ANSWER, HOT);
+    /* without data for a while no more than that */
+    lum_keeper_note_data(whole, fake.now_ns);
+    fake.now_ns += 3 * SECOND;
+    assert_standing(LUM_NEWS_SILENT, NOTHING, NOTHING);
+    give_status(LUM_SENSOR_ANSWER, HOT);
+    assert_standing(LUM_NEWS_DATA_STOPPED, NOTHING, NOTHING);
+    give((lum_sensor_event){.kind = LUM_SENSOR_NO_ANSWER});
+    lum_keeper_note_data(whole, fake.now_ns);
+    assert_standing(LUM_NEWS_UNHEARD, NOTHING, NOTHING);
+    close_session();
+}
+
+static void a_laser_that_was_left_is_shown(void **state)
+{
+    lum_news news[2] = {{.struct_size = sizeof news[0]}};
+    (void)state;
+    open_session(LUM_WANT_OFF);
+    assert_standing(LUM_NEWS_LASER_LEFT, NOTHING, NOTHING);
+    (void)lum_keeper_standing(whole, fake.now_ns, news, 2);
+    assert_true(news[0].was_away); /* it is being switched off */
+    assert_int_equal(darkness(), NOTHING);
+    assert_string_equal(run_for(100 * MS), "d");
+    give((lum_sensor_event){.kind = LUM_SENSOR_ANSWER});
+    (void)take_news(LUM_NEWS_NO_STATUS);
+    assert_true(look().is_off_due);
+    (void)lum_keeper_standing(whole, fake.now_ns, news, 2);
+    assert_true(news[0].was_away);
+    give_status(LUM_SENSOR_ANSWER, OFF);
+    (void)lum_keeper_standing(whole, fake.now_ns, news, 2);
+    assert_false(news[0].was_away);
+    assert_int_equal(darkness(), LUM_NEWS_LASER_LEFT);
+    /* one that fell says so as long as it is left */
+    lum_keeper_want(whole, LUM_WANT_ON, fake.now_ns);
+    assert_standing(NOTHING, NOTHING, NOTHING);
+    assert_int_equal(darkness(), NOTHING);
+    lum_sensor_give_up(sensor); /* that was answered */
+    assert_string_equal(run_for(100 * MS), "u");
+    give_status(LUM_SENSOR_ANSWER, UP);
+    assert_int_equal(take_news(LUM_NEWS_LASER_UP).status, UP);
+    lum_keeper_note_data(whole, fake.now_ns);
+    fake.now_ns += SECOND;
+    give_status(LUM_SENSOR_ANSWER, OFF);
+    assert_true(take_news(LUM_NEWS_LASER_FELL).was_away);
+    lum_keeper_note_data(whole, fake.now_ns);
+    assert_standing(LUM_NEWS_LASER_FELL, NOTHING, NOTHING);
+    (void)lum_keeper_standing(whole, fake.now_ns, news, 2);
+    assert_int_equal(news[0].status, OFF);
+    assert_true(news[0].was_away);
+    assert_int_equal(darkness(), LUM_NEWS_LASER_FELL);
+    give((lum_sensor_event){.kind = LUM_SENSOR_NO_ANSWER});
+    assert_standing(LUM_NEWS_UNHEARD, NOTHING, NOTHING);
+    close_session();
+}
+
+static void news_of_the_laser_have_their_numbers(void **state)
+{
+    (void)state;
+    open_session(LUM_WANT_ON);
+    assert_string_equal(run_for(6300 * MS), "uuuuuuuuuuuuuuud");
+    (void)take_news(LUM_NEWS_NO_ANSWER);
+    (void)take_news(LUM_NEWS_NO_ANSWER_YET);
+    assert_int_equal(take_news(LUM_NEWS_LASER_UNANSWERED).tries, 15);
+    lum_keeper_want(whole, LUM_WANT_ON, fake.now_ns);
+    fake.now_ns += 2500 * MS;
+    lum_keeper_serve(whole, sensor, fake.now_ns);
+    assert_true(take_news(LUM_NEWS_LASER_HELD_UP).ns == 2500 * MS);
+    close_session();
+}
+
+static void a_sensor_that_moved_is_told_with_its_address(void **state)
+{
+    uint8_t bytes[64];
+    const lum_endpoint to = {0x0a2a0063, LUM_PORT};
+    const size_t len = data_packet(bytes, 1);
+    (void)state;
+    open_session(LUM_WANT_LOOK);
+    for (unsigned i = 0; i < LUM_SENSOR_MOVED_COUNT; i++) {
+        fake_arrive(fake.now_ns, to, bytes, len);
+    }
+    (void)run_for(100 * MS);
+    assert_int_equal(take_news(LUM_NEWS_MOVED).to.address, to.address);
+    lum_keeper_end(whole, sensor, 100, 0, NULL);
+    assert_int_equal(take_news(LUM_NEWS_ENDED_UNKNOWN).to.address, to.address);
+    close_session();
+}
+
+static uint16_t end_status;
+static bool end_has_status;
+
+static void answer_each(const struct fake_sent *sent)
+{
+    uint8_t bytes[32];
+    uint32_t number = 0;
+    lum_tlv_reader reader;
+    lum_tlv_writer w;
+    if (lum_tlv_open(sent->bytes, sent->len, &number, &reader) == LUM_OK) {
+        assert_int_equal(lum_tlv_begin(&w, bytes, sizeof bytes, number),
+                         LUM_OK);
+        assert_int_equal(
+            lum_tlv_add_u16(&w, end_has_status ? 2 : 9, end_status), LUM_OK);
+        fake_arrive(sent->ns, sent->to, bytes, w.len);
+    }
+}
+
+static void each_end_is_told(void **state)
+{
+    static const struct {
+        uint16_t status;
+        bool has_status;
+        lum_laser_off off;
+        lum_news_kind last;
+        bool goes_on;
+    } cases[] = {
+        {OFF, true, LUM_LASER_OFF_SEEN, LUM_NEWS_ENDED_OFF, false},
+        {UP, true, LUM_LASER_OFF_REFUSED, LUM_NEWS_ENDED_ON, true},
+        {HOT, true, LUM_LASER_OFF_REFUSED, LUM_NEWS_ENDED_IN_EFFECT, true},
+        {0, false, LUM_LASER_OFF_UNSEEN, LUM_NEWS_ENDED_UNSEEN, false}};
+    (void)state;
+    for (size_t i = 0; i < 8; i++) {
+        const bool is_last = i < 4;
+        const lum_news_kind kind = !is_last && cases[i % 4u].goes_on
+                                       ? LUM_NEWS_OFF_GOES_ON
+                                       : cases[i % 4u].last;
+        open_session(LUM_WANT_ON);
+        assert_int_equal(lum_sensor_request(sensor, NULL, 0), LUM_OK);
+        end_status = cases[i % 4u].status;
+        end_has_status = cases[i % 4u].has_status;
+        fake.on_send = answer_each;
+        assert_int_equal(
+            lum_keeper_end(whole, sensor, 1000, is_last ? 0 : 7000, NULL),
+            cases[i % 4u].off);
+        fake.on_send = NULL;
+        const lum_news news = take_news(kind);
+        assert_int_equal(news.status, cases[i % 4u].status);
+        assert_int_equal(news.tries, cases[i % 4u].goes_on);
+        assert_true(news.ns == (is_last ? 0 : 7 * SECOND));
+        assert_true(news.is_owner);
+        assert_int_equal(look().has_status, cases[i % 4u].has_status);
+        assert_int_equal(look().laser, LUM_LASER_LEFT);
+        assert_int_equal(look().is_off_due, i % 4u != 0);
+        close_session();
+    }
+}
+
+static void without_a_session_nothing_is_known_of_the_end(void **state)
+{
+    (void)state;
+    open_session(LUM_WANT_ON);
+    give_status(LUM_SENSOR_ANSWER, UP);
+    for (unsigned i = 0; i < 2; i++) {
+        assert_int_equal(lum_keeper_end(whole, NULL, 1000, i * 7000u, NULL),
+                         LUM_LASER_OFF_UNKNOWN);
+        const lum_news news =
+            take_news(i == 0 ? LUM_NEWS_ENDED_UNKNOWN : LUM_NEWS_OFF_GOES_ON);
+        assert_int_equal(news.tries, 0);
+        assert_int_equal(news.to.address, 0);
+        assert_true(look().is_off_due);
+    }
+    assert_string_equal(run_for(100 * MS), "d");
+    close_session();
+}
+
 static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_laser_that_nobody_asked_for_is_only_looked_at),
     cmocka_unit_test(it_is_asked_for_while_heartbeats_may_be_on_their_way),
@@ -674,6 +1254,23 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(what_its_user_asks_does_not_put_off_an_off),
     cmocka_unit_test(an_on_that_is_not_wanted_any_more_is_not_repeated),
     cmocka_unit_test(answers_without_status_are_told_where_no_on_is_judged),
+    cmocka_unit_test(a_keeper_is_made_of_the_session_s_options),
+    cmocka_unit_test(of_a_full_queue_the_oldest_are_lost),
+    cmocka_unit_test(texts_of_the_sensor_are_told_up_to_a_limit),
+    cmocka_unit_test(texts_leave_room_for_other_news),
+    cmocka_unit_test(a_hazard_is_told_when_it_begins),
+    cmocka_unit_test(without_an_owner_no_heartbeats_are_no_hazard),
+    cmocka_unit_test(without_an_owner_on_is_given_up_at_once),
+    cmocka_unit_test(a_text_of_commands_is_what_is_wanted),
+    cmocka_unit_test(a_request_of_its_user_answers_nothing_of_the_keeper),
+    cmocka_unit_test(off_without_an_answer_is_told_once),
+    cmocka_unit_test(data_is_found_among_datagrams),
+    cmocka_unit_test(what_holds_is_shown_by_its_weight),
+    cmocka_unit_test(a_laser_that_was_left_is_shown),
+    cmocka_unit_test(news_of_the_laser_have_their_numbers),
+    cmocka_unit_test(a_sensor_that_moved_is_told_with_its_address),
+    cmocka_unit_test(each_end_is_told),
+    cmocka_unit_test(without_a_session_nothing_is_known_of_the_end),
 };
 
 int main(void)
