@@ -1,7 +1,6 @@
 #include "lum/live/keeper.h"
 
 #include "base/sized.h"
-#include "base/text.h"
 #include "live/contact.h"
 #include "live/laser_rules.h"
 #include "lum/base/time.h"
@@ -23,7 +22,7 @@
 
 struct lum_keeper {
     lum_endpoint sensor;
-    char *interface_name;
+    const char *interface_name; /* behind it, or NULL */
     lum_layout layout;
     lum_laser_rules laser;
     lum_contact contact;
@@ -60,16 +59,17 @@ int lum_keeper_new(const lum_keeper_options *options, int64_t now_ns,
                        "lum_keeper_options", error) != 0) {
         return -1;
     }
-    lum_keeper *k = calloc(1, sizeof *k);
-    char *name = k != NULL && known.interface_name != NULL
-                     ? lum_text_copy(known.interface_name)
-                     : NULL;
-    if (k == NULL || (known.interface_name != NULL && name == NULL)) {
-        free(k);
+    const char *name = known.interface_name;
+    const size_t len = name != NULL ? strlen(name) + 1u : 0;
+    lum_keeper *k = calloc(1, sizeof *k + len);
+    /* mcdc: tests/unit/test_no_memory.c */
+    if (k == NULL) {
         return lum_error_set(error, "out of memory");
     }
+    if (len > 0) {
+        k->interface_name = memcpy(k + 1, name, len);
+    }
     k->sensor = known.sensor;
-    k->interface_name = name;
     k->layout = known.layout;
     k->is_owner = known.owns;
     k->laser.is_owned = known.owns;
@@ -83,10 +83,7 @@ int lum_keeper_new(const lum_keeper_options *options, int64_t now_ns,
 
 void lum_keeper_free(lum_keeper *keeper)
 {
-    if (keeper != NULL) {
-        free(keeper->interface_name);
-        free(keeper);
-    }
+    free(keeper);
 }
 
 /* --- News --- */
@@ -340,8 +337,7 @@ static void ask(lum_keeper *k, lum_sensor *sensor, int64_t now_ns)
                                         k->laser.request == LUM_LASER_ASK_ON)) {
         lum_sensor_give_up(sensor);
     }
-    if (!lum_sensor_is_waiting(sensor) &&
-        request_of(sensor, request) == LUM_OK) {
+    if (request_of(sensor, request) == LUM_OK) {
         lum_laser_rules_sent(&k->laser, request, now_ns);
     }
 }

@@ -69,8 +69,11 @@ static laser_look look(const attempt *a, const char *command, int64_t end_ns)
 {
     lum_sensor_event event;
     lum_sensor_give_up(a->sensor);
-    if ((command != NULL ? lum_sensor_command(a->sensor, command)
-                         : lum_sensor_request(a->sensor, NULL, 0)) != LUM_OK) {
+    const lum_result begun = command != NULL
+                                 ? lum_sensor_command(a->sensor, command)
+                                 : lum_sensor_request(a->sensor, NULL, 0);
+    /* mcdc: nothing else is under way */
+    if (begun != LUM_OK) {
         return LOOK_SILENT;
     }
     receive_until(a, end_ns, &event);

@@ -160,9 +160,20 @@ typedef struct value {
 /* The port stands where it is not that of all sensors. */
 static lum_endpoint_text show(lum_endpoint endpoint)
 {
-    return endpoint.port == LUM_PORT || endpoint.port == 0
-               ? lum_endpoint_show_address(endpoint.address)
-               : lum_endpoint_show(endpoint);
+    if (endpoint.port == LUM_PORT || endpoint.port == 0) {
+        return lum_endpoint_show_address(endpoint.address);
+    }
+    return lum_endpoint_show(endpoint);
+}
+
+static size_t add(char *out, size_t room, size_t at, const char *text,
+                  size_t len)
+{
+    const size_t left = room - 1u - at;
+    const size_t count = len < left ? len : left;
+    memcpy(out + at, text, count);
+    out[at + count] = '\0';
+    return at + count;
 }
 
 static void name_bits(unsigned bits, value *out)
@@ -170,11 +181,10 @@ static void name_bits(unsigned bits, value *out)
     size_t len = 0;
     SET(out, "bits", "none");
     for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
-        if ((bits >> bit & 1u) != 0 && len < sizeof out->text) {
-            const int n =
-                snprintf(out->text + len, sizeof out->text - len, "%s%s",
-                         len > 0 ? " " : "", lum_laser_bit_name(bit));
-            len += n > 0 ? (size_t)n : 0;
+        if ((bits >> bit & 1u) != 0) {
+            const char *name = lum_laser_bit_name(bit);
+            len = add(out->text, sizeof out->text, len, " ", len > 0 ? 1 : 0);
+            len = add(out->text, sizeof out->text, len, name, strlen(name));
         }
     }
 }
@@ -249,16 +259,6 @@ static const char *find(const value values[VALUES], const char *word,
 }
 
 /* --- Sentences --- */
-
-static size_t add(char *out, size_t room, size_t at, const char *text,
-                  size_t len)
-{
-    const size_t left = room - 1u - at;
-    const size_t count = len < left ? len : left;
-    memcpy(out + at, text, count);
-    out[at + count] = '\0';
-    return at + count;
-}
 
 /* Forms of the table, one after the other, with their values. */
 static const char *write(const lum_news *news, const char *first,

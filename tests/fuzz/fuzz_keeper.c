@@ -341,9 +341,8 @@ lum_result lum_sensor_count(lum_sensor *s, lum_sensor_counters *out)
     return LUM_OK;
 }
 
-lum_laser_off lum_sensor_laser_off_within(lum_sensor *s, uint32_t ms,
-                                          const lum_cancel *cancel,
-                                          uint16_t *status)
+lum_laser_off lum_sensor_laser_off(lum_sensor *s, uint32_t ms,
+                                   const lum_cancel *cancel, uint16_t *status)
 {
     REQUIRE(!s->is_waiting && ms == 3000 && cancel == NULL);
     if (s->off == LUM_LASER_OFF_SEEN || s->off == LUM_LASER_OFF_REFUSED) {

@@ -107,13 +107,15 @@ static const struct {
      "more"},
     {"ended-off", INFO, "10.42.0.37: the laser is off"},
     {"ended-unknown", ERROR,
-     "10.42.0.37: laser off was not answered: it MAY BE ON; a sensor that "
+     "10.42.0.37: laser off was not answered: it MAY BE ON or come on by "
+     "itself; a sensor that "
      "lives switches it off 3 s after the last heartbeat, which has been sent; "
      "make sure by lumctl --host 10.42.0.99:6000 --interface eth0 laser off, "
      "or cut its power"},
     {"ended-unseen", ERROR,
      "10.42.0.37: laser off was answered without a status TLV, so nothing "
-     "shows it off: it MAY BE ON; a sensor that lives switches it off 3 s "
+     "shows it off: it MAY BE ON or come on by itself; a sensor that lives "
+     "switches it off 3 s "
      "after the last heartbeat, which has been sent; tlv.status of the profile "
      "says 2"},
     {"ended-in-effect", ERROR,

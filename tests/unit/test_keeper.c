@@ -318,6 +318,16 @@ static void one_that_goes_down_is_switched_off(void **state)
     assert_left(REFUSED, SECOND + MS);
 }
 
+static void one_that_stays_up_is_looked_at(void **state)
+{
+    (void)state;
+    begin_up();
+    send_next(LUM_LASER_ASK_LOOK, SECOND);
+    assert_int_equal(answer(0, SECOND + MS), NOTHING);
+    assert_int_equal(keeper.state, LUM_LASER_UP);
+    assert_int_equal(keeper.next_ns, 2 * SECOND);
+}
+
 static void one_that_was_switched_off_needs_no_other_off(void **state)
 {
     (void)state;
@@ -928,7 +938,7 @@ static void off_without_an_answer_is_told_once(void **state)
     const lum_sensor_event none = {.kind = LUM_SENSOR_NO_ANSWER};
     (void)state;
     open_session(LUM_WANT_OFF);
-    assert_string_equal(run_for(3 * SECOND), "dddddddd");
+    assert_string_equal(run_for(5 * SECOND), "ddddddddddddd");
     (void)take_news(LUM_NEWS_OFF_UNANSWERED);
     assert_int_equal(next_news(), LUM_NEWS_NO_ANSWER);
     assert_int_equal(next_news(), LUM_NEWS_NO_ANSWER_YET);
@@ -1031,6 +1041,7 @@ static void data_is_found_among_datagrams(void **state)
 
 static void what_holds_is_shown_by_its_weight(void **state)
 {
+    lum_news unset = {.struct_size = 0};
     lum_news one[2] = {{.struct_size = sizeof one[0]},
                        {.struct_size = sizeof one[0], .status = 7}};
     (void)state;
@@ -1041,6 +1052,7 @@ static void what_holds_is_shown_by_its_weight(void **state)
     assert_standing(LUM_NEWS_LASER_IS_OFF, NOTHING, NOTHING);
     assert_int_equal(darkness(), LUM_NEWS_LASER_IS_OFF);
     give_status(LUM_SENSOR_ANSWER, HOT);
+    assert_false(lum_keeper_darkness(whole, &unset));
     assert_standing(LUM_NEWS_LASER_IS_OFF, LUM_NEWS_HAZARD, NOTHING);
     assert_int_equal(darkness(), LUM_NEWS_HAZARD);
     give_link(false);
@@ -1081,6 +1093,9 @@ static void a_laser_that_was_left_is_shown(void **state)
     give((lum_sensor_event){.kind = LUM_SENSOR_ANSWER});
     (void)take_news(LUM_NEWS_NO_STATUS);
     assert_true(look().is_off_due);
+    give((lum_sensor_event){.kind = LUM_SENSOR_NO_ANSWER});
+    assert_standing(LUM_NEWS_OFF_UNANSWERED, NOTHING, NOTHING);
+    give((lum_sensor_event){.kind = LUM_SENSOR_ANSWER});
     (void)lum_keeper_standing(whole, fake.now_ns, news, 2);
     assert_true(news[0].was_away);
     give_status(LUM_SENSOR_ANSWER, OFF);
@@ -1142,6 +1157,25 @@ static void a_sensor_that_moved_is_told_with_its_address(void **state)
     close_session();
 }
 
+/* A send stops the program for so long that a request is not sent again. */
+static void stop_at_send(const struct fake_sent *sent)
+{
+    (void)sent;
+    fake.now_ns += 3 * SECOND;
+}
+
+static void an_end_goes_on_after_a_standstill(void **state)
+{
+    (void)state;
+    open_session(LUM_WANT_LOOK);
+    fake.on_send = stop_at_send;
+    assert_int_equal(lum_keeper_end(whole, sensor, 5000, 0, NULL),
+                     LUM_LASER_OFF_UNKNOWN);
+    fake.on_send = NULL;
+    assert_int_equal(fake.sent_count, 2);
+    close_session();
+}
+
 static uint16_t end_status;
 static bool end_has_status;
 
@@ -1200,6 +1234,19 @@ static void each_end_is_told(void **state)
     }
 }
 
+static void whoever_wants_no_status_gets_none(void **state)
+{
+    (void)state;
+    open_session(LUM_WANT_LOOK);
+    end_status = OFF;
+    end_has_status = true;
+    fake.on_send = answer_each;
+    assert_int_equal(lum_sensor_laser_off(sensor, 1000, NULL, NULL),
+                     LUM_LASER_OFF_SEEN);
+    fake.on_send = NULL;
+    close_session();
+}
+
 static void without_a_session_nothing_is_known_of_the_end(void **state)
 {
     (void)state;
@@ -1240,6 +1287,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(an_off_that_no_status_showed_is_not_taken_for_done),
     cmocka_unit_test(an_answer_without_status_tells_nothing_of_an_older_one),
     cmocka_unit_test(one_that_goes_down_is_switched_off),
+    cmocka_unit_test(one_that_stays_up_is_looked_at),
     cmocka_unit_test(one_that_was_switched_off_needs_no_other_off),
     cmocka_unit_test(an_alert_of_a_hazard_counts_at_once),
     cmocka_unit_test(another_alert_is_asked_about),
@@ -1270,6 +1318,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(news_of_the_laser_have_their_numbers),
     cmocka_unit_test(a_sensor_that_moved_is_told_with_its_address),
     cmocka_unit_test(each_end_is_told),
+    cmocka_unit_test(an_end_goes_on_after_a_standstill),
+    cmocka_unit_test(whoever_wants_no_status_gets_none),
     cmocka_unit_test(without_a_session_nothing_is_known_of_the_end),
 };
 
