@@ -116,8 +116,7 @@ static lum_news_kind name_quiet(const lum_contact *c, int64_t now_ns)
         now_ns - c->began_ns < SILENCE_NS) {
         return NOTHING;
     }
-    return c->has_answered && !c->is_unheard &&
-                   now_ns - c->heard_ns < ANSWERS_NS
+    return !c->is_unheard && now_ns - c->heard_ns < ANSWERS_NS
                ? LUM_NEWS_DATA_STOPPED
                : LUM_NEWS_SILENT;
 }

@@ -32,7 +32,7 @@ typedef struct lum_contact {
     bool told_waiting;   /* that none has come was told */
 
     bool has_answered;
-    int64_t heard_ns; /* the last answer */
+    int64_t heard_ns; /* the last answer; 0: never */
     bool is_unheard;  /* the last request had no answer */
     bool told_unheard;
     bool told_no_status;

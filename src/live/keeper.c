@@ -474,7 +474,6 @@ lum_laser_off lum_keeper_end(lum_keeper *keeper, lum_sensor *sensor,
     lum_endpoint to = {0, 0};
     lum_keeper_want(keeper, LUM_WANT_OFF, lum_time_monotonic_ns());
     if (sensor != NULL) {
-        lum_sensor_give_up(sensor);
         off = lum_sensor_laser_off(sensor, ms, cancel, &laser->status);
         const bool is_moved = lum_sensor_moved_to(sensor, &to);
         (void)lum_contact_move(&keeper->contact, is_moved, to);

@@ -18,7 +18,6 @@ void lum_laser_rules_want(lum_laser_rules *rules, lum_laser_state state,
                           bool is_off, int64_t now_ns)
 {
     rules->state = state;
-    rules->fell = 0;
     rules->off_due = is_off;
     rules->off_unseen = false;
     rules->attempts = 0;
@@ -75,7 +74,7 @@ static lum_news_kind follow_down(lum_laser_rules *rules, int64_t now_ns)
         rules->off_due = true;
         rules->next_ns = now_ns;
     }
-    rules->off_unseen = rules->off_unseen && !is_down;
+    rules->off_unseen = false;
     return NOTHING;
 }
 

@@ -181,6 +181,7 @@ static void model_up(void)
         return;
     }
     if (model.trusts) {
+        model.trusts = false;
         owe(run.now_ns);
     } else if (!model.owes) {
         model.phase = UP;
@@ -344,7 +345,8 @@ lum_result lum_sensor_count(lum_sensor *s, lum_sensor_counters *out)
 lum_laser_off lum_sensor_laser_off(lum_sensor *s, uint32_t ms,
                                    const lum_cancel *cancel, uint16_t *status)
 {
-    REQUIRE(!s->is_waiting && ms == 3000 && cancel == NULL);
+    REQUIRE(ms == 3000 && cancel == NULL);
+    s->is_waiting = false;
     if (s->off == LUM_LASER_OFF_SEEN || s->off == LUM_LASER_OFF_REFUSED) {
         *status = s->status;
     }

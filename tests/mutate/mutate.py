@@ -576,16 +576,20 @@ def tests_of(library):
     return [n for names, of in lists for n in names.split() if of == library]
 
 
-def room(out, name, directory, tests):
+# What the tests of src/live are linked with: a session on a network that they move by hand.
+SESSION = ["tests/fake/exact.c", "tests/fake/fake_net.c", "src/base/error.c", "src/base/sized.c", "src/host/laser_name.c",
+           *(f"src/net/{n}.c" for n in ("endpoint", "exchange", "sensor", "session"))]
+
+
+def room(out, name, directory, tests, support=("tests/unit/support.c",), include=()):
     """Its sources are mutated; those of core and points are there for all."""
     sources = [p for p in sorted((ROOT / directory).glob("*.c")) if p.name != "main.c"]
     others = [p for d in ("src/core", "src/points") if d != directory
               for p in sorted((ROOT / d).glob("*.c"))]
     house = House(ROOT, out / name, sources,
                   {f"test_{n}": ROOT / f"tests/unit/test_{n}.c" for n in tests},
-                  [ROOT / "tests/unit/support.c",
-                   *(ROOT / "tests/unit").glob(f"{name}_rig.c"), *others],
-                  [ROOT / "include", ROOT / "src", ROOT / directory], name)
+                  [*(ROOT / s for s in support), *(ROOT / "tests/unit").glob(f"{name}_rig.c"), *others],
+                  [ROOT / "include", ROOT / "src", ROOT / directory, *(ROOT / i for i in include)], name)
     return house, sorted([*sources, *(ROOT / directory).glob("*.h")])
 
 
@@ -597,6 +601,7 @@ def all_rooms(out):
     return [room(out, "core", "src/core", core),
             room(out, "host", "src/host", tests_of("lum_host")),
             room(out, "points", "src/points", tests_of("lum_points")),
+            room(out, "live", "src/live", ["contact", "keeper", "session"], SESSION, ["tests/fake"]),
             room(out, "gateway", "examples/firmware", tests_of("lum_gateway"))]
 
 

@@ -282,6 +282,10 @@ static void bits_are_named(void **state)
     news.status = ON | BAD;
     check_has(&news, "(HW_SAFETY_BAD);");
     news.kind = LUM_NEWS_ENDED_ON;
+    news.to.address = 0;
+    check_has(&news, "(status: HW_SAFETY_BAD TLV_CMD_ON)");
+    news.status = 0x8001;
+    check_has(&news, "(status: GALVO_AMP_BX_BAD BIT_15)");
     news.status = 0;
     check_has(&news, "(status: none)");
 }
@@ -295,7 +299,9 @@ static void where_the_laser_stands_is_named(void **state)
     news.tries = 0;
     check_has(&news, "10.42.0.37: no answer yet: laser off");
     news = news_of(LUM_NEWS_LASER_CAME_UP);
-    news.status = 0;
+    news.status = ON;
+    check_has(&news, "10.42.0.37 is on, by");
+    news.status = 1;
     check_has(&news, "10.42.0.37 may be on, by");
     news = news_of(LUM_NEWS_LASER_LEFT);
     news.was_away = true;
@@ -307,7 +313,7 @@ static void seconds_are_rounded(void **state)
     static const struct {
         int64_t ns;
         const char *text;
-    } cases[] = {{3049 * MS, "after 3 s"},
+    } cases[] = {{3050 * MS - 1, "after 3 s"},
                  {3050 * MS, "after 3.1 s"},
                  {99 * SECOND, "after 99 s"},
                  {0, "after 0 s"}};
@@ -468,6 +474,15 @@ static lum_news_kind read_clock(double now, double utc, double clock)
                                   (int64_t)(now * 1e9), (int64_t)(utc * 1e9));
 }
 
+/* And with one in ticks. */
+static lum_news_kind read_ticks(double now, uint64_t ticks)
+{
+    const lum_group group = {.clock_raw = ticks};
+    const int64_t now_ns = (int64_t)(now * 1e9);
+    return lum_contact_note_clock(&contact, &layout.profile, &group, now_ns,
+                                  now_ns);
+}
+
 static lum_news_kind read_at(double now, double clock)
 {
     return read_clock(now, now, clock);
@@ -520,7 +535,9 @@ static void what_waited_for_a_program_that_stood_still_is_not(void **state)
     assert_int_equal(read_clock(10, 1000, 500), NOTHING);
     /* all at once, as they had come while it stood still for 60 s */
     assert_int_equal(read_clock(70, 1001, 501), NOTHING);
+    assert_false(contact.odd.is_there);
     assert_int_equal(read_clock(70, 1030, 530), NOTHING);
+    assert_false(contact.odd.is_there);
     assert_int_equal(read_clock(70, 1060, 560), NOTHING);
     /* and where the host's clock is set */
     assert_int_equal(read_clock(71, 5000, 561), NOTHING);
@@ -547,6 +564,31 @@ static void a_clock_may_be_a_little_off(void **state)
     }
 }
 
+static void ticks_may_be_a_nanosecond(void **state)
+{
+    (void)state;
+    for (unsigned more = 0; more < 2; more++) {
+        begin();
+        layout.profile.clock_unit_ns = 1;
+        layout.profile.group[LUM_FIELD_TIMESTAMP].bytes = 8;
+        assert_int_equal(read_ticks(10, 0), NOTHING);
+        assert_int_equal(read_ticks(10, 2000000000u + more), NOTHING);
+        assert_int_equal(contact.odd.is_there, more);
+    }
+}
+
+static void no_clock_fits_to_a_time_before_the_last(void **state)
+{
+    const lum_group group = {.clock_raw = UINT64_MAX / 1000u & UINT32_MAX};
+    (void)state;
+    begin();
+    assert_int_equal(read_ticks(10, 0), NOTHING);
+    assert_int_equal(lum_contact_note_clock(&contact, &layout.profile, &group,
+                                            10 * SECOND - 1, 10 * SECOND - 1),
+                     NOTHING);
+    assert_true(contact.odd.is_there);
+}
+
 static void clocks_of_any_width_are_followed(void **state)
 {
     lum_field *field = &layout.profile.group[LUM_FIELD_TIMESTAMP];
@@ -556,7 +598,24 @@ static void clocks_of_any_width_are_followed(void **state)
     assert_int_equal(read_at(10, 500), NOTHING);
     assert_int_equal(read_at(11, 1), NOTHING);
     assert_int_equal(read_at(12, 2), NOTHING);
+    /* a wrap of 28 bits is none of 32 */
+    field->bytes = 4;
+    assert_int_equal(read_at(10, 500), NOTHING);
+    assert_int_equal(read_at(11, 501 - 268.435456), NOTHING);
+    assert_int_equal(read_at(12, 502 - 268.435456), LUM_NEWS_RESTARTED);
+    begin();
     field->bytes = 8;
+    assert_int_equal(read_at(10, 500), NOTHING);
+    assert_int_equal(read_at(11, 1), NOTHING);
+    assert_int_equal(read_at(12, 2), LUM_NEWS_RESTARTED);
+    /* 63 bits of it are looked at */
+    assert_int_equal(read_ticks(13, 3000000u | UINT64_C(1) << 63), NOTHING);
+    assert_false(contact.odd.is_there);
+    assert_int_equal(read_ticks(14, 4000000u | UINT64_C(1) << 62), NOTHING);
+    assert_true(contact.odd.is_there);
+    begin();
+    field->bytes = 8;
+    field->bits = 40;
     assert_int_equal(read_at(10, 500), NOTHING);
     assert_int_equal(read_at(11, 1), NOTHING);
     assert_int_equal(read_at(12, 2), LUM_NEWS_RESTARTED);
@@ -589,6 +648,7 @@ static void no_answers_are_told_once_by_what_else_comes(void **state)
                          i == 0 ? LUM_NEWS_NO_ANSWER : NOTHING);
         if (i > 0) {
             (void)lum_contact_note_data(&contact, 3 * SECOND);
+            (void)lum_contact_note_data(&contact, 3500 * MS);
             assert_int_equal(lum_contact_tick(&contact, false, i == 2 ? 8 : 7,
                                               4 * SECOND - 1),
                              i == 2 ? LUM_NEWS_LATE_ANSWERS : LUM_NEWS_UNHEARD);
@@ -597,6 +657,10 @@ static void no_answers_are_told_once_by_what_else_comes(void **state)
                          NOTHING);
         assert_int_equal(hear(true, 4 * SECOND), LUM_NEWS_ANSWERS);
         assert_int_equal(hear(true, 4 * SECOND), NOTHING);
+        /* those that came meanwhile were late ones, too */
+        assert_int_equal(take(LUM_SENSOR_NO_ANSWER, false), NOTHING);
+        assert_int_equal(lum_contact_tick(&contact, false, 9, 4 * SECOND),
+                         LUM_NEWS_LATE_ANSWERS);
     }
 }
 
@@ -647,6 +711,8 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(one_damaged_packet_is_not),
     cmocka_unit_test(what_waited_for_a_program_that_stood_still_is_not),
     cmocka_unit_test(a_clock_may_be_a_little_off),
+    cmocka_unit_test(ticks_may_be_a_nanosecond),
+    cmocka_unit_test(no_clock_fits_to_a_time_before_the_last),
     cmocka_unit_test(clocks_of_any_width_are_followed),
     cmocka_unit_test(no_answers_are_told_once_by_what_else_comes),
     cmocka_unit_test(answers_without_a_status_are_told_once),

@@ -83,11 +83,28 @@ static void close_session(void)
     lum_sensor_close(sensor);
 }
 
+/* What its kind has no use for is 0. */
+static void check_unused(const lum_news *news)
+{
+    if (news->kind == LUM_NEWS_LASER_LEFT || news->kind == LUM_NEWS_HAZARD ||
+        news->kind == LUM_NEWS_LASER_IS_OFF || news->kind == LUM_NEWS_TEXT ||
+        news->kind == LUM_NEWS_OFF_UNANSWERED || news->kind == LUM_NEWS_MOVED ||
+        news->kind == LUM_NEWS_RESTARTED ||
+        (news->kind >= LUM_NEWS_ANSWERS && news->kind <= LUM_NEWS_LINK_UP &&
+         news->kind != LUM_NEWS_LATE_ANSWERS)) {
+        assert_true(news->ns == 0);
+    }
+}
+
 /* The next news of the keeper; 0: none. */
 static lum_news_kind next_news(void)
 {
     lum_news news = {.struct_size = sizeof news};
-    return lum_keeper_next(whole, &news) ? news.kind : NOTHING;
+    if (!lum_keeper_next(whole, &news)) {
+        return NOTHING;
+    }
+    check_unused(&news);
+    return news.kind;
 }
 
 /* What a datagram asks: a command, or a point for a status; 0: nothing. */
@@ -682,7 +699,8 @@ static void give_status(lum_sensor_event_kind kind, uint16_t status)
 
 static void give_link(bool is_up)
 {
-    lum_sensor_event event = {.kind = LUM_SENSOR_LINK, .is_up = is_up};
+    lum_sensor_event event = {
+        .kind = LUM_SENSOR_LINK, .is_up = is_up, .has_status = true};
     memset(event.error.text, 'e', sizeof event.error.text - 1u);
     give(event);
 }
@@ -692,6 +710,7 @@ static lum_news take_news(lum_news_kind kind)
     lum_news news = {.struct_size = sizeof news};
     assert_true(lum_keeper_next(whole, &news));
     assert_int_equal(news.kind, kind);
+    check_unused(&news);
     return news;
 }
 
@@ -711,6 +730,7 @@ static void assert_standing(lum_news_kind first, lum_news_kind second,
     const lum_news_kind kinds[] = {first, second, third, NOTHING};
     for (size_t i = 0; i <= count; i++) {
         assert_int_equal(kinds[i], i < count ? news[i].kind : NOTHING);
+        check_unused(&news[i]);
     }
 }
 
@@ -718,7 +738,11 @@ static void assert_standing(lum_news_kind first, lum_news_kind second,
 static lum_news_kind darkness(void)
 {
     lum_news news = {.struct_size = sizeof news};
-    return lum_keeper_darkness(whole, &news) ? news.kind : NOTHING;
+    if (!lum_keeper_darkness(whole, &news)) {
+        return NOTHING;
+    }
+    assert_int_not_equal(news.kind, NOTHING);
+    return news.kind;
 }
 
 static void a_keeper_is_made_of_the_session_s_options(void **state)
@@ -752,6 +776,11 @@ static void a_keeper_is_made_of_the_session_s_options(void **state)
     assert_int_equal(news.to.address, 0);
     lum_keeper_free(whole);
     lum_keeper_free(NULL);
+    options.interface_name = "";
+    assert_int_equal(lum_keeper_new(&options, SECOND, &whole, &error), 0);
+    give_link(true);
+    assert_string_equal(take_news(LUM_NEWS_LINK_UP).interface_name, "");
+    lum_keeper_free(whole);
     options.struct_size = 0;
     assert_int_equal(lum_keeper_new(&options, SECOND, &whole, &error), -1);
     assert_non_null(strstr(error.text, "struct_size"));
@@ -765,7 +794,7 @@ static void of_a_full_queue_the_oldest_are_lost(void **state)
         give_link(false);
         assert_int_equal(strlen(take_news(LUM_NEWS_LINK_DOWN).text),
                          LUM_NEWS_TEXT_BYTES - 1u);
-        for (unsigned n = 0; n < LUM_KEEPER_NEWS - 1u + i; n++) {
+        for (unsigned n = 0; n < LUM_KEEPER_NEWS - 1u + i * 75u; n++) {
             give_link(n + 1u >= i);
         }
         give_link(false);
@@ -846,7 +875,10 @@ static void a_hazard_is_told_when_it_begins(void **state)
     give_status(LUM_SENSOR_ANSWER, HOT);
     assert_int_equal(take_news(LUM_NEWS_HAZARD).status,
                      LUM_LASER_BOARD_OVER_105);
+    give_status(LUM_SENSOR_ANSWER, UINT16_MAX);
+    assert_int_equal(take_news(LUM_NEWS_HAZARD).status, 0x1df);
     assert_int_equal(next_news(), NOTHING);
+    assert_int_equal(lum_laser_rules_hazards(UINT16_MAX), 0x1ef);
     close_session();
 }
 
@@ -866,8 +898,86 @@ static void without_an_owner_no_heartbeats_are_no_hazard(void **state)
         lum_keeper_note_owner(whole, i == 1);
         give_status(LUM_SENSOR_ANSWER, REFUSED);
         assert_int_equal(next_news(), i == 0 ? NOTHING : LUM_NEWS_HAZARD);
+        give_status(LUM_SENSOR_ANSWER, 1);
+        assert_standing(LUM_NEWS_NO_DATA_YET, LUM_NEWS_LASER_IS_OFF,
+                        LUM_NEWS_HAZARD);
+        give_status(LUM_SENSOR_ANSWER, OFF);
+        assert_int_equal(darkness(), LUM_NEWS_LASER_IS_OFF);
         lum_keeper_free(whole);
     }
+}
+
+static void attempts_and_time_of_an_on_are_the_options_s(void **state)
+{
+    lum_error error;
+    lum_sensor_options session;
+    lum_keeper_options options;
+    (void)state;
+    for (unsigned i = 0; i < 3; i++) {
+        open_session(LUM_WANT_LOOK);
+        lum_keeper_free(whole);
+        lum_sensor_options_default(&session);
+        lum_keeper_options_default(&options, &session);
+        options.owns = true;
+        options.laser = LUM_WANT_ON;
+        options.attempts = i;
+        options.give_up_ms = 1000;
+        assert_int_equal(lum_keeper_new(&options, fake.now_ns, &whole, &error),
+                         0);
+        for (unsigned n = 1; n <= (i == 2 ? 2u : 1u); n++) {
+            assert_string_equal(run_for(250 * MS), "u");
+            lum_sensor_give_up(sensor);
+            give_status(LUM_SENSOR_ANSWER, REFUSED);
+            assert_int_equal(next_news(),
+                             n < i ? NOTHING : LUM_NEWS_LASER_REFUSED);
+        }
+        lum_keeper_want(whole, LUM_WANT_ON, fake.now_ns);
+        const int64_t begin_ns = fake.now_ns;
+        assert_string_equal(run_for(100 * MS), "u");
+        fake.now_ns = begin_ns + SECOND - (i == 0);
+        give((lum_sensor_event){.kind = LUM_SENSOR_NO_ANSWER, .tries = 3});
+        assert_int_equal(next_news(),
+                         i == 0 ? NOTHING : LUM_NEWS_LASER_UNANSWERED);
+        close_session();
+    }
+}
+
+static void bit_0_is_a_hazard_like_others(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        begin(LUM_LASER_ASKED);
+        keeper.is_owned = i == 0;
+        send_next(LUM_LASER_ASK_ON, 0);
+        assert_int_equal(answer(UP | 1, MS), LUM_NEWS_LASER_REFUSED);
+    }
+    begin_up();
+    send_next(LUM_LASER_ASK_LOOK, SECOND);
+    assert_int_equal(answer(OFF | 1, SECOND), LUM_NEWS_LASER_FELL);
+    assert_int_equal(lum_laser_rules_next(&keeper), LUM_LASER_ASK_LOOK);
+    begin(LUM_LASER_LEFT);
+    send_next(LUM_LASER_ASK_OFF, 0);
+    assert_int_equal(answer(OFF | 1, MS), NOTHING);
+    assert_int_equal(lum_laser_rules_next(&keeper), LUM_LASER_ASK_LOOK);
+    assert_int_equal(keeper.next_ns, SECOND);
+}
+
+static void another_want_begins_anew(void **state)
+{
+    (void)state;
+    begin(LUM_LASER_ASKED);
+    send_next(LUM_LASER_ASK_ON, 0);
+    keeper.sent = 4;
+    keeper.has_status = true;
+    keeper.status = UP;
+    lum_laser_rules_want(&keeper, LUM_LASER_ASKED, false, MS);
+    assert_int_equal(keeper.attempts, 0);
+    assert_int_equal(keeper.sent, 0);
+    assert_true(keeper.has_status);
+    assert_int_equal(keeper.status, UP);
+    keeper.off_unseen = true;
+    lum_laser_rules_want(&keeper, LUM_LASER_UNTOUCHED, false, MS);
+    assert_false(keeper.off_unseen);
 }
 
 /* Refused for want of heartbeats, at one attempt. */
@@ -917,6 +1027,50 @@ static void a_text_of_commands_is_what_is_wanted(void **state)
     }
 }
 
+static void only_an_off_that_has_no_answer_is_told(void **state)
+{
+    static const char *const texts[] = {"u", "d", "50p"};
+    (void)state;
+    for (unsigned i = 0; i < 4; i++) {
+        open_session(LUM_WANT_LOOK);
+        if (i < 3) {
+            assert_int_equal(
+                lum_keeper_command(whole, sensor, texts[i], fake.now_ns),
+                LUM_OK);
+        } else {
+            lum_keeper_lend(whole, false, fake.now_ns);
+        }
+        give((lum_sensor_event){.kind = LUM_SENSOR_NO_ANSWER});
+        assert_int_equal(next_news(),
+                         i == 1 ? LUM_NEWS_OFF_UNANSWERED : NOTHING);
+        assert_int_equal(next_news(), NOTHING);
+        lum_keeper_want(whole, LUM_WANT_OFF, fake.now_ns);
+        lum_sensor_give_up(sensor);
+        assert_string_equal(run_for(100 * MS), "d");
+        close_session();
+    }
+}
+
+static void nothing_puts_off_an_off(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        open_session(LUM_WANT_OFF);
+        assert_string_equal(run_for(100 * MS), "d");
+        lum_sensor_give_up(sensor);
+        give_status(LUM_SENSOR_ANSWER, UP);
+        if (i == 0) {
+            assert_int_equal(
+                lum_keeper_command(whole, sensor, "50p", fake.now_ns), LUM_OK);
+        } else {
+            lum_keeper_lend(whole, false, fake.now_ns);
+        }
+        lum_sensor_give_up(sensor);
+        assert_string_equal(run_for(300 * MS), "d");
+        close_session();
+    }
+}
+
 static void a_request_of_its_user_answers_nothing_of_the_keeper(void **state)
 {
     (void)state;
@@ -950,10 +1104,15 @@ static void off_without_an_answer_is_told_once(void **state)
     lum_sensor_give_up(sensor);
     give(none);
     (void)take_news(LUM_NEWS_OFF_UNANSWERED);
+    lum_keeper_want(whole, LUM_WANT_OFF, fake.now_ns);
+    assert_string_equal(run_for(100 * MS), "d");
+    assert_int_equal(next_news(), LUM_NEWS_NO_ANSWER);
+    lum_sensor_give_up(sensor);
+    give(none);
+    (void)take_news(LUM_NEWS_OFF_UNANSWERED);
     lum_keeper_want(whole, LUM_WANT_LOOK, fake.now_ns);
     assert_string_equal(run_for(100 * MS), ".");
     give(none);
-    assert_int_equal(next_news(), LUM_NEWS_NO_ANSWER);
     assert_int_equal(next_news(), NOTHING);
     close_session();
 }
@@ -972,7 +1131,7 @@ static size_t data_packet(uint8_t bytes[64], uint64_t clock_us)
 }
 
 /* Datagrams of a session: kinds is '.' data, 'x' malformed, 't' of a type and
- * 'g' of a tag that are not known, 'a' an answer. */
+ * 'g' of a tag that are not known, 'a' an answer, 'f' no magic. */
 static void give_datagrams(const char *kinds, uint64_t clock_us)
 {
     uint8_t bytes[4][64];
@@ -994,6 +1153,9 @@ static void give_datagrams(const char *kinds, uint64_t clock_us)
         case 'a':
             lum_header_encode(out, LUM_TYPE_TLV);
             break;
+        case 'f':
+            out[0]++;
+            break;
         default:
             break;
         }
@@ -1011,7 +1173,7 @@ static void data_is_found_among_datagrams(void **state)
     (void)state;
     for (size_t i = 0; i < 5; i++) {
         open_session(LUM_WANT_LOOK);
-        give_datagrams("a", 1);
+        give_datagrams("af", 1);
         assert_false(look().has_unknown);
         give_datagrams(unknown[i], 1);
         assert_true(look().has_unknown);
@@ -1019,10 +1181,18 @@ static void data_is_found_among_datagrams(void **state)
         close_session();
     }
     open_session(LUM_WANT_LOOK);
+    fake.now_ns += 3 * SECOND;
+    lum_keeper_serve(whole, sensor, fake.now_ns);
+    assert_true(take_news(LUM_NEWS_NO_ANSWER_YET).ns == 3 * SECOND);
+    assert_standing(LUM_NEWS_NO_ANSWER_YET, NOTHING, NOTHING);
+    const int64_t first_ns = fake.now_ns;
     give_datagrams("a.x", SECOND / 1000);
     assert_true(look().has_data);
     assert_false(look().has_unknown);
-    assert_int_equal(look().first_data_ns, fake.now_ns);
+    fake.now_ns += SECOND / 2;
+    give_datagrams(".", SECOND / 1000);
+    assert_true(look().first_data_ns == first_ns);
+    assert_true(look().data_ns == fake.now_ns);
     fake.now_ns += 4 * SECOND;
     lum_keeper_serve(whole, sensor, fake.now_ns);
     assert_true(take_news(LUM_NEWS_SILENT).ns == 4 * SECOND);
@@ -1035,7 +1205,7 @@ static void data_is_found_among_datagrams(void **state)
     (void)take_news(LUM_NEWS_RESTARTED);
     assert_int_equal(next_news(), NOTHING);
     assert_true(look().data_ns == fake.now_ns);
-    assert_true(look().first_data_ns == fake.now_ns - 5 * SECOND);
+    assert_true(look().first_data_ns == first_ns);
     close_session();
 }
 
@@ -1051,12 +1221,15 @@ static void what_holds_is_shown_by_its_weight(void **state)
     give_status(LUM_SENSOR_ANSWER, OFF);
     assert_standing(LUM_NEWS_LASER_IS_OFF, NOTHING, NOTHING);
     assert_int_equal(darkness(), LUM_NEWS_LASER_IS_OFF);
+    assert_int_equal(lum_keeper_standing(whole, fake.now_ns, one, 1), 1);
+    assert_int_equal(one[0].kind, LUM_NEWS_LASER_IS_OFF);
     give_status(LUM_SENSOR_ANSWER, HOT);
     assert_false(lum_keeper_darkness(whole, &unset));
     assert_standing(LUM_NEWS_LASER_IS_OFF, LUM_NEWS_HAZARD, NOTHING);
     assert_int_equal(darkness(), LUM_NEWS_HAZARD);
     give_link(false);
     assert_standing(LUM_NEWS_LINK_DOWN, LUM_NEWS_LASER_IS_OFF, LUM_NEWS_HAZARD);
+    give((lum_sensor_event){.kind = LUM_SENSOR_IDLE});
     /* no more than there is room for */
     assert_int_equal(lum_keeper_standing(whole, fake.now_ns, one, 1), 1);
     assert_int_equal(one[0].kind, LUM_NEWS_LINK_DOWN);
@@ -1075,6 +1248,7 @@ static void what_holds_is_shown_by_its_weight(void **state)
     give_status(LUM_SENSOR_ANSWER, HOT);
     assert_standing(LUM_NEWS_DATA_STOPPED, NOTHING, NOTHING);
     give((lum_sensor_event){.kind = LUM_SENSOR_NO_ANSWER});
+    assert_true(look().is_unheard);
     lum_keeper_note_data(whole, fake.now_ns);
     assert_standing(LUM_NEWS_UNHEARD, NOTHING, NOTHING);
     close_session();
@@ -1090,6 +1264,8 @@ static void a_laser_that_was_left_is_shown(void **state)
     assert_true(news[0].was_away); /* it is being switched off */
     assert_int_equal(darkness(), NOTHING);
     assert_string_equal(run_for(100 * MS), "d");
+    give_status(LUM_SENSOR_ALERT, OFF); /* is no status of the keeper */
+    assert_int_equal(darkness(), NOTHING);
     give((lum_sensor_event){.kind = LUM_SENSOR_ANSWER});
     (void)take_news(LUM_NEWS_NO_STATUS);
     assert_true(look().is_off_due);
@@ -1103,6 +1279,10 @@ static void a_laser_that_was_left_is_shown(void **state)
     assert_false(news[0].was_away);
     assert_int_equal(darkness(), LUM_NEWS_LASER_LEFT);
     /* one that fell says so as long as it is left */
+    lum_keeper_want(whole, LUM_WANT_OFF, fake.now_ns);
+    give_status(LUM_SENSOR_ANSWER, UP);
+    assert_int_equal(darkness(), NOTHING);
+    give_status(LUM_SENSOR_ANSWER, OFF);
     lum_keeper_want(whole, LUM_WANT_ON, fake.now_ns);
     assert_standing(NOTHING, NOTHING, NOTHING);
     assert_int_equal(darkness(), NOTHING);
@@ -1137,6 +1317,14 @@ static void news_of_the_laser_have_their_numbers(void **state)
     fake.now_ns += 2500 * MS;
     lum_keeper_serve(whole, sensor, fake.now_ns);
     assert_true(take_news(LUM_NEWS_LASER_HELD_UP).ns == 2500 * MS);
+    lum_keeper_want(whole, LUM_WANT_LOOK, fake.now_ns);
+    lum_keeper_lend(whole, true, fake.now_ns);
+    give_status(LUM_SENSOR_ANSWER, UP);
+    (void)take_news(LUM_NEWS_LASER_CAME_UP);
+    (void)take_news(LUM_NEWS_ANSWERS);
+    give_status(LUM_SENSOR_ALERT, HOT);
+    assert_int_equal(take_news(LUM_NEWS_LASER_FELL).status, HOT);
+    assert_int_equal(look().status, UP);
     close_session();
 }
 
@@ -1155,6 +1343,39 @@ static void a_sensor_that_moved_is_told_with_its_address(void **state)
     lum_keeper_end(whole, sensor, 100, 0, NULL);
     assert_int_equal(take_news(LUM_NEWS_ENDED_UNKNOWN).to.address, to.address);
     close_session();
+}
+
+/* Late ones are told from none by the session's count of them. */
+static void answers_that_are_late_are_told(void **state)
+{
+    uint8_t bytes[64];
+    lum_sensor_event event;
+    lum_tlv_writer w;
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        open_session(LUM_WANT_LOOK);
+        assert_string_equal(run_for(100 * MS), ".");
+        const struct fake_sent sent = fake.sent[fake.sent_count - 1u];
+        uint32_t number = 0;
+        lum_tlv_reader reader;
+        assert_int_equal(lum_tlv_open(sent.bytes, sent.len, &number, &reader),
+                         LUM_OK);
+        lum_sensor_give_up(sensor);
+        give((lum_sensor_event){.kind = LUM_SENSOR_NO_ANSWER});
+        assert_int_equal(lum_tlv_begin(&w, bytes, sizeof bytes, number),
+                         LUM_OK);
+        assert_int_equal(lum_tlv_add_u16(&w, 2, UP), LUM_OK);
+        size_t len = w.len;
+        if (i == 0) {
+            len = data_packet(bytes, 1);
+        }
+        fake_arrive(fake.now_ns, sent.to, bytes, len);
+        lum_sensor_receive(sensor, fake.now_ns + 300 * MS, &event);
+        lum_keeper_serve(whole, sensor, fake.now_ns);
+        assert_int_equal(next_news(),
+                         i == 0 ? LUM_NEWS_NO_ANSWER : LUM_NEWS_LATE_ANSWERS);
+        close_session();
+    }
 }
 
 /* A send stops the program for so long that a request is not sent again. */
@@ -1204,34 +1425,81 @@ static void each_end_is_told(void **state)
         bool goes_on;
     } cases[] = {
         {OFF, true, LUM_LASER_OFF_SEEN, LUM_NEWS_ENDED_OFF, false},
+        {OFF | 1, true, LUM_LASER_OFF_SEEN, LUM_NEWS_ENDED_OFF, false},
+        {UP | 1, true, LUM_LASER_OFF_REFUSED, LUM_NEWS_ENDED_IN_EFFECT, true},
         {UP, true, LUM_LASER_OFF_REFUSED, LUM_NEWS_ENDED_ON, true},
         {HOT, true, LUM_LASER_OFF_REFUSED, LUM_NEWS_ENDED_IN_EFFECT, true},
         {0, false, LUM_LASER_OFF_UNSEEN, LUM_NEWS_ENDED_UNSEEN, false}};
     (void)state;
-    for (size_t i = 0; i < 8; i++) {
-        const bool is_last = i < 4;
-        const lum_news_kind kind = !is_last && cases[i % 4u].goes_on
+    for (size_t i = 0; i < 12; i++) {
+        const bool is_last = i < 6;
+        const lum_news_kind kind = !is_last && cases[i % 6u].goes_on
                                        ? LUM_NEWS_OFF_GOES_ON
-                                       : cases[i % 4u].last;
+                                       : cases[i % 6u].last;
         open_session(LUM_WANT_ON);
         assert_int_equal(lum_sensor_request(sensor, NULL, 0), LUM_OK);
-        end_status = cases[i % 4u].status;
-        end_has_status = cases[i % 4u].has_status;
+        end_status = cases[i % 6u].status;
+        end_has_status = cases[i % 6u].has_status;
         fake.on_send = answer_each;
         assert_int_equal(
             lum_keeper_end(whole, sensor, 1000, is_last ? 0 : 7000, NULL),
-            cases[i % 4u].off);
+            cases[i % 6u].off);
         fake.on_send = NULL;
+        /* a status that shows it down is looked at once more */
+        if (lum_laser_is_down(cases[i % 6u].status)) {
+            assert_int_equal(name_request(&fake.sent[0]), 'd');
+            assert_int_equal(name_request(&fake.sent[1]), '.');
+            assert_true(fake.sent[1].ns - fake.sent[0].ns == 300 * MS);
+        }
         const lum_news news = take_news(kind);
-        assert_int_equal(news.status, cases[i % 4u].status);
-        assert_int_equal(news.tries, cases[i % 4u].goes_on);
+        assert_int_equal(news.status, cases[i % 6u].status);
+        assert_int_equal(news.tries, cases[i % 6u].goes_on);
         assert_true(news.ns == (is_last ? 0 : 7 * SECOND));
         assert_true(news.is_owner);
-        assert_int_equal(look().has_status, cases[i % 4u].has_status);
+        assert_int_equal(look().has_status, cases[i % 6u].has_status);
         assert_int_equal(look().laser, LUM_LASER_LEFT);
-        assert_int_equal(look().is_off_due, i % 4u != 0);
+        assert_int_equal(look().is_off_due,
+                         cases[i % 6u].off != LUM_LASER_OFF_SEEN);
         close_session();
     }
+}
+
+/* Only the command itself is answered. */
+static void answer_commands(const struct fake_sent *sent)
+{
+    if (name_request(sent) == 'd') {
+        answer_each(sent);
+    }
+}
+
+static void an_off_that_is_not_seen_twice_begins_again(void **state)
+{
+    (void)state;
+    open_session(LUM_WANT_LOOK);
+    end_status = OFF;
+    end_has_status = true;
+    fake.on_send = answer_commands;
+    const int64_t begin_ns = fake.now_ns;
+    assert_int_equal(lum_sensor_laser_off(sensor, 2320, NULL, NULL),
+                     LUM_LASER_OFF_UNKNOWN);
+    assert_int_equal(name_request(&fake.sent[fake.sent_count - 1u]), '.');
+    size_t last = fake.sent_count;
+    while (name_request(&fake.sent[--last]) != 'd') {
+    }
+    assert_true(fake.sent[last].ns - begin_ns == 2300 * MS);
+    fake.on_send = NULL;
+    close_session();
+}
+
+static void an_off_that_is_not_answered_ends_in_time(void **state)
+{
+    (void)state;
+    open_session(LUM_WANT_LOOK);
+    const int64_t begin_ns = fake.now_ns;
+    assert_int_equal(lum_sensor_laser_off(sensor, 320, NULL, NULL),
+                     LUM_LASER_OFF_UNKNOWN);
+    assert_true(fake.now_ns - begin_ns == 320 * MS);
+    close_session();
 }
 
 static void whoever_wants_no_status_gets_none(void **state)
@@ -1321,6 +1589,14 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(an_end_goes_on_after_a_standstill),
     cmocka_unit_test(whoever_wants_no_status_gets_none),
     cmocka_unit_test(without_a_session_nothing_is_known_of_the_end),
+    cmocka_unit_test(attempts_and_time_of_an_on_are_the_options_s),
+    cmocka_unit_test(bit_0_is_a_hazard_like_others),
+    cmocka_unit_test(another_want_begins_anew),
+    cmocka_unit_test(only_an_off_that_has_no_answer_is_told),
+    cmocka_unit_test(nothing_puts_off_an_off),
+    cmocka_unit_test(answers_that_are_late_are_told),
+    cmocka_unit_test(an_off_that_is_not_seen_twice_begins_again),
+    cmocka_unit_test(an_off_that_is_not_answered_ends_in_time),
 };
 
 int main(void)
