@@ -64,7 +64,7 @@ class Structs(unittest.TestCase):
     STRUCT = re.compile(r"/\*\*((?:[^*]|\*(?!/))*)\*/\s*typedef struct (lum_\w+) \{\s*([^;]*;)")
 
     def structs(self):
-        headers = [path for room in ("base", "capture", "cloud", "frame", "net") for path in (TOP / "include/lum" / room).glob("*.h")]
+        headers = [path for room in ("base", "capture", "cloud", "frame", "live", "net") for path in (TOP / "include/lum" / room).glob("*.h")]
         found = [(path, *match.groups()) for path in sorted(headers) for match in self.STRUCT.finditer(path.read_text())]
         self.assertEqual(len(found), sum(len(re.findall(r"^typedef struct \w+ \{", path.read_text(), re.M)) for path in headers))
         return found
@@ -206,6 +206,64 @@ class Frames(unittest.TestCase):
                      if path.suffix in (".c", ".h", ".cpp", ".hpp") and called.search(rooms.NOISE.sub(" ", path.read_text()))}
             with self.subTest(what):
                 self.assertEqual(found, makers)
+
+
+class Laser(unittest.TestCase):
+    """One room decides to send `u` or `d`: src/live (docs/safety.md). Others hand it what a person wants, and no other call has
+    its letters."""
+
+    # Calls and letters that switch a laser, and where else they may stand.
+    SIGNS = {
+        r"\blum_sensor_laser_off\w*\s*\(": set(),
+        r"\blum_laser_rules_\w+\s*\(": set(),
+        r'(?:send|command|request|tlv)\w*\s*\([^;)]*"[ud]"': set(),
+        # The session; what Python sends has no word for the laser, which it refuses.
+        r"\blum_sensor_command\s*\(": {"src/net/sensor.c", "tools/python/lumsdk/_sensor.py"},
+        # Command TLVs by hand: lumctl's settings, and its texts, which its keeper knows of.
+        r"\blum_tlv_add\s*\([^;]*\bLUM_TLV_COMMAND\b": {"src/net/sensor.c", "tools/lumctl/apply.c", "tools/lumctl/text.c"},
+    }
+    NOISE = re.compile(r'("(?:\\.|[^"\\\n])*")|/\*.*?\*/|//[^\n]*', re.S)
+
+    def files(self):
+        for folder in ("src", "tools"):
+            for path in sorted((TOP / folder).rglob("*")):
+                name = str(path.relative_to(TOP))
+                is_script = path.is_file() and not path.suffix and path.read_bytes()[:2] == b"#!"
+                if is_script or path.suffix in (".c", ".h", ".cpp", ".hpp", ".py"):
+                    if not name.startswith(("src/live/", "src/sim/")):  # the owner, and the sensor itself
+                        yield name, path.read_text()
+
+    def owners(self, files):
+        """(file, sign) of all that would be a second owner."""
+        found = []
+        for name, text in files:
+            is_c = name.endswith((".c", ".h", ".cpp", ".hpp"))
+            code = self.NOISE.sub(lambda m: m[1] or " ", text) if is_c else text.replace("'", '"')
+            found += [(name, sign) for sign, homes in self.SIGNS.items() if name not in homes and re.search(sign, code)]
+        return found
+
+    def test_nothing_else_sends_u_or_d(self):
+        self.assertEqual(self.owners(self.files()), [])
+
+    def test_a_second_owner_is_found(self):
+        for text in ('lum_sensor_command(s, on ? "u" : text)', "lum_sensor_laser_off(s, 9, NULL, NULL)", "lum_laser_rules_next (&r)",
+                     'send(off, "d")', "self._command('u')", 'lum_tlv_add(w, 1,\n    b"u", 1)', "lum_sensor_command(line, text)",
+                     "lum_tlv_add(&w,\n profile.tlv[LUM_TLV_COMMAND], text, 1)"):
+            names = "tools/python/lumsdk/_stream.py", "tools/ros/lumsdk_ros/scripts/lumsdk_node", "tools/lumdump/session.c"
+            for name in names[: 2 if "'" in text else 3]:
+                with self.subTest(f"{name}: {text}"):
+                    self.assertEqual(len({file for file, _ in self.owners([(name, text)])}), 1)
+
+    def test_what_only_reads_is_none(self):
+        for text in ("if (*text == 'u') {", '/* "u" */ lum_keeper_want(k, LUM_WANT_ON, now); // lum_sensor_command(', 'printf("%d", d);'):
+            self.assertEqual(self.owners([("tools/lumctl/laser.c", text)]), [])
+
+    def test_each_home_is_one(self):
+        files = dict(self.files())
+        for sign, homes in self.SIGNS.items():
+            for home in homes:
+                with self.subTest(home):
+                    self.assertRegex(files[home], sign)
 
 
 class Headings(unittest.TestCase):
