@@ -87,9 +87,6 @@ lum_news_kind lum_contact_note_clock(lum_contact *c, const lum_profile *profile,
                                      int64_t utc_ns)
 {
     const lum_reading now = {true, group->clock_raw, now_ns, utc_ns};
-    if (clock_bits(profile) == 0) {
-        return NOTHING;
-    }
     const bool goes_on = !c->clock.is_there || fits(&c->clock, &now, profile);
     const bool is_anew = !goes_on && fits(&c->odd, &now, profile);
     if (!goes_on && !is_anew) {

@@ -615,6 +615,12 @@ static void clocks_of_any_width_are_followed(void **state)
     assert_true(contact.odd.is_there);
     begin();
     field->bytes = 8;
+    field->bits = 62;
+    assert_int_equal(read_at(10, 500), NOTHING);
+    assert_int_equal(read_ticks(11, 501000000u | UINT64_C(1) << 62), NOTHING);
+    assert_false(contact.odd.is_there);
+    begin();
+    field->bytes = 8;
     field->bits = 40;
     assert_int_equal(read_at(10, 500), NOTHING);
     assert_int_equal(read_at(11, 1), NOTHING);
@@ -650,7 +656,7 @@ static void no_answers_are_told_once_by_what_else_comes(void **state)
             (void)lum_contact_note_data(&contact, 3 * SECOND);
             (void)lum_contact_note_data(&contact, 3500 * MS);
             assert_int_equal(lum_contact_tick(&contact, false, i == 2 ? 8 : 7,
-                                              4 * SECOND - 1),
+                                              4500 * MS - 1),
                              i == 2 ? LUM_NEWS_LATE_ANSWERS : LUM_NEWS_UNHEARD);
         }
         assert_int_equal(lum_contact_tick(&contact, false, 9, 4 * SECOND - 1),

@@ -13,6 +13,7 @@
 #include "lum/laser.h"
 #include "lum/live/keeper.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #define MS      INT64_C(1000000)
@@ -788,22 +789,27 @@ static void a_keeper_is_made_of_the_session_s_options(void **state)
 
 static void of_a_full_queue_the_oldest_are_lost(void **state)
 {
+    lum_sensor_event event = {.kind = LUM_SENSOR_LINK};
+    char *text = event.error.text;
     (void)state;
     open_session(LUM_WANT_LOOK);
-    for (unsigned i = 0; i < 3; i++) {
-        give_link(false);
-        assert_int_equal(strlen(take_news(LUM_NEWS_LINK_DOWN).text),
-                         LUM_NEWS_TEXT_BYTES - 1u);
-        for (unsigned n = 0; n < LUM_KEEPER_NEWS - 1u + i * 75u; n++) {
-            give_link(n + 1u >= i);
+    for (unsigned told = 0; told < 220; told += 20) {
+        for (unsigned n = 0; n < told; n++) {
+            (void)snprintf(text, sizeof event.error.text, "%u", n);
+            give(event);
         }
-        give_link(false);
-        for (unsigned n = 0; n < LUM_KEEPER_NEWS - 1u; n++) {
-            assert_string_equal(take_news(LUM_NEWS_LINK_UP).text, "");
+        unsigned n = told > LUM_KEEPER_NEWS ? told - LUM_KEEPER_NEWS : 0;
+        for (; n < told; n++) {
+            (void)snprintf(text, sizeof event.error.text, "%u", n);
+            assert_string_equal(take_news(LUM_NEWS_LINK_DOWN).text, text);
         }
-        (void)take_news(LUM_NEWS_LINK_DOWN);
         assert_int_equal(next_news(), NOTHING);
     }
+    give_link(false);
+    assert_int_equal(strlen(take_news(LUM_NEWS_LINK_DOWN).text),
+                     LUM_NEWS_TEXT_BYTES - 1u);
+    give_link(true);
+    assert_string_equal(take_news(LUM_NEWS_LINK_UP).text, "");
     close_session();
 }
 
@@ -1185,6 +1191,7 @@ static void data_is_found_among_datagrams(void **state)
     lum_keeper_serve(whole, sensor, fake.now_ns);
     assert_true(take_news(LUM_NEWS_NO_ANSWER_YET).ns == 3 * SECOND);
     assert_standing(LUM_NEWS_NO_ANSWER_YET, NOTHING, NOTHING);
+    assert_false(look().has_data);
     const int64_t first_ns = fake.now_ns;
     give_datagrams("a.x", SECOND / 1000);
     assert_true(look().has_data);
@@ -1425,7 +1432,7 @@ static void each_end_is_told(void **state)
         bool goes_on;
     } cases[] = {
         {OFF, true, LUM_LASER_OFF_SEEN, LUM_NEWS_ENDED_OFF, false},
-        {OFF | 1, true, LUM_LASER_OFF_SEEN, LUM_NEWS_ENDED_OFF, false},
+        {1, true, LUM_LASER_OFF_SEEN, LUM_NEWS_ENDED_OFF, false},
         {UP | 1, true, LUM_LASER_OFF_REFUSED, LUM_NEWS_ENDED_IN_EFFECT, true},
         {UP, true, LUM_LASER_OFF_REFUSED, LUM_NEWS_ENDED_ON, true},
         {HOT, true, LUM_LASER_OFF_REFUSED, LUM_NEWS_ENDED_IN_EFFECT, true},
@@ -1502,16 +1509,24 @@ static void an_off_that_is_not_answered_ends_in_time(void **state)
     close_session();
 }
 
-static void whoever_wants_no_status_gets_none(void **state)
+static void an_off_changes_nothing_else_of_the_session(void **state)
 {
+    lum_sensor_event event;
+    lum_error error;
     (void)state;
     open_session(LUM_WANT_LOOK);
     end_status = OFF;
     end_has_status = true;
+    fake.send = LUM_NET_FAILED; /* before it, and not told yet */
+    assert_int_equal(lum_sensor_set_ip(sensor, 0x0a2a0063, &error),
+                     LUM_NET_FAILED);
+    fake.send = LUM_NET_OK;
     fake.on_send = answer_each;
     assert_int_equal(lum_sensor_laser_off(sensor, 1000, NULL, NULL),
                      LUM_LASER_OFF_SEEN);
     fake.on_send = NULL;
+    lum_sensor_receive(sensor, fake.now_ns, &event);
+    assert_int_equal(event.kind, LUM_SENSOR_IDLE);
     close_session();
 }
 
@@ -1587,7 +1602,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_sensor_that_moved_is_told_with_its_address),
     cmocka_unit_test(each_end_is_told),
     cmocka_unit_test(an_end_goes_on_after_a_standstill),
-    cmocka_unit_test(whoever_wants_no_status_gets_none),
+    cmocka_unit_test(an_off_changes_nothing_else_of_the_session),
     cmocka_unit_test(without_a_session_nothing_is_known_of_the_end),
     cmocka_unit_test(attempts_and_time_of_an_on_are_the_options_s),
     cmocka_unit_test(bit_0_is_a_hazard_like_others),
