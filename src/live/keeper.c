@@ -186,20 +186,18 @@ lum_result lum_keeper_command(lum_keeper *keeper, lum_sensor *sensor,
                               const char *text, int64_t now_ns)
 {
     const char last = last_switch(text);
+    const lum_laser_request request = last == 'u'   ? LUM_LASER_ASK_ON
+                                      : last == 'd' ? LUM_LASER_ASK_OFF
+                                                    : LUM_LASER_ASK_OTHER;
     const lum_result result = lum_sensor_command(sensor, text);
-    if (result != LUM_OK) {
-        return result;
-    }
-    if (last != '\0') {
+    if (result == LUM_OK && last != '\0') {
         lum_keeper_want(keeper, last == 'u' ? LUM_WANT_ON : LUM_WANT_OFF,
                         now_ns);
     }
-    lum_laser_rules_sent(&keeper->laser,
-                         last == 'u'   ? LUM_LASER_ASK_ON
-                         : last == 'd' ? LUM_LASER_ASK_OFF
-                                       : LUM_LASER_ASK_OTHER,
-                         now_ns);
-    return LUM_OK;
+    if (result == LUM_OK) {
+        lum_laser_rules_sent(&keeper->laser, request, now_ns);
+    }
+    return result;
 }
 
 void lum_keeper_lend(lum_keeper *keeper, bool is_on, int64_t now_ns)
@@ -252,15 +250,6 @@ static void take_hazards(lum_keeper *k, uint16_t status, int64_t now_ns)
     k->hazards = (uint16_t)hazards;
 }
 
-/* Laser off is sent repeatedly. */
-static void take_no_answer(lum_keeper *k)
-{
-    if (k->laser.request == LUM_LASER_ASK_OFF && !k->told_off) {
-        k->told_off = true;
-        tell(k, make(k, LUM_NEWS_OFF_UNANSWERED, 0));
-    }
-}
-
 /* The first packet tells most often: nearly all that comes is data. */
 static void take_datagrams(lum_keeper *k, const lum_sensor_event *event,
                            int64_t now_ns)
@@ -299,8 +288,11 @@ void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
         if (event->has_status) {
             take_hazards(keeper, event->status, now_ns);
         }
-    } else if (event->kind == LUM_SENSOR_NO_ANSWER) {
-        take_no_answer(keeper);
+    } else if (event->kind == LUM_SENSOR_NO_ANSWER &&
+               keeper->laser.request == LUM_LASER_ASK_OFF &&
+               !keeper->told_off) { /* it is sent repeatedly */
+        keeper->told_off = true;
+        tell(keeper, make(keeper, LUM_NEWS_OFF_UNANSWERED, 0));
     } else if (event->kind == LUM_SENSOR_LINK && !event->is_up) {
         keeper->link = event->error;
     }
@@ -316,14 +308,6 @@ void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
 
 /* --- Sending --- */
 
-static lum_result request_of(lum_sensor *sensor, lum_laser_request request)
-{
-    return request == LUM_LASER_ASK_LOOK
-               ? lum_sensor_request(sensor, NULL, 0)
-               : lum_sensor_command(sensor,
-                                    request == LUM_LASER_ASK_ON ? "u" : "d");
-}
-
 /* Sends what is due, if the session is idle; if it cannot be sent, the next
  * call tries again. Off does not wait, nor does what ends "on": the present
  * request is given up, because it would be repeated. */
@@ -337,7 +321,11 @@ static void ask(lum_keeper *k, lum_sensor *sensor, int64_t now_ns)
                                         k->laser.request == LUM_LASER_ASK_ON)) {
         lum_sensor_give_up(sensor);
     }
-    if (request_of(sensor, request) == LUM_OK) {
+    const char *text = request == LUM_LASER_ASK_ON ? "u" : "d";
+    const lum_result result = request == LUM_LASER_ASK_LOOK
+                                  ? lum_sensor_request(sensor, NULL, 0)
+                                  : lum_sensor_command(sensor, text);
+    if (result == LUM_OK) {
         lum_laser_rules_sent(&k->laser, request, now_ns);
     }
 }

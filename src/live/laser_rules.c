@@ -52,9 +52,7 @@ static lum_news_kind fall(lum_laser_rules *rules, uint16_t status,
     rules->state = LUM_LASER_LEFT;
     rules->fell = status;
     rules->off_due = may_come_up(status);
-    if (rules->off_due) {
-        rules->next_ns = now_ns;
-    }
+    rules->next_ns = rules->off_due ? now_ns : rules->next_ns;
     return why;
 }
 
@@ -100,9 +98,7 @@ static void judge_off(lum_laser_rules *rules, bool has_status, int64_t now_ns)
 {
     rules->off_unseen = !has_status;
     rules->off_due = has_status && is_on_in_effect(rules->status);
-    if (rules->off_due) {
-        rules->next_ns = now_ns + AGAIN_NS;
-    }
+    rules->next_ns = rules->off_due ? now_ns + AGAIN_NS : rules->next_ns;
 }
 
 static lum_news_kind judge_status(lum_laser_rules *rules, int64_t now_ns)

@@ -246,6 +246,27 @@ static void ways_to_a_sensor_are_named(void **state)
     check_has(&news, CTL " laser on");
 }
 
+static void commands_name_an_interface_as_a_shell_takes_it(void **state)
+{
+    static const struct {
+        const char *name;
+        const char *text;
+    } cases[] = {
+        {NULL, "lumctl --host 10.42.0.37"},
+        {"", "lumctl --host 10.42.0.37"},
+        {"eth0", CTL},
+        {"Ethernet 2", "lumctl --host 10.42.0.37 --interface \"Ethernet 2\""}};
+    const lum_endpoint sensor = {0x0a2a0025, 5517};
+    char text[LUM_ERROR_BYTES];
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        assert_ptr_equal(lum_news_ctl(sensor, cases[i].name, text, sizeof text),
+                         text);
+        assert_string_equal(text, cases[i].text);
+    }
+    assert_string_equal(lum_news_ctl(sensor, NULL, text, 7), "lumctl");
+}
+
 static void a_long_interface_is_cut(void **state)
 {
     char name[400];
@@ -495,7 +516,10 @@ static void a_clock_that_begins_anew_is_a_restart(void **state)
     assert_int_equal(read_at(10, 500), NOTHING);
     assert_int_equal(read_at(11, 501), NOTHING);
     assert_int_equal(read_at(15, 1), NOTHING);
+    assert_false(lum_contact_was_away(&contact, 16 * SECOND));
     assert_int_equal(read_at(16, 2), LUM_NEWS_RESTARTED);
+    assert_true(lum_contact_was_away(&contact, 21 * SECOND - 1));
+    assert_false(lum_contact_was_away(&contact, 21 * SECOND));
     assert_int_equal(read_at(17, 3), NOTHING);
     assert_int_equal(read_at(18, 504), NOTHING);
     assert_int_equal(read_at(19, 5), NOTHING);
@@ -703,6 +727,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(what_is_no_kind_has_no_text),
     cmocka_unit_test(those_of_a_laser_that_is_down_are_dark),
     cmocka_unit_test(ways_to_a_sensor_are_named),
+    cmocka_unit_test(commands_name_an_interface_as_a_shell_takes_it),
     cmocka_unit_test(a_long_interface_is_cut),
     cmocka_unit_test(bits_are_named),
     cmocka_unit_test(where_the_laser_stands_is_named),
