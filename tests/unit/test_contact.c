@@ -517,10 +517,15 @@ static void a_clock_that_begins_anew_is_a_restart(void **state)
     assert_int_equal(read_at(11, 501), NOTHING);
     assert_int_equal(read_at(15, 1), NOTHING);
     assert_false(lum_contact_was_away(&contact, 16 * SECOND));
-    assert_int_equal(read_at(16, 2), LUM_NEWS_RESTARTED);
+    assert_int_equal(read_clock(16, 99, 2), LUM_NEWS_RESTARTED);
     assert_true(lum_contact_was_away(&contact, 21 * SECOND - 1));
     assert_false(lum_contact_was_away(&contact, 21 * SECOND));
+    contact.began_ns = 1;
+    contact.first_data_ns = 2;
+    contact.data_ns = 3;
+    contact.heard_ns = 4;
     assert_int_equal(read_at(17, 3), NOTHING);
+    assert_true(contact.away_ns == 16 * SECOND);
     assert_int_equal(read_at(18, 504), NOTHING);
     assert_int_equal(read_at(19, 5), NOTHING);
 }
