@@ -247,7 +247,7 @@ static void take_hazards(lum_keeper *k, uint16_t status, int64_t now_ns)
     const unsigned hazards =
         begins || !k->laser.is_owned ? lum_laser_rules_hazards(status) : known;
     tell(k, make_hazard(k, hazards & ~(unsigned)k->hazards));
-    k->hazards = (uint16_t)hazards;
+    k->hazards = (uint16_t)(hazards | (k->hazards & known));
 }
 
 /* The first packet tells most often: nearly all that comes is data. */

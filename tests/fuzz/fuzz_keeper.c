@@ -106,7 +106,9 @@ static struct model {
     unsigned hazards;
     unsigned texts;
     int64_t data_ns;
-    int64_t heard_ns; /* 0: never */
+    int64_t heard_ns;   /* 0: never */
+    int64_t passed_ns;  /* a call that time passes with */
+    int64_t listens_ns; /* since then, without a pause */
 } model;
 
 static bool is_in_effect(unsigned status)
@@ -255,6 +257,21 @@ static void model_sent(char request)
     }
 }
 
+/* What the program did not listen to is no silence. */
+static void model_pass(void)
+{
+    if (run.now_ns - model.passed_ns >= 2 * SECOND) {
+        model.listens_ns = run.now_ns;
+    }
+    model.passed_ns = run.now_ns;
+}
+
+static bool is_silent(int64_t since_ns)
+{
+    return run.now_ns - since_ns >= SILENCE &&
+           run.now_ns - model.listens_ns >= SILENCE;
+}
+
 /* What is to be sent in a call that passes the time; 0: nothing. */
 static char model_next(void)
 {
@@ -374,7 +391,7 @@ static void check_contact(const lum_news *news)
     REQUIRE(kind >= LUM_NEWS_LASER_UP && kind < LUM_NEWS_END);
     if (kind == LUM_NEWS_SILENT || kind == LUM_NEWS_DATA_STOPPED) {
         REQUIRE(model.has_data && !model.is_moved && !model.is_quiet);
-        REQUIRE(run.now_ns - model.data_ns >= SILENCE);
+        REQUIRE(is_silent(model.data_ns));
         REQUIRE((kind == LUM_NEWS_DATA_STOPPED) ==
                 (model.heard_ns != 0 && !model.is_unheard &&
                  run.now_ns - model.heard_ns < 2 * SECOND));
@@ -403,7 +420,7 @@ static void check_contact(const lum_news *news)
     } else if (kind >= LUM_NEWS_NO_ANSWER_YET &&
                kind <= LUM_NEWS_UNKNOWN_LAYOUT) {
         REQUIRE(run.owns && !model.has_data && !model.told_waiting);
-        REQUIRE(run.now_ns - SECOND >= SILENCE);
+        REQUIRE(is_silent(0));
         model.told_waiting = true;
     } else if (kind == LUM_NEWS_TEXT) {
         REQUIRE(++model.texts <= LUM_KEEPER_TEXTS);
@@ -501,6 +518,7 @@ static void pass(int64_t ns)
         fall(LUM_NEWS_LASER_HELD_UP, 0, true);
     }
     model.is_moved = run.session.is_moved;
+    model_pass();
     const char next = model_next();
     run.asked = 0;
     lum_keeper_serve(run.keeper, &run.session, run.now_ns);
@@ -514,11 +532,12 @@ static void pass(int64_t ns)
     const unsigned told = drain(LUM_NEWS_MOVED);
     REQUIRE(told == moves);
     REQUIRE(model.is_quiet || model.is_moved || !model.has_data ||
-            run.now_ns - model.data_ns < SILENCE);
+            !is_silent(model.data_ns));
 }
 
 static void take(const lum_sensor_event *event)
 {
+    model_pass();
     lum_keeper_take(run.keeper, event, run.now_ns);
 }
 
@@ -557,9 +576,7 @@ static void answer(uint8_t how)
     model.told_off = false;
     model.told_blind = !has_status;
     model_answer(request, has_status, status);
-    if (has_status) { /* without an owner no heartbeats are no hazard */
-        model.hazards &= status & (model.is_owned ? 0xffffu : heat(status));
-    }
+    model.hazards &= has_status ? status : UINT16_MAX;
     take(&event);
     const unsigned told = drain(LUM_NEWS_NO_STATUS);
     REQUIRE(told == (is_blind && !is_judged));
@@ -793,6 +810,8 @@ static uint64_t play(const uint8_t *data, size_t size)
     model.most = options.attempts;
     options.interface_name = (how & 8u) != 0 ? "eth0" : NULL;
     model.is_owned = options.owns;
+    model.passed_ns = run.now_ns;
+    model.listens_ns = run.now_ns;
     model_want(options.laser);
     REQUIRE(lum_keeper_new(&options, run.now_ns, &run.keeper, &error) == 0);
     while (run.left > 0) {

@@ -143,7 +143,7 @@ static lum_news news_of(lum_news_kind kind)
                       .tlv_status = 2,
                       .tries = 4,
                       .is_owner = true,
-                      .ns = 3250 * MS,
+                      .ns = kind == LUM_NEWS_LASER_FELL ? 0 : 3250 * MS,
                       .text = "a text"};
 }
 
@@ -300,6 +300,9 @@ static void bits_are_named(void **state)
     news.was_away = true;
     check_has(&news, "(TLV_CMD_OFF: the sensor was restarted, or got no "
                      "heartbeat for 3 s);");
+    news.ns = 3 * SECOND;
+    check_has(&news, "(TLV_CMD_OFF: this program sent no heartbeats for 3 s);");
+    news.ns = 0;
     news.status = ON | BAD;
     check_has(&news, "(HW_SAFETY_BAD);");
     news.kind = LUM_NEWS_ENDED_ON;

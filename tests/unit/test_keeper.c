@@ -4,7 +4,6 @@
 #include <stdint.h>
 
 #include <cmocka.h>
-#include <string.h>
 
 #include "fake_net.h"
 #include "live/contact.h"
@@ -698,6 +697,15 @@ static void give_status(lum_sensor_event_kind kind, uint16_t status)
         (lum_sensor_event){.kind = kind, .has_status = true, .status = status});
 }
 
+/* Time passes, and the program goes on. */
+static void wait_for(int64_t ns)
+{
+    for (const int64_t end_ns = fake.now_ns + ns; fake.now_ns < end_ns;) {
+        fake.now_ns += SECOND / 2;
+        give((lum_sensor_event){.kind = LUM_SENSOR_IDLE});
+    }
+}
+
 static void give_link(bool is_up)
 {
     lum_sensor_event event = {
@@ -875,6 +883,9 @@ static void a_hazard_is_told_when_it_begins(void **state)
     fake.now_ns++;
     give_status(LUM_SENSOR_ANSWER, HOT | cold);
     assert_int_equal(take_news(LUM_NEWS_HAZARD).status, cold);
+    fake.now_ns += 2 * SECOND; /* a pause; the sensor begins anew */
+    give_status(LUM_SENSOR_ANSWER, HOT | cold);
+    fake.now_ns += SECOND;
     give_status(LUM_SENSOR_ANSWER, HOT | cold);
     give_status(LUM_SENSOR_ANSWER, OFF | cold);
     assert_int_equal(next_news(), NOTHING);
@@ -900,7 +911,8 @@ static void without_an_owner_no_heartbeats_are_no_hazard(void **state)
     for (unsigned i = 0; i < 3; i++) {
         options.owns = i == 2;
         assert_int_equal(lum_keeper_new(&options, SECOND, &whole, &error), 0);
-        fake.now_ns = 9 * SECOND;
+        fake.now_ns = SECOND;
+        wait_for(8 * SECOND);
         lum_keeper_note_owner(whole, i == 1);
         give_status(LUM_SENSOR_ANSWER, REFUSED);
         assert_int_equal(next_news(), i == 0 ? NOTHING : LUM_NEWS_HAZARD);
@@ -1173,6 +1185,11 @@ static void give_datagrams(const char *kinds, uint64_t clock_us)
                             .datagram_count = count});
 }
 
+static void give_data(void)
+{
+    give_datagrams(".", (uint64_t)fake.now_ns / 1000u);
+}
+
 static void data_is_found_among_datagrams(void **state)
 {
     static const char *const unknown[] = {"x", "t", "g", "ax", "at"};
@@ -1187,7 +1204,7 @@ static void data_is_found_among_datagrams(void **state)
         close_session();
     }
     open_session(LUM_WANT_LOOK);
-    fake.now_ns += 3 * SECOND;
+    wait_for(3 * SECOND);
     lum_keeper_serve(whole, sensor, fake.now_ns);
     assert_true(take_news(LUM_NEWS_NO_ANSWER_YET).ns == 3 * SECOND);
     assert_standing(LUM_NEWS_NO_ANSWER_YET, NOTHING, NOTHING);
@@ -1200,7 +1217,7 @@ static void data_is_found_among_datagrams(void **state)
     give_datagrams(".", SECOND / 1000);
     assert_true(look().first_data_ns == first_ns);
     assert_true(look().data_ns == fake.now_ns);
-    fake.now_ns += 4 * SECOND;
+    wait_for(4 * SECOND);
     lum_keeper_serve(whole, sensor, fake.now_ns);
     assert_true(take_news(LUM_NEWS_SILENT).ns == 4 * SECOND);
     assert_true(look().is_silent);
@@ -1249,14 +1266,14 @@ static void what_holds_is_shown_by_its_weight(void **state)
     assert_int_equal(darkness(), NOTHING);
     give_status(LUM_SENSOR_ANSWER, HOT);
     /* without data for a while no more than that */
-    lum_keeper_note_data(whole, fake.now_ns);
-    fake.now_ns += 3 * SECOND;
+    give_data();
+    wait_for(3 * SECOND);
     assert_standing(LUM_NEWS_SILENT, NOTHING, NOTHING);
     give_status(LUM_SENSOR_ANSWER, HOT);
     assert_standing(LUM_NEWS_DATA_STOPPED, NOTHING, NOTHING);
     give((lum_sensor_event){.kind = LUM_SENSOR_NO_ANSWER});
     assert_true(look().is_unheard);
-    lum_keeper_note_data(whole, fake.now_ns);
+    give_data();
     assert_standing(LUM_NEWS_UNHEARD, NOTHING, NOTHING);
     close_session();
 }
@@ -1297,11 +1314,11 @@ static void a_laser_that_was_left_is_shown(void **state)
     assert_string_equal(run_for(100 * MS), "u");
     give_status(LUM_SENSOR_ANSWER, UP);
     assert_int_equal(take_news(LUM_NEWS_LASER_UP).status, UP);
-    lum_keeper_note_data(whole, fake.now_ns);
+    give_data();
     fake.now_ns += SECOND;
     give_status(LUM_SENSOR_ANSWER, OFF);
     assert_true(take_news(LUM_NEWS_LASER_FELL).was_away);
-    lum_keeper_note_data(whole, fake.now_ns);
+    give_data();
     assert_standing(LUM_NEWS_LASER_FELL, NOTHING, NOTHING);
     (void)lum_keeper_standing(whole, fake.now_ns, news, 2);
     assert_int_equal(news[0].status, OFF);
