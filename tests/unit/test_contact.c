@@ -399,6 +399,18 @@ static void data_that_stops_is_told_once_and_again_when_it_is_back(void **state)
     assert_int_equal(contact.data_ns, 10 * SECOND);
 }
 
+static void what_a_program_does_not_listen_to_is_no_silence(void **state)
+{
+    (void)state;
+    begin();
+    (void)lum_contact_note_data(&contact, 2 * SECOND);
+    lum_contact_pass(&contact, 2500 * MS);
+    lum_contact_pass(&contact, 5 * SECOND);
+    assert_true(contact.pause_ns == 2500 * MS);
+    assert_int_equal(pass(8 * SECOND - 1), NOTHING);
+    assert_int_equal(pass(8 * SECOND), LUM_NEWS_SILENT);
+}
+
 static void whose_answers_go_on_has_lost_its_client(void **state)
 {
     (void)state;
@@ -741,6 +753,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(where_the_laser_stands_is_named),
     cmocka_unit_test(seconds_are_rounded),
     cmocka_unit_test(data_that_stops_is_told_once_and_again_when_it_is_back),
+    cmocka_unit_test(what_a_program_does_not_listen_to_is_no_silence),
     cmocka_unit_test(whose_answers_go_on_has_lost_its_client),
     cmocka_unit_test(a_pause_explains_what_is_seen_for_a_while),
     cmocka_unit_test(a_sensor_that_moves_is_not_silent),

@@ -998,6 +998,45 @@ static void another_want_begins_anew(void **state)
     assert_false(keeper.off_unseen);
 }
 
+static void only_a_pause_of_an_owner_explains_a_fall_for_a_while(void **state)
+{
+    static const struct {
+        bool owns;
+        int64_t after_ns;
+        int64_t expected_ns;
+    } cases[] = {{true, 2 * SECOND - 1, 3 * SECOND},
+                 {true, 2 * SECOND, 0},
+                 {false, SECOND, 0}};
+    lum_error error;
+    lum_sensor_options session;
+    lum_keeper_options options;
+    (void)state;
+    fake_reset();
+    fake.now_ns = 10 * SECOND;
+    lum_sensor_options_default(&session);
+    lum_keeper_options_default(&options, &session);
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        lum_news news = {.struct_size = sizeof news};
+        options.owns = cases[i].owns;
+        assert_int_equal(lum_keeper_new(&options, fake.now_ns, &whole, &error),
+                         0);
+        wait_for(SECOND);
+        lum_keeper_lend(whole, true, fake.now_ns);
+        give_status(LUM_SENSOR_ANSWER, UP);
+        (void)take_news(LUM_NEWS_LASER_CAME_UP);
+        assert_int_equal(lum_keeper_standing(whole, fake.now_ns, &news, 1), 0);
+        wait_for(SECOND / 2);
+        fake.now_ns += 3 * SECOND;
+        give((lum_sensor_event){.kind = LUM_SENSOR_IDLE});
+        wait_for(SECOND / 2);
+        give_status(LUM_SENSOR_ANSWER, UP);
+        fake.now_ns += cases[i].after_ns - SECOND / 2;
+        give_status(LUM_SENSOR_ANSWER, OFF);
+        assert_true(take_news(LUM_NEWS_LASER_FELL).ns == cases[i].expected_ns);
+        lum_keeper_free(whole);
+    }
+}
+
 /* Refused for want of heartbeats, at one attempt. */
 static void without_an_owner_on_is_given_up_at_once(void **state)
 {
@@ -1154,11 +1193,12 @@ static void give_datagrams(const char *kinds, uint64_t clock_us)
 {
     uint8_t bytes[4][64];
     lum_received datagrams[4];
-    size_t count = 0;
-    for (; kinds[count] != '\0'; count++) {
-        uint8_t *out = bytes[count];
+    const size_t count = strlen(kinds);
+    lum_received *first = datagrams + 4 - count; /* nothing is behind them */
+    for (size_t i = 0; i < count; i++) {
+        uint8_t *out = bytes[i];
         size_t len = data_packet(out, clock_us);
-        switch (kinds[count]) {
+        switch (kinds[i]) {
         case 'x':
             len--;
             break;
@@ -1177,11 +1217,11 @@ static void give_datagrams(const char *kinds, uint64_t clock_us)
         default:
             break;
         }
-        datagrams[count] =
+        first[i] =
             (lum_received){.bytes = out, .len = len, .utc_ns = fake.now_ns};
     }
     give((lum_sensor_event){.kind = LUM_SENSOR_DATAGRAMS,
-                            .datagrams = datagrams,
+                            .datagrams = first,
                             .datagram_count = count});
 }
 
@@ -1220,6 +1260,7 @@ static void data_is_found_among_datagrams(void **state)
     wait_for(4 * SECOND);
     lum_keeper_serve(whole, sensor, fake.now_ns);
     assert_true(take_news(LUM_NEWS_SILENT).ns == 4 * SECOND);
+    assert_true(look().data_ns == first_ns + SECOND / 2);
     assert_true(look().is_silent);
     give_datagrams(".", 0);
     assert_true(take_news(LUM_NEWS_BACK).ns == 4 * SECOND);
@@ -1629,6 +1670,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(answers_that_are_late_are_told),
     cmocka_unit_test(an_off_that_is_not_seen_twice_begins_again),
     cmocka_unit_test(an_off_that_is_not_answered_ends_in_time),
+    cmocka_unit_test(only_a_pause_of_an_owner_explains_a_fall_for_a_while),
 };
 
 int main(void)
