@@ -26,7 +26,7 @@ ARROWS = {
     "config": ["host", "base", "core"],
     "sim": ["host", "points", "core"],
 }
-TOOLS = ["common", "lumctl", "lumdump", "lumros2", "lumsim", "lumtable", "lumview", "ros", "wireshark"]
+TOOLS = ["common", "lumctl", "lumdump", "lumros2", "lumsim", "lumtable", "lumview", "wireshark"]
 # Words of the compiler and the version: they belong to nobody.
 EVERYBODY = {"lum/result.h", "lum/version.h"}
 # Headers of third parties, and who may need them.
