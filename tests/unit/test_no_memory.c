@@ -1,6 +1,6 @@
 #define _POSIX_C_SOURCE 200809L
-/* Each allocation of a framer and a keeper fails once; built with malloc() and calloc()
- * wrapped. */
+/* Each allocation of a framer and a keeper fails once; built with malloc() and
+ * calloc() wrapped. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
