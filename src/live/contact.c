@@ -23,7 +23,8 @@
 
 void lum_contact_begin(lum_contact *c, int64_t now_ns)
 {
-    *c = (lum_contact){.began_ns = now_ns, .passed_ns = now_ns};
+    *c = (lum_contact){
+        .began_ns = now_ns, .passed_ns = now_ns, .data_ns = now_ns};
 }
 
 void lum_contact_pass(lum_contact *c, int64_t now_ns)

@@ -25,11 +25,11 @@ typedef struct lum_contact {
     int64_t passed_ns;
     bool has_data;
     bool has_unknown;      /* packets of another layout, before any data */
-    int64_t first_data_ns; /* when data came first, and last */
-    int64_t data_ns;
-    int64_t away_ns;     /* when data came again after a pause; 0: no pause */
-    lum_news_kind quiet; /* that data has stopped was told; 0: it has not */
-    bool told_waiting;   /* that none has come was told */
+    int64_t first_data_ns; /* when data came first */
+    int64_t data_ns;       /* and last; the beginning: none has come */
+    int64_t away_ns;       /* when data came again after a pause; 0: no pause */
+    lum_news_kind quiet;   /* that data has stopped was told; 0: it has not */
+    bool told_waiting;     /* that none has come was told */
 
     bool has_answered;
     int64_t heard_ns; /* the last answer; 0: never */

@@ -17,9 +17,6 @@
  */
 #define BEGINNING_NS (1000 * NS_PER_MS)
 
-/* What else may be news of one event. */
-#define SPARE_NEWS 8u
-
 struct lum_keeper {
     lum_endpoint sensor;
     const char *interface_name; /* behind it, or NULL */
@@ -173,26 +170,18 @@ void lum_keeper_note_owner(lum_keeper *keeper, bool is_owned)
 }
 
 /* The last of a text decides. */
-static char last_switch(const char *text)
-{
-    char last = '\0';
-    for (; *text != '\0'; text++) {
-        last = *text == 'u' || *text == 'd' ? *text : last;
-    }
-    return last;
-}
-
 lum_result lum_keeper_command(lum_keeper *keeper, lum_sensor *sensor,
                               const char *text, int64_t now_ns)
 {
-    const char last = last_switch(text);
-    const lum_laser_request request = last == 'u'   ? LUM_LASER_ASK_ON
-                                      : last == 'd' ? LUM_LASER_ASK_OFF
+    const char *on = strrchr(text, 'u');
+    const char *off = strrchr(text, 'd');
+    const bool is_on = on != NULL && (off == NULL || on > off);
+    const lum_laser_request request = is_on         ? LUM_LASER_ASK_ON
+                                      : off != NULL ? LUM_LASER_ASK_OFF
                                                     : LUM_LASER_ASK_OTHER;
     const lum_result result = lum_sensor_command(sensor, text);
-    if (result == LUM_OK && last != '\0') {
-        lum_keeper_want(keeper, last == 'u' ? LUM_WANT_ON : LUM_WANT_OFF,
-                        now_ns);
+    if (result == LUM_OK && request != LUM_LASER_ASK_OTHER) {
+        lum_keeper_want(keeper, is_on ? LUM_WANT_ON : LUM_WANT_OFF, now_ns);
     }
     if (result == LUM_OK) {
         lum_laser_rules_sent(&keeper->laser, request, now_ns);
@@ -200,11 +189,8 @@ lum_result lum_keeper_command(lum_keeper *keeper, lum_sensor *sensor,
     return result;
 }
 
-void lum_keeper_lend(lum_keeper *keeper, bool is_on, int64_t now_ns)
+void lum_keeper_lend(lum_keeper *keeper, int64_t now_ns)
 {
-    if (is_on) {
-        lum_keeper_want(keeper, LUM_WANT_GUARD, now_ns);
-    }
     lum_laser_rules_sent(&keeper->laser, LUM_LASER_ASK_OTHER, now_ns);
 }
 
@@ -226,12 +212,12 @@ static void tell_text(lum_keeper *k, const lum_tlv *tlv)
     tell(k, news);
 }
 
+/* Half of the room stays for other news. */
 static void take_texts(lum_keeper *k, lum_tlv_reader tlvs)
 {
     const uint16_t debug = k->layout.profile.tlv[LUM_TLV_DEBUG];
     lum_tlv tlv;
-    while (k->texts < LUM_KEEPER_TEXTS &&
-           k->count + SPARE_NEWS < LUM_KEEPER_NEWS &&
+    while (k->texts < LUM_KEEPER_TEXTS && k->count < LUM_KEEPER_NEWS / 2u &&
            lum_tlv_next(&tlvs, &tlv) == LUM_OK) {
         if (tlv.type == debug) {
             tell_text(k, &tlv);
@@ -330,13 +316,6 @@ static void ask(lum_keeper *k, lum_sensor *sensor, int64_t now_ns)
     }
 }
 
-/* Since data came last, or since the beginning. */
-static int64_t quiet_ns(const lum_keeper *k, int64_t now_ns)
-{
-    const lum_contact *c = &k->contact;
-    return now_ns - (c->has_data ? c->data_ns : c->began_ns);
-}
-
 void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns)
 {
     lum_contact *contact = &keeper->contact;
@@ -350,7 +329,7 @@ void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns)
     tell(keeper, make(keeper, moved, 0));
     const lum_news_kind kind = lum_contact_tick(
         contact, keeper->is_owner, counters.answers_dropped, now_ns);
-    tell(keeper, make(keeper, kind, quiet_ns(keeper, now_ns)));
+    tell(keeper, make(keeper, kind, now_ns - keeper->contact.data_ns));
     ask(keeper, sensor, now_ns);
 }
 
@@ -378,7 +357,7 @@ size_t lum_keeper_standing(const lum_keeper *keeper, int64_t now_ns,
     const size_t size = out->struct_size;
     const lum_laser_rules *laser = &keeper->laser;
     const lum_news_kind kind = lum_contact_standing(&keeper->contact, now_ns);
-    lum_news all[3] = {make(keeper, kind, quiet_ns(keeper, now_ns))};
+    lum_news all[3] = {make(keeper, kind, now_ns - keeper->contact.data_ns)};
     size_t count = 0;
     if (keeper->contact.is_unheard) { /* no more than that is known */
         const bool is_due = laser->off_due || laser->off_unseen;

@@ -171,15 +171,11 @@ lum_news_kind lum_laser_rules_take(lum_laser_rules *rules,
                                    const lum_sensor_event *event,
                                    int64_t now_ns)
 {
-    if (event->kind == LUM_SENSOR_ANSWER) {
-        return take_answer(rules, event, now_ns);
-    }
-    if (event->kind == LUM_SENSOR_ALERT) {
-        return take_alert(rules, event, now_ns);
-    }
-    return event->kind == LUM_SENSOR_NO_ANSWER
-               ? take_no_answer(rules, event, now_ns)
-               : NOTHING;
+    const lum_sensor_event_kind kind = event->kind;
+    return kind == LUM_SENSOR_ANSWER      ? take_answer(rules, event, now_ns)
+           : kind == LUM_SENSOR_ALERT     ? take_alert(rules, event, now_ns)
+           : kind == LUM_SENSOR_NO_ANSWER ? take_no_answer(rules, event, now_ns)
+                                          : NOTHING;
 }
 
 lum_news_kind lum_laser_rules_tick(lum_laser_rules *rules, int64_t now_ns)

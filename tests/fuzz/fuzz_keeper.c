@@ -687,7 +687,10 @@ static void lend(uint8_t how)
     const bool is_on = how % 4u == 0;
     run.session.is_waiting = true;
     run.session.request = OTHER;
-    lum_keeper_lend(run.keeper, is_on, run.now_ns);
+    if (is_on) {
+        lum_keeper_want(run.keeper, LUM_WANT_GUARD, run.now_ns);
+    }
+    lum_keeper_lend(run.keeper, run.now_ns);
     if (is_on) {
         model_want(LUM_WANT_GUARD);
     }

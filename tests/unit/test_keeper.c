@@ -851,7 +851,7 @@ static void texts_leave_room_for_other_news(void **state)
 {
     (void)state;
     open_session(LUM_WANT_LOOK);
-    for (unsigned i = 0; i < 54; i++) {
+    for (unsigned i = 0; i < 30; i++) {
         give_link(true);
     }
     begin_tlvs();
@@ -859,7 +859,7 @@ static void texts_leave_room_for_other_news(void **state)
     assert_int_equal(lum_tlv_add(&tlvs, 3, "two", 3), LUM_OK);
     assert_int_equal(lum_tlv_add(&tlvs, 3, "three", 5), LUM_OK);
     give((lum_sensor_event){.kind = LUM_SENSOR_ALERT});
-    for (unsigned i = 0; i < 54; i++) {
+    for (unsigned i = 0; i < 30; i++) {
         (void)take_news(LUM_NEWS_LINK_UP);
     }
     assert_string_equal(take_news(LUM_NEWS_TEXT).text, "one");
@@ -1021,7 +1021,8 @@ static void only_a_pause_of_an_owner_explains_a_fall_for_a_while(void **state)
         assert_int_equal(lum_keeper_new(&options, fake.now_ns, &whole, &error),
                          0);
         wait_for(SECOND);
-        lum_keeper_lend(whole, true, fake.now_ns);
+        lum_keeper_want(whole, LUM_WANT_GUARD, fake.now_ns);
+        lum_keeper_lend(whole, fake.now_ns);
         give_status(LUM_SENSOR_ANSWER, UP);
         (void)take_news(LUM_NEWS_LASER_CAME_UP);
         assert_int_equal(lum_keeper_standing(whole, fake.now_ns, &news, 1), 0);
@@ -1095,7 +1096,7 @@ static void only_an_off_that_has_no_answer_is_told(void **state)
                 lum_keeper_command(whole, sensor, texts[i], fake.now_ns),
                 LUM_OK);
         } else {
-            lum_keeper_lend(whole, false, fake.now_ns);
+            lum_keeper_lend(whole, fake.now_ns);
         }
         give((lum_sensor_event){.kind = LUM_SENSOR_NO_ANSWER});
         assert_int_equal(next_news(),
@@ -1120,7 +1121,7 @@ static void nothing_puts_off_an_off(void **state)
             assert_int_equal(
                 lum_keeper_command(whole, sensor, "50p", fake.now_ns), LUM_OK);
         } else {
-            lum_keeper_lend(whole, false, fake.now_ns);
+            lum_keeper_lend(whole, fake.now_ns);
         }
         lum_sensor_give_up(sensor);
         assert_string_equal(run_for(300 * MS), "d");
@@ -1135,7 +1136,10 @@ static void a_request_of_its_user_answers_nothing_of_the_keeper(void **state)
         open_session(LUM_WANT_ON);
         assert_string_equal(run_for(100 * MS), "u");
         lum_sensor_give_up(sensor);
-        lum_keeper_lend(whole, i == 1, fake.now_ns);
+        if (i == 1) {
+            lum_keeper_want(whole, LUM_WANT_GUARD, fake.now_ns);
+        }
+        lum_keeper_lend(whole, fake.now_ns);
         give_status(LUM_SENSOR_ANSWER, UP);
         assert_int_equal(next_news(),
                          i == 1 ? LUM_NEWS_LASER_CAME_UP : NOTHING);
@@ -1383,7 +1387,8 @@ static void news_of_the_laser_have_their_numbers(void **state)
     lum_keeper_serve(whole, sensor, fake.now_ns);
     assert_true(take_news(LUM_NEWS_LASER_HELD_UP).ns == 2500 * MS);
     lum_keeper_want(whole, LUM_WANT_LOOK, fake.now_ns);
-    lum_keeper_lend(whole, true, fake.now_ns);
+    lum_keeper_want(whole, LUM_WANT_GUARD, fake.now_ns);
+    lum_keeper_lend(whole, fake.now_ns);
     give_status(LUM_SENSOR_ANSWER, UP);
     (void)take_news(LUM_NEWS_LASER_CAME_UP);
     (void)take_news(LUM_NEWS_ANSWERS);

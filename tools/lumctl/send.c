@@ -1,10 +1,16 @@
 #include "../common/number.h"
 #include "laser.h"
+#include "report.h"
+#include "session.h"
 #include "text.h"
+
+#include "lum/command.h"
 
 #include <ctype.h>
 #include <stdio.h>
 #include <string.h>
+
+/* --- Texts of commands --- */
 
 enum exit_status ctl_command_text(struct ctl *ctl, const char *text)
 {
@@ -90,6 +96,105 @@ enum exit_status command_send(struct ctl *ctl, int count, char **words)
     }
     return ctl_command_text(ctl, words[1]);
 }
+
+/* --- The laser --- */
+
+/* The text of a command without a number. */
+static const char *text_of(lum_command_id id, char out[LUM_COMMAND_TEXT_BYTES])
+{
+    size_t len = 0;
+    const lum_command command = {.id = id};
+    const lum_result result = lum_command_format(&command, out, &len);
+    out[result == LUM_OK ? len : 0] = '\0';
+    return out;
+}
+
+static enum exit_status switch_on(struct ctl *ctl)
+{
+    char text[LUM_COMMAND_TEXT_BYTES];
+    const enum exit_status status =
+        ctl_command_words(ctl, text_of(LUM_COMMAND_LASER_ON, text), "laser on");
+    if (status == EXIT_DONE && !ctl->options.dry_run) {
+        ctl_note(ctl, "it goes off 3 s after the last heartbeat; full strength "
+                      "takes several seconds");
+    }
+    return status;
+}
+
+static void print_off(const struct ctl *ctl, lum_laser_off result,
+                      uint16_t status)
+{
+    char name[SESSION_NAME_BYTES];
+    char line[REPORT_LINE_BYTES];
+    char text[LUM_COMMAND_TEXT_BYTES];
+    struct json json;
+    (void)session_name(session_host(ctl), name);
+    if (!ctl->options.json) {
+        if (result == LUM_LASER_OFF_SEEN) {
+            (void)printf(
+                "%s: laser off; %s\n", name,
+                report_line(status, session_is_owned(ctl, status), line));
+        }
+        return;
+    }
+    json_init(&json, stdout);
+    json_open_object(&json, NULL);
+    json_text(&json, "sensor", name);
+    json_text(&json, "command", text_of(LUM_COMMAND_LASER_OFF, text));
+    json_bool(&json, "done", result == LUM_LASER_OFF_SEEN);
+    if (result == LUM_LASER_OFF_SEEN || result == LUM_LASER_OFF_REFUSED) {
+        report_json(&json, status, session_is_owned(ctl, status));
+    }
+    json_close_object(&json);
+    json_end(&json);
+}
+
+static enum exit_status switch_off(struct ctl *ctl)
+{
+    char text[LUM_ERROR_BYTES];
+    lum_news end;
+    const enum exit_status opened = ctl_open(ctl, false);
+    if (opened != EXIT_DONE) {
+        return opened;
+    }
+    const lum_laser_off result = laser_switch_down(ctl, &end);
+    print_off(ctl, result, end.status);
+    return result == LUM_LASER_OFF_SEEN
+               ? EXIT_DONE
+               : ctl_complain(result == LUM_LASER_OFF_UNKNOWN ? EXIT_NO_ANSWER
+                                                              : EXIT_FAILED,
+                              "%s", lum_news_tell(&end, text, sizeof text));
+}
+
+static enum exit_status print_off_packet(struct ctl *ctl)
+{
+    char text[LUM_COMMAND_TEXT_BYTES];
+    struct ctl_answer answer;
+    bool was_sent = false;
+    return text_send(ctl, text_of(LUM_COMMAND_LASER_OFF, text), &answer,
+                     &was_sent);
+}
+
+enum exit_status command_laser(struct ctl *ctl, int count, char **words)
+{
+    if (count < 2) {
+        return ctl_complain(EXIT_BAD, "laser: a word is missing: on or off");
+    }
+    if (count > 2) {
+        return ctl_complain(EXIT_BAD,
+                            "laser: '%s' is one word too many: only on or off",
+                            words[2]);
+    }
+    if (strcmp(words[1], "on") == 0) {
+        return switch_on(ctl);
+    }
+    if (strcmp(words[1], "off") != 0) {
+        return ctl_complain(EXIT_BAD, "laser: '%s' is not on or off", words[1]);
+    }
+    return ctl->options.dry_run ? print_off_packet(ctl) : switch_off(ctl);
+}
+
+/* --- Any TLVs --- */
 
 static int hex_digit(char c)
 {

@@ -15,6 +15,8 @@
 #define NS_PER_MS INT64_C(1000000)
 #define LOOK_NS   (1000 * NS_PER_MS)
 
+/* --- Whom it talks to --- */
+
 const char *session_name(lum_endpoint host, char out[SESSION_NAME_BYTES])
 {
     char address[16];
@@ -133,7 +135,7 @@ enum exit_status ctl_open(struct ctl *ctl, bool owns)
 static void lend(struct ctl *ctl)
 {
     lum_sensor_give_up(ctl->sensor);
-    lum_keeper_lend(ctl->keeper, false, lum_time_monotonic_ns());
+    lum_keeper_lend(ctl->keeper, lum_time_monotonic_ns());
 }
 
 lum_result session_request(struct ctl *ctl, const void *tlvs, size_t len)
@@ -155,6 +157,8 @@ lum_result session_command(struct ctl *ctl, const char *text)
     return lum_keeper_command(ctl->keeper, ctl->sensor, text,
                               lum_time_monotonic_ns());
 }
+
+/* --- Answers --- */
 
 static void add_debug(char *out, size_t size, const lum_tlv *tlv)
 {
@@ -314,6 +318,8 @@ bool session_is_data(const struct ctl *ctl, const lum_received *datagram)
     return lum_packet_decode(&ctl->layout, datagram->bytes, datagram->len,
                              &group) == LUM_PACKET_DATA;
 }
+
+/* --- Requests and their ends --- */
 
 enum exit_status session_complain_silence(const struct ctl *ctl, unsigned tries)
 {

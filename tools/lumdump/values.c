@@ -12,6 +12,8 @@
 #include <stdio.h>
 #include <string.h>
 
+/* --- Which points --- */
+
 static const struct option_word returns[] = {
     {"all", LUM_RETURNS_ALL},
     {"first", LUM_RETURNS_FIRST},
@@ -159,6 +161,8 @@ bool values_take_duration(void *options, const char *text, lum_error *why)
     out->duration_ns = (int64_t)(seconds * 1e9);
     return true;
 }
+
+/* --- Sizes and times --- */
 
 /* Units and what one of them is. */
 struct unit {

@@ -144,9 +144,8 @@ LUM_MUST_CHECK lum_result lum_keeper_command(lum_keeper *keeper,
                                              const char *text, int64_t now_ns);
 
 /** Say that a request that the program itself began is under way, such as for
- * the time or with other TLVs: its answer is no answer to the keeper's.
- * @param is_on the laser may come on by it. */
-void lum_keeper_lend(lum_keeper *keeper, bool is_on, int64_t now_ns);
+ * the time or with other TLVs: its answer is no answer to the keeper's. */
+void lum_keeper_lend(lum_keeper *keeper, int64_t now_ns);
 
 /** Hand over an event of the session, of any kind.
  * Constant time, but for the datagrams until the first that is data. */

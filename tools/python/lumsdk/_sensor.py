@@ -303,7 +303,7 @@ class Sensor:
         if begin(line) != lib.LUM_OK:
             raise OptionError(f"the request does not fit one packet of {lib.LUM_SENSOR_REQUEST_BYTES} bytes")
         if line == self._session:
-            lib.lum_keeper_lend(self._keeper.c, False, now_ns())
+            lib.lum_keeper_lend(self._keeper.c, now_ns())
         try:
             event = self._answer(line)
         except BaseException:
