@@ -33,6 +33,11 @@ enum lum_laser_bit {
 /** Whether the laser is down: any bit of LUM_LASER_ALL_DOWN. */
 bool lum_laser_is_down(uint16_t status);
 
+/** Whether the laser is on: TLV_CMD_ON, and no bit of LUM_LASER_ALL_DOWN. A
+ * status that is neither down nor on, such as 0, does not tell: the laser may
+ * be on. */
+bool lum_laser_is_on(uint16_t status);
+
 /** Whether any hazard bit is set. */
 bool lum_laser_has_hazard(uint16_t status);
 

@@ -24,3 +24,10 @@ const char *lum_laser_bit_name(unsigned bit)
     };
     return bit < LUM_LASER_BITS ? names[bit] : NULL;
 }
+
+const char *lum_laser_status_name(uint16_t status)
+{
+    return lum_laser_is_down(status) ? "down"
+           : lum_laser_is_on(status) ? "up"
+                                     : "may be up";
+}

@@ -339,10 +339,13 @@ void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns)
 static lum_news stand_laser(const lum_keeper *k)
 {
     const lum_laser_rules *laser = &k->laser;
-    const bool is_down = laser->has_status && lum_laser_is_down(laser->status);
+    const bool is_off = laser->has_status && !lum_laser_is_on(laser->status);
     if (laser->state != LUM_LASER_LEFT) {
-        const bool is_off = laser->state == LUM_LASER_UNTOUCHED && is_down;
-        return make(k, is_off ? LUM_NEWS_LASER_IS_OFF : 0, 0);
+        const bool is_ours = laser->state != LUM_LASER_UNTOUCHED;
+        lum_news news =
+            make(k, is_off && !is_ours ? LUM_NEWS_LASER_IS_OFF : 0, 0);
+        news.status = laser->status;
+        return news;
     }
     lum_news news = k->left;
     if (news.kind == LUM_NEWS_LASER_LEFT) {
@@ -384,7 +387,7 @@ bool lum_keeper_darkness(const lum_keeper *keeper, lum_news *out)
     const unsigned hazards = lum_laser_rules_hazards(laser->status);
     const lum_news news =
         hazards != 0 ? make_hazard(keeper, hazards) : stand_laser(keeper);
-    return laser->has_status && lum_laser_is_down(laser->status) &&
+    return laser->has_status && !lum_laser_is_on(laser->status) &&
            news.kind != 0 && lum_sized_fill(out, &news, sizeof news);
 }
 

@@ -61,7 +61,8 @@ static lum_news_kind fall(lum_laser_rules *rules, uint16_t status,
 static lum_news_kind follow_down(lum_laser_rules *rules, int64_t now_ns)
 {
     const bool is_down = lum_laser_is_down(rules->status);
-    if (!is_down && !rules->off_due && !rules->off_unseen) {
+    if (lum_laser_is_on(rules->status) && !rules->off_due &&
+        !rules->off_unseen) {
         rules->state = LUM_LASER_UP;
         return LUM_NEWS_LASER_CAME_UP;
     }
@@ -79,7 +80,7 @@ static lum_news_kind follow_down(lum_laser_rules *rules, int64_t now_ns)
 /* The answer to "on". */
 static lum_news_kind judge_on(lum_laser_rules *rules, int64_t now_ns)
 {
-    if (!lum_laser_is_down(rules->status)) {
+    if (lum_laser_is_on(rules->status)) {
         rules->state = LUM_LASER_UP;
         return LUM_NEWS_LASER_UP;
     }
@@ -103,7 +104,7 @@ static void judge_off(lum_laser_rules *rules, bool has_status, int64_t now_ns)
 
 static lum_news_kind judge_status(lum_laser_rules *rules, int64_t now_ns)
 {
-    if (rules->state == LUM_LASER_UP && lum_laser_is_down(rules->status)) {
+    if (rules->state == LUM_LASER_UP && !lum_laser_is_on(rules->status)) {
         return fall(rules, rules->status, now_ns, LUM_NEWS_LASER_FELL);
     }
     return rules->state == LUM_LASER_LEFT ? follow_down(rules, now_ns)

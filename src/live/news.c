@@ -52,10 +52,10 @@ static const entry entries[LUM_NEWS_END] = {
      "this program was held up for {seconds} s while it switched the laser of "
      "{sensor} on: it is switched off",
      "when it is safe, run {ctl} laser on"},
-    {"laser-came-up", WARN, "the laser of {sensor} {up}, by another program",
+    {"laser-came-up", WARN, "the laser of {sensor} is on, by another program",
      ""},
     {"laser-left", WARN, "the laser of {sensor} is {left}", WHEN_SAFE},
-    {"laser-is-off", INFO, "the laser is off",
+    {"laser-is-off", INFO, "the laser {is} off",
      "begin with --laser, or run {ctl} laser on"},
     {"off-unanswered", ERROR,
      "{sensor} does not answer to laser off: until it does, its laser may be "
@@ -191,6 +191,9 @@ static void name_bits(unsigned bits, value *out)
 
 const char *lum_laser_cause(uint16_t status, bool was_away)
 {
+    if (!lum_laser_is_down(status) && !lum_laser_is_on(status)) {
+        return ": TLV_CMD_ON is gone, as after a restart of the sensor";
+    }
     if ((status & LUM_LASER_TLV_CMD_OFF) == 0 || lum_laser_has_hazard(status)) {
         return "";
     }
@@ -209,14 +212,12 @@ const char *lum_news_ctl(lum_endpoint sensor, const char *interface_name,
     return out;
 }
 
-/* A status without the bit of "on" shows no more than that nothing keeps the
- * laser down. Without the session's heartbeats somebody else's keep it on. */
+/* Without the session's heartbeats somebody else's keep the laser on. */
 static void fill(const lum_news *news, value out[VALUES])
 {
     const bool has_ended = news->kind >= LUM_NEWS_ENDED_OFF;
     const bool has_moved = has_ended && news->to.address != 0;
     const bool is_held = news->kind == LUM_NEWS_LASER_FELL && news->ns != 0;
-    const bool is_on = (news->status & LUM_LASER_TLV_CMD_ON) != 0;
     char ctl[VALUE_BYTES];
     const char *state = news->tries == 0 ? "no answer yet"
                         : lum_laser_is_down(news->status)
@@ -231,7 +232,7 @@ static void fill(const lum_news *news, value out[VALUES])
     name_bits(news->status & (has_ended ? UINT16_MAX : LUM_LASER_ALL_DOWN),
               &out[3]);
     SET(&out[5], "state", "%s", state);
-    SET(&out[6], "up", is_on ? "is on" : "may be on");
+    SET(&out[6], "is", lum_laser_is_down(news->status) ? "is" : "may be");
     SET(&out[7], "left", news->was_away ? "being switched off" : "off");
     SET(&out[8], "sent", news->is_owner ? ", which has been sent" : "");
     SET(&out[9], "mend",

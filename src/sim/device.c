@@ -24,7 +24,7 @@ struct before {
 };
 
 void lum_device_init(lum_device *out, const lum_layout *layout, uint16_t lines,
-                     uint32_t clock_us, int64_t now_ns)
+                     uint16_t status, uint32_t clock_us, int64_t now_ns)
 {
     memset(out, 0, sizeof *out);
     out->layout = *layout;
@@ -34,7 +34,8 @@ void lum_device_init(lum_device *out, const lum_layout *layout, uint16_t lines,
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         out->settings.threshold[eye] = 50;
     }
-    out->status = LUM_LASER_HEARTBEAT_TIMEOUT | LUM_LASER_TLV_CMD_OFF;
+    out->status = (uint16_t)(status & ~(unsigned)LUM_LASER_TLV_CMD_ON);
+    out->heartbeat_ns = now_ns;
     out->boot_ns = now_ns - (int64_t)clock_us * 1000;
 }
 
@@ -120,11 +121,13 @@ static void let_time_pass(lum_device *device, int64_t now_ns,
     if (now_ns < lum_device_next_ns(device)) {
         return;
     }
+    const bool was_on = (device->status & LUM_LASER_TLV_CMD_ON) != 0;
     const unsigned kept = device->status & ~(unsigned)LUM_LASER_TLV_CMD_ON;
     device->is_streaming = false;
     lum_device_set_status(
         device,
-        (uint16_t)(kept | LUM_LASER_HEARTBEAT_TIMEOUT | LUM_LASER_TLV_CMD_OFF),
+        (uint16_t)(kept | LUM_LASER_HEARTBEAT_TIMEOUT |
+                   (was_on ? (unsigned)LUM_LASER_TLV_CMD_OFF : 0)),
         now_ns);
     lum_device_note(out, "heartbeat timeout");
 }

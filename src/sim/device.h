@@ -11,6 +11,7 @@
 #include "lum/calibration.h"
 #include "lum/group.h"
 #include "lum/host/yscan.h"
+#include "lum/laser.h"
 #include "lum/profile.h"
 #include "lum/wire.h"
 
@@ -80,13 +81,18 @@ typedef struct lum_device_effects {
                          "status poll"; NUL-terminated, printable ASCII */
 } lum_device_effects;
 
+/** The usual status at boot: nobody sends heartbeats, and no command came. */
+#define LUM_DEVICE_BOOT_STATUS LUM_LASER_HEARTBEAT_TIMEOUT
+
 /** Boot: laser off, clock 0, no client, default settings: power 100, thresholds
  * 50, offsets 0, holdoff 200, given lines, the whole span.
  * @param layout copied.
  * @param lines  640 or 64.
+ * @param status bits of the status; without HEARTBEAT_TIMEOUT, 3 s pass before
+ *               it is set. TLV_CMD_ON is left out.
  * @param clock_us what the clock shows at now_ns, 0 for a fresh boot. */
 void lum_device_init(lum_device *out, const lum_layout *layout, uint16_t lines,
-                     uint32_t clock_us, int64_t now_ns);
+                     uint16_t status, uint32_t clock_us, int64_t now_ns);
 
 /** Take a datagram: any bytes, any length. Time passes first, as in
  * lum_device_tick(), but a change that this causes only shows in the effects:

@@ -149,7 +149,7 @@ static void carry_out(struct answer *a, const lum_command *command)
     const lum_result result = lum_command_format(command, text, &len);
     text[result == LUM_OK ? len : 0] = '\0';
     const bool on = command->id == LUM_COMMAND_LASER_ON;
-    if (on && (a->device->status & LUM_LASER_HEARTBEAT_TIMEOUT) != 0) {
+    if (on && !a->device->is_streaming) {
         refuse_unheard(a, text);
         return;
     }

@@ -7,8 +7,7 @@
 
 bool lum_device_laser_is_up(const lum_device *device)
 {
-    return (device->status & LUM_LASER_TLV_CMD_ON) != 0 &&
-           !lum_laser_is_down(device->status);
+    return lum_laser_is_on(device->status);
 }
 
 void lum_device_set_status(lum_device *device, uint16_t status, int64_t now_ns)

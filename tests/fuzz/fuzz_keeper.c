@@ -111,6 +111,11 @@ static struct model {
     int64_t listens_ns; /* since then, without a pause */
 } model;
 
+static bool is_shown_up(unsigned status)
+{
+    return (status & (LUM_LASER_ALL_DOWN | ON)) == ON;
+}
+
 static bool is_in_effect(unsigned status)
 {
     return (status & LUM_LASER_ALL_DOWN) == 0 || (status & ON) != 0;
@@ -163,7 +168,7 @@ static void model_want(lum_laser_want want)
     model.due_ns = run.now_ns;
 }
 
-/* Is down, in the answer to anything. */
+/* Is down, or does not tell, in the answer to anything. */
 static void model_down(uint16_t status)
 {
     if (model.phase == UP) {
@@ -194,7 +199,7 @@ static void model_up(void)
 /* The answer to "on". */
 static void model_rise(uint16_t status)
 {
-    if ((status & LUM_LASER_ALL_DOWN) == 0) {
+    if (is_shown_up(status)) {
         model.phase = UP;
         expect(LUM_NEWS_LASER_UP);
     } else if (heat(status) != 0 || model.tries >= model.most ||
@@ -222,10 +227,10 @@ static void model_answer(char request, bool has_status, uint16_t status)
             fall(LUM_NEWS_LASER_UNSEEN, 0, true);
         }
     } else if (has_status) {
-        if ((status & LUM_LASER_ALL_DOWN) != 0) {
-            model_down(status);
-        } else {
+        if (is_shown_up(status)) {
             model_up();
+        } else {
+            model_down(status);
         }
     }
 }
@@ -502,7 +507,7 @@ static void check_view(void)
         REQUIRE(lum_news_name(news[i].kind) != NULL);
     }
     if (lum_keeper_darkness(run.keeper, &news[0])) {
-        REQUIRE(model.has_status && (model.status & LUM_LASER_ALL_DOWN) != 0);
+        REQUIRE(model.has_status && !is_shown_up(model.status));
         REQUIRE(news[0].kind == LUM_NEWS_HAZARD ||
                 lum_news_is_dark(news[0].kind));
     }

@@ -116,7 +116,16 @@ def test_the_laser_is_on_in_its_block_and_off_after_it(simulated):
             assert simulated.wait_for(lambda: simulated.laser_on)
         assert went_down(simulated, before)
         assert not sensor.status().laser_on
+        assert sensor.status().laser_down
         assert "laser" not in repr(sensor)
+
+
+def test_a_laser_that_no_bit_shows_down_may_be_up():
+    with start(address(), boot_status=0) as sim, lumsdk.Sensor(sim.host) as sensor:
+        status = sensor.status()
+        assert (status.value, status.laser_on, status.laser_down, str(status)) == (0, False, False, "laser may be up: no bit set")
+    with pytest.raises(lumsdk.OptionError, match="without 0x0800"):
+        start(address(), boot_status=0x800)
 
 
 def test_the_laser_is_off_after_an_exception(simulated):
@@ -621,7 +630,7 @@ def test_a_host_is_named_as_for_lumdump():
         for host in (f"udp://{where}:5600", f"{where}:5600"):
             with lumsdk.Sensor(host) as sensor:
                 assert sensor.address == sim.host
-                assert sensor.status().value
+                assert isinstance(sensor.status().value, int)
     with lumsdk.Sensor("localhost:5601") as sensor:
         assert sensor.address == "127.0.0.1:5601"
 

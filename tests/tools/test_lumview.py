@@ -428,7 +428,7 @@ class Socket(Case):
         self.assertTrue(b.text("hello")["live"])
         status = b.status()
         self.assertEqual((status["live"], status["first_frame"], status["last_frame"]), (True, None, None))
-        self.assertEqual(status["laser"], {"status": 0x0820, "up": False, "bits": ["BOARD_OVER_105", "TLV_CMD_ON"],
+        self.assertEqual(status["laser"], {"status": 0x0820, "up": False, "on": False, "bits": ["BOARD_OVER_105", "TLV_CMD_ON"],
                                            "hazards": ["BOARD_OVER_105"]})
 
     def test_a_source_of_any_name_is_told_as_text(self):

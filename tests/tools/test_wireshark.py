@@ -506,7 +506,8 @@ class Columns(Case):
                   udp(group(3, 1, 18, [word(1, 1), word(1, 1001)], 360, 5)), udp(tlv(7, (1, b"50p")), **TO_SENSOR),
                   udp(tlv(7, (2, b"\x10\x02"), (3, b"late"))), udp(tlv(8), **TO_SENSOR), udp(control(8), **TO_SENSOR),
                   udp(control(5, ip("10.42.0.99")), **TO_SENSOR), udp(control(6, bytes(8)), **TO_SENSOR),
-                  udp(control(6, struct.pack("<II", 0, 77))), udp(control(99)), udp(group(3, 5, 1, [word(1, 1)]))]
+                  udp(control(6, struct.pack("<II", 0, 77))), udp(control(99)), udp(group(3, 5, 1, [word(1, 1)])),
+                  udp(tlv(9, (2, b"\0\x08"))), udp(tlv(9, (2, b"\0\0")))]
         path = self.folder.write("in.pcap", pcap(frames))
         self.assertEqual([row[0] for row in fields(path, "_ws.col.Info")],
                          ["Data blue line 17 angles 100 samples from 0 clock 123456",
@@ -515,7 +516,8 @@ class Columns(Case):
                           "TLV status 0x0210 laser down: HEARTBEAT_TIMEOUT TLV_CMD_OFF, debug \"late\" seq 7",
                           "TLV asks for status seq 8", "Heartbeat", "Set IP 10.42.0.99", "Timestamp request seq 0",
                           "Timestamp clock 77 seq 0", "Unknown type 99, 12 bytes",
-                          "Malformed: the eye is neither of the two values"])
+                          "Malformed: the eye is neither of the two values",
+                          "TLV status 0x0800 laser up: TLV_CMD_ON seq 9", "TLV status 0x0000 laser may be up: no bit seq 9"])
         self.assertEqual({row[0] for row in fields(path, "_ws.col.Protocol")}, {"LUM"})
 
     def test_are_the_same_without_a_tree(self):

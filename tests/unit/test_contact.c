@@ -286,7 +286,8 @@ static void bits_are_named(void **state)
     lum_news news = news_of(LUM_NEWS_LASER_FELL);
     (void)state;
     news.status = 0;
-    check_has(&news, "went off (none);");
+    check_has(&news, "went off (none: TLV_CMD_ON is gone, as after a restart "
+                     "of the sensor);");
     news.status = UINT16_MAX;
     check_has(&news, "(GALVO_AMP_BX_BAD GALVO_AMP_BY_BAD GALVO_AMP_GX_BAD "
                      "GALVO_AMP_GY_BAD HEARTBEAT_TIMEOUT BOARD_OVER_105 "
@@ -325,8 +326,12 @@ static void where_the_laser_stands_is_named(void **state)
     news = news_of(LUM_NEWS_LASER_CAME_UP);
     news.status = ON;
     check_has(&news, "10.42.0.37 is on, by");
+    news = news_of(LUM_NEWS_LASER_IS_OFF);
     news.status = 1;
-    check_has(&news, "10.42.0.37 may be on, by");
+    check_has(&news, "the laser is off;");
+    news.status = 0;
+    check_has(&news, "the laser may be off;");
+    assert_string_equal(lum_laser_cause(LUM_LASER_TLV_CMD_ON, false), "");
     news = news_of(LUM_NEWS_LASER_LEFT);
     news.was_away = true;
     check_has(&news, "10.42.0.37 is being switched off;");

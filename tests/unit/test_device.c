@@ -45,7 +45,7 @@ static int set_up(void **state)
     lum_layout_default(&layout);
     f->now = BOOT;
     f->sequence = 700;
-    lum_device_init(&f->device, &layout, 64, 0, f->now);
+    lum_device_init(&f->device, &layout, 64, LUM_DEVICE_BOOT_STATUS, 0, f->now);
     *state = f;
     return 0;
 }
@@ -160,8 +160,7 @@ static void a_fresh_sensor_is_dark_and_silent(void **state)
 {
     struct fixture *f = *state;
     const lum_device_settings *s = &f->device.settings;
-    assert_int_equal(f->device.status,
-                     LUM_LASER_HEARTBEAT_TIMEOUT | LUM_LASER_TLV_CMD_OFF);
+    assert_int_equal(f->device.status, LUM_LASER_HEARTBEAT_TIMEOUT);
     assert_false(lum_device_laser_is_up(&f->device));
     assert_false(f->device.is_streaming);
     assert_false(f->device.has_client);
@@ -179,6 +178,31 @@ static void a_fresh_sensor_is_dark_and_silent(void **state)
     tick(f, 100 * SECOND);
     assert_false(f->fx.has_reply || f->fx.status_changed ||
                  f->fx.laser_changed || f->fx.streaming_changed);
+}
+
+static void boot(struct fixture *f, uint16_t status)
+{
+    const lum_layout layout = f->device.layout;
+    lum_device_init(&f->device, &layout, 64, status, 0, f->now);
+}
+
+static void a_status_at_boot_is_kept(void **state)
+{
+    struct fixture *f = *state;
+    boot(f, 0xffff);
+    assert_int_equal(f->device.status, 0xf7ff);
+    boot(f, 0);
+    assert_true(lum_device_next_ns(&f->device) ==
+                f->now + LUM_DEVICE_TIMEOUT_NS);
+    heartbeat(f, alice);
+    assert_int_equal(f->device.status, 0);
+    assert_false(lum_device_laser_is_up(&f->device));
+    boot(f, 0);
+    command(f, "u"); /* refused, as without any heartbeats */
+    assert_int_equal(f->device.status, 0);
+    tick(f, LUM_DEVICE_TIMEOUT_NS);
+    assert_int_equal(f->device.status, LUM_LASER_HEARTBEAT_TIMEOUT);
+    assert_false(f->fx.streaming_changed);
 }
 
 static void ask_time(struct fixture *f, uint32_t sequence)
@@ -217,7 +241,8 @@ static void the_clock_wraps_at_32_bits(void **state)
 {
     struct fixture *f = *state;
     const lum_layout layout = f->device.layout;
-    lum_device_init(&f->device, &layout, 64, 0xfffffff0u, f->now);
+    lum_device_init(&f->device, &layout, 64, LUM_DEVICE_BOOT_STATUS,
+                    0xfffffff0u, f->now);
     expect_time(f, 1, 0xfffffff0u);
     f->now += 15000;
     expect_time(f, 2, 0xffffffffu);
@@ -236,7 +261,7 @@ static void a_heartbeat_starts_the_data_to_its_sender(void **state)
     assert_true(f->fx.streaming_changed && f->fx.status_changed);
     assert_int_equal(f->device.client.address, alice.address);
     assert_int_equal(f->device.client.port, alice.port);
-    assert_int_equal(f->device.status, LUM_LASER_TLV_CMD_OFF);
+    assert_int_equal(f->device.status, 0);
     assert_false(lum_device_laser_is_up(&f->device));
     heartbeat(f, alice);
     assert_false(f->fx.streaming_changed || f->fx.status_changed);
@@ -425,9 +450,9 @@ static void hazards_leave_the_bits_of_commands_alone(void **state)
     struct fixture *f = *state;
     heartbeat(f, alice);
     set_hazards(f, 0xffff, 0);
-    assert_int_equal(f->device.status, 0xffff & ~0x0810);
+    assert_int_equal(f->device.status, 0xffff & ~0x0a10);
     set_hazards(f, 0, 0xffff);
-    assert_int_equal(f->device.status, LUM_LASER_TLV_CMD_OFF);
+    assert_int_equal(f->device.status, 0);
 }
 
 static void nobody_is_alerted_before_a_client_came(void **state)
@@ -892,7 +917,7 @@ static void numbers_of_tlvs_are_the_profiles(void **state)
     profile.tlv[LUM_TLV_DEBUG] = 0x1234;
     profile.tlv[LUM_TLV_YSCAN] = 3;
     assert_int_equal(lum_layout_init(&layout, &profile, NULL, NULL), LUM_OK);
-    lum_device_init(&f->device, &layout, 64, 0, f->now);
+    lum_device_init(&f->device, &layout, 64, LUM_DEVICE_BOOT_STATUS, 0, f->now);
     lum_tlv_writer writer = begin(f);
     add(&writer, 20, "10p nonsense");
     receive_from(f, alice, writer.out, writer.len);
@@ -929,6 +954,7 @@ int main(void)
 #define FACT(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
     const struct CMUnitTest tests[] = {
         FACT(a_fresh_sensor_is_dark_and_silent),
+        FACT(a_status_at_boot_is_kept),
         FACT(timestamps_tell_the_clock_since_boot),
         FACT(the_clock_wraps_at_32_bits),
         FACT(a_heartbeat_starts_the_data_to_its_sender),

@@ -340,9 +340,23 @@ static void one_that_stays_up_is_looked_at(void **state)
     (void)state;
     begin_up();
     send_next(LUM_LASER_ASK_LOOK, SECOND);
-    assert_int_equal(answer(0, SECOND + MS), NOTHING);
+    assert_int_equal(answer(UP, SECOND + MS), NOTHING);
     assert_int_equal(keeper.state, LUM_LASER_UP);
     assert_int_equal(keeper.next_ns, 2 * SECOND);
+}
+
+/* As after a restart: no bit, neither up nor down. */
+static void one_that_is_not_shown_up_any_more_is_switched_off(void **state)
+{
+    (void)state;
+    begin_up();
+    send_next(LUM_LASER_ASK_LOOK, SECOND);
+    assert_int_equal(answer(0, SECOND + MS), LUM_NEWS_LASER_FELL);
+    assert_left(0, SECOND + MS);
+    begin(LUM_LASER_ASKED);
+    send_next(LUM_LASER_ASK_ON, 0);
+    assert_int_equal(answer(0, MS), NOTHING);
+    assert_int_equal(keeper.state, LUM_LASER_ASKED);
 }
 
 static void one_that_was_switched_off_needs_no_other_off(void **state)
@@ -482,7 +496,9 @@ static void another_program_may_switch_it_on_again(void **state)
 {
     (void)state;
     begin_left();
-    assert_int_equal(answer(UP, SECOND + MS), LUM_NEWS_LASER_CAME_UP);
+    assert_int_equal(answer(0, SECOND + MS), NOTHING);
+    send_next(LUM_LASER_ASK_LOOK, 2 * SECOND);
+    assert_int_equal(answer(UP, 2 * SECOND + MS), LUM_NEWS_LASER_CAME_UP);
     assert_int_equal(keeper.state, LUM_LASER_UP);
 }
 
@@ -1292,6 +1308,7 @@ static void what_holds_is_shown_by_its_weight(void **state)
     assert_int_equal(darkness(), LUM_NEWS_LASER_IS_OFF);
     assert_int_equal(lum_keeper_standing(whole, fake.now_ns, one, 1), 1);
     assert_int_equal(one[0].kind, LUM_NEWS_LASER_IS_OFF);
+    assert_int_equal(one[0].status, OFF);
     give_status(LUM_SENSOR_ANSWER, HOT);
     assert_false(lum_keeper_darkness(whole, &unset));
     assert_standing(LUM_NEWS_LASER_IS_OFF, LUM_NEWS_HAZARD, NOTHING);
@@ -1634,6 +1651,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(an_answer_without_status_tells_nothing_of_an_older_one),
     cmocka_unit_test(one_that_goes_down_is_switched_off),
     cmocka_unit_test(one_that_stays_up_is_looked_at),
+    cmocka_unit_test(one_that_is_not_shown_up_any_more_is_switched_off),
     cmocka_unit_test(one_that_was_switched_off_needs_no_other_off),
     cmocka_unit_test(an_alert_of_a_hazard_counts_at_once),
     cmocka_unit_test(another_alert_is_asked_about),

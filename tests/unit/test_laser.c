@@ -16,6 +16,15 @@ static void the_laser_is_down_by_bits_0_to_10(void **state)
     }
 }
 
+static void the_laser_is_on_by_bit_11_alone(void **state)
+{
+    (void)state;
+    for (uint32_t status = 0; status <= 0xffffu; status++) {
+        assert_int_equal(lum_laser_is_on((uint16_t)status),
+                         (status & 0x07ffu) == 0 && (status & 0x0800u) != 0);
+    }
+}
+
 static void hazards_are_bits_0_to_8(void **state)
 {
     (void)state;
@@ -36,6 +45,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_laser_is_down_by_bits_0_to_10),
+        cmocka_unit_test(the_laser_is_on_by_bit_11_alone),
         cmocka_unit_test(hazards_are_bits_0_to_8),
         cmocka_unit_test(the_masks_are_the_manuals),
     };

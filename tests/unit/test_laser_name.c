@@ -63,11 +63,23 @@ static void bits_without_a_name_are_not_hidden(void **state)
     assert_null(lum_laser_bit_name(0xffffffffu));
 }
 
+static void a_status_that_does_not_tell_is_neither_up_nor_down(void **state)
+{
+    (void)state;
+    assert_string_equal(lum_laser_status_name(LUM_LASER_TLV_CMD_ON), "up");
+    assert_string_equal(lum_laser_status_name(0xf800), "up");
+    assert_string_equal(lum_laser_status_name(0), "may be up");
+    assert_string_equal(lum_laser_status_name(0xf000), "may be up");
+    assert_string_equal(lum_laser_status_name(0x0400), "down");
+    assert_string_equal(lum_laser_status_name(0xffff), "down");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bits_bear_the_manuals_names),
         cmocka_unit_test(bits_without_a_name_are_not_hidden),
+        cmocka_unit_test(a_status_that_does_not_tell_is_neither_up_nor_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

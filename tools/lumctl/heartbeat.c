@@ -8,6 +8,7 @@
 #include "watch.h"
 
 #include "lum/base/time.h"
+#include "lum/laser.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -173,9 +174,11 @@ static enum exit_status beat(struct ctl *ctl)
     const enum exit_status status = watch_run(ctl, &watch);
     clear_line(&b);
     sum_up(&b);
-    if (ctl->has_status && report_laser_is_up(ctl->status)) {
-        ctl_note(ctl, "the laser is up; without heartbeats the sensor switches "
-                      "it off in 3 s");
+    if (ctl->has_status && !lum_laser_is_down(ctl->status)) {
+        ctl_note(ctl,
+                 "the laser %s; without heartbeats the sensor switches it off "
+                 "in 3 s",
+                 report_laser_is_up(ctl->status) ? "is up" : "may be up");
     }
     if (status == EXIT_DONE && !b.has_any &&
         !lum_cancel_is_raised(ctl->cancel)) {

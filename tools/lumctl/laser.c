@@ -45,7 +45,8 @@ bool laser_is_as(enum laser_wish wish, const struct ctl_answer *answer)
 {
     return wish == LASER_ANY ||
            (answer->has_status &&
-            report_laser_is_up(answer->status) == (wish == LASER_ON));
+            (wish == LASER_ON ? lum_laser_is_on(answer->status)
+                              : lum_laser_is_down(answer->status)));
 }
 
 lum_laser_off laser_switch_down(struct ctl *ctl, lum_news *end)

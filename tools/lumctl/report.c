@@ -47,7 +47,7 @@ static const char *meaning_of(unsigned bit)
 
 bool report_laser_is_up(uint16_t status)
 {
-    return !lum_laser_is_down(status);
+    return lum_laser_is_on(status);
 }
 
 bool report_lacks_heartbeats(uint16_t status)
@@ -87,7 +87,7 @@ const char *report_line(uint16_t status, bool is_owned,
                         char out[REPORT_LINE_BYTES])
 {
     size_t n = (size_t)snprintf(out, REPORT_LINE_BYTES, "laser %s%s",
-                                report_laser_is_up(status) ? "up" : "down",
+                                lum_laser_status_name(status),
                                 report_aside(status, is_owned));
     const char *before = ": ";
     for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
@@ -96,6 +96,9 @@ const char *report_line(uint16_t status, bool is_owned,
                                   before, lum_laser_bit_name(bit));
             before = ", ";
         }
+    }
+    if (status == 0) {
+        (void)snprintf(out + n, REPORT_LINE_BYTES - n, ": no bit set");
     }
     return out;
 }
@@ -146,7 +149,7 @@ void report_json(struct json *json, uint16_t status, bool is_owned)
              report_is_idle(status, is_owned)
                  ? 0
                  : (uint16_t)(status & LUM_LASER_HAZARDS));
-    json_text(json, "laser", report_laser_is_up(status) ? "up" : "down");
+    json_text(json, "laser", lum_laser_status_name(status));
     json_bool(json, "idle", report_is_idle(status, is_owned));
 }
 

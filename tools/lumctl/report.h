@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/* Nothing keeps it down. */
+/* It is up for sure; if it is not down either, it may be up. */
 bool report_laser_is_up(uint16_t status);
 
 /* HEARTBEAT_TIMEOUT is the only hazard. */

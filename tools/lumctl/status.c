@@ -6,6 +6,8 @@
 #include "watch.h"
 
 #include "lum/base/time.h"
+#include "lum/host/laser_name.h"
+#include "lum/laser.h"
 
 #include <stdio.h>
 
@@ -78,14 +80,15 @@ static void print_status(const struct ctl *ctl, uint16_t status, bool is_owned,
     char name[SESSION_NAME_BYTES];
     (void)printf("%s: laser %s%s, status 0x%04x",
                  session_name(session_host(ctl), name),
-                 report_laser_is_up(status) ? "up" : "down",
-                 report_aside(status, is_owned), (unsigned)status);
+                 lum_laser_status_name(status), report_aside(status, is_owned),
+                 (unsigned)status);
     if (round_trip_ns > 0) {
         (void)printf(", round trip %.2f ms", (double)round_trip_ns / 1e6);
     }
     (void)putchar('\n');
-    if (status == 0) {
-        (void)puts("  no bit is set: nothing keeps the laser down");
+    if (!lum_laser_is_down(status) && !lum_laser_is_on(status)) {
+        (void)puts("  nothing keeps the laser down, and TLV_CMD_ON does not "
+                   "show it on");
     }
     report_status(stdout, status, is_owned, report_may_colour(stdout));
     if (is_owned) {

@@ -155,12 +155,12 @@ static enum pass_result tell_status(struct pass *pass, struct health *h,
                                     lum_error *error)
 {
     const uint16_t status = pass->status;
-    const bool is_up = !lum_laser_is_down(status);
+    const char *state = lum_laser_status_name(status);
     char names[256];
     char message[sizeof names + 32];
     char hex[8];
     name_hazards(status, names, sizeof names);
-    (void)snprintf(message, sizeof message, "%s%s%s", is_up ? "up" : "down",
+    (void)snprintf(message, sizeof message, "%s%s%s", state,
                    lum_laser_has_hazard(status) ? ", hazard: " : "",
                    lum_laser_has_hazard(status) ? names : "");
     (void)snprintf(hex, sizeof hex, "0x%04x", (unsigned)status);
@@ -168,7 +168,7 @@ static enum pass_result tell_status(struct pass *pass, struct health *h,
     h->status.level =
         lum_laser_has_hazard(status) ? LUM_STATUS_ERROR : LUM_STATUS_OK;
     add_text(h, "status", hex);
-    add_text(h, "laser", is_up ? "up" : "down");
+    add_text(h, "laser", state);
     add_text(h, "hazards", names);
     for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
         add_text(h, lum_laser_bit_name(bit),

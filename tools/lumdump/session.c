@@ -122,7 +122,9 @@ static const char *name_laser(const lum_keeper_view *view)
     if (!view->has_status) {
         return "laser ?";
     }
-    return lum_laser_is_down(view->status) ? "laser off" : "laser on";
+    return lum_laser_is_down(view->status) ? "laser off"
+           : lum_laser_is_on(view->status) ? "laser on"
+                                           : "laser may be on";
 }
 
 static void show_status(struct session *s, const lum_sensor_counters *c,

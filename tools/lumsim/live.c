@@ -245,7 +245,7 @@ static void start(struct live *live)
                        ? live->start_ns + (int64_t)(o->duration_s * 1e9)
                        : INT64_MAX;
     lum_device_init(&live->device, &o->render.layout, (uint16_t)o->render.lines,
-                    o->clock_us, live->start_ns);
+                    o->boot_status, o->clock_us, live->start_ns);
     interrupt_attach(live->cancel);
     warn_of_capture(live);
     announce(live);

@@ -5,11 +5,14 @@
 #include "../common/number.h"
 #include "../common/option_table.h"
 #include "files.h"
+#include "lum/laser.h"
 #include "lum/version.h"
 #include "lum/wire.h"
+#include "sim/device.h"
 #include "standing.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
@@ -147,6 +150,19 @@ static bool take_client(void *options, const char *text, lum_error *why)
     return parse_host(address, &o->client, why);
 }
 
+/* With TLV_CMD_ON it would boot with its laser on. */
+static bool take_boot_status(void *options, const char *text, lum_error *why)
+{
+    struct options *o = options;
+    char *end = NULL;
+    const size_t digits = strspn(text, "0x123456789abcdefABCDEF");
+    const unsigned long bits = strtoul(text, &end, 16);
+    (void)why;
+    o->boot_status = (uint16_t)bits;
+    return digits > 0 && *end == '\0' && bits <= UINT16_MAX &&
+           (bits & LUM_LASER_TLV_CMD_ON) == 0;
+}
+
 static bool take_fault(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
@@ -215,6 +231,8 @@ static const struct option_spec specs[] = {
     {"interface", .group = LIVE, CALL(take_interface),
      .allowed = "the name of an interface"},
     {"clock", .group = LIVE, WHOLE(clock_us, 0, UINT32_MAX)},
+    {"boot-status", .group = LIVE, CALL(take_boot_status),
+     .allowed = "bits from 0 to 0xffff, without 0x0800"},
     {"duration", .group = LIVE, REAL(duration_s, 0.001, DURATION_MAX)},
     {"log", .group = LIVE, TEXT(log)},
     {"client", .group = MODE_FILE, CALL(take_client), .allowed = HOST},
@@ -330,6 +348,7 @@ static void set_defaults(struct options *out)
     *out = (struct options){.client = CLIENT,
                             .client_port = CLIENT_PORT,
                             .port = LUM_PORT,
+                            .boot_status = LUM_DEVICE_BOOT_STATUS,
                             .speed = 1.0};
     lum_render_options_default(&out->render);
     out->render.seed = 1;

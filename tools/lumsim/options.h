@@ -46,6 +46,7 @@ struct options {
     uint32_t client;
     struct replayed_sensor replayed;
     uint32_t clock_us; /* at boot */
+    uint16_t boot_status;
     uint16_t client_port;
     uint16_t port;
     double duration_s; /* 0: until a signal comes */

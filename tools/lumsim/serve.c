@@ -196,8 +196,8 @@ void live_reboot(struct live *live, int64_t now_ns)
         .has_address = true,
         .address = o->sensor};
     const lum_device_peer nobody = {0, 0};
-    lum_device_init(&live->device, &layout, (uint16_t)o->render.lines, 0,
-                    tell_time(live, now_ns));
+    lum_device_init(&live->device, &layout, (uint16_t)o->render.lines,
+                    o->boot_status, 0, tell_time(live, now_ns));
     mail_clear(&live->mail);
     live_apply(live, &effects, nobody, now_ns);
 }

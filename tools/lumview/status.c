@@ -210,6 +210,7 @@ static void write_laser(struct json *json, const struct feed_status *f)
     json_open_object(json, "laser");
     json_uint(json, "status", f->laser);
     json_bool(json, "up", !lum_laser_is_down(f->laser));
+    json_bool(json, "on", lum_laser_is_on(f->laser));
     write_bits(json, "bits", f->laser);
     write_bits(json, "hazards", f->laser & LUM_LASER_HAZARDS);
     json_close_object(json);

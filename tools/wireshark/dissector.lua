@@ -763,7 +763,8 @@ local function show_status(tree, tvb, at, length)
     if length > 2 then
         add_fault(item, "status_long")
     end
-    return string.format("status 0x%04x laser %s%s", status, down and "down: " or "up: ", status_names(status))
+    local state = down and "down" or any_bit(status, tables.laser.on) and "up" or "may be up"
+    return string.format("status 0x%04x laser %s: %s", status, state, status_names(status))
 end
 
 local function show_debug(tree, tvb, at, length)

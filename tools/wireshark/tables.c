@@ -174,6 +174,7 @@ static void print_laser(void)
         {"hazards", LUM_LASER_HAZARDS},
         {"all_down", LUM_LASER_ALL_DOWN},
         {"all_sw_bad", LUM_LASER_ALL_SW_BAD},
+        {"on", LUM_LASER_TLV_CMD_ON},
     };
     printf("    laser = {\n");
     PRINT_NUMBERS("        ", masks);

@@ -57,6 +57,7 @@ local tables = {
         hazards = 511,
         all_down = 2047,
         all_sw_bad = 1919,
+        on = 2048,
         bits = {
             {mask = 0x0001, name = "GALVO_AMP_BX_BAD"},
             {mask = 0x0002, name = "GALVO_AMP_BY_BAD"},

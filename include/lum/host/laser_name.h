@@ -14,6 +14,10 @@ extern "C" {
  * @return a static string; NULL if bit is above 15. */
 const char *lum_laser_bit_name(unsigned bit);
 
+/** What a status tells of the laser: "down", "up", or "may be up" where it
+ * tells neither. A static string. */
+const char *lum_laser_status_name(uint16_t status);
+
 #ifdef __cplusplus
 }
 #endif

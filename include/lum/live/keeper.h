@@ -174,7 +174,7 @@ size_t lum_keeper_standing(const lum_keeper *keeper, int64_t now_ns,
 /** Why lines have no ranges, as far as the last status shows it: HAZARD, or one
  * of those that lum_news_is_dark() names.
  * @param out struct_size is set by the caller.
- * @return false: it does not show the laser down. */
+ * @return false: it shows the laser up, or none came. */
 bool lum_keeper_darkness(const lum_keeper *keeper, lum_news *out);
 
 /** What is known now.

@@ -97,7 +97,7 @@ bool lum_news_is_dark(lum_news_kind kind);
 
 /** What put the laser down, behind the names of the bits: ": ..." where that is
  * no hazard but a command to be off, which a sensor also shows after a time
- * without heartbeats; else "".
+ * without heartbeats, or TLV_CMD_ON that is not set any more; else "".
  * @param was_away data had stopped before. */
 const char *lum_laser_cause(uint16_t status, bool was_away);
 

@@ -312,8 +312,8 @@ bool record_laser_is_up(const record_device *device, int64_t t_ns)
 
 unsigned record_status_at(const record_device *device, int64_t t_ns)
 {
-    /* HEARTBEAT_TIMEOUT and TLV_CMD_OFF, at boot (docs/protocol.md, 10). */
-    unsigned status = 0x0210;
+    /* HEARTBEAT_TIMEOUT, at boot (docs/protocol.md, 10). */
+    unsigned status = 0x0010;
     for (size_t i = 0; i < device->count && device->lines[i].t_ns <= t_ns;
          i++) {
         if (device->lines[i].event == RECORD_STATUS) {

@@ -500,12 +500,13 @@ STORY(bits_without_a_name, "bits without a name are shown")
 
 static void show_one_after_another(made_up *self, const made_up_packet *packet)
 {
-    static const int statuses[] = {MADE_UP_OFF, 0, MADE_UP_TIMEOUT | MADE_UP_ON,
-                                   MADE_UP_ON | 0x0400, MADE_UP_ON};
+    static const int statuses[] = {
+        MADE_UP_OFF,         0x1000,    0, MADE_UP_TIMEOUT | MADE_UP_ON,
+        MADE_UP_ON | 0x0400, MADE_UP_ON};
     const bool is_on = strcmp(packet->text, "u") == 0;
     made_up_say(self, packet, is_on ? statuses[self->state] : MADE_UP_OFF,
                 NULL);
-    self->state += is_on && self->state < 4;
+    self->state += is_on && self->state < 5;
 }
 
 STORY(laser_on_needs_a_status, "laser on needs a status that shows it")
@@ -513,9 +514,13 @@ STORY(laser_on_needs_a_status, "laser on needs a status that shows it")
     const user_bench b = user_bench_new();
     const made_up *m = made_up_new(b.sensor, SENSOR, show_one_after_another);
     user_expect_status(user_run(b.host, "lumctl laser on"), FAILED);
-    user_tool *up = user_run(b.host, "lumctl laser on --json");
-    user_expect_status(up, DONE);
-    expect_value(up, "laser", "up");
+    user_tool *unclear = user_run(b.host, "lumctl laser on --json");
+    user_expect_status(unclear, FAILED);
+    expect_value(unclear, "laser", "may be up");
+    user_tool *bare = user_run(b.host, "lumctl laser on");
+    user_expect_status(bare, FAILED);
+    user_expect_has(user_err(bare),
+                    "the laser did not come up: laser may be up: no bit set");
     user_tool *lonely = user_run(b.host, "lumctl laser on");
     user_expect_status(lonely, FAILED);
     user_expect_has(user_err(lonely), "nobody sends heartbeats");
@@ -523,7 +528,7 @@ STORY(laser_on_needs_a_status, "laser on needs a status that shows it")
     user_expect_status(odd, FAILED);
     user_expect_has(user_err(odd), "BIT_10");
     user_expect_status(user_run(b.host, "lumctl laser on"), DONE);
-    user_expect_same(made_up_commands(m), "u,d,u,u,d,u,d,u,");
+    user_expect_same(made_up_commands(m), "u,d,u,d,u,d,u,d,u,d,u,");
 }
 
 STORY(laser_off_ends_in_one_of_three_ways,

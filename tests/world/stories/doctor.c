@@ -19,7 +19,7 @@ STORY(doctor_all_fine, "doctor finds nothing wrong with a good bench, and only "
     expect_text(doctor, "route", SENSOR);
     expect_text(doctor, "arp", SENSOR " is at ");
     expect_text(doctor, "clock", "host's rate");
-    expect_text(doctor, "status", "laser down");
+    expect_text(doctor, "status", "laser may be up: no bit set");
     size_t known = 0;
     for (size_t i = 0; i < sizeof looks / sizeof *looks; i++) {
         known += user_events(s, looks[i]);
@@ -97,6 +97,48 @@ STORY(doctor_beside_another_host,
     expect_check(doctor, "data", "not looked at");
     expect_text(doctor, "data", "another host");
     user_expect(user_laser_is_on(s));
+    for (size_t i = 0; i < user_events(s, "heartbeat"); i++) {
+        user_expect_has(user_event_at(s, "heartbeat", i)->line, "10.42.0.2:");
+    }
+}
+
+/* A sensor that shows nothing after a heartbeat. */
+static user_sensor *blank_sensor(const user_bench *b)
+{
+    return user_sensor_start(b->sensor, "--rate 4 --boot-status 0x0000");
+}
+
+STORY(doctor_twice, "a doctor that ran a moment ago hides no data from the "
+                    "next, though the laser may be on")
+{
+    const user_bench b = tuned_bench();
+    user_sensor *s = blank_sensor(&b);
+    expect_fine(examine(&b));
+    user_expect_has(user_out(user_run(b.host, "lumctl status")),
+                    "laser may be up");
+    user_tool *again = examine(&b);
+    expect_fine(again);
+    expect_text(again, "answer", "laser may be up, until 3 s had passed");
+    user_expect_status(user_run(b.host, "lumctl heartbeat --duration 1"), DONE);
+    expect_fine(examine(&b));
+    user_expect(!user_laser_is_on(s));
+}
+
+STORY(doctor_beside_another_host_that_may_have_the_laser_on,
+      "a laser that may be on, as another host's heartbeats go on, is left "
+      "alone")
+{
+    const user_bench b = tuned_bench();
+    const user_sensor *s = blank_sensor(&b);
+    world_host *other = user_host_new("other");
+    (void)user_interface(other, "eth0", b.wire, "10.42.0.2/24");
+    (void)user_start(other, "lumctl heartbeat");
+    user_until(user_events(s, "heartbeat") > 0);
+    user_tool *doctor = examine(&b);
+    user_expect_status(doctor, DONE);
+    expect_check(doctor, "answer", "note");
+    expect_text(doctor, "answer", "its laser may be up, and after 3 s still");
+    expect_check(doctor, "data", "not looked at");
     for (size_t i = 0; i < user_events(s, "heartbeat"); i++) {
         user_expect_has(user_event_at(s, "heartbeat", i)->line, "10.42.0.2:");
     }

@@ -6,6 +6,7 @@
 #include "../session.h"
 
 #include "lum/base/time.h"
+#include "lum/host/laser_name.h"
 #include "lum/laser.h"
 #include "lum/wire.h"
 
@@ -22,6 +23,7 @@
 #define RATE_NS       (1000 * MS_NS)
 #define REST_NS       (300 * MS_NS)
 #define NEAR_NS       (RATE_NS / 2) /* of exchanges that are alike */
+#define LET_GO_NS     (LUM_HEARTBEAT_TIMEOUT_MS * MS_NS + REST_NS)
 #define DATA_CLOCK_US INT64_C(250000)
 #define DRIFT_MAX_PPB INT64_C(1000000)
 #define MIB           1048576.0
@@ -277,20 +279,57 @@ static void say_silent(struct doctor *d, struct doctor_finding *out)
     }
 }
 
-/* If another host drives the sensor, the data is for that host. */
+/* Receives, without a request, until a time. */
+static bool rest_until(struct doctor *d, int64_t end)
+{
+    lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
+    int64_t now = lum_time_monotonic_ns();
+    while (now < end && event.kind != LUM_SENSOR_CANCELLED &&
+           event.kind != LUM_SENSOR_FAILED) {
+        doctor_keep_alive(d);
+        lum_sensor_receive(d->session,
+                           now + SLOT_NS < end ? now + SLOT_NS : end, &event);
+        note_status(d, &event);
+        now = lum_time_monotonic_ns();
+    }
+    return event.kind != LUM_SENSOR_CANCELLED &&
+           event.kind != LUM_SENSOR_FAILED;
+}
+
+static bool may_be_on(struct doctor *d)
+{
+    return ask_status(d) == LUM_SENSOR_ANSWER && d->has_status &&
+           !lum_laser_is_down(d->status);
+}
+
+/* If another host drives the sensor, the data is for that host. Heartbeats of a
+ * program that has ended are in effect for 3 s. */
 static void respect_others(struct doctor *d, struct doctor_finding *out)
 {
-    if (ask_status(d) != LUM_SENSOR_ANSWER || !d->has_status ||
-        !report_laser_is_up(d->status)) {
+    const int64_t end = lum_time_monotonic_ns() + LET_GO_NS;
+    if (d->lacks[DOCTOR_NEEDS_SESSION] != NULL || !may_be_on(d)) {
         return;
     }
-    if (d->lacks[DOCTOR_NEEDS_SESSION] == NULL) {
-        doctor_add(out, "; its laser is on, so another host may be at work "
-                        "with it: its data is left alone");
-        out->result = DOCTOR_NOTE;
-        doctor_lack(d, DOCTOR_NEEDS_SESSION,
-                    "the laser is on, for a session of another host");
+    const char *state = lum_laser_status_name(d->status);
+    while (lum_time_monotonic_ns() < end) {
+        if (!rest_until(d, lum_time_monotonic_ns() + REST_NS)) {
+            return;
+        }
+        if (!may_be_on(d)) {
+            doctor_add(out,
+                       "; its laser %s%s, until 3 s had passed since the last "
+                       "heartbeat of another program",
+                       state[0] == 'u' ? "was " : "", state);
+            return;
+        }
     }
+    doctor_add(out,
+               "; its laser %s%s, and after 3 s still, so another host may be "
+               "at work with it: its data is left alone",
+               state[0] == 'u' ? "is " : "", state);
+    out->result = DOCTOR_NOTE;
+    doctor_lack(d, DOCTOR_NEEDS_SESSION,
+                "the laser is on, or may be, for a session of another host");
 }
 
 void doctor_check_answer(struct doctor *d, struct doctor_finding *out)
@@ -538,22 +577,9 @@ static struct rate rate_of(const struct doctor *d)
  * heartbeats are sent, so that no data is under way at the same time. */
 static void wait_for_rate(struct doctor *d)
 {
-    const int64_t end = d->early.sent_ns + RATE_NS;
-    lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
     lum_error error = {""};
-    int64_t now = lum_time_monotonic_ns();
-    if (d->session == NULL || doctor_open(d, false, &error) != LUM_NET_OK) {
-        return;
-    }
-    while (now < end && event.kind != LUM_SENSOR_CANCELLED &&
-           event.kind != LUM_SENSOR_FAILED) {
-        doctor_keep_alive(d);
-        lum_sensor_receive(d->session,
-                           now + SLOT_NS < end ? now + SLOT_NS : end, &event);
-        note_status(d, &event);
-        now = lum_time_monotonic_ns();
-    }
-    if (event.kind != LUM_SENSOR_CANCELLED && event.kind != LUM_SENSOR_FAILED) {
+    if (d->session != NULL && doctor_open(d, false, &error) == LUM_NET_OK &&
+        rest_until(d, d->early.sent_ns + RATE_NS)) {
         ask_times(d);
     }
 }

@@ -48,6 +48,10 @@ function bitItem(name, isHazard) {
     return item;
 }
 
+function laserWord(laser) {
+    return laser.on ? "on" : laser.up ? "may be on" : "off";
+}
+
 function makeLaser() {
     const block = document.getElementById("laser-block");
     const state = document.getElementById("laser-state");
@@ -65,8 +69,8 @@ function makeLaser() {
         }
         const hazards = new Set(laser.hazards);
         const status = `0x${laser.status.toString(16).padStart(4, "0")}`;
-        state.textContent = `${laser.up ? "on" : "off"}, status ${status}${hazards.size > 0 ? ", hazard" : ""}`;
-        state.className = hazards.size > 0 ? "bad" : laser.up ? "good" : "";
+        state.textContent = `${laserWord(laser)}, status ${status}${hazards.size > 0 ? ", hazard" : ""}`;
+        state.className = hazards.size > 0 ? "bad" : laser.on ? "good" : "";
         bits.replaceChildren(...laser.bits.map((name) => bitItem(name, hazards.has(name))));
     };
 }
@@ -78,8 +82,8 @@ function showShort({ losses, laser }) {
     const short = document.getElementById("laser-short");
     badge.hidden = !isLossy;
     badge.textContent = isLossy ? "losses" : "";
-    short.textContent = laser ? `laser ${laser.up ? "on" : "off"}` : "";
-    short.className = laser?.hazards.length > 0 ? "bad" : laser?.up ? "good" : "";
+    short.textContent = laser ? `laser ${laserWord(laser)}` : "";
+    short.className = laser?.hazards.length > 0 ? "bad" : laser?.on ? "good" : "";
 }
 
 export function makeStats() {

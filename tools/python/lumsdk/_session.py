@@ -39,7 +39,7 @@ class Status:
     value: int
     """All 16 bits."""
     laser_on: bool
-    """Whether the laser is up."""
+    """Whether it shows the laser up, by TLV_CMD_ON."""
     bits: tuple[str, ...]
     """The names of all bits that are set."""
     hazards: tuple[str, ...]
@@ -47,9 +47,14 @@ class Status:
     idle: bool
     """Whether nobody has the session: HEARTBEAT_TIMEOUT is set, and it is no hazard then."""
 
+    @property
+    def laser_down(self) -> bool:
+        """Whether it shows the laser down. Where it shows it neither down nor on, as 0 does, the laser may be on."""
+        return bool(lib.lum_laser_is_down(self.value))
+
     def __str__(self) -> str:
-        named = f": {', '.join(self.bits)}" if self.bits else ""
-        return f"laser {'up' if self.laser_on else 'down'}{', idle' if self.idle else ''}{named}"
+        named = f": {', '.join(self.bits) or 'no bit set'}"
+        return f"laser {text(lib.lum_laser_status_name(self.value))}{', idle' if self.idle else ''}{named}"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,7 +108,7 @@ def hazards_of(value: int) -> int:
 def status_of(value: int, is_owned: bool) -> Status:
     """A status by its bits."""
     idle = value & _HAZARDS == _TIMEOUT_BIT and not is_owned
-    return Status(value, not lib.lum_laser_is_down(value), names_of(value), () if idle else names_of(value & _HAZARDS), idle)
+    return Status(value, bool(lib.lum_laser_is_on(value)), names_of(value), () if idle else names_of(value & _HAZARDS), idle)
 
 
 def lacks_heartbeats(value: int) -> bool:

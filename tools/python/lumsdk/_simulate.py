@@ -264,7 +264,7 @@ class SimulatedSensor:
                  returns_max: Optional[int] = None, loss: float = 0.0, duplicate: float = 0.0, reorder: float = 0.0,
                  corrupt: float = 0.0, jitter: float = 0.0, answer_delay: float = 0.0, answer_loss: float = 0.0,
                  fault: Union[str, Iterable[str]] = (), clock: Optional[int] = None,
-                 duration: Optional[float] = None, interface: Optional[str] = None, replay: Optional[Path] = None,
+                 boot_status: Optional[int] = None, duration: Optional[float] = None, interface: Optional[str] = None, replay: Optional[Path] = None,
                  speed: Optional[float] = None, loop: bool = False, sensor: Optional[str] = None,
                  scene: Literal["street", "room", "yard", None] = None,
                  pose: Union[str, Iterable[float], None] = None, walls: Literal["flat", "mild", "rough", None] = None,
@@ -277,14 +277,15 @@ class SimulatedSensor:
         or in a loop. loss, duplicate, reorder and corrupt are probabilities from 0 to 1 for each data packet,
         answer_loss for each answer. jitter and answer_delay are milliseconds. fault is one or several of NAME@T,
         NAME@T-T2 or NAME@USR1-USR2, such as "fan@10-12"; cue() makes those with USR1 and USR2 happen. clock is its clock
-        at the start in microseconds.
+        at the start in microseconds, boot_status its laser status at boot without 0x0800 (0x0010 if None).
 
         Raises OptionError for what lumsim refuses, SensorError where it cannot run there, both with its sentence.
         """
         options = {"address": address, "port": port, "lines": lines, "frames": frames, "rate": rate, "seed": seed,
                    "returns_max": returns_max, "loss": loss, "duplicate": duplicate, "reorder": reorder,
                    "corrupt": corrupt, "jitter": jitter, "answer_delay": answer_delay, "answer_loss": answer_loss,
-                   "fault": fault, "clock": clock, "duration": duration, "interface": interface, "replay": replay,
+                   "fault": fault, "clock": clock,
+                   "boot_status": None if boot_status is None else f"{boot_status:#06x}", "duration": duration, "interface": interface, "replay": replay,
                    "speed": speed, "loop": loop, "sensor": sensor, "scene": scene, "pose": pose, "walls": walls,
                    "noise": noise, "calibration": calibration, "profile": profile, "set": set}
         if not isinstance(address, str):
