@@ -338,6 +338,12 @@ class TwoHosts(OnHosts):
         mends = self.mended(found, "route")
         self.assertEqual(mends[1:], ["sudo sysctl -w net/ipv4/conf/eth0/rp_filter=2"])
 
+    def test_a_permanent_entry_of_another_device(self):
+        self.sensor()
+        self.client("ip neigh replace 10.42.0.37 lladdr 02:00:00:00:00:99 dev eth0 nud permanent")
+        found = self.broken("arp", 1, "10.42.0.37 is at 02:00:00:00:00:99, but ")
+        self.assertEqual(self.mended(found, "arp"), ["sudo ip neigh del 10.42.0.37 dev eth0"])
+
     def test_the_sensors_address_on_the_host_itself(self):
         self.sensor()
         self.client("ip addr add 10.42.0.37/24 dev eth0")

@@ -188,6 +188,27 @@ STORY(
         user_run(b.host, "lumctl --profile profile.yaml doctor --json"));
 }
 
+STORY(doctor_and_a_layout_that_decodes,
+      "what another layout makes of data that decodes, in part or wholly, is "
+      "not blamed on the cable")
+{
+    const bool in_part = user_any(0, 1) == 0;
+    const user_bench b = tuned_bench();
+    (void)user_sensor_start(
+        b.sensor, "--rate 4 %s",
+        in_part ? "--set group.line=16 --set group.num_samples=14"
+                : "--set group.line=18 --set group.first_sample_index=14");
+    user_tool *doctor = examine(&b);
+    user_expect_status(doctor, FAILED);
+    expect_check(doctor, "layout", in_part ? "wrong" : "fine");
+    expect_check(doctor, "loss", in_part ? "not looked at" : "wrong");
+    expect_text(doctor, "loss", "wire profile");
+    user_expect_lacks(look_of(doctor, "loss", "text"), "cable");
+    user_expect_has(look_of(doctor, in_part ? "layout" : "loss", "mend"),
+                    "--infer");
+    expect_check(doctor, "clock", "fine");
+}
+
 STORY(doctor_and_a_clock_elsewhere,
       "a clock at another place of the packet shows")
 {
@@ -259,6 +280,50 @@ STORY(doctor_and_silence, "a silent sensor is told in time")
     user_expect_has(look_of(doctor, "answer", "mend"), "tcpdump");
     expect_check(doctor, "firewall", "not looked at");
     user_expect_at_most(world_now() - begin, 30 * WORLD_S);
+}
+
+STORY(doctor_and_late_answers,
+      "answers that come late are told from none, with the --timeout that "
+      "takes them")
+{
+    const user_bench b = tuned_bench();
+    (void)user_sensor_start(b.sensor, "--rate 4 --answer-delay 1500");
+    user_tool *doctor = examine(&b);
+    user_expect_status(doctor, DONE);
+    expect_check(doctor, "answer", "note");
+    expect_text(doctor, "answer", "but late");
+    doctor = user_run(b.host, "lumctl --timeout 200 doctor --json");
+    user_expect_status(doctor, FAILED);
+    user_expect_like(look_of(doctor, "answer", "text"),
+                     "answers late, 1[5-7][0-9]{2} ms after the first of 5 "
+                     "requests, which --timeout 200 gives up before");
+    user_expect_like(look_of(doctor, "answer", "mend"),
+                     "^lumctl --host 10\\.42\\.0\\.37 --timeout 3[0-9]00 "
+                     "doctor ");
+    doctor = user_run(b.host, "lumctl --timeout 3200 --retries 0 doctor "
+                              "--json");
+    user_expect_status(doctor, DONE);
+    expect_text(doctor, "answer", "but late");
+}
+
+static void answer_others(made_up *self, const made_up_packet *packet)
+{
+    made_up_packet other = *packet;
+    other.sequence += 7u;
+    made_up_plain(self, &other);
+}
+
+STORY(doctor_and_another_sequence,
+      "answers with another sequence number are told from none")
+{
+    const user_bench b = tuned_bench();
+    const made_up *m = made_up_new(b.sensor, SENSOR, answer_others);
+    user_tool *doctor = user_run(b.host, "lumctl --retries 2 doctor --json");
+    user_expect_status(doctor, FAILED);
+    expect_check(doctor, "answer", "wrong");
+    expect_text(doctor, "answer", "answers with another sequence number");
+    expect_text(doctor, "data", "answers have another sequence number");
+    user_expect(made_up_heard(m, MADE_UP_TIME) >= 3);
 }
 
 STORY(doctor_without_data, "a sensor without data is told")

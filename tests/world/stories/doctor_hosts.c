@@ -402,12 +402,60 @@ STORY(doctor_nobody_has_the_address, "that nobody has the address is told")
     const user_bench b = bench();
     user_tool *elsewhere =
         broken(&b, "--host 10.42.0.99", NO_ANSWER, "arp", "nobody on eth0");
-    user_expect_has(look_of(elsewhere, "arp", "mend"), "--host 10.42.0.37");
+    user_expect_has(look_of(elsewhere, "arp", "mend"), "boots at 10.42.0.37");
     expect_fine(look(&b, ""));
     world_interface_set_up(world_interface_find(b.sensor, "eth0"), false);
     user_tool *gone =
         broken(&b, "", NO_ANSWER, "arp", "nobody on eth0"); /* any more */
-    user_expect_has(look_of(gone, "arp", "mend"), "tcpdump");
+    user_expect_has(look_of(gone, "arp", "mend"), "lumctl find");
+}
+
+STORY(doctor_a_sensor_that_moved,
+      "a sensor that got another address is searched for, not switched off")
+{
+    const user_bench b = bench();
+    world_interface_add(world_interface_find(b.sensor, "eth0"),
+                        user_ip("10.42.0.50"), 24);
+    user_expect_status(user_run(b.host, "lumctl set-ip 10.42.0.50"), DONE);
+    world_interface_remove(world_interface_find(b.sensor, "eth0"),
+                           user_ip(SENSOR));
+    user_tool *doctor = broken(&b, "", NO_ANSWER, "arp", "nobody on eth0");
+    expect_mend(doctor, "arp",
+                "sudo lumctl find --interface eth0    # at which address does "
+                "it answer? It boots at 10.42.0.37");
+    user_expect_has(user_out(user_run(b.host, "lumctl find --interface eth0")),
+                    "10.42.0.50");
+    expect_fine(look(&b, "--host 10.42.0.50"));
+}
+
+STORY(doctor_another_host_with_our_address,
+      "another host with this host's own address is told, and not this host "
+      "itself on a second interface")
+{
+    const user_bench b = bench();
+    world_interface *second =
+        user_interface(b.host, "eth1", b.wire, "10.43.0.1/24");
+    expect_fine(look(&b, ""));
+    (void)user_interface(user_host_new("rival"), "eth0", b.wire,
+                         "10.42.0.1/24");
+    user_tool *doctor =
+        broken(&b, "", FAILED, "arp",
+               " on eth0 has this host's address 10.42.0.1, too");
+    expect_mend(doctor, "arp",
+                "sudo ip addr add 10.42.0.2/24 dev eth0 && sudo ip addr del "
+                "10.42.0.1/24 dev eth0    # or give the other one another "
+                "address");
+    world_net_rights_of(b.host)->is_root = false;
+    expect_text(look(&b, ""), "arp", "or has this host's address, too");
+    world_net_rights_of(b.host)->is_root = true;
+    world_interface_set_up(world_interface_find(b.sensor, "eth0"), false);
+    doctor = broken(&b, "", FAILED, "arp", "nobody on eth0");
+    expect_text(doctor, "arp", "has this host's address 10.42.0.1, too");
+    world_interface_set_up(world_interface_find(b.sensor, "eth0"), true);
+    world_interface_set_up(second, false);
+    bare(&b);
+    world_interface_add(b.eth0, user_ip("10.42.0.2"), 24);
+    expect_fine(look(&b, ""));
 }
 
 STORY(doctor_a_host_without_a_sensor, "a host where nothing listens is told")

@@ -79,7 +79,7 @@ struct doctor {
     char address[16];
     const char *lacks[DOCTOR_NEEDS]; /* why not; NULL: it is there */
     bool is_silent;                  /* a request was sent, and nothing came */
-    bool has_rival;                  /* another device also has its address */
+    bool is_misled; /* requests or answers may reach another device */
     bool has_hazard;
     /* The host's side. */
     struct host_interface *interfaces; /* the heap's */

@@ -8,14 +8,7 @@
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
 
-#include "lum/base/time.h"
-
 #include <stdio.h>
-#include <string.h>
-
-#define MS_NS    INT64_C(1000000)
-#define ARP_NS   (1500 * MS_NS)
-#define ARP_LOOK 50 /* ms */
 
 /* A route to only the sensor takes nothing from the interface that has its
  * subnet. */
@@ -65,7 +58,7 @@ static void say_two(struct doctor *d, const struct arp_answers *who,
 {
     char hop[16];
     char macs[NEIGHBOURS_TEXT_BYTES];
-    d->has_rival = true;
+    d->is_misled = true;
     (void)number_format_address(d->next_hop, hop);
     doctor_wrong(out,
                  "%zu devices on %s answer for %s: %s; what is sent reaches "
@@ -85,7 +78,7 @@ static void add_wire(struct doctor *d, const struct arp_answers *who,
         say_two(d, who, out);
     } else if (!who->is_heard) {
         doctor_add(out, "; only root can see whether another device answers "
-                        "for it, too");
+                        "for it, or has this host's address, too");
     }
 }
 
@@ -111,6 +104,33 @@ static void look_at_local(struct doctor *d, struct doctor_finding *out)
     doctor_mend(out, "sudo ip addr del %s", d->own);
 }
 
+/* What is sent goes to a device that does not have the address: an entry that
+ * somebody made permanent, or one of a device that has gone. */
+static bool say_misled(struct doctor *d, const struct arp_answers *who,
+                       struct doctor_finding *out)
+{
+    char mac[MAC_BYTES] = "";
+    char hop[16];
+    char macs[NEIGHBOURS_TEXT_BYTES];
+    struct arp_answers known = *who;
+    if (who->count == 0 || who->count == ARP_ANSWERS_MAX ||
+        neighbours_look_up(d->next_hop, d->interface, mac) != ARP_COMPLETE) {
+        return false;
+    }
+    arp_answers_add(&known, mac);
+    if (known.count == who->count) {
+        return false;
+    }
+    d->is_misled = true;
+    (void)number_format_address(d->next_hop, hop);
+    doctor_wrong(out,
+                 "this host's table says that %s is at %s, but %s answers for "
+                 "it: what is sent does not reach it",
+                 hop, mac, neighbours_format(who, macs));
+    doctor_mend(out, "sudo ip neigh del %s dev %s", hop, d->interface);
+    return true;
+}
+
 /* The entry in the kernel's table may be of a device that has gone. */
 static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
                           struct doctor_finding *out)
@@ -126,12 +146,63 @@ static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
         say_nobody(d, out);
         return;
     }
+    if (say_misled(d, &who, out)) {
+        return;
+    }
     doctor_fine(out, "%s is at %s", number_format_address(d->next_hop, hop),
                 mac);
     add_wire(d, &who, out);
 }
 
-void doctor_check_arp(struct doctor *d, struct doctor_finding *out)
+static void mend_own(struct doctor *d, const struct host_interface *on,
+                     struct doctor_finding *out)
+{
+    char own[16];
+    char free[16];
+    const struct interface_address *at = NULL;
+    const uint32_t beside = host_address_beside(d, on);
+    if (beside == 0 || interfaces_owner(d->interfaces, d->interface_count,
+                                        d->source, &at) == NULL) {
+        host_say_full(d, on, out);
+        return;
+    }
+    doctor_mend(out,
+                "sudo ip addr add %s/%u dev %s && sudo ip addr del %s/%u dev "
+                "%s    # or give the other one another address",
+                number_format_address(beside, free), at->prefix, on->name,
+                number_format_address(d->source, own), at->prefix, on->name);
+}
+
+/* What the sensor sends to this host's address goes now to this host and now
+ * to another one with that address. */
+static void look_at_own(struct doctor *d, struct doctor_finding *out)
+{
+    struct arp_answers who;
+    char own[16];
+    char macs[NEIGHBOURS_TEXT_BYTES];
+    const struct host_interface *on =
+        interfaces_find(d->interfaces, d->interface_count, d->interface);
+    if (on == NULL || d->source == 0) {
+        return;
+    }
+    neighbours_rivals(d, on, d->source, &who);
+    if (who.count == 0) {
+        return;
+    }
+    d->is_misled = true;
+    if (out->result == DOCTOR_WRONG) {
+        doctor_add(out, "; and %s", neighbours_format(&who, macs));
+    } else {
+        doctor_wrong(out, "%s", neighbours_format(&who, macs));
+        mend_own(d, on, out);
+    }
+    doctor_add(out,
+               " on %s has this host's address %s, too: answers and data reach "
+               "now this host and now that one",
+               d->interface, number_format_address(d->source, own));
+}
+
+static void look_at_sensors(struct doctor *d, struct doctor_finding *out)
 {
     char mac[MAC_BYTES] = "";
     enum arp_state state = ARP_UNKNOWN;
@@ -156,5 +227,13 @@ void doctor_check_arp(struct doctor *d, struct doctor_finding *out)
         say_nobody(d, out);
     } else {
         doctor_note(out, "the kernel has no word on %s", d->address);
+    }
+}
+
+void doctor_check_arp(struct doctor *d, struct doctor_finding *out)
+{
+    look_at_sensors(d, out);
+    if (!d->is_local) {
+        look_at_own(d, out);
     }
 }

@@ -43,6 +43,34 @@ bool neighbours_hear(struct doctor *d, const struct host_interface *on,
     return arp_answers_hear(on, address, &patience, out);
 }
 
+static bool is_ours(const struct doctor *d, const char *mac)
+{
+    for (size_t i = 0; i < d->interface_count; i++) {
+        char own[INTERFACE_MAC_TEXT_BYTES];
+        if (d->interfaces[i].has_mac &&
+            strcmp(interfaces_format_mac(d->interfaces[i].mac, own), mac) ==
+                0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void neighbours_rivals(struct doctor *d, const struct host_interface *on,
+                       uint32_t own, struct arp_answers *out)
+{
+    const struct arp_patience patience = {MORE_NS, AGAIN_NS, AGAIN_NS, goes_on,
+                                          d};
+    struct arp_answers who = {0};
+    *out = who;
+    (void)arp_answers_hear(on, own, &patience, &who);
+    for (size_t i = 0; i < who.count; i++) {
+        if (!is_ours(d, who.macs[i])) {
+            arp_answers_add(out, who.macs[i]);
+        }
+    }
+}
+
 /* Questions on many interfaces at once. */
 struct search {
     size_t count;
@@ -115,8 +143,8 @@ const struct host_interface *neighbours_search(struct doctor *d,
     return found;
 }
 
-static enum arp_state look_up(uint32_t address, const char *interface,
-                              char mac[MAC_BYTES])
+enum arp_state neighbours_look_up(uint32_t address, const char *interface,
+                                  char mac[MAC_BYTES])
 {
     FILE *f = fopen("/proc/net/arp", "re");
     if (f == NULL) {
@@ -134,12 +162,12 @@ enum knock_answer neighbours_probe(struct doctor *d, const char *by,
     const int64_t end = lum_time_monotonic_ns() + WAIT_NS;
     struct knock knock;
     enum knock_answer answer = knock_begin(&knock, d->sensor, by);
-    *state = look_up(hop, on, mac);
+    *state = neighbours_look_up(hop, on, mac);
     while (answer == KNOCK_SILENCE && *state != ARP_COMPLETE &&
            lum_time_monotonic_ns() < end && !doctor_is_cancelled(d)) {
         doctor_keep_alive(d);
         answer = knock_hear(&knock, LOOK_MS);
-        *state = look_up(hop, on, mac);
+        *state = neighbours_look_up(hop, on, mac);
     }
     if (answer == KNOCK_SILENCE) {
         answer = knock_hear(&knock, 2 * LOOK_MS);

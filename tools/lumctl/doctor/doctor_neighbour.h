@@ -16,8 +16,17 @@
 bool neighbours_hear(struct doctor *d, const struct host_interface *on,
                      uint32_t address, struct arp_answers *out);
 
-/* As above. If that is not allowed, sends a packet to the sensor there and
- * looks at the kernel's table. */
+/* Hears who else has an address of this host, within half a second. Not at
+ * all, where this host answers itself on another of its interfaces. */
+void neighbours_rivals(struct doctor *d, const struct host_interface *on,
+                       uint32_t own, struct arp_answers *out);
+
+/* The kernel's table; mac is written when it is ARP_COMPLETE. */
+enum arp_state neighbours_look_up(uint32_t address, const char *interface,
+                                  char mac[MAC_BYTES]);
+
+/* As neighbours_hear(). If that is not allowed, sends a packet to the sensor
+ * there and looks at the kernel's table. */
 void neighbours_find(struct doctor *d, const struct host_interface *on,
                      struct arp_answers *out);
 

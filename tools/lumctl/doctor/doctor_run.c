@@ -95,7 +95,7 @@ static enum exit_status verdict(const struct doctor *d,
                                 const struct doctor_finding *findings)
 {
     bool is_wrong = false;
-    bool is_explained = d->has_rival; /* the other device may have been asked */
+    bool is_explained = d->is_misled;
     for (size_t i = 0; i < CHECKS; i++) {
         const bool wrong = findings[i].result == DOCTOR_WRONG;
         is_wrong = is_wrong || wrong;

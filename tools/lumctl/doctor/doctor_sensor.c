@@ -15,12 +15,12 @@
 #include <stdio.h>
 
 #define MS_NS         INT64_C(1000000)
-#define TRY_MS        300u
-#define TRIES         4u
 #define EXCHANGES     5u
 #define TAKE_NS       (2000 * MS_NS)
 #define SLOT_NS       (100 * MS_NS)
 #define RATE_NS       (1000 * MS_NS)
+#define LATE_NS       (3000 * MS_NS) /* for answers that nobody waits for */
+#define SLOW_NS       (250 * MS_NS)  /* no sensor beside this host needs it */
 #define REST_NS       (300 * MS_NS)
 #define NEAR_NS       (RATE_NS / 2) /* of exchanges that are alike */
 #define LET_GO_NS     (LUM_HEARTBEAT_TIMEOUT_MS * MS_NS + REST_NS)
@@ -39,8 +39,8 @@ lum_net_result doctor_open(struct doctor *d, bool owns, lum_error *error)
     options.interface_name = o->interface;
     options.layout = d->ctl->layout;
     options.owns = owns;
-    options.timeout_ms = TRY_MS;
-    options.retries = TRIES - 1u;
+    options.timeout_ms = o->timeout_ms;
+    options.retries = o->retries;
     options.cancel = d->ctl->cancel;
     lum_sensor_close(d->session);
     d->session = NULL;
@@ -131,6 +131,23 @@ static lum_sensor_event_kind ask_time(struct doctor *d)
                : LUM_SENSOR_FAILED;
 }
 
+/* Receives, without a request, until a time. */
+static bool rest_until(struct doctor *d, int64_t end)
+{
+    lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
+    int64_t now = lum_time_monotonic_ns();
+    while (now < end && event.kind != LUM_SENSOR_CANCELLED &&
+           event.kind != LUM_SENSOR_FAILED) {
+        doctor_keep_alive(d);
+        lum_sensor_receive(d->session,
+                           now + SLOT_NS < end ? now + SLOT_NS : end, &event);
+        note_status(d, &event);
+        now = lum_time_monotonic_ns();
+    }
+    return event.kind != LUM_SENSOR_CANCELLED &&
+           event.kind != LUM_SENSOR_FAILED;
+}
+
 /* Asks for the time repeatedly, as long as answers come. */
 static void ask_times(struct doctor *d)
 {
@@ -203,14 +220,10 @@ void doctor_check_buffer(struct doctor *d, struct doctor_finding *out)
 
 void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out)
 {
-    if (d->sensor.address == LUM_BOOT_ADDRESS) {
-        doctor_mend_watch(d, out, "arp",
-                          "power the sensor off and on: which address does it "
-                          "speak of?");
-    } else {
-        doctor_mend(out, "lumctl --host 10.42.0.37 doctor    # where every "
-                         "sensor boots");
-    }
+    doctor_mend(out,
+                "sudo lumctl find --interface %s    # at which address does "
+                "it answer? It boots at 10.42.0.37",
+                d->interface);
 }
 
 /* It answers, but from another place than the request went to. */
@@ -236,9 +249,72 @@ static void say_other_port(struct doctor *d, uint16_t port,
     }
 }
 
-static void say_unanswered(struct doctor *d, struct doctor_finding *out)
+static void mend_port_watch(const struct doctor *d, struct doctor_finding *out)
 {
     char filter[32];
+    (void)snprintf(filter, sizeof filter, "udp port %u",
+                   (unsigned)d->sensor.port);
+    doctor_mend_watch(d, out, filter,
+                      "while lumctl time --watch runs: do requests leave, "
+                      "do answers come?");
+}
+
+static bool has_dropped(const struct doctor *d)
+{
+    lum_sensor_counters counters = {.struct_size = sizeof counters};
+    lum_sensor_count(d->session, &counters);
+    return counters.answers_dropped > 0;
+}
+
+/* Answers that came in time and were none to these requests, or came after they
+ * were given up. */
+static bool say_misfit(struct doctor *d, int64_t begin_ns,
+                       struct doctor_finding *out)
+{
+    char place[DOCTOR_PLACE_BYTES];
+    const struct ctl_options *o = &d->ctl->options;
+    const bool is_other = has_dropped(d);
+    int64_t now = lum_time_monotonic_ns();
+    const int64_t end = now + LATE_NS;
+    while (!has_dropped(d) && now < end && rest_until(d, now + SLOT_NS)) {
+        now = lum_time_monotonic_ns();
+    }
+    if (!has_dropped(d)) {
+        return false;
+    }
+    const unsigned ms = (unsigned)((now - begin_ns) / MS_NS);
+    doctor_lack(d, DOCTOR_NEEDS_ANSWER,
+                is_other ? "answers have another sequence number"
+                         : "answers come too late");
+    if (is_other) {
+        doctor_wrong(out,
+                     "%s answers with another sequence number than that of the "
+                     "request, so that its answers are not believed",
+                     d->address);
+        mend_port_watch(d, out);
+    } else {
+        doctor_wrong(out,
+                     "%s answers late, %u ms after the first of %u requests, "
+                     "which --timeout %u gives up before",
+                     d->address, ms, (unsigned)o->retries + 1u,
+                     (unsigned)o->timeout_ms);
+        doctor_mend(out,
+                    "lumctl --host %s%s%s --timeout %u doctor    # --timeout "
+                    "with every command of lumctl",
+                    doctor_place(d->sensor.address, d->sensor.port, place),
+                    o->interface != NULL ? " --interface " : "",
+                    o->interface != NULL ? o->interface : "",
+                    (2u * ms + 99u) / 100u * 100u);
+    }
+    return true;
+}
+
+static void say_unanswered(struct doctor *d, int64_t begin_ns,
+                           struct doctor_finding *out)
+{
+    if (say_misfit(d, begin_ns, out)) {
+        return;
+    }
     doctor_keep_alive(d);
     const uint16_t port = doctor_other_port(d);
     if (port != 0) {
@@ -247,20 +323,18 @@ static void say_unanswered(struct doctor *d, struct doctor_finding *out)
     }
     d->is_silent = true;
     doctor_lack(d, DOCTOR_NEEDS_ANSWER, "the sensor does not answer");
-    doctor_wrong(out, "no answer to %u timestamp requests to %s:%u", TRIES,
-                 d->address, (unsigned)d->sensor.port);
-    (void)snprintf(filter, sizeof filter, "udp port %u",
-                   (unsigned)d->sensor.port);
-    doctor_mend_watch(d, out, filter,
-                      "while lumctl time --watch runs: do requests leave, "
-                      "do answers come?");
+    doctor_wrong(out, "no answer to %u timestamp requests to %s:%u",
+                 (unsigned)d->ctl->options.retries + 1u, d->address,
+                 (unsigned)d->sensor.port);
+    mend_port_watch(d, out);
 }
 
-static void say_silent(struct doctor *d, struct doctor_finding *out)
+static void say_silent(struct doctor *d, int64_t begin_ns,
+                       struct doctor_finding *out)
 {
     char place[DOCTOR_PLACE_BYTES];
     if (!d->was_refused) {
-        say_unanswered(d, out);
+        say_unanswered(d, begin_ns, out);
         return;
     }
     d->is_silent = true;
@@ -277,23 +351,6 @@ static void say_silent(struct doctor *d, struct doctor_finding *out)
     } else {
         doctor_mend_elsewhere(d, out);
     }
-}
-
-/* Receives, without a request, until a time. */
-static bool rest_until(struct doctor *d, int64_t end)
-{
-    lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
-    int64_t now = lum_time_monotonic_ns();
-    while (now < end && event.kind != LUM_SENSOR_CANCELLED &&
-           event.kind != LUM_SENSOR_FAILED) {
-        doctor_keep_alive(d);
-        lum_sensor_receive(d->session,
-                           now + SLOT_NS < end ? now + SLOT_NS : end, &event);
-        note_status(d, &event);
-        now = lum_time_monotonic_ns();
-    }
-    return event.kind != LUM_SENSOR_CANCELLED &&
-           event.kind != LUM_SENSOR_FAILED;
 }
 
 static bool may_be_on(struct doctor *d)
@@ -341,13 +398,16 @@ void doctor_check_answer(struct doctor *d, struct doctor_finding *out)
         doctor_lack(d, DOCTOR_NEEDS_ANSWER, "no socket for it");
         return;
     }
+    const int64_t begin_ns = lum_time_monotonic_ns();
     ask_times(d);
     if (lum_clock_sync_estimate(&d->clock, &e) != LUM_OK) {
-        say_silent(d, out);
+        say_silent(d, begin_ns, out);
         return;
     }
-    doctor_fine(out, "the sensor answers a timestamp, within %.2f ms",
-                2e-6 * (double)e.error_ns);
+    (2 * e.error_ns > SLOW_NS ? doctor_note : doctor_fine)(
+        out, "the sensor answers a timestamp, %swithin %.2f ms",
+        2 * e.error_ns > SLOW_NS ? "but late, " : "",
+        2e-6 * (double)e.error_ns);
     respect_others(d, out);
 }
 
@@ -536,11 +596,12 @@ static void look_at_data_clock(const struct doctor *d,
                                const lum_clock_estimate *e,
                                struct doctor_finding *out)
 {
-    if (!d->stream.has_clock) {
+    if (!d->stream.has_clock || d->lacks[DOCTOR_NEEDS_DATA] != NULL) {
         return;
     }
     const int64_t lag = data_clock_lag(d, e);
-    if (lag < -DATA_CLOCK_US || lag > DATA_CLOCK_US) {
+    const int64_t allowed = DATA_CLOCK_US + e->error_ns / 1000;
+    if (lag < -allowed || lag > allowed) {
         doctor_wrong(out,
                      "the clock in the data is %.3f s away from the clock in "
                      "the timestamps: the profile's timestamp may stand at "

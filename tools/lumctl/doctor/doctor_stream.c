@@ -10,7 +10,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#define FEW 16u /* datagrams */
+#define FEW 16u /* datagrams, or lines */
 
 /* Lines of an eye that may be under way at once. */
 static unsigned open_lines(void)
@@ -185,8 +185,10 @@ void doctor_check_layout(struct doctor *d, struct doctor_finding *out)
         doctor_fine(out, "all %" PRIu64 " data packets fit the wire profile",
                     good);
     }
-    if (good == 0) {
-        doctor_lack(d, DOCTOR_NEEDS_DATA, "no packet could be decoded");
+    if (out->result == DOCTOR_WRONG) {
+        doctor_lack(d, DOCTOR_NEEDS_DATA,
+                    good == 0 ? "no packet could be decoded"
+                              : "the data does not fit the wire profile");
     }
 }
 
@@ -267,6 +269,14 @@ void doctor_check_loss(struct doctor *d, struct doctor_finding *out)
         say_filtered(d, out);
     } else if (s->lines == 0) {
         doctor_note(out, "not one whole line came: too little to judge");
+    } else if (s->lines >= FEW && s->lines_missing_angles == s->lines) {
+        doctor_wrong(out,
+                     "not one of %" PRIu64 " lines has all its angles: "
+                     "group.line or group.first_sample_index of the wire "
+                     "profile may be another offset, if not nearly all packets "
+                     "are lost",
+                     s->lines);
+        mend_layout(d, out);
     } else if (wire > 0) {
         say_wire_loss(d, out);
     } else {
