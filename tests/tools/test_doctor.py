@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""lumctl doctor on a real system: what it finds, what it says of it, and that its mends mend. Without rights, over time, and
+"""lumctl doctor on a real system: what it finds, what it says of it, and that its fixes fix. Without rights, over time, and
 on most broken hosts: tests/world/stories (doctor.c, doctor_hosts.c)."""
 import json
 import os
@@ -40,6 +40,7 @@ class Findings:
         self.overall = said["overall"]
         self.names = [c["name"] for c in said["checks"]]
         self.of = {c["name"]: c for c in said["checks"]}
+        assert all(c["mend"] == c["fix"] for c in said["checks"]), said  # the name before
 
     def __getitem__(self, name):
         return self.of[name]["result"]
@@ -47,11 +48,11 @@ class Findings:
     def text(self, name):
         return self.of[name]["text"]
 
-    def mend(self, name):
-        return self.of[name]["mend"]
+    def fix(self, name):
+        return self.of[name]["fix"]
 
     def __str__(self):
-        return "\n".join(f"{c['result']} {n}: {c['text']} [{c['mend']}]" for n, c in self.of.items())
+        return "\n".join(f"{c['result']} {n}: {c['text']} [{c['fix']}]" for n, c in self.of.items())
 
 
 class Doctor(unittest.TestCase):
@@ -113,7 +114,7 @@ class Loopback(Doctor):
         found = self.examine(NET + "5")
         self.assertEqual(found.status, 1)
         self.assertIn("lumsim", found.text("port"))
-        self.assertRegex(found.mend("port"), r"^lumctl --host 127\.\d+\.\d+\.\d+( --port \d+)? doctor$")
+        self.assertRegex(found.fix("port"), r"^lumctl --host 127\.\d+\.\d+\.\d+( --port \d+)? doctor$")
 
     def test_troubleshooting_has_a_section_for_each_check(self):
         text = (HERE.parents[1] / "docs/troubleshooting.md").read_text()
@@ -169,7 +170,7 @@ class Loopback(Doctor):
 
 
 class OnHosts(Doctor):
-    """The client's host is broken in one way, and mended by the very commands that the doctor gives."""
+    """The client's host is broken in one way, and fixed by the very commands that the doctor gives."""
 
     def setUp(self):
         super().setUp()
@@ -217,52 +218,52 @@ class OnHosts(Doctor):
         self.client("ip link add other0 type veth peer name other1; ip link set other1 up; ip link set other0 up;"
                     f"ip addr add {address} dev other0")
 
-    def follow(self, mend, found=None):
-        """Do what a mend says, to the letter. The options of the next look, where it is one."""
-        if mend.endswith(" &"):
-            name, option, address, *others = mend[:-2].split()
+    def follow(self, fix, found=None):
+        """Do what a fix says, to the letter. The options of the next look, where it is one."""
+        if fix.endswith(" &"):
+            name, option, address, *others = fix[:-2].split()
             self.assertEqual((name, option), ("lumsim", "--address"))
             Sensor(self, self.folder, *others, address=address, namespace=self.hosts.client)
             return None
-        looks = re.match(r"(?:sudo )?lumctl (.*) doctor( --trace)?(?:    #.*)?$", mend)
+        looks = re.match(r"(?:sudo )?lumctl (.*) doctor( --trace)?(?:    #.*)?$", fix)
         if looks:
             return looks[1].split() + (["--trace"] if looks[2] else [])
-        changes = re.match(r"sudo (ip|nft|iptables-nft|iptables-legacy|sysctl) ", mend)
-        status, out = self.shell(mend, timeout=PATIENCE_S if changes else 1.0)
+        changes = re.match(r"sudo (ip|nft|iptables-nft|iptables-legacy|sysctl) ", fix)
+        status, out = self.shell(fix, timeout=PATIENCE_S if changes else 1.0)
         if changes:
-            self.assertEqual(status, 0, f"{mend}: {out}\n{found}")
+            self.assertEqual(status, 0, f"{fix}: {out}\n{found}")
         return None
 
-    def mended(self, found, check, options=(), says=""):
-        """Each mend, of the first thing that is wrong, is done; in the end nothing is wrong, and the sensor answers. says:
+    def fixed(self, found, check, options=(), says=""):
+        """Each fix, of the first thing that is wrong, is done; in the end nothing is wrong, and the sensor answers. says:
         of the check, when it was looked at for the last time and was still wrong."""
-        mends = [found.mend(check)]
+        fixes = [found.fix(check)]
         looks = [str(found)]
         last = found.text(check)
         for _ in range(4):
-            self.assertIsNotNone(mends[-1], str(found))
-            options = self.follow(mends[-1], found) or options
+            self.assertIsNotNone(fixes[-1], str(found))
+            options = self.follow(fixes[-1], found) or options
             self.link_shows("state UP")
             found = self.look(*options)
             looks.append(str(found))
             wrong = [name for name in NAMES if found[name] == "wrong"]
             if not wrong:
                 break
-            mends.append(found.mend(wrong[0]))
+            fixes.append(found.fix(wrong[0]))
             last = found.text(check)
         self.assertIn(says, last, "\n".join(looks))
         self.assert_fine(found)
         options = [o for o in options if o != "--trace"]
         self.assertEqual(self.hosts.run("lumctl", *options, "time").returncode, 0)
-        return mends
+        return fixes
 
     def unharmed(self, *options):
-        """A set-up that works: nothing is wrong with it, and no mend of a note breaks it."""
+        """A set-up that works: nothing is wrong with it, and no fix of a note breaks it."""
         found = self.look(*options)
         self.assertEqual(found.status, 0, str(found))
         for name in NAMES:
-            if found.mend(name):
-                self.follow(found.mend(name))
+            if found.fix(name):
+                self.follow(found.fix(name))
                 again = self.look(*options)
                 self.assertEqual({n: again[n] for n in NAMES}, {n: found[n] for n in NAMES}, f"{found}\n---\n{again}")
         return found
@@ -281,22 +282,22 @@ class TwoHosts(OnHosts):
         self.sensor()
         self.client("ip addr flush dev eth0")
         found = self.broken("interface", 1, "subnet")
-        self.assertEqual(found.mend("interface"), "sudo ip addr add 10.42.0.1/24 dev eth0")
+        self.assertEqual(found.fix("interface"), "sudo ip addr add 10.42.0.1/24 dev eth0")
         for name in ("route", "arp", "mtu", "answer", *WIRE):
             self.assertEqual(found.text(name), "not looked at: no interface in the sensor's subnet")
-        self.mended(found, "interface")
+        self.fixed(found, "interface")
 
-    def test_mends_bear_the_port(self):
+    def test_fixes_bear_the_port(self):
         found = self.broken("port", 1, "nothing listens on its port 5518", "--host", "127.0.0.3", "--port", "5518")
-        self.assertEqual(self.mended(found, "port", ("--host", "127.0.0.3", "--port", "5518")),
+        self.assertEqual(self.fixed(found, "port", ("--host", "127.0.0.3", "--port", "5518")),
                          ["lumsim --address 127.0.0.3 --port 5518 &"])
 
     def test_interface_down(self):
         self.sensor()
         self.client("ip link set eth0 down")
         found = self.broken("interface", 1, "down")
-        self.assertEqual(found.mend("interface"), "sudo ip link set eth0 up")
-        self.mended(found, "interface")
+        self.assertEqual(found.fix("interface"), "sudo ip link set eth0 up")
+        self.fixed(found, "interface")
 
     def test_the_route_leads_elsewhere(self):
         self.sensor()
@@ -304,14 +305,14 @@ class TwoHosts(OnHosts):
         self.client("ip route add 10.42.0.37/32 dev other0")
         found = self.broken("route", 1, "goes out by other0, and not by eth0 in its subnet, where it answers")
         self.assertEqual(found.text("answer"), "not looked at: the route leads elsewhere")
-        self.assertEqual(self.mended(found, "route"), ["lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface "
+        self.assertEqual(self.fixed(found, "route"), ["lumctl --host 10.42.0.37 --interface eth0 doctor    # --interface "
                                                        "eth0 with every tool"])
 
     def test_the_route_leads_to_a_gateway(self):
         self.sensor()
         self.client("ip route add 10.42.0.32/29 via 10.42.0.9")
         found = self.broken("route", 1, "to the gateway 10.42.0.9")
-        self.assertEqual(self.mended(found, "route"), ["sudo ip route replace 10.42.0.37/32 dev eth0 src 10.42.0.1"])
+        self.assertEqual(self.fixed(found, "route"), ["sudo ip route replace 10.42.0.37/32 dev eth0 src 10.42.0.1"])
 
     def by_the_wrong_one(self, address="10.42.0.2/24"):
         """The route of the address that came first holds."""
@@ -325,9 +326,9 @@ class TwoHosts(OnHosts):
         self.client("ip addr flush dev eth0")
         self.other_interface("10.42.0.1/24")
         found = self.broken("arp", 1, "nobody on other0 answers for 10.42.0.37, but a device on eth0 does, which has no address")
-        self.assertEqual(found.mend("arp"), "sudo ip addr add 10.42.0.2/32 dev eth0 && sudo ip route add 10.42.0.37/32 dev eth0 "
+        self.assertEqual(found.fix("arp"), "sudo ip addr add 10.42.0.2/32 dev eth0 && sudo ip route add 10.42.0.37/32 dev eth0 "
                                             "src 10.42.0.2")
-        self.follow(found.mend("arp"))
+        self.follow(found.fix("arp"))
         found = self.unharmed()
         self.assertEqual((found["route"], found["answer"], found["data"]), ("note", "fine", "fine"), str(found))
 
@@ -335,21 +336,21 @@ class TwoHosts(OnHosts):
         self.by_the_wrong_one()
         self.client("sysctl -qw net.ipv4.conf.all.rp_filter=1")
         found = self.broken("route", 1, "other0")
-        mends = self.mended(found, "route")
-        self.assertEqual(mends[1:], ["sudo sysctl -w net/ipv4/conf/eth0/rp_filter=2"])
+        fixes = self.fixed(found, "route")
+        self.assertEqual(fixes[1:], ["sudo sysctl -w net/ipv4/conf/eth0/rp_filter=2"])
 
     def test_a_permanent_entry_of_another_device(self):
         self.sensor()
         self.client("ip neigh replace 10.42.0.37 lladdr 02:00:00:00:00:99 dev eth0 nud permanent")
         found = self.broken("arp", 1, "10.42.0.37 is at 02:00:00:00:00:99, but ")
-        self.assertEqual(self.mended(found, "arp"), ["sudo ip neigh del 10.42.0.37 dev eth0"])
+        self.assertEqual(self.fixed(found, "arp"), ["sudo ip neigh del 10.42.0.37 dev eth0"])
 
     def test_the_sensors_address_on_the_host_itself(self):
         self.sensor()
         self.client("ip addr add 10.42.0.37/24 dev eth0")
         found = self.broken("port", 1, "own address (dev eth0)")
         self.assertEqual(found["arp"], "wrong", str(found))
-        self.assertEqual(self.mended(found, "port"), ["sudo ip addr del 10.42.0.37/24 dev eth0"])
+        self.assertEqual(self.fixed(found, "port"), ["sudo ip addr del 10.42.0.37/24 dev eth0"])
 
     def test_a_port_that_is_rewritten(self):
         self.sensor("--port", "6000")
@@ -358,7 +359,7 @@ class TwoHosts(OnHosts):
         }""", capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual(r.returncode, 0, r.stderr)
         found = self.broken("answer", 1, "answers from port 6000")
-        self.assertEqual(self.mended(found, "answer"), ["lumctl --host 10.42.0.37:6000 doctor"])
+        self.assertEqual(self.fixed(found, "answer"), ["lumctl --host 10.42.0.37:6000 doctor"])
 
     def test_a_route_that_forbids(self):
         self.client("ip route add unreachable 10.42.0.37/32")
@@ -369,7 +370,7 @@ class TwoHosts(OnHosts):
         self.client("ip link set eth0 mtu 1400")
         found = self.broken("mtu", 1, "1400")
         self.assertEqual(found["answer"], "fine")
-        self.mended(found, "mtu")
+        self.fixed(found, "mtu")
 
     def look_unprivileged(self, *options):
         os.chmod(self.folder.path, 0o755)
@@ -449,9 +450,9 @@ class Firewall(OnHosts):
         before = self.tables()
         found = self.broken("firewall")
         self.assertNotIn("chain", found.text("firewall"))
-        self.assertEqual(found.mend("firewall"), "sudo lumctl --host 10.42.0.37 doctor --trace    # names the rule")
-        mends = self.mended(found, "firewall", says=says)
-        self.assertEqual(len(mends), 2, mends)
+        self.assertEqual(found.fix("firewall"), "sudo lumctl --host 10.42.0.37 doctor --trace    # names the rule")
+        fixes = self.fixed(found, "firewall", says=says)
+        self.assertEqual(len(fixes), 2, fixes)
         self.assertEqual(self.tables(), before)
 
     def test_rules_let_all_but_answers_drop(self):
@@ -469,7 +470,7 @@ class Firewall(OnHosts):
         self.sensor()
         self.client(rules)
         found = self.broken("firewall", 1, "come in by eth0, and this host drops them")
-        self.mended(found, "firewall", says=says)
+        self.fixed(found, "firewall", says=says)
 
     def test_rules_of_the_old_kind(self):
         self.old_kind("iptables-legacy -t raw -A PREROUTING -s 10.42.0.37 -j DROP",
@@ -497,9 +498,9 @@ class Firewall(OnHosts):
         self.client("nft 'add table inet f { chain in { type filter hook input priority 0; udp length > 300 drop; }; }'")
         found = self.broken("data", 1, "came in by eth0, and this host drops them, though not short answers")
         self.assertEqual((found["answer"], found["firewall"]), ("fine", "fine"), str(found))
-        self.assertIn("udp length > 300 drop", self.shell(found.mend("data"))[1])
+        self.assertIn("udp length > 300 drop", self.shell(found.fix("data"))[1])
         traced = self.look("--trace")  # of requests and answers alone
-        self.assertEqual((traced["firewall"], traced.mend("data")), ("fine", found.mend("data")), str(traced))
+        self.assertEqual((traced["firewall"], traced.fix("data")), ("fine", found.fix("data")), str(traced))
         self.assertIn("requests to 10.42.0.37 and its answers pass", traced.text("firewall"))
 
     def test_a_rule_that_limits_is_no_bad_cable(self):
@@ -508,7 +509,7 @@ class Firewall(OnHosts):
                     "100/second drop; }; }'")
         found = self.broken("loss", 1, "this host dropped")
         self.assertIn("not for want of buffer", found.text("loss"))
-        self.assertIn("limit rate over 100/second", self.shell(found.mend("loss"))[1])
+        self.assertIn("limit rate over 100/second", self.shell(found.fix("loss"))[1])
 
     def test_a_trace_that_cannot_be_is_no_success(self):
         self.sensor()

@@ -144,8 +144,7 @@ STORY(doctor_beside_another_host_that_may_have_the_laser_on,
     }
 }
 
-STORY(doctor_and_a_hazard,
-      "a hazard has its exit status, its name and its mend")
+STORY(doctor_and_a_hazard, "a hazard has its exit status, its name and its fix")
 {
     const user_bench b = tuned_bench();
     const user_sensor *s =
@@ -156,12 +155,11 @@ STORY(doctor_and_a_hazard,
     expect_value(doctor, "overall", "hazard");
     expect_check(doctor, "status", "wrong");
     expect_text(doctor, "status", "FAN_PWM_BAD");
-    user_expect_has(look_of(doctor, "status", "mend"), "fan");
+    user_expect_has(look_of(doctor, "status", "fix"), "fan");
 }
 
-STORY(
-    doctor_and_another_layout,
-    "another layout is told from a sensor without data, and its mend mends it")
+STORY(doctor_and_another_layout,
+      "another layout is told from a sensor without data, and its fix fixes it")
 {
     const user_bench b = tuned_bench();
     user_leave("status-in-calm", "no packet fits the layout of a recording");
@@ -174,7 +172,7 @@ STORY(
     expect_check(doctor, "layout", "wrong");
     expect_text(doctor, "layout", "type 9");
     expect_check(doctor, "loss", "not looked at");
-    user_expect_has(look_of(doctor, "layout", "mend"),
+    user_expect_has(look_of(doctor, "layout", "fix"),
                     "lumdump udp://" SENSOR
                     " --laser --duration 3 -o look.pcap; "
                     "lumdump look.pcap --infer -o profile.yaml");
@@ -204,7 +202,7 @@ STORY(doctor_and_a_layout_that_decodes,
     expect_check(doctor, "loss", in_part ? "not looked at" : "wrong");
     expect_text(doctor, "loss", "wire profile");
     user_expect_lacks(look_of(doctor, "loss", "text"), "cable");
-    user_expect_has(look_of(doctor, in_part ? "layout" : "loss", "mend"),
+    user_expect_has(look_of(doctor, in_part ? "layout" : "loss", "fix"),
                     "--infer");
     expect_check(doctor, "clock", "fine");
 }
@@ -238,7 +236,7 @@ STORY(doctor_and_loss, "loss on the wire is the cable's, or the simulator's")
     expect_text(doctor, "loss", "lost on the wire");
     expect_text(doctor, "loss", "the kernel dropped none");
     expect_text(doctor, "loss", "cable");
-    user_expect_has(look_of(doctor, "loss", "mend"), "ethtool -S eth0");
+    user_expect_has(look_of(doctor, "loss", "fix"), "ethtool -S eth0");
 }
 
 STORY(doctor_and_a_simulators_loss,
@@ -256,7 +254,7 @@ STORY(doctor_and_a_simulators_loss,
     expect_text(doctor, "loss", "lost by the simulator");
     expect_text(doctor, "loss", "the kernel dropped none");
     user_expect_lacks(look_of(doctor, "loss", "text"), "cable");
-    user_expect_like(look_of(doctor, "loss", "mend"),
+    user_expect_like(look_of(doctor, "loss", "fix"),
                      "^lumsim --address 127\\.0\\.0\\.2 &.*--loss");
 }
 
@@ -277,7 +275,7 @@ STORY(doctor_and_silence, "a silent sensor is told in time")
     user_tool *doctor = examine(&b);
     user_expect_status(doctor, NO_ANSWER);
     expect_check(doctor, "answer", "wrong");
-    user_expect_has(look_of(doctor, "answer", "mend"), "tcpdump");
+    user_expect_has(look_of(doctor, "answer", "fix"), "tcpdump");
     expect_check(doctor, "firewall", "not looked at");
     user_expect_at_most(world_now() - begin, 30 * WORLD_S);
 }
@@ -297,7 +295,7 @@ STORY(doctor_and_late_answers,
     user_expect_like(look_of(doctor, "answer", "text"),
                      "answers late, 1[5-7][0-9]{2} ms after the first of 5 "
                      "requests, which --timeout 200 gives up before");
-    user_expect_like(look_of(doctor, "answer", "mend"),
+    user_expect_like(look_of(doctor, "answer", "fix"),
                      "^lumctl --host 10\\.42\\.0\\.37 --timeout 3[0-9]00 "
                      "doctor ");
     doctor = user_run(b.host, "lumctl --timeout 3200 --retries 0 doctor "
@@ -538,7 +536,7 @@ STORY(doctor_and_another_port,
     expect_check(doctor, "answer", "wrong");
     expect_text(doctor, "answer",
                 "answers from port 6000 to what is sent to its port 5517");
-    user_expect_has(look_of(doctor, "answer", "mend"), "tcpdump");
+    user_expect_has(look_of(doctor, "answer", "fix"), "tcpdump");
 }
 
 STORY(doctor_and_a_signal, "a signal ends a doctor, and the session is free")
@@ -598,6 +596,6 @@ STORY(doctor_without_rights,
         expect_check(doctor, look_names[i],
                      strcmp(look_names[i], "buffer") == 0 ? "wrong" : "fine");
     }
-    user_expect_has(look_of(doctor, "buffer", "mend"),
+    user_expect_has(look_of(doctor, "buffer", "fix"),
                     "sudo sysctl -w net.core.rmem_max=33554432");
 }

@@ -1,5 +1,5 @@
 /* lumctl doctor as root: hosts that are broken in one way, what it proposes,
- * and that this mends them. */
+ * and that this fixes them. */
 #include "look.h"
 
 #include <string.h>
@@ -53,14 +53,14 @@ static const char by_eth0[] =
 /* --- Addresses --- */
 
 STORY(doctor_an_address_of_another_subnet,
-      "an address of another subnet is told, and one of the sensor's mends it")
+      "an address of another subnet is told, and one of the sensor's fixes it")
 {
     const user_bench b = bench();
     bare(&b);
     world_interface_add(b.eth0, user_ip("192.168.7.1"), 24);
     world_route_add(b.eth0, 0, 0, user_ip("192.168.7.2"));
     user_tool *doctor = broken(&b, "", FAILED, "interface", "192.168.7.1/24");
-    expect_mend(doctor, "interface", "sudo ip addr add 10.42.0.1/24 dev eth0");
+    expect_fix(doctor, "interface", "sudo ip addr add 10.42.0.1/24 dev eth0");
     world_interface_add(b.eth0, user_ip("10.42.0.1"), 24);
     expect_fine(examine(&b));
 }
@@ -75,7 +75,7 @@ STORY(doctor_a_netmask,
     user_tool *doctor = broken(&b, "", FAILED, "interface",
                                "eth0 has 10.42.0.1/28, a subnet from 10.42.0.0 "
                                "to 10.42.0.15, which leaves 10.42.0.37 out");
-    expect_mend(doctor, "interface", "sudo ip addr add 10.42.0.1/24 dev eth0");
+    expect_fix(doctor, "interface", "sudo ip addr add 10.42.0.1/24 dev eth0");
     bare(&b);
     world_interface_add(b.eth0, user_ip("10.42.0.1"), 24);
     expect_fine(examine(&b));
@@ -100,7 +100,7 @@ STORY(doctor_an_address_of_another_device,
                          "10.42.0.1/24");
     bare(&b);
     user_tool *doctor = broken(&b, "", FAILED, "interface", "subnet");
-    expect_mend(doctor, "interface", "sudo ip addr add 10.42.0.2/24 dev eth0");
+    expect_fix(doctor, "interface", "sudo ip addr add 10.42.0.2/24 dev eth0");
     world_interface_add(b.eth0, user_ip("10.42.0.2"), 24);
     expect_fine(examine(&b));
 }
@@ -118,22 +118,22 @@ STORY(doctor_no_free_address,
     user_tool *doctor = look(&b, "--host 10.42.0.16");
     expect_text(doctor, "interface",
                 "of 10.42.0.1 to 10.42.0.16 every address is taken");
-    expect_mend(doctor, "interface",
-                "sudo lumctl find --interface eth0 --subnet 10.42.0.0/24    # "
-                "who has which; then give eth0 one that nobody has");
+    expect_fix(doctor, "interface",
+               "sudo lumctl find --interface eth0 --subnet 10.42.0.0/24    # "
+               "who has which; then give eth0 one that nobody has");
     world_interface_remove(its, user_ip("10.42.0.9"));
-    expect_mend(look(&b, "--host 10.42.0.16"), "interface",
-                "sudo ip addr add 10.42.0.9/24 dev eth0");
+    expect_fix(look(&b, "--host 10.42.0.16"), "interface",
+               "sudo ip addr add 10.42.0.9/24 dev eth0");
 }
 
 STORY(doctor_down_and_without_address,
-      "an interface that is down and has no address is mended step by step")
+      "an interface that is down and has no address is fixed step by step")
 {
     const user_bench b = bench();
     bare(&b);
     world_interface_set_up(b.eth0, false);
     user_tool *doctor = broken(&b, "", FAILED, "interface", "");
-    user_expect(*look_of(doctor, "interface", "mend") != '\0');
+    user_expect(*look_of(doctor, "interface", "fix") != '\0');
     world_interface_set_up(b.eth0, true);
     world_interface_add(b.eth0, user_ip("10.42.0.1"), 24);
     expect_fine(examine(&b));
@@ -147,7 +147,7 @@ STORY(doctor_no_cable, "a cable that is not in is told")
 }
 
 STORY(doctor_a_simulator_on_this_host,
-      "a simulator on this host is the mend, and is not to be killed")
+      "a simulator on this host is the fix, and is not to be killed")
 {
     const user_bench b = root_bench();
     bare(&b);
@@ -156,23 +156,23 @@ STORY(doctor_a_simulator_on_this_host,
                      "--rate 4");
     user_pause_ms(100);
     user_tool *doctor = broken(&b, "", FAILED, "interface", "subnet");
-    expect_mend(doctor, "interface",
-                "lumctl --host 127.0.0.1 --port 5600 doctor    # lumsim is "
-                "there; for another sensor: sudo ip addr add 10.42.0.1/24 dev "
-                "eth0");
+    expect_fix(doctor, "interface",
+               "lumctl --host 127.0.0.1 --port 5600 doctor    # lumsim is "
+               "there; for another sensor: sudo ip addr add 10.42.0.1/24 dev "
+               "eth0");
     expect_check(doctor, "port", "note");
-    expect_mend(doctor, "port", "lumctl --host 127.0.0.1 --port 5600 doctor");
+    expect_fix(doctor, "port", "lumctl --host 127.0.0.1 --port 5600 doctor");
     user_expect_status(look(&b, "--host 127.0.0.1 --port 5600"), DONE);
 }
 
-STORY(doctor_mends_bear_the_port, "mends bear the port of what they name")
+STORY(doctor_mends_bear_the_port, "fixes bear the port of what they name")
 {
     const user_bench b = root_bench();
     (void)user_start(b.host, "lumsim --address 127.0.0.1 --frames 1 --rate 4");
     user_pause_ms(100);
     user_tool *doctor = broken(&b, "--host 127.0.0.3 --port 5518", FAILED,
                                "port", "lumsim (process");
-    expect_mend(doctor, "port", "lumctl --host 127.0.0.1 doctor");
+    expect_fix(doctor, "port", "lumctl --host 127.0.0.1 doctor");
     expect_text(doctor, "port", "at 127.0.0.1:5517");
 }
 
@@ -195,7 +195,7 @@ STORY(doctor_a_gateway_that_works, "a gateway that works is left alone")
     user_tool *doctor = look(&b, "");
     user_expect_status(doctor, DONE);
     expect_check(doctor, "route", "note");
-    expect_mend(doctor, "route", "");
+    expect_fix(doctor, "route", "");
 }
 
 STORY(doctor_behind_the_default_route,
@@ -209,7 +209,7 @@ STORY(doctor_behind_the_default_route,
     user_tool *doctor = look(&b, "");
     user_expect_status(doctor, DONE);
     expect_check(doctor, "interface", "note");
-    expect_mend(doctor, "interface", "");
+    expect_fix(doctor, "interface", "");
     expect_check(doctor, "answer", "fine");
 }
 
@@ -251,7 +251,7 @@ STORY(doctor_two_interfaces_and_the_wrong_one,
     user_expect_like(look_of(doctor, "interface", "text"),
                      "^eth0 is up and has 10\\.42\\.0\\.1/24, and "
                      "10\\.42\\.0\\.37 answers there");
-    expect_mend(doctor, "route", by_eth0);
+    expect_fix(doctor, "route", by_eth0);
     expect_fine(look(&b, "--interface eth0"));
 }
 
@@ -261,7 +261,7 @@ STORY(doctor_the_wrong_one_without_rights,
     const user_bench b = by_the_wrong_one("10.42.0.2/24");
     world_net_rights_of(b.host)->is_root = false;
     user_tool *doctor = broken(&b, "", FAILED, "route", "other0");
-    expect_mend(doctor, "route", by_eth0);
+    expect_fix(doctor, "route", by_eth0);
 }
 
 STORY(doctor_the_wrong_interface,
@@ -272,7 +272,7 @@ STORY(doctor_the_wrong_interface,
     user_tool *doctor = broken(&b, "--interface other0", FAILED, "arp",
                                "but a device on eth0 does");
     expect_text(doctor, "interface", "other0");
-    expect_mend(doctor, "arp", by_eth0);
+    expect_fix(doctor, "arp", by_eth0);
     expect_fine(look(&b, "--interface eth0"));
 }
 
@@ -285,15 +285,15 @@ STORY(doctor_an_interface_without_address,
     user_tool *doctor =
         broken(&b, "--interface other0", FAILED, "interface",
                "interface other0 has no address in the sensor's subnet");
-    expect_mend(doctor, "interface", by_eth0);
+    expect_fix(doctor, "interface", by_eth0);
     world_net_rights_of(b.host)->is_root = false;
-    expect_mend(look(&b, "--interface other0"), "interface", by_eth0);
+    expect_fix(look(&b, "--interface other0"), "interface", by_eth0);
     world_net_rights_of(b.host)->is_root = true;
     world_interface_add(other0, user_ip("10.42.0.2"), 24);
     world_interface_set_up(other0, false);
     doctor = broken(&b, "--interface other0", FAILED, "interface",
                     "down; 10.42.0.37 answers on eth0");
-    expect_mend(doctor, "interface", by_eth0);
+    expect_fix(doctor, "interface", by_eth0);
     bare(&b);
     world_interface_remove(other0, user_ip("10.42.0.2"));
     world_interface_set_up(other0, true);
@@ -309,7 +309,7 @@ STORY(doctor_the_cable_with_the_sensor,
     bare(&b);
     world_interface_add(b.eth0, user_ip("192.168.7.9"), 24);
     user_tool *doctor = broken(&b, "", FAILED, "interface", "subnet");
-    expect_mend(doctor, "interface", "sudo ip addr add 10.42.0.1/24 dev eth0");
+    expect_fix(doctor, "interface", "sudo ip addr add 10.42.0.1/24 dev eth0");
 }
 
 STORY(
@@ -369,8 +369,8 @@ STORY(doctor_the_hosts_own_address,
     user_tool *doctor = broken(&b, "", FAILED, "port", "own address (dev lo)");
     expect_check(doctor, "arp", "wrong");
     expect_text(doctor, "arp", "a device on eth0 has it, too: 02:");
-    expect_mend(doctor, "arp", "sudo ip addr del 10.42.0.37/32 dev lo");
-    expect_mend(doctor, "port", "sudo ip addr del 10.42.0.37/32 dev lo");
+    expect_fix(doctor, "arp", "sudo ip addr del 10.42.0.37/32 dev lo");
+    expect_fix(doctor, "port", "sudo ip addr del 10.42.0.37/32 dev lo");
     world_interface_remove(lo, user_ip(SENSOR));
     expect_fine(look(&b, ""));
 }
@@ -384,7 +384,7 @@ STORY(doctor_the_hosts_own_address_and_no_sensor,
     user_pause_ms(100);
     user_tool *doctor = broken(&b, "", FAILED, "port", "own address");
     expect_check(doctor, "arp", "fine");
-    expect_mend(doctor, "port", "sudo ip addr del 10.42.0.37/24 dev eth0");
+    expect_fix(doctor, "port", "sudo ip addr del 10.42.0.37/24 dev eth0");
 }
 
 STORY(doctor_a_program_with_the_port,
@@ -402,12 +402,12 @@ STORY(doctor_nobody_has_the_address, "that nobody has the address is told")
     const user_bench b = bench();
     user_tool *elsewhere =
         broken(&b, "--host 10.42.0.99", NO_ANSWER, "arp", "nobody on eth0");
-    user_expect_has(look_of(elsewhere, "arp", "mend"), "boots at 10.42.0.37");
+    user_expect_has(look_of(elsewhere, "arp", "fix"), "boots at 10.42.0.37");
     expect_fine(look(&b, ""));
     world_interface_set_up(world_interface_find(b.sensor, "eth0"), false);
     user_tool *gone =
         broken(&b, "", NO_ANSWER, "arp", "nobody on eth0"); /* any more */
-    user_expect_has(look_of(gone, "arp", "mend"), "lumctl find");
+    user_expect_has(look_of(gone, "arp", "fix"), "lumctl find");
 }
 
 STORY(doctor_a_sensor_that_moved,
@@ -420,9 +420,9 @@ STORY(doctor_a_sensor_that_moved,
     world_interface_remove(world_interface_find(b.sensor, "eth0"),
                            user_ip(SENSOR));
     user_tool *doctor = broken(&b, "", NO_ANSWER, "arp", "nobody on eth0");
-    expect_mend(doctor, "arp",
-                "sudo lumctl find --interface eth0    # at which address does "
-                "it answer? It boots at 10.42.0.37");
+    expect_fix(doctor, "arp",
+               "sudo lumctl find --interface eth0    # at which address does "
+               "it answer? It boots at 10.42.0.37");
     user_expect_has(user_out(user_run(b.host, "lumctl find --interface eth0")),
                     "10.42.0.50");
     expect_fine(look(&b, "--host 10.42.0.50"));
@@ -441,10 +441,10 @@ STORY(doctor_another_host_with_our_address,
     user_tool *doctor =
         broken(&b, "", FAILED, "arp",
                " on eth0 has this host's address 10.42.0.1, too");
-    expect_mend(doctor, "arp",
-                "sudo ip addr add 10.42.0.2/24 dev eth0 && sudo ip addr del "
-                "10.42.0.1/24 dev eth0    # or give the other one another "
-                "address");
+    expect_fix(doctor, "arp",
+               "sudo ip addr add 10.42.0.2/24 dev eth0 && sudo ip addr del "
+               "10.42.0.1/24 dev eth0    # or give the other one another "
+               "address");
     world_net_rights_of(b.host)->is_root = false;
     expect_text(look(&b, ""), "arp", "or has this host's address, too");
     world_net_rights_of(b.host)->is_root = true;

@@ -16,7 +16,7 @@ user_bench tuned_bench(void);
 /* `lumctl doctor --json`, to its end. */
 user_tool *examine(const user_bench *bench);
 
-/* "result", "text" or "mend" of a check; "" for null. */
+/* "result", "text" or "fix" of a check; "" for null. */
 const char *look_of(const user_tool *doctor, const char *check,
                     const char *what);
 
@@ -24,8 +24,8 @@ const char *look_of(const user_tool *doctor, const char *check,
     user_expect_same(look_of(DOCTOR, CHECK, "result"), RESULT)
 #define expect_text(DOCTOR, CHECK, TEXT)                                       \
     user_expect_has(look_of(DOCTOR, CHECK, "text"), TEXT)
-#define expect_mend(DOCTOR, CHECK, MEND)                                       \
-    user_expect_same(look_of(DOCTOR, CHECK, "mend"), MEND)
+#define expect_fix(DOCTOR, CHECK, FIX)                                         \
+    user_expect_same(look_of(DOCTOR, CHECK, "fix"), FIX)
 
 /* Nothing at all. */
 void expect_fine(user_tool *doctor);

@@ -40,11 +40,11 @@ void doctor_unseen(struct doctor_finding *out, const char *text, ...)
     SET_FINDING(out, DOCTOR_UNSEEN, text);
 }
 
-void doctor_mend(struct doctor_finding *out, const char *command, ...)
+void doctor_fix(struct doctor_finding *out, const char *command, ...)
 {
     va_list arguments;
     va_start(arguments, command);
-    (void)vsnprintf(out->mend, sizeof out->mend, command, arguments);
+    (void)vsnprintf(out->fix, sizeof out->fix, command, arguments);
     va_end(arguments);
 }
 

@@ -24,13 +24,13 @@ enum doctor_result {
 };
 
 #define DOCTOR_TEXT_BYTES 1024u
-#define DOCTOR_MEND_BYTES 512u
+#define DOCTOR_FIX_BYTES  512u
 #define DOCTOR_NAME_BYTES 32u
 
 struct doctor_finding {
     enum doctor_result result;
     char text[DOCTOR_TEXT_BYTES];
-    char mend[DOCTOR_MEND_BYTES]; /* a command; empty: none */
+    char fix[DOCTOR_FIX_BYTES]; /* a command; empty: none */
 };
 
 /* What a check needs. Each of these needs all before it, too. */
@@ -121,7 +121,7 @@ void doctor_note(struct doctor_finding *out, const char *text, ...);
 LUM_PRINTF(2, 3)
 void doctor_unseen(struct doctor_finding *out, const char *text, ...);
 LUM_PRINTF(2, 3)
-void doctor_mend(struct doctor_finding *out, const char *command, ...);
+void doctor_fix(struct doctor_finding *out, const char *command, ...);
 /* More of the sentence. */
 LUM_PRINTF(2, 3)
 void doctor_add(struct doctor_finding *out, const char *text, ...);
@@ -135,10 +135,10 @@ const char *doctor_place(uint32_t address, uint16_t port,
 /* Where a simulator of this host is, if there is one that may be named; else
  * false, and nothing is written. otherwise: a command for users who have
  * another sensor, may be empty. */
-bool doctor_mend_simulator(struct doctor_finding *out, const char *otherwise);
+bool doctor_fix_simulator(struct doctor_finding *out, const char *otherwise);
 
 /* Where else the sensor may be. */
-void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out);
+void doctor_fix_elsewhere(const struct doctor *d, struct doctor_finding *out);
 
 /* Marks a need as missing, and all needs after it. why is kept, not copied; an
  * earlier reason stays. */
@@ -175,12 +175,12 @@ uint64_t doctor_count_end(int counter);
 bool doctor_answers_at(const struct doctor *d, uint16_t port);
 /* The command that shows packets as they pass. filter: as for tcpdump; why: a
  * comment. */
-void doctor_mend_watch(const struct doctor *d, struct doctor_finding *out,
-                       const char *filter, const char *why);
+void doctor_fix_watch(const struct doctor *d, struct doctor_finding *out,
+                      const char *filter, const char *why);
 /* Bytes of datagrams that a receive buffer holds. */
 size_t doctor_buffer_payload(size_t granted);
 /* The command that raises the kernel's limit for receive buffers. */
-void doctor_mend_buffer(struct doctor_finding *out);
+void doctor_fix_buffer(struct doctor_finding *out);
 
 /* Checks on the wire: doctor_sensor.c, doctor_stream.c. */
 void doctor_check_session(struct doctor *d, struct doctor_finding *out);

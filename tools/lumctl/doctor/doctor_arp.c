@@ -20,7 +20,7 @@ static void say_other(struct doctor *d, const struct host_interface *on,
     doctor_wrong(out, "nobody on %s answers for %s, but a device on %s does",
                  d->interface, d->address, on->name);
     if (interfaces_subnet(on, d->sensor.address) != NULL) {
-        host_mend_interface(d, on->name, out);
+        host_fix_interface(d, on->name, out);
         return;
     }
     doctor_add(out, ", which has no address in its subnet");
@@ -30,10 +30,10 @@ static void say_other(struct doctor *d, const struct host_interface *on,
         return;
     }
     (void)number_format_address(ours, address);
-    doctor_mend(out,
-                "sudo ip addr add %s/32 dev %s && sudo ip route add %s/32 dev "
-                "%s src %s",
-                address, on->name, d->address, on->name, address);
+    doctor_fix(out,
+               "sudo ip addr add %s/32 dev %s && sudo ip route add %s/32 dev "
+               "%s src %s",
+               address, on->name, d->address, on->name, address);
 }
 
 static void say_nobody(struct doctor *d, struct doctor_finding *out)
@@ -49,7 +49,7 @@ static void say_nobody(struct doctor *d, struct doctor_finding *out)
     if (other != NULL) {
         say_other(d, other, out);
     } else {
-        doctor_mend_elsewhere(d, out);
+        doctor_fix_elsewhere(d, out);
     }
 }
 
@@ -64,10 +64,10 @@ static void say_two(struct doctor *d, const struct arp_answers *who,
                  "%zu devices on %s answer for %s: %s; what is sent reaches "
                  "now one and now another (every sensor boots at 10.42.0.37)",
                  who->count, d->interface, hop, neighbours_format(who, macs));
-    doctor_mend(out,
-                "ip neigh show %s dev %s    # the one that is reached now; "
-                "unplug all but one, and give that one another address",
-                hop, d->interface);
+    doctor_fix(out,
+               "ip neigh show %s dev %s    # the one that is reached now; "
+               "unplug all but one, and give that one another address",
+               hop, d->interface);
 }
 
 /* What is on the network, beside what the kernel believes. */
@@ -101,7 +101,7 @@ static void look_at_local(struct doctor *d, struct doctor_finding *out)
                  "%s is this host's own address, and a device on %s has it, "
                  "too: %s; nothing that is sent there leaves this host",
                  d->address, on->name, neighbours_format(&who, macs));
-    doctor_mend(out, "sudo ip addr del %s", d->own);
+    doctor_fix(out, "sudo ip addr del %s", d->own);
 }
 
 /* What is sent goes to a device that does not have the address: an entry that
@@ -127,7 +127,7 @@ static bool say_misled(struct doctor *d, const struct arp_answers *who,
                  "this host's table says that %s is at %s, but %s answers for "
                  "it: what is sent does not reach it",
                  hop, mac, neighbours_format(who, macs));
-    doctor_mend(out, "sudo ip neigh del %s dev %s", hop, d->interface);
+    doctor_fix(out, "sudo ip neigh del %s dev %s", hop, d->interface);
     return true;
 }
 
@@ -154,8 +154,8 @@ static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
     add_wire(d, &who, out);
 }
 
-static void mend_own(struct doctor *d, const struct host_interface *on,
-                     struct doctor_finding *out)
+static void fix_own(struct doctor *d, const struct host_interface *on,
+                    struct doctor_finding *out)
 {
     char own[16];
     char free[16];
@@ -166,11 +166,11 @@ static void mend_own(struct doctor *d, const struct host_interface *on,
         host_say_full(d, on, out);
         return;
     }
-    doctor_mend(out,
-                "sudo ip addr add %s/%u dev %s && sudo ip addr del %s/%u dev "
-                "%s    # or give the other one another address",
-                number_format_address(beside, free), at->prefix, on->name,
-                number_format_address(d->source, own), at->prefix, on->name);
+    doctor_fix(out,
+               "sudo ip addr add %s/%u dev %s && sudo ip addr del %s/%u dev "
+               "%s    # or give the other one another address",
+               number_format_address(beside, free), at->prefix, on->name,
+               number_format_address(d->source, own), at->prefix, on->name);
 }
 
 /* What the sensor sends to this host's address goes now to this host and now
@@ -194,7 +194,7 @@ static void look_at_own(struct doctor *d, struct doctor_finding *out)
         doctor_add(out, "; and %s", neighbours_format(&who, macs));
     } else {
         doctor_wrong(out, "%s", neighbours_format(&who, macs));
-        mend_own(d, on, out);
+        fix_own(d, on, out);
     }
     doctor_add(out,
                " on %s has this host's address %s, too: answers and data reach "

@@ -71,11 +71,11 @@ static void run(struct doctor *d, struct experiment *e)
 /* --- A rule that drops --- */
 
 /* "lumctl --host 10.42.0.37 --interface eth0 doctor" */
-static void mend_by_trace(const struct doctor *d, struct doctor_finding *out)
+static void fix_by_trace(const struct doctor *d, struct doctor_finding *out)
 {
     char at[SESSION_CTL_BYTES];
-    doctor_mend(out, "sudo %s doctor --trace    # names the rule",
-                session_ctl(d->ctl, d->sensor, at));
+    doctor_fix(out, "sudo %s doctor --trace    # names the rule",
+               session_ctl(d->ctl, d->sensor, at));
 }
 
 static bool is_builtin(const char *chain)
@@ -92,33 +92,33 @@ static bool is_builtin(const char *chain)
 
 /* A rule that lets the sensor's packets through. It is the first in the chain
  * that drops them, and is made by the program that manages this chain. */
-static void mend_rule(const struct doctor *d, const struct trace_way *way,
-                      struct doctor_finding *out)
+static void fix_rule(const struct doctor *d, const struct trace_way *way,
+                     struct doctor_finding *out)
 {
     const unsigned port = d->sensor.port;
     if (strcmp(way->table, "firewalld") == 0) {
-        doctor_mend(out, "sudo firewall-cmd --zone=trusted --add-source=%s",
-                    d->address);
+        doctor_fix(out, "sudo firewall-cmd --zone=trusted --add-source=%s",
+                   d->address);
     } else if (way->has_ufw) {
-        doctor_mend(out,
-                    way->is_out ? "sudo ufw allow out proto udp to %s "
-                                  "port %u"
-                                : "sudo ufw allow proto udp from %s port "
-                                  "%u",
-                    d->address, port);
+        doctor_fix(out,
+                   way->is_out ? "sudo ufw allow out proto udp to %s "
+                                 "port %u"
+                               : "sudo ufw allow proto udp from %s port "
+                                 "%u",
+                   d->address, port);
     } else if (strcmp(way->family, "ip") == 0 && is_builtin(way->base)) {
-        doctor_mend(out,
-                    "sudo iptables-nft -t %s -I %s %s %s -p udp --%s %u -j "
-                    "ACCEPT",
-                    way->table, way->chain, way->is_out ? "-d" : "-s",
-                    d->address, way->is_out ? "dport" : "sport", port);
+        doctor_fix(out,
+                   "sudo iptables-nft -t %s -I %s %s %s -p udp --%s %u -j "
+                   "ACCEPT",
+                   way->table, way->chain, way->is_out ? "-d" : "-s",
+                   d->address, way->is_out ? "dport" : "sport", port);
     } else {
-        doctor_mend(out,
-                    "sudo nft insert rule %s %s %s ip %s %s udp %s %u "
-                    "accept",
-                    way->family, way->table, way->chain,
-                    way->is_out ? "daddr" : "saddr", d->address,
-                    way->is_out ? "dport" : "sport", port);
+        doctor_fix(out,
+                   "sudo nft insert rule %s %s %s ip %s %s udp %s %u "
+                   "accept",
+                   way->family, way->table, way->chain,
+                   way->is_out ? "daddr" : "saddr", d->address,
+                   way->is_out ? "dport" : "sport", port);
     }
 }
 
@@ -136,7 +136,7 @@ static void say_rule(const struct doctor *d, const struct trace_way *way,
                      way->chain, way->family, way->table, direction, d->address,
                      way->rule);
     }
-    mend_rule(d, way, out);
+    fix_rule(d, way, out);
 }
 
 static unsigned read_filter(const char *interface)
@@ -177,8 +177,8 @@ static void say_filtered(const struct doctor *d, struct doctor_finding *out)
                  "answers of %s come in by %s and are dropped by this host's "
                  "reverse path filter, since its own route leads elsewhere",
                  d->address, d->interface);
-    doctor_mend(out, "sudo sysctl -w net/ipv4/conf/%s/rp_filter=2",
-                d->interface);
+    doctor_fix(out, "sudo sysctl -w net/ipv4/conf/%s/rp_filter=2",
+               d->interface);
 }
 
 /* Rules of iptables-legacy are not traced. */
@@ -244,14 +244,14 @@ static void say_legacy(struct doctor *d, const struct experiment *e,
                      rule->text[0] != '\0' ? "a rule" : "the policy",
                      rule->chain, rule->table, is_out ? "to" : "from",
                      d->address, rule->text[0] != '\0' ? ": " : "", rule->text);
-        doctor_mend(out,
-                    "sudo iptables-legacy -t %s -I %s %s %s -p udp --%s %u -j "
-                    "ACCEPT",
-                    rule->table, rule->chain, is_out ? "-d" : "-s", d->address,
-                    is_out ? "dport" : "sport", (unsigned)d->sensor.port);
+        doctor_fix(out,
+                   "sudo iptables-legacy -t %s -I %s %s %s -p udp --%s %u -j "
+                   "ACCEPT",
+                   rule->table, rule->chain, is_out ? "-d" : "-s", d->address,
+                   is_out ? "dport" : "sport", (unsigned)d->sensor.port);
     } else {
-        doctor_mend(out, "sudo iptables-legacy-save -c | grep -E "
-                         "'^[*]|DROP|REJECT'    # whose count grows?");
+        doctor_fix(out, "sudo iptables-legacy-save -c | grep -E "
+                        "'^[*]|DROP|REJECT'    # whose count grows?");
     }
     free(lists);
 }
@@ -279,15 +279,15 @@ static void say_dropped(struct doctor *d, struct experiment *e,
                      d->address, d->interface);
     }
     if (e->trace == NULL) {
-        mend_by_trace(d, out);
+        fix_by_trace(d, out);
     } else if (has_legacy_rules()) {
         end_trace(e); /* which gives no information about them */
         say_legacy(d, e, out);
     } else {
         doctor_add(out, ", though no rule of nftables does");
-        doctor_mend_watch(d, out, "udp",
-                          "what else looks at packets here: "
-                          "bpftool net, an agent?");
+        doctor_fix_watch(d, out, "udp",
+                         "what else looks at packets here: "
+                         "bpftool net, an agent?");
     }
 }
 

@@ -21,18 +21,18 @@ void doctor_check_mtu(struct doctor *d, struct doctor_finding *out)
                      "%s takes packets of %u bytes at most; the sensor's need "
                      "%u",
                      d->interface, mtu, MTU_MIN);
-        doctor_mend(out, "sudo ip link set dev %s mtu %u", d->interface,
-                    MTU_MIN);
+        doctor_fix(out, "sudo ip link set dev %s mtu %u", d->interface,
+                   MTU_MIN);
     } else {
         doctor_fine(out, "%s takes packets of %u bytes", d->interface, mtu);
     }
 }
 
-void doctor_mend_watch(const struct doctor *d, struct doctor_finding *out,
-                       const char *filter, const char *why)
+void doctor_fix_watch(const struct doctor *d, struct doctor_finding *out,
+                      const char *filter, const char *why)
 {
-    doctor_mend(out, "sudo tcpdump -ni %s '%s'    # %s",
-                d->interface[0] != '\0' ? d->interface : "any", filter, why);
+    doctor_fix(out, "sudo tcpdump -ni %s '%s'    # %s",
+               d->interface[0] != '\0' ? d->interface : "any", filter, why);
 }
 
 /* The kernel doubles the requested size, for its own overhead. */
@@ -41,10 +41,10 @@ size_t doctor_buffer_payload(size_t granted)
     return granted / 2u;
 }
 
-void doctor_mend_buffer(struct doctor_finding *out)
+void doctor_fix_buffer(struct doctor_finding *out)
 {
-    doctor_mend(out, "sudo sysctl -w net.core.rmem_max=%u",
-                LUM_SOCKET_RECEIVE_BUFFER);
+    doctor_fix(out, "sudo sysctl -w net.core.rmem_max=%u",
+               LUM_SOCKET_RECEIVE_BUFFER);
 }
 
 int doctor_can_trace(lum_error *error)

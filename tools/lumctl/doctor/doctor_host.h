@@ -40,11 +40,11 @@ void host_say_full(const struct doctor *d, const struct host_interface *w,
                    struct doctor_finding *out);
 
 /* The command that reaches the sensor only by that interface. */
-void host_mend_interface(const struct doctor *d, const char *interface,
-                         struct doctor_finding *out);
+void host_fix_interface(const struct doctor *d, const char *interface,
+                        struct doctor_finding *out);
 
 /* If a sensor answers in spite of a fault, the fault is only a note: there is
- * nothing to mend. Returns whether a sensor answers. */
+ * nothing to fix. Returns whether a sensor answers. */
 bool host_spare(struct doctor *d, struct doctor_finding *out);
 
 #endif

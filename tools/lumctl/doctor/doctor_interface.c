@@ -78,7 +78,7 @@ bool host_spare(struct doctor *d, struct doctor_finding *out)
         return false;
     }
     out->result = DOCTOR_NOTE;
-    out->mend[0] = '\0';
+    out->fix[0] = '\0';
     doctor_add(out, "; a sensor answers at %s all the same", d->address);
     return true;
 }
@@ -238,17 +238,17 @@ void host_say_full(const struct doctor *d, const struct host_interface *w,
     doctor_add(out, "; of %s to %s every address is taken",
                number_format_address(subnet | 1u, first),
                number_format_address(subnet | BESIDE_LAST, last));
-    doctor_mend(out,
-                "sudo lumctl find --interface %s --subnet %s/24    # who has "
-                "which; then give %s one that nobody has",
-                w != NULL ? w->name : "INTERFACE",
-                number_format_address(subnet, first),
-                w != NULL ? w->name : "INTERFACE");
+    doctor_fix(out,
+               "sudo lumctl find --interface %s --subnet %s/24    # who has "
+               "which; then give %s one that nobody has",
+               w != NULL ? w->name : "INTERFACE",
+               number_format_address(subnet, first),
+               w != NULL ? w->name : "INTERFACE");
 }
 
-static void mend_subnet(struct doctor *d, const struct host_interface *w,
-                        const struct interface_address *near,
-                        struct doctor_finding *out)
+static void fix_subnet(struct doctor *d, const struct host_interface *w,
+                       const struct interface_address *near,
+                       struct doctor_finding *out)
 {
     char address[16];
     char add[128 + 2 * INTERFACE_NAME_BYTES];
@@ -264,8 +264,8 @@ static void mend_subnet(struct doctor *d, const struct host_interface *w,
                    w != NULL && !w->is_up ? " up && " : "",
                    number_format_address(ours, address),
                    w != NULL ? w->name : "INTERFACE");
-    if (!doctor_mend_simulator(out, add)) {
-        doctor_mend(out, "%s", add);
+    if (!doctor_fix_simulator(out, add)) {
+        doctor_fix(out, "%s", add);
     }
 }
 
@@ -306,7 +306,7 @@ static bool point_elsewhere(struct doctor *d, struct doctor_finding *out)
         return false;
     }
     doctor_add(out, "; %s answers on %s", d->address, w->name);
-    host_mend_interface(d, w->name, out);
+    host_fix_interface(d, w->name, out);
     return true;
 }
 
@@ -344,7 +344,7 @@ static void say_no_subnet(struct doctor *d, struct doctor_finding *out)
     }
     if (!host_spare(d, out)) {
         if (!point_elsewhere(d, out)) {
-            mend_subnet(d, w, near, out);
+            fix_subnet(d, w, near, out);
         }
         doctor_lack(d, DOCTOR_NEEDS_INTERFACE,
                     "no interface in the sensor's subnet");
@@ -357,7 +357,7 @@ static void say_down(struct doctor *d, const struct host_interface *w,
     doctor_wrong(out, "%s, but is down", has);
     if (!host_spare(d, out)) {
         if (!point_elsewhere(d, out)) {
-            doctor_mend(out, "sudo ip link set %s up", w->name);
+            doctor_fix(out, "sudo ip link set %s up", w->name);
         }
         doctor_lack(d, DOCTOR_NEEDS_INTERFACE, "the interface is down");
     }
@@ -372,10 +372,10 @@ static void say_no_link(struct doctor *d, const struct host_interface *w,
                  has);
     if (!host_spare(d, out)) {
         if (!point_elsewhere(d, out)) {
-            doctor_mend(out,
-                        "ip -br link show %s    # plug the cable in, power the "
-                        "sensor: it has to say LOWER_UP",
-                        w->name);
+            doctor_fix(out,
+                       "ip -br link show %s    # plug the cable in, power the "
+                       "sensor: it has to say LOWER_UP",
+                       w->name);
         }
         doctor_lack(d, DOCTOR_NEEDS_INTERFACE, "the interface has no link");
     }
@@ -446,7 +446,7 @@ static void say_own(struct doctor *d, const struct host_interface *w,
         return;
     }
     doctor_wrong(out, "%s is down, which has %s", w->name, d->address);
-    doctor_mend(out, "sudo ip link set %s up", w->name);
+    doctor_fix(out, "sudo ip link set %s up", w->name);
     doctor_lack(d, DOCTOR_NEEDS_INTERFACE, "the interface is down");
 }
 
@@ -496,7 +496,7 @@ void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
     if (only != NULL && !host_lists_interface(d->interfaces, d->interface_count,
                                               only, &error)) {
         doctor_wrong(out, "%s", error.text);
-        doctor_mend(out, "ip -br addr    # then --interface NAME");
+        doctor_fix(out, "ip -br addr    # then --interface NAME");
         doctor_lack(d, DOCTOR_NEEDS_INTERFACE, "no such interface");
         return;
     }
@@ -515,35 +515,34 @@ static void say_no_route(struct doctor *d, int error,
                          struct doctor_finding *out)
 {
     doctor_wrong(out, "no route to %s: %s", d->address, strerror(error));
-    doctor_mend(out,
-                "ip route get %s; ip route; ip rule    # take the rule "
-                "out that forbids it",
-                d->address);
+    doctor_fix(out,
+               "ip route get %s; ip route; ip rule    # take the rule "
+               "out that forbids it",
+               d->address);
     doctor_lack(d, DOCTOR_NEEDS_ROUTE, "no route");
 }
 
-void host_mend_interface(const struct doctor *d, const char *interface,
-                         struct doctor_finding *out)
+void host_fix_interface(const struct doctor *d, const char *interface,
+                        struct doctor_finding *out)
 {
     char at[SESSION_CTL_BYTES];
-    doctor_mend(out, "%s doctor    # --interface %s with every tool",
-                lum_news_ctl(d->sensor, interface, at, sizeof at), interface);
+    doctor_fix(out, "%s doctor    # --interface %s with every tool",
+               lum_news_ctl(d->sensor, interface, at, sizeof at), interface);
 }
 
 /* --interface changes nothing on this host. A route must be set if another
  * route leads to a gateway even on the right interface. */
-static void mend_astray(const struct doctor *d, struct doctor_finding *out)
+static void fix_astray(const struct doctor *d, struct doctor_finding *out)
 {
     struct way there;
     char source[16];
     const char *name = d->chosen->name;
     if (way_find(d->sensor.address, name, &there) && there.exists &&
         !there.has_gateway) {
-        host_mend_interface(d, name, out);
+        host_fix_interface(d, name, out);
     } else {
-        doctor_mend(out, "sudo ip route replace %s/32 dev %s src %s",
-                    d->address, name,
-                    number_format_address(d->chosen_address, source));
+        doctor_fix(out, "sudo ip route replace %s/32 dev %s src %s", d->address,
+                   name, number_format_address(d->chosen_address, source));
     }
 }
 
@@ -574,7 +573,7 @@ static void say_astray(struct doctor *d, const struct way *way,
     }
     if (chosen_answers(d)) {
         doctor_add(out, ", where it answers");
-        mend_astray(d, out);
+        fix_astray(d, out);
         doctor_lack(d, DOCTOR_NEEDS_ROUTE, "the route leads elsewhere");
     } else {
         doctor_add(out, ", where nobody answers for it either");

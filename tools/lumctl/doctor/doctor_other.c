@@ -87,12 +87,12 @@ void doctor_check_mtu(struct doctor *d, struct doctor_finding *out)
                        "take packets of 1500 bytes");
 }
 
-void doctor_mend_watch(const struct doctor *d, struct doctor_finding *out,
-                       const char *filter, const char *why)
+void doctor_fix_watch(const struct doctor *d, struct doctor_finding *out,
+                      const char *filter, const char *why)
 {
     (void)d;
-    doctor_mend(out, "dumpcap -f \"%s\" -P -w - | tshark -r -    # %s", filter,
-                why);
+    doctor_fix(out, "dumpcap -f \"%s\" -P -w - | tshark -r -    # %s", filter,
+               why);
 }
 
 size_t doctor_buffer_payload(size_t granted)
@@ -100,12 +100,12 @@ size_t doctor_buffer_payload(size_t granted)
     return granted;
 }
 
-void doctor_mend_buffer(struct doctor_finding *out)
+void doctor_fix_buffer(struct doctor_finding *out)
 {
-    doctor_mend(out,
-                "raise the system's limit for UDP receive buffers to %u "
-                "bytes (kern.ipc.maxsockbuf on BSD and macOS)",
-                LUM_SOCKET_RECEIVE_BUFFER);
+    doctor_fix(out,
+               "raise the system's limit for UDP receive buffers to %u "
+               "bytes (kern.ipc.maxsockbuf on BSD and macOS)",
+               LUM_SOCKET_RECEIVE_BUFFER);
 }
 
 int doctor_can_trace(lum_error *error)

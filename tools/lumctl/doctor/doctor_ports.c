@@ -114,7 +114,7 @@ static bool find_simulator(struct udp_user *out)
     return false;
 }
 
-bool doctor_mend_simulator(struct doctor_finding *out, const char *otherwise)
+bool doctor_fix_simulator(struct doctor_finding *out, const char *otherwise)
 {
     struct udp_user user;
     char place[DOCTOR_PLACE_BYTES];
@@ -122,9 +122,8 @@ bool doctor_mend_simulator(struct doctor_finding *out, const char *otherwise)
         return false;
     }
     (void)doctor_place(user.address, user.port, place);
-    doctor_mend(out, "lumctl --host %s doctor    # lumsim is there%s%s", place,
-                otherwise[0] != '\0' ? "; for another sensor: " : "",
-                otherwise);
+    doctor_fix(out, "lumctl --host %s doctor    # lumsim is there%s%s", place,
+               otherwise[0] != '\0' ? "; for another sensor: " : "", otherwise);
     return true;
 }
 
@@ -139,8 +138,8 @@ static void say_elsewhere(const struct doctor *d, const struct udp_user *user,
     doctor_wrong(out, "nothing listens at %s:%u, but %s does at %s:%u",
                  d->address, (unsigned)d->sensor.port, who,
                  name_address(user, address), (unsigned)user->port);
-    doctor_mend(out, "lumctl --host %s doctor",
-                doctor_place(user->address, user->port, place));
+    doctor_fix(out, "lumctl --host %s doctor",
+               doctor_place(user->address, user->port, place));
 }
 
 /* Packets to an address of this host never leave it. */
@@ -150,7 +149,7 @@ static void say_own_address(const struct doctor *d, struct doctor_finding *out)
                  "%s is this host's own address (%s), and no simulator has "
                  "its port %u: what is sent to the sensor does not leave",
                  d->address, strstr(d->own, "dev "), (unsigned)d->sensor.port);
-    doctor_mend(out, "sudo ip addr del %s", d->own);
+    doctor_fix(out, "sudo ip addr del %s", d->own);
 }
 
 static void say_nothing_listens(const struct doctor *d,
@@ -159,8 +158,8 @@ static void say_nothing_listens(const struct doctor *d,
     char place[DOCTOR_PLACE_BYTES];
     doctor_wrong(out, "%s is on this host, and nothing listens on its port %u",
                  d->address, (unsigned)d->sensor.port);
-    doctor_mend(out, "lumsim --address %s &",
-                doctor_place(d->sensor.address, d->sensor.port, place));
+    doctor_fix(out, "lumsim --address %s &",
+               doctor_place(d->sensor.address, d->sensor.port, place));
 }
 
 /* The sensor should be a program of this host. */
@@ -212,8 +211,8 @@ static void note_simulator(const struct udp_user *user,
                 "%s listens at %s:%u of this host: harmless, unless it is the "
                 "sensor that you mean",
                 who, name_address(user, address), (unsigned)user->port);
-    doctor_mend(out, "lumctl --host %s doctor",
-                doctor_place(user->address, user->port, place));
+    doctor_fix(out, "lumctl --host %s doctor",
+               doctor_place(user->address, user->port, place));
 }
 
 void doctor_check_port(struct doctor *d, struct doctor_finding *out)

@@ -13,7 +13,7 @@ struct check {
     const char *name;
     enum doctor_need need;
     void (*look)(struct doctor *d, struct doctor_finding *out);
-    bool explains_silence; /* mend it before the sensor is blamed */
+    bool explains_silence; /* fix it before the sensor is blamed */
 };
 
 /* The order is that in which people get them wrong. */
@@ -56,10 +56,19 @@ static bool print_finding(const struct check *check,
     (void)printf(
         "  %s%-5s%s  %-9s  %s\n", colour ? results[f->result].colour : "",
         results[f->result].word, colour ? "\033[0m" : "", check->name, f->text);
-    if (f->mend[0] != '\0') {
-        (void)printf("%20smend: %s\n", "", f->mend);
+    if (f->fix[0] != '\0') {
+        (void)printf("%20sfix: %s\n", "", f->fix);
     }
     return fflush(stdout) == 0;
+}
+
+static void put_fix(struct json *json, const char *key, const char *fix)
+{
+    if (fix[0] != '\0') {
+        json_text(json, key, fix);
+    } else {
+        json_null(json, key);
+    }
 }
 
 static void put_finding(struct json *json, const struct check *check,
@@ -69,11 +78,8 @@ static void put_finding(struct json *json, const struct check *check,
     json_text(json, "name", check->name);
     json_text(json, "result", results[f->result].json);
     json_text(json, "text", f->text);
-    if (f->mend[0] != '\0') {
-        json_text(json, "mend", f->mend);
-    } else {
-        json_null(json, "mend");
-    }
+    put_fix(json, "fix", f->fix);
+    put_fix(json, "mend", f->fix); /* the name before */
     json_close_object(json);
 }
 

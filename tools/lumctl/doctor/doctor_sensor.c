@@ -211,19 +211,19 @@ void doctor_check_buffer(struct doctor *d, struct doctor_finding *out)
             "the kernel grants a receive buffer of %.1f MiB only; a quarter of "
             "a second at 125 MB/s needs %.0f",
             (double)room / MIB, (double)LUM_SOCKET_RECEIVE_BUFFER / MIB);
-        doctor_mend_buffer(out);
+        doctor_fix_buffer(out);
     }
     lum_socket_close(socket);
 }
 
 /* --- Check: answer --- */
 
-void doctor_mend_elsewhere(const struct doctor *d, struct doctor_finding *out)
+void doctor_fix_elsewhere(const struct doctor *d, struct doctor_finding *out)
 {
-    doctor_mend(out,
-                "sudo lumctl find --interface %s    # at which address does "
-                "it answer? It boots at 10.42.0.37",
-                d->interface);
+    doctor_fix(out,
+               "sudo lumctl find --interface %s    # at which address does "
+               "it answer? It boots at 10.42.0.37",
+               d->interface);
 }
 
 /* It answers, but from another place than the request went to. */
@@ -241,22 +241,22 @@ static void say_other_port(struct doctor *d, uint16_t port,
     doctor_keep_alive(d);
     if (doctor_answers_at(d, port)) {
         const lum_endpoint there = {d->sensor.address, port};
-        doctor_mend(out, "%s doctor", session_ctl(d->ctl, there, at));
+        doctor_fix(out, "%s doctor", session_ctl(d->ctl, there, at));
     } else {
         (void)snprintf(filter, sizeof filter, "udp and host %s", d->address);
-        doctor_mend_watch(d, out, filter,
-                          "take the router or container out that does it");
+        doctor_fix_watch(d, out, filter,
+                         "take the router or container out that does it");
     }
 }
 
-static void mend_port_watch(const struct doctor *d, struct doctor_finding *out)
+static void fix_port_watch(const struct doctor *d, struct doctor_finding *out)
 {
     char filter[32];
     (void)snprintf(filter, sizeof filter, "udp port %u",
                    (unsigned)d->sensor.port);
-    doctor_mend_watch(d, out, filter,
-                      "while lumctl time --watch runs: do requests leave, "
-                      "do answers come?");
+    doctor_fix_watch(d, out, filter,
+                     "while lumctl time --watch runs: do requests leave, "
+                     "do answers come?");
 }
 
 static bool has_dropped(const struct doctor *d)
@@ -271,7 +271,7 @@ static bool has_dropped(const struct doctor *d)
 static bool say_misfit(struct doctor *d, int64_t begin_ns,
                        struct doctor_finding *out)
 {
-    char place[DOCTOR_PLACE_BYTES];
+    char at[SESSION_CTL_BYTES];
     const struct ctl_options *o = &d->ctl->options;
     const bool is_other = has_dropped(d);
     int64_t now = lum_time_monotonic_ns();
@@ -291,20 +291,18 @@ static bool say_misfit(struct doctor *d, int64_t begin_ns,
                      "%s answers with another sequence number than that of the "
                      "request, so that its answers are not believed",
                      d->address);
-        mend_port_watch(d, out);
+        fix_port_watch(d, out);
     } else {
         doctor_wrong(out,
                      "%s answers late, %u ms after the first of %u requests, "
                      "which --timeout %u gives up before",
                      d->address, ms, (unsigned)o->retries + 1u,
                      (unsigned)o->timeout_ms);
-        doctor_mend(out,
-                    "lumctl --host %s%s%s --timeout %u doctor    # --timeout "
-                    "with every command of lumctl",
-                    doctor_place(d->sensor.address, d->sensor.port, place),
-                    o->interface != NULL ? " --interface " : "",
-                    o->interface != NULL ? o->interface : "",
-                    (2u * ms + 99u) / 100u * 100u);
+        doctor_fix(out,
+                   "%s --timeout %u doctor    # --timeout with every command "
+                   "of lumctl",
+                   session_ctl(d->ctl, d->sensor, at),
+                   (2u * ms + 99u) / 100u * 100u);
     }
     return true;
 }
@@ -326,7 +324,7 @@ static void say_unanswered(struct doctor *d, int64_t begin_ns,
     doctor_wrong(out, "no answer to %u timestamp requests to %s:%u",
                  (unsigned)d->ctl->options.retries + 1u, d->address,
                  (unsigned)d->sensor.port);
-    mend_port_watch(d, out);
+    fix_port_watch(d, out);
 }
 
 static void say_silent(struct doctor *d, int64_t begin_ns,
@@ -344,12 +342,12 @@ static void say_silent(struct doctor *d, int64_t begin_ns,
                  "or one that has not started",
                  d->address, (unsigned)d->sensor.port);
     if (d->own[0] != '\0') {
-        doctor_mend(out, "sudo ip addr del %s", d->own);
+        doctor_fix(out, "sudo ip addr del %s", d->own);
     } else if (d->is_local) {
-        doctor_mend(out, "lumsim --address %s &",
-                    doctor_place(d->sensor.address, d->sensor.port, place));
+        doctor_fix(out, "lumsim --address %s &",
+                   doctor_place(d->sensor.address, d->sensor.port, place));
     } else {
-        doctor_mend_elsewhere(d, out);
+        doctor_fix_elsewhere(d, out);
     }
 }
 
@@ -518,10 +516,10 @@ static void say_no_data(struct doctor *d, struct doctor_finding *out)
                      "host drops them, though not short answers: a rule of its "
                      "firewall",
                      doctor_stream_filtered(d), d->interface);
-        doctor_mend(out,
-                    "sudo nft list ruleset | grep -nE 'length|limit|drop|"
-                    "reject'    # and let UDP from %s through",
-                    d->address);
+        doctor_fix(out,
+                   "sudo nft list ruleset | grep -nE 'length|limit|drop|"
+                   "reject'    # and let UDP from %s through",
+                   d->address);
         return;
     } else {
         doctor_wrong(out,
@@ -531,8 +529,8 @@ static void say_no_data(struct doctor *d, struct doctor_finding *out)
                      1e-9 * (double)d->stream.duration_ns);
     }
     (void)snprintf(filter, sizeof filter, "udp and host %s", d->address);
-    doctor_mend_watch(d, out, filter,
-                      "while lumctl heartbeat runs: who talks to it?");
+    doctor_fix_watch(d, out, filter,
+                     "while lumctl heartbeat runs: who talks to it?");
 }
 
 static void say_data(struct doctor *d, struct doctor_finding *out)
@@ -607,8 +605,8 @@ static void look_at_data_clock(const struct doctor *d,
                      "the timestamps: the profile's timestamp may stand at "
                      "the wrong place",
                      1e-6 * (double)lag);
-        doctor_mend(out, "lumctl --profile FILE doctor    # "
-                         "group.timestamp corrected in it");
+        doctor_fix(out, "lumctl --profile FILE doctor    # "
+                        "group.timestamp corrected in it");
     } else {
         doctor_add(out, "; the data bears the same clock, %.1f ms behind",
                    1e-3 * (double)lag);
@@ -657,8 +655,8 @@ static void look_at_rate(const struct doctor *d, struct doctor_finding *out)
                      "the sensor's clock runs %.0f ppm %s than this host's; "
                      "1000 are allowed: one of the two is not to be trusted",
                      1e-3 * (double)drift, rate.ppb > 0 ? "slower" : "faster");
-        doctor_mend(out, "timedatectl timesync-status    # is this host's "
-                         "clock in order? Then the sensor's is not");
+        doctor_fix(out, "timedatectl timesync-status    # is this host's "
+                        "clock in order? Then the sensor's is not");
     } else {
         doctor_add(out, ", and runs at this host's rate within %.0f ppm%s",
                    1e-3 * (double)(drift + rate.error_ppb),
@@ -680,10 +678,10 @@ void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
     if (e.resets > 0) {
         doctor_wrong(out, "the sensor's clock began anew while it was looked "
                           "at: it restarts");
-        doctor_mend(out,
-                    "%s time --watch    # look at its power supply until that "
-                    "stops",
-                    session_ctl(d->ctl, d->sensor, at));
+        doctor_fix(out,
+                   "%s time --watch    # look at its power supply until that "
+                   "stops",
+                   session_ctl(d->ctl, d->sensor, at));
         return;
     }
     doctor_fine(out, "the sensor's clock stands at %.6f s, known to %.3f ms",
@@ -700,7 +698,7 @@ void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
  * first. */
 struct remedy {
     unsigned rank;
-    const char *mend; /* NULL: nothing to do, it is not a hazard */
+    const char *fix; /* NULL: nothing to do, it is not a hazard */
 };
 
 static struct remedy remedy_of(unsigned bit)
@@ -748,8 +746,8 @@ static void say_hazard(struct doctor *d, bool is_owned,
     d->has_hazard = true;
     doctor_wrong(out, "hazard, 0x%04x, %s", (unsigned)d->status,
                  report_line(d->status, is_owned, line));
-    if (remedy.mend != NULL) {
-        doctor_mend(out, "%s", remedy.mend);
+    if (remedy.fix != NULL) {
+        doctor_fix(out, "%s", remedy.fix);
     }
 }
 

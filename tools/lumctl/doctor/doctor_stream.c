@@ -130,14 +130,14 @@ static uint64_t odd_datagrams(const struct doctor_stream *s)
            s->kinds[LUM_PACKET_UNKNOWN_TAG];
 }
 
-static void mend_layout(const struct doctor *d, struct doctor_finding *out)
+static void fix_layout(const struct doctor *d, struct doctor_finding *out)
 {
     char name[SESSION_NAME_BYTES];
-    doctor_mend(out,
-                "lumdump udp://%s --laser --duration 3 -o look.pcap; lumdump "
-                "look.pcap --infer -o profile.yaml    # records 3 s with the "
-                "laser on, and finds the layout for --profile profile.yaml",
-                session_name(d->sensor, name));
+    doctor_fix(out,
+               "lumdump udp://%s --laser --duration 3 -o look.pcap; lumdump "
+               "look.pcap --infer -o profile.yaml    # records 3 s with the "
+               "laser on, and finds the layout for --profile profile.yaml",
+               session_name(d->sensor, name));
 }
 
 static void say_odd(const struct doctor *d, uint64_t odd, uint64_t good,
@@ -152,7 +152,7 @@ static void say_odd(const struct doctor *d, uint64_t odd, uint64_t good,
                  odd, odd + good, s->kinds[LUM_PACKET_UNKNOWN_TYPE],
                  s->kinds[LUM_PACKET_MALFORMED],
                  s->kinds[LUM_PACKET_UNKNOWN_TAG], s->odd_type, s->odd_len);
-    mend_layout(d, out);
+    fix_layout(d, out);
 }
 
 void doctor_check_layout(struct doctor *d, struct doctor_finding *out)
@@ -168,14 +168,14 @@ void doctor_check_layout(struct doctor *d, struct doctor_finding *out)
                      " good ones: group.samples of the wire profile may be "
                      "another offset",
                      s->assembly.bad_words, s->assembly.words);
-        mend_layout(d, out);
+        fix_layout(d, out);
     } else if (s->assembly.stray > good / 2u) {
         doctor_wrong(out,
                      "the clocks of %" PRIu64 " of %" PRIu64
                      " packets jump: group.timestamp of the wire profile may "
                      "be another offset",
                      s->assembly.stray, good);
-        mend_layout(d, out);
+        fix_layout(d, out);
     } else if (odd > 0 || s->assembly.bad_words > 0) {
         doctor_note(out,
                     "the packets fit the wire profile, but for %" PRIu64
@@ -200,7 +200,7 @@ static void say_kernel_loss(const struct doctor_stream *s,
                  " datagrams for want of receive buffer or time, or because "
                  "they came damaged",
                  s->session.kernel_drops);
-    doctor_mend_buffer(out);
+    doctor_fix_buffer(out);
 }
 
 /* A few may be under way while it is counted. */
@@ -219,26 +219,26 @@ static void say_filtered(const struct doctor *d, struct doctor_finding *out)
                  "dropped %" PRIu64 ", and not for want of buffer: a rule of "
                  "its firewall that limits them",
                  d->stream.came_in, d->interface, doctor_stream_filtered(d));
-    doctor_mend(out,
-                "sudo nft list ruleset | grep -nE 'limit|quota|drop'    # and "
-                "let UDP from %s through before it",
-                d->address);
+    doctor_fix(out,
+               "sudo nft list ruleset | grep -nE 'limit|quota|drop'    # and "
+               "let UDP from %s through before it",
+               d->address);
 }
 
-static void mend_wire(const struct doctor *d, struct doctor_finding *out)
+static void fix_wire(const struct doctor *d, struct doctor_finding *out)
 {
     char place[DOCTOR_PLACE_BYTES];
     if (d->is_local) {
-        doctor_mend(out,
-                    "lumsim --address %s &    # anew, without --loss, "
-                    "--reorder, --corrupt and --jitter; where it cannot keep "
-                    "up, with a lower --rate",
-                    doctor_place(d->sensor.address, d->sensor.port, place));
+        doctor_fix(out,
+                   "lumsim --address %s &    # anew, without --loss, "
+                   "--reorder, --corrupt and --jitter; where it cannot keep "
+                   "up, with a lower --rate",
+                   doctor_place(d->sensor.address, d->sensor.port, place));
     } else if (d->interface[0] != '\0') {
-        doctor_mend(out,
-                    "ethtool -S %s | grep -iE 'err|drop|miss|fifo'    # "
-                    "rising: sudo ethtool -G %s rx 4096, or another cable",
-                    d->interface, d->interface);
+        doctor_fix(out,
+                   "ethtool -S %s | grep -iE 'err|drop|miss|fifo'    # "
+                   "rising: sudo ethtool -G %s rx 4096, or another cable",
+                   d->interface, d->interface);
     }
 }
 
@@ -255,7 +255,7 @@ static void say_wire_loss(const struct doctor *d, struct doctor_finding *out)
                         : "what the kernel drops is not told here",
         d->is_local ? "it was told to, or cannot keep up"
                     : "cable, switch, or the network card");
-    mend_wire(d, out);
+    fix_wire(d, out);
 }
 
 void doctor_check_loss(struct doctor *d, struct doctor_finding *out)
@@ -276,7 +276,7 @@ void doctor_check_loss(struct doctor *d, struct doctor_finding *out)
                      "profile may be another offset, if not nearly all packets "
                      "are lost",
                      s->lines);
-        mend_layout(d, out);
+        fix_layout(d, out);
     } else if (wire > 0) {
         say_wire_loss(d, out);
     } else {
@@ -304,7 +304,7 @@ void doctor_check_strangers(struct doctor *d, struct doctor_finding *out)
                     others);
         (void)snprintf(filter, sizeof filter, "udp and not host %s",
                        d->address);
-        doctor_mend_watch(d, out, filter, "who sends them?");
+        doctor_fix_watch(d, out, filter, "who sends them?");
     } else {
         doctor_fine(out, "nobody but the sensor sent to this session");
     }
