@@ -1,6 +1,7 @@
 #include "lum/host/laser_name.h"
 
 #include <stddef.h>
+#include <string.h>
 
 const char *lum_laser_bit_name(unsigned bit)
 {
@@ -30,4 +31,27 @@ const char *lum_laser_status_name(uint16_t status)
     return lum_laser_is_down(status) ? "down"
            : lum_laser_is_on(status) ? "up"
                                      : "may be up";
+}
+
+static size_t add(char *out, size_t room, size_t at, const char *text)
+{
+    const size_t left = room - 1u - at;
+    const size_t len = strlen(text);
+    const size_t count = len < left ? len : left;
+    memcpy(out + at, text, count);
+    out[at + count] = '\0';
+    return at + count;
+}
+
+const char *lum_laser_bits_name(uint16_t bits, const char *between, char *out,
+                                size_t room)
+{
+    size_t at = add(out, room, 0, bits == 0 ? "none" : "");
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        if (((unsigned)bits >> bit & 1u) != 0) {
+            at = add(out, room, at, at > 0 ? between : "");
+            at = add(out, room, at, lum_laser_bit_name(bit));
+        }
+    }
+    return out;
 }

@@ -176,19 +176,6 @@ static size_t add(char *out, size_t room, size_t at, const char *text,
     return at + count;
 }
 
-static void name_bits(unsigned bits, value *out)
-{
-    size_t len = 0;
-    SET(out, "bits", "none");
-    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
-        if ((bits >> bit & 1u) != 0) {
-            const char *name = lum_laser_bit_name(bit);
-            len = add(out->text, sizeof out->text, len, " ", len > 0 ? 1 : 0);
-            len = add(out->text, sizeof out->text, len, name, strlen(name));
-        }
-    }
-}
-
 const char *lum_laser_cause(uint16_t status, bool was_away)
 {
     if (!lum_laser_is_down(status) && !lum_laser_is_on(status)) {
@@ -218,6 +205,8 @@ static void fill(const lum_news *news, value out[VALUES])
     const bool has_ended = news->kind >= LUM_NEWS_ENDED_OFF;
     const bool has_moved = has_ended && news->to.address != 0;
     const bool is_held = news->kind == LUM_NEWS_LASER_FELL && news->ns != 0;
+    const uint16_t shown =
+        news->status & (has_ended ? UINT16_MAX : LUM_LASER_ALL_DOWN);
     char ctl[VALUE_BYTES];
     const char *state = news->tries == 0 ? "no answer yet"
                         : lum_laser_is_down(news->status)
@@ -229,8 +218,8 @@ static void fill(const lum_news *news, value out[VALUES])
     SET(&out[2], "ctl", "%s",
         lum_news_ctl(has_moved ? news->to : news->sensor, news->interface_name,
                      ctl, sizeof ctl));
-    name_bits(news->status & (has_ended ? UINT16_MAX : LUM_LASER_ALL_DOWN),
-              &out[3]);
+    out[3].word = "bits";
+    (void)lum_laser_bits_name(shown, " ", out[3].text, VALUE_BYTES);
     SET(&out[5], "state", "%s", state);
     SET(&out[6], "is", lum_laser_is_down(news->status) ? "is" : "may be");
     SET(&out[7], "left", news->was_away ? "being switched off" : "off");

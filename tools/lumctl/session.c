@@ -7,7 +7,6 @@
 #include "report.h"
 
 #include "lum/base/time.h"
-#include "lum/packet.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -310,13 +309,6 @@ void session_keep_alive(struct ctl *ctl)
             lum_keeper_serve(ctl->keeper, ctl->sensor, lum_time_monotonic_ns());
         }
     }
-}
-
-bool session_is_data(const struct ctl *ctl, const lum_received *datagram)
-{
-    lum_group group;
-    return lum_packet_decode(&ctl->layout, datagram->bytes, datagram->len,
-                             &group) == LUM_PACKET_DATA;
 }
 
 /* --- Requests and their ends --- */

@@ -82,7 +82,4 @@ bool session_is_owned(const struct ctl *ctl, uint16_t status);
 enum exit_status session_complain_silence(const struct ctl *ctl,
                                           unsigned tries);
 
-/* Whether a datagram is a data packet of the sensor. */
-bool session_is_data(const struct ctl *ctl, const lum_received *datagram);
-
 #endif

@@ -136,21 +136,6 @@ static enum pass_result tell_losses(struct pass *pass, struct health *h,
     return tell(pass, h, error);
 }
 
-/* The hazards of a status, by their names. */
-static void name_hazards(uint16_t status, char *out, size_t room)
-{
-    size_t n = 0;
-    (void)snprintf(out, room, "none");
-    for (unsigned bit = 0; bit < LUM_LASER_BITS && n < room; bit++) {
-        if (((unsigned)(status & LUM_LASER_HAZARDS) >> bit & 1u) != 0) {
-            const int more =
-                snprintf(out + n, room - n, "%s%s", n > 0 ? " " : "",
-                         lum_laser_bit_name(bit));
-            n += more > 0 ? (size_t)more : 0;
-        }
-    }
-}
-
 static enum pass_result tell_status(struct pass *pass, struct health *h,
                                     lum_error *error)
 {
@@ -159,7 +144,8 @@ static enum pass_result tell_status(struct pass *pass, struct health *h,
     char names[256];
     char message[sizeof names + 32];
     char hex[8];
-    name_hazards(status, names, sizeof names);
+    (void)lum_laser_bits_name(status & LUM_LASER_HAZARDS, " ", names,
+                              sizeof names);
     (void)snprintf(message, sizeof message, "%s%s%s", state,
                    lum_laser_has_hazard(status) ? ", hazard: " : "",
                    lum_laser_has_hazard(status) ? names : "");

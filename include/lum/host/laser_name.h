@@ -5,6 +5,9 @@
 
 #include "lum/laser.h"
 
+#include <stddef.h>
+#include <stdint.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -17,6 +20,18 @@ const char *lum_laser_bit_name(unsigned bit);
 /** What a status tells of the laser: "down", "up", or "may be up" where it
  * tells neither. A static string. */
 const char *lum_laser_status_name(uint16_t status);
+
+/** Room for the names of all bits with two bytes between them, and a NUL. */
+#define LUM_LASER_BITS_TEXT 320u
+
+/** The names of the bits that are set, such as "HW_SAFETY_BAD TLV_CMD_OFF";
+ * "none" without any.
+ * @param between stands between two names.
+ * @param out     room bytes; the text is cut to room - 1, and ends with a NUL.
+ * @param room    at least 1.
+ * @return out. */
+const char *lum_laser_bits_name(uint16_t bits, const char *between, char *out,
+                                size_t room);
 
 #ifdef __cplusplus
 }
