@@ -264,8 +264,8 @@ class SimulatedSensor:
                  returns_max: Optional[int] = None, loss: float = 0.0, duplicate: float = 0.0, reorder: float = 0.0,
                  corrupt: float = 0.0, jitter: float = 0.0, answer_delay: float = 0.0, answer_loss: float = 0.0,
                  fault: Union[str, Iterable[str]] = (), clock: Optional[int] = None,
-                 boot_status: Optional[int] = None, duration: Optional[float] = None, interface: Optional[str] = None, replay: Optional[Path] = None,
-                 speed: Optional[float] = None, loop: bool = False, sensor: Optional[str] = None,
+                 boot_status: Optional[int] = None, duration: Optional[float] = None, interface: Optional[str] = None,
+                 replay: Optional[Path] = None, speed: Optional[float] = None, loop: bool = False, sensor: Optional[str] = None,
                  scene: Literal["street", "room", "yard", None] = None,
                  pose: Union[str, Iterable[float], None] = None, walls: Literal["flat", "mild", "rough", None] = None,
                  noise: Union[float, Iterable[float], None] = None, calibration: Optional[Settings] = None,
@@ -285,8 +285,8 @@ class SimulatedSensor:
                    "returns_max": returns_max, "loss": loss, "duplicate": duplicate, "reorder": reorder,
                    "corrupt": corrupt, "jitter": jitter, "answer_delay": answer_delay, "answer_loss": answer_loss,
                    "fault": fault, "clock": clock,
-                   "boot_status": None if boot_status is None else f"{boot_status:#06x}", "duration": duration, "interface": interface, "replay": replay,
-                   "speed": speed, "loop": loop, "sensor": sensor, "scene": scene, "pose": pose, "walls": walls,
+                   "boot_status": None if boot_status is None else f"{boot_status:#06x}", "duration": duration,
+                   "interface": interface, "replay": replay, "speed": speed, "loop": loop, "sensor": sensor, "scene": scene, "pose": pose, "walls": walls,
                    "noise": noise, "calibration": calibration, "profile": profile, "set": set}
         if not isinstance(address, str):
             raise TypeError(f"the address is {address!r}; right is a text, such as \"127.0.0.1\"")
