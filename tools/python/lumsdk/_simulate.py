@@ -286,8 +286,8 @@ class SimulatedSensor:
                    "corrupt": corrupt, "jitter": jitter, "answer_delay": answer_delay, "answer_loss": answer_loss,
                    "fault": fault, "clock": clock,
                    "boot_status": None if boot_status is None else f"{boot_status:#06x}", "duration": duration,
-                   "interface": interface, "replay": replay, "speed": speed, "loop": loop, "sensor": sensor, "scene": scene, "pose": pose, "walls": walls,
-                   "noise": noise, "calibration": calibration, "profile": profile, "set": set}
+                   "interface": interface, "replay": replay, "speed": speed, "loop": loop, "sensor": sensor, "scene": scene,
+                   "pose": pose, "walls": walls, "noise": noise, "calibration": calibration, "profile": profile, "set": set}
         if not isinstance(address, str):
             raise TypeError(f"the address is {address!r}; right is a text, such as \"127.0.0.1\"")
         if replay is not None:
