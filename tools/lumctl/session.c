@@ -270,6 +270,15 @@ static bool is_off_due(const struct ctl *ctl)
     return view.is_off_due;
 }
 
+bool session_serve_off(struct ctl *ctl)
+{
+    const bool is_due = is_off_due(ctl);
+    if (is_due) {
+        lum_keeper_serve(ctl->keeper, ctl->sensor, lum_time_monotonic_ns());
+    }
+    return is_due;
+}
+
 void session_receive(struct ctl *ctl, int64_t deadline_ns,
                      lum_sensor_event *out)
 {
@@ -293,6 +302,7 @@ void session_rest(struct ctl *ctl, int64_t ns)
     const int64_t end = lum_time_monotonic_ns() + ns;
     while (lum_time_monotonic_ns() < end) {
         lum_sensor_event event;
+        (void)session_serve_off(ctl);
         const lum_sensor_event_kind kind = session_wait(ctl, end, &event);
         if (kind == LUM_SENSOR_CANCELLED || kind == LUM_SENSOR_FAILED) {
             return;
@@ -305,9 +315,7 @@ void session_keep_alive(struct ctl *ctl)
     lum_sensor_event event;
     if (ctl->sensor != NULL) {
         session_receive(ctl, 0, &event);
-        if (is_off_due(ctl)) {
-            lum_keeper_serve(ctl->keeper, ctl->sensor, lum_time_monotonic_ns());
-        }
+        (void)session_serve_off(ctl);
     }
 }
 
@@ -336,7 +344,7 @@ enum exit_status session_complain_silence(const struct ctl *ctl, unsigned tries)
 /* The hazard that came meanwhile was told. */
 static enum exit_status yield_to_off(struct ctl *ctl)
 {
-    lum_keeper_serve(ctl->keeper, ctl->sensor, lum_time_monotonic_ns());
+    (void)session_serve_off(ctl);
     return ctl_complain(EXIT_FAILED, "laser off comes first: whether the "
                                      "sensor got the request is not known");
 }

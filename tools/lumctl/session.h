@@ -54,6 +54,10 @@ enum exit_status session_finish(struct ctl *ctl, lum_sensor_event *out);
 /* Lets time pass, and takes what arrives during that time. */
 void session_rest(struct ctl *ctl, int64_t ns);
 
+/* Sends laser off where it is due, in place of the request under way. Whether
+ * it is. */
+bool session_serve_off(struct ctl *ctl);
+
 /* Lets the session, if there is one, send what is due, without waiting. Packets
  * that it receives are not reported. */
 void session_keep_alive(struct ctl *ctl);

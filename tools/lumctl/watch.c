@@ -17,7 +17,8 @@ static int64_t end_of(const struct ctl *ctl, int64_t now)
     return s > 0.0 ? now + (int64_t)(s * 1e9) : INT64_MAX;
 }
 
-/* The next request is due; missed requests are not repeated. */
+/* Laser off comes first, then the next request, once it is due; missed requests
+ * are not repeated. */
 static void ask_when_due(struct ctl *ctl, const struct watch *watch,
                          int64_t now, int64_t *due)
 {
@@ -25,7 +26,8 @@ static void ask_when_due(struct ctl *ctl, const struct watch *watch,
         lum_keeper_serve(ctl->keeper, ctl->sensor, now);
         return;
     }
-    if (now < *due || lum_sensor_is_waiting(ctl->sensor)) {
+    if (session_serve_off(ctl) || now < *due ||
+        lum_sensor_is_waiting(ctl->sensor)) {
         return;
     }
     (void)!watch->ask(ctl);

@@ -151,6 +151,28 @@ STORY(a_hazard_in_a_shell_with_heartbeat,
     user_expect(!user_laser_is_on(s));
 }
 
+static void end_laser_by_hazard(const char *typed)
+{
+    const user_bench b = user_bench_new();
+    const user_sensor *s =
+        user_sensor_start(b.sensor, "--rate 2 --fault interlock@5-8");
+    user_expect_status(run_fed(b.host, "lumctl shell --heartbeat", typed),
+                       DONE);
+    user_expect_equal(user_events(s, "fault"), 2);
+    user_expect_equal(user_laser_rises(s), 1);
+}
+
+STORY(a_hazard_during_status_watch,
+      "a laser that a hazard ends in a shell stays down during status --watch")
+{
+    end_laser_by_hazard("laser on\nstatus --watch --duration 12\n");
+}
+
+STORY(a_hazard_during_time_watch, "the same during time --watch")
+{
+    end_laser_by_hazard("laser on\ntime --watch --duration 12\n");
+}
+
 STORY(heartbeats_of_a_command,
       "heartbeat in a shell counts from its own begin, not the shell's")
 {
