@@ -676,6 +676,28 @@ def a_laser_by_command_is_the_nodes():
     PROCESSES.end(p)
 
 
+def a_command_to_be_off_holds():
+    """Also where one to be on came right before it, for which lumdump is started anew."""
+    _, p, events = sensor(10)
+    n = node(f"_source:=udp://{HOST}.10")
+    answers, listener = Listener("/answer", std_msgs.msg.String), clouds()
+    commands = rospy.Publisher("/command", std_msgs.msg.String, queue_size=10)
+    wait_until(lambda: commands.get_num_connections() and answers.subscriber.get_num_connections(), "the node")
+    listener.wait(1)
+    for texts in ("u d",), ("u", "d"):
+        for text in texts:
+            count = len(answers.messages)
+            commands.publish(text)
+            check("answered" in answers.wait(count + 1)[-1].data, f"{text}: {answers.messages[-1].data}")
+        listener.wait(len(listener.messages) + 30)
+        check(not events("laser") or not events("laser")[-1]["up"], f"{texts}: {[e['note'] for e in events('tlv')]}")
+    answers.stop()
+    commands.unregister()
+    listener.stop()
+    PROCESSES.end(n)
+    PROCESSES.end(p)
+
+
 def two_nodes_cannot_own_a_sensor():
     address, p, _ = sensor(4)
     first = node(f"_source:=udp://{address}")
@@ -788,7 +810,7 @@ CHECKS = [the_documentation_builds_as_the_readme, neighbours_of_a_ring_are_neigh
           what_a_capture_has_of_its_own_is_warned_of, sensors_of_one_address_are_told_apart,
           another_port_is_told_and_can_be_chosen, parameters_hold_a_calibration,
           bag_is_the_capture, bag_launch_plays_a_bag, live_sensor, live_recording, laser_is_safe, a_laser_by_command_is_the_nodes,
-          two_nodes_cannot_own_a_sensor, a_moved_sensor_is_named,
+          a_command_to_be_off_holds, two_nodes_cannot_own_a_sensor, a_moved_sensor_is_named,
           a_second_signal_ends_a_long_laser_off, bad_parameters_are_told, rviz_shows_the_cloud]
 
 
