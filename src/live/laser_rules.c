@@ -22,6 +22,7 @@ void lum_laser_rules_want(lum_laser_rules *rules, lum_laser_state state,
     rules->off_unseen = false;
     rules->attempts = 0;
     rules->sent = 0;
+    rules->hit = 0;
     rules->began_ns = now_ns;
     rules->tick_ns = now_ns;
     rules->next_ns = now_ns;
@@ -80,18 +81,18 @@ static lum_news_kind follow_down(lum_laser_rules *rules, int64_t now_ns)
 /* The answer to "on". */
 static lum_news_kind judge_on(lum_laser_rules *rules, int64_t now_ns)
 {
-    if (lum_laser_is_on(rules->status)) {
+    const uint16_t status = (uint16_t)(rules->status | rules->hit);
+    if (lum_laser_is_on(status)) {
         rules->state = LUM_LASER_UP;
         return LUM_NEWS_LASER_UP;
     }
-    const unsigned final =
-        rules->is_owned ? ~(unsigned)LUM_LASER_HEARTBEAT_TIMEOUT : UINT16_MAX;
-    if ((rules->status & LUM_LASER_HAZARDS & final) == 0 &&
-        rules->attempts < rules->attempts_max) {
+    const unsigned final = rules->is_owned ? lum_laser_rules_hazards(status)
+                                           : status & LUM_LASER_HAZARDS;
+    if (final == 0 && rules->attempts < rules->attempts_max) {
         rules->next_ns = now_ns + AGAIN_NS;
         return NOTHING;
     }
-    return fall(rules, rules->status, now_ns, LUM_NEWS_LASER_REFUSED);
+    return fall(rules, status, now_ns, LUM_NEWS_LASER_REFUSED);
 }
 
 /* The answer to "off"; without a status it is believed until one comes. */
@@ -133,17 +134,19 @@ static lum_news_kind take_answer(lum_laser_rules *rules,
 }
 
 /* An alert may be older than the known status, so the sensor is asked, and the
- * alert's command bits are not used. A hazard counts at once: it may be over
+ * alert's command bits are not used. A hazard counts, since it may be over
  * before the answer. An alert never makes us switch the laser on sooner. */
 static lum_news_kind take_alert(lum_laser_rules *rules,
                                 const lum_sensor_event *event, int64_t now_ns)
 {
+    const unsigned hazards =
+        event->has_status ? lum_laser_rules_hazards(event->status) : 0;
     if (rules->state == LUM_LASER_ASKED) {
+        rules->hit |= rules->request == LUM_LASER_ASK_ON ? hazards : 0;
         return NOTHING;
     }
     rules->next_ns = now_ns;
-    if (event->has_status && rules->state == LUM_LASER_UP &&
-        lum_laser_rules_hazards(event->status) != 0) {
+    if (rules->state == LUM_LASER_UP && hazards != 0) {
         (void)fall(rules, event->status, now_ns, LUM_NEWS_LASER_FELL);
         rules->off_due = true;
         return LUM_NEWS_LASER_FELL;

@@ -31,6 +31,7 @@ typedef struct lum_laser_rules {
     unsigned attempts_max;
     int64_t give_up_ns; /* how long "on" may stay without an answer */
     uint16_t fell;      /* the status with which it was left; 0: unknown */
+    unsigned hit;       /* hazards of alerts that came before its answer */
     unsigned attempts;  /* at "on" */
     unsigned sent;      /* datagrams of them that had no answer */
     int64_t stood_ns;   /* how long the program stood still */

@@ -90,6 +90,7 @@ static struct model {
     int64_t due_ns;
     bool has_status;
     uint16_t status;
+    unsigned hit;           /* hazards before the answer to "on" */
     uint16_t left;          /* the status with which it was left */
     lum_news_kind expected; /* of the laser, not taken yet; 0: none */
 
@@ -162,6 +163,7 @@ static void model_want(lum_laser_want want)
     model.trusts = false;
     model.told_off = false;
     model.tries = 0;
+    model.hit = 0;
     model.left = 0;
     model.began_ns = run.now_ns;
     model.tick_ns = run.now_ns;
@@ -197,8 +199,9 @@ static void model_up(void)
 }
 
 /* The answer to "on". */
-static void model_rise(uint16_t status)
+static void model_rise(uint16_t answered)
 {
+    const uint16_t status = (uint16_t)(answered | model.hit);
     if (is_shown_up(status)) {
         model.phase = UP;
         expect(LUM_NEWS_LASER_UP);
@@ -238,6 +241,9 @@ static void model_answer(char request, bool has_status, uint16_t status)
 static void model_alert(bool has_status, uint16_t status)
 {
     if (model.phase == RISING) {
+        const bool is_hit =
+            has_status && run.session.is_waiting && run.session.request == 'u';
+        model.hit |= is_hit ? heat(status) : 0;
         return;
     }
     model.due_ns = run.now_ns;

@@ -390,6 +390,19 @@ static void an_alert_hastens_no_on(void **state)
     assert_int_equal(keeper.next_ns, 201 * MS);
 }
 
+static void a_hazard_before_the_answer_to_on_refuses_it(void **state)
+{
+    (void)state;
+    begin(LUM_LASER_ASKED);
+    send_next(LUM_LASER_ASK_ON, 0);
+    assert_int_equal(take_status(LUM_SENSOR_ALERT, HOT, MS), NOTHING);
+    assert_int_equal(answer(UP, 2 * MS), LUM_NEWS_LASER_REFUSED);
+    assert_left(UP | HOT, 2 * MS);
+    lum_laser_rules_want(&keeper, LUM_LASER_ASKED, false, SECOND);
+    send_next(LUM_LASER_ASK_ON, SECOND);
+    assert_int_equal(answer(UP, SECOND), LUM_NEWS_LASER_UP);
+}
+
 static void command_bits_of_an_alert_are_not_believed(void **state)
 {
     const uint16_t old = OFF | LUM_LASER_BOARD_OVER_105;
@@ -1645,6 +1658,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(off_does_not_wait_for_an_on_that_is_not_answered),
     cmocka_unit_test(off_does_not_wait_for_a_status_that_is_not_answered),
     cmocka_unit_test(an_alert_hastens_no_on),
+    cmocka_unit_test(a_hazard_before_the_answer_to_on_refuses_it),
     cmocka_unit_test(command_bits_of_an_alert_are_not_believed),
     cmocka_unit_test(off_is_repeated_while_the_command_on_stands),
     cmocka_unit_test(an_off_that_no_status_showed_is_not_taken_for_done),
