@@ -484,6 +484,21 @@ class Misbehaviour(Case):
             r = self.unprivileged(hosts, "--host", old, "set-ip", new)
             self.assertEqual(r.returncode, DONE, r.stderr)
 
+    def test_a_hazard_that_is_over_before_the_answer_to_on_refuses_it(self):
+        asked = []
+
+        def answer(_, sequence, body, __):
+            asked.append(body[4:])
+            status = 0x0800 if body[4:] == b"u" else CMD_OFF
+            alert = [tlv_packet(1 << 31, status_tlv(0x0840))] if body[4:] == b"u" else []
+            return [*alert, tlv_packet(sequence, status_tlv(status))]
+
+        FakeSensor(self, "127.33.2.99", answer)
+        r = self.check(HAZARD, "127.33.2.99", "laser", "on")
+        self.assertIn("FAN_PWM_BAD", r.stderr)
+        self.assertIn("taken back", r.stderr)
+        self.assertEqual(asked[:2], [b"u", b"d"])
+
     def test_a_signal_ends_a_request_by_that_signal(self):
         asked = []
         FakeSensor(self, "127.33.2.22", lambda *_: asked.append(1) or [])

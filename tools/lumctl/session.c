@@ -184,6 +184,7 @@ static void add_other(char *out, size_t size, const lum_tlv *tlv)
     }
 }
 
+/* An alert may have told of a hazard that is over in the answer. */
 void session_read_answer(struct ctl *ctl, const lum_sensor_event *event,
                          struct ctl_answer *out)
 {
@@ -192,10 +193,11 @@ void session_read_answer(struct ctl *ctl, const lum_sensor_event *event,
     lum_tlv tlv;
     *out = (struct ctl_answer){
         .has_status = event->has_status,
-        .status = event->status,
+        .status = (uint16_t)(event->status | ctl->refused),
         .tries = event->tries,
         .round_trip_ns =
             event->tries == 1 ? event->received_ns - event->sent_ns : 0};
+    ctl->refused = 0;
     if (event->has_status) {
         ctl->has_status = true;
         ctl->status = event->status;
@@ -256,6 +258,8 @@ void session_tell(struct ctl *ctl, const lum_sensor_event *event)
     lum_news news = {.struct_size = sizeof news};
     while (lum_keeper_next(ctl->keeper, &news)) {
         char text[LUM_ERROR_BYTES];
+        ctl->refused =
+            news.kind == LUM_NEWS_LASER_REFUSED ? news.status : ctl->refused;
         if (is_said(event, news.kind) && may_tell(ctl)) {
             (void)ctl_complain(EXIT_FAILED, "%s",
                                lum_news_tell(&news, text, sizeof text));
