@@ -152,7 +152,7 @@ lum_news_kind lum_contact_take(lum_contact *c, const lum_sensor_event *event,
     return NOTHING;
 }
 
-/* Where the data has stopped too, that is what is told. */
+/* Where data stops or stopped, that is told: the request may be of before. */
 static lum_news_kind name_unheard(const lum_contact *c, uint64_t dropped,
                                   int64_t now_ns)
 {
@@ -162,7 +162,7 @@ static lum_news_kind name_unheard(const lum_contact *c, uint64_t dropped,
     if (!c->has_data) {
         return LUM_NEWS_NO_ANSWER;
     }
-    return now_ns - c->data_ns < SECOND_NS ? LUM_NEWS_UNHEARD : NOTHING;
+    return lum_contact_was_away(c, now_ns) ? NOTHING : LUM_NEWS_UNHEARD;
 }
 
 /* --- Time --- */

@@ -90,6 +90,7 @@ static struct model {
     int64_t due_ns;
     bool has_status;
     uint16_t status;
+    bool is_out;            /* "on" was sent, and nothing came of it */
     unsigned hit;           /* hazards before the answer to "on" */
     uint16_t left;          /* the status with which it was left */
     lum_news_kind expected; /* of the laser, not taken yet; 0: none */
@@ -215,6 +216,7 @@ static void model_rise(uint16_t answered)
 
 static void model_answer(char request, bool has_status, uint16_t status)
 {
+    model.is_out = false;
     if (has_status) {
         model.has_status = true;
         model.status = status;
@@ -241,9 +243,7 @@ static void model_answer(char request, bool has_status, uint16_t status)
 static void model_alert(bool has_status, uint16_t status)
 {
     if (model.phase == RISING) {
-        const bool is_hit =
-            has_status && run.session.is_waiting && run.session.request == 'u';
-        model.hit |= is_hit ? heat(status) : 0;
+        model.hit |= has_status && model.is_out ? heat(status) : 0;
         return;
     }
     model.due_ns = run.now_ns;
@@ -254,6 +254,7 @@ static void model_alert(bool has_status, uint16_t status)
 
 static void model_no_answer(char request)
 {
+    model.is_out = false;
     if (request == 'u' && model.phase == RISING &&
         run.now_ns - model.began_ns >= GIVE_UP) {
         fall(LUM_NEWS_LASER_UNANSWERED, 0, true);
@@ -263,6 +264,7 @@ static void model_no_answer(char request)
 static void model_sent(char request)
 {
     model.tries += request == 'u';
+    model.is_out = request == 'u';
     if (request != OTHER || !model.owes) {
         model.due_ns = run.now_ns + SECOND;
     }

@@ -706,7 +706,14 @@ static void no_answers_are_told_once_by_what_else_comes(void **state)
             (void)lum_contact_note_data(&contact, 3500 * MS);
             assert_int_equal(lum_contact_tick(&contact, false, i == 2 ? 8 : 7,
                                               4500 * MS - 1),
-                             i == 2 ? LUM_NEWS_LATE_ANSWERS : LUM_NEWS_UNHEARD);
+                             i == 2 ? LUM_NEWS_LATE_ANSWERS : NOTHING);
+        }
+        /* the request may be of before the pause */
+        for (int64_t ns = 4 * SECOND; i == 1 && ns <= 8 * SECOND;
+             ns += SECOND / 2) {
+            (void)lum_contact_note_data(&contact, ns);
+            assert_int_equal(lum_contact_tick(&contact, false, 7, ns),
+                             ns < 8 * SECOND ? NOTHING : LUM_NEWS_UNHEARD);
         }
         assert_int_equal(lum_contact_tick(&contact, false, 9, 4 * SECOND - 1),
                          NOTHING);
