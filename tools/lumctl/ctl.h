@@ -65,6 +65,7 @@ struct ctl {
     size_t shell_set;   /* settings by key that the shell was given */
     bool has_status;    /* a status has been seen */
     uint16_t status;    /* the last one */
+    bool was_up;        /* the laser, in the session before; not seen since */
     uint16_t refused;   /* with what the keeper just refused laser on */
     bool has_packets;   /* of a dry run, in JSON: the array is open */
     struct json packets;

@@ -83,18 +83,33 @@ lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
     return lum_sensor_open(&options, out, error);
 }
 
-/* Who types in a shell that owns the sensor switches the laser on and off. A
- * command is one request. */
-static int open_keeper(const struct ctl *ctl, lum_endpoint host, bool owns,
+/* What the session before had to do with the laser goes on. Who types in a
+ * shell that owns the sensor switches it on and off. */
+static lum_laser_want want_of(const struct ctl *ctl, bool owns,
+                              const lum_keeper_view *before)
+{
+    const bool guards = before->laser != LUM_LASER_UNTOUCHED ||
+                        (owns && ctl->options.heartbeat);
+    return before->is_off_due ? LUM_WANT_OFF
+           : guards           ? LUM_WANT_GUARD
+                              : LUM_WANT_LOOK;
+}
+
+/* A command is one request. */
+static int open_keeper(struct ctl *ctl, lum_endpoint host, bool owns,
                        lum_keeper **out, lum_error *error)
 {
     const lum_sensor_options session = describe(ctl, host, owns);
+    lum_keeper_view before = {.struct_size = sizeof before};
     lum_keeper_options options;
     lum_keeper_options_default(&options, &session);
+    if (ctl->keeper != NULL) {
+        (void)lum_keeper_look(ctl->keeper, &before);
+    }
     options.give_up_ms = 0;
     options.attempts = 1;
-    options.laser =
-        owns && ctl->options.heartbeat ? LUM_WANT_GUARD : LUM_WANT_LOOK;
+    options.laser = want_of(ctl, owns, &before);
+    ctl->was_up = before.laser == LUM_LASER_UP;
     return lum_keeper_new(&options, lum_time_monotonic_ns(), out, error);
 }
 

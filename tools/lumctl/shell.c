@@ -49,6 +49,7 @@ static const char *history_path(char out[PATH_BYTES])
 static void show_status(struct shell *s, uint16_t status)
 {
     char text[REPORT_LINE_BYTES];
+    s->ctl->was_up &= report_laser_is_up(status);
     if (s->knows && s->status == status) {
         return;
     }
@@ -64,7 +65,11 @@ static void show_news(const struct shell *s)
     lum_news news = {.struct_size = sizeof news};
     while (lum_keeper_next(s->ctl->keeper, &news)) {
         char text[LUM_ERROR_BYTES];
-        line_above(lum_news_tell(&news, text, sizeof text));
+        if (news.kind == LUM_NEWS_LASER_CAME_UP && s->ctl->was_up) {
+            s->ctl->was_up = false;
+        } else {
+            line_above(lum_news_tell(&news, text, sizeof text));
+        }
     }
 }
 

@@ -205,6 +205,28 @@ STORY(a_shell_behind_set_ip, "after set-ip, a shell names the new address")
     user_expect_has(user_out(tool), "\"sensor\": \"10.42.0.99\"");
 }
 
+STORY(a_hazard_behind_set_ip,
+      "after set-ip, a laser that a hazard ends in a shell stays down, too")
+{
+    const user_bench b = user_bench_new();
+    const user_sensor *s =
+        user_sensor_start(b.sensor, "--rate 2 --fault interlock@8-11");
+    world_file *end = NULL;
+    world_writer *input = world_writer_new(&end);
+    user_tool *tool = user_start_with(b.host, (user_with){.input = end},
+                                      "lumctl shell --heartbeat");
+    user_type(tool, input, "laser on\n");
+    user_until(user_laser_is_on(s));
+    user_type(tool, input, "set-ip 10.42.0.99\n");
+    user_until(user_events(s, "fault") == 2);
+    const size_t beats = user_events(s, "heartbeat");
+    user_until(user_events(s, "heartbeat") > beats + 15);
+    user_expect_equal(user_laser_rises(s), 1);
+    user_expect_lacks(user_out(tool), "by another program");
+    world_writer_close(input);
+    user_expect_status(tool, DONE);
+}
+
 STORY(a_shell_waits_for_no_resolver,
       "a shell that keeps a sensor alive waits for no resolver")
 {
