@@ -104,6 +104,8 @@ const char help_output[] =
 const char help_rest[] =
     "A sensor (udp://):\n"
     "      --laser             switch the laser on, and off at the end\n"
+    "      --guard             the same for a laser that another program "
+    "switches on\n"
     "      --interface NAME    reach the sensor through this interface\n"
     "      --buffer SIZE       data that may wait for each output; default: "
     "64MiB\n"

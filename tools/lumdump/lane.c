@@ -210,7 +210,8 @@ bool lane_stands_still(const struct lane *lane, int64_t now_ns, int64_t limit)
 
 bool lane_is_unread(const struct lane *lane, int64_t now_ns, int64_t limit)
 {
-    return lane->end == LANE_LIVES && lane->options.laser && !lane->is_file &&
+    return lane->end == LANE_LIVES &&
+           (lane->options.laser || lane->options.guards) && !lane->is_file &&
            options_has_messages(&lane->options, 0) && lane->view.taken > 0 &&
            now_ns - lane->moved_ns >= limit;
 }

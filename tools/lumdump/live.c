@@ -159,7 +159,7 @@ static void switch_off(struct live *l)
                                         [LUM_LASER_OFF_REFUSED] = "on",
                                         [LUM_LASER_OFF_UNSEEN] = "unknown"};
     l->counts.laser = "untouched";
-    if (!l->options->laser) {
+    if (!l->options->laser && !l->options->guards) {
         return;
     }
     if (l->session.end == SESSION_BROKEN) {
@@ -179,7 +179,7 @@ static enum exit_status tell_laser(const struct live *l,
 {
     char text[LUM_ERROR_BYTES];
     const bool is_off = l->off == LUM_LASER_OFF_SEEN;
-    if (!l->options->laser) {
+    if (!l->options->laser && !l->options->guards) {
         return EXIT_DONE;
     }
     if (!is_off || status != EXIT_DONE) {

@@ -107,6 +107,7 @@ static const struct option_spec specs[] = {
     {"json", FLAG(json)},
     {"infer", FLAG(infer)},
     {"laser", FLAG(laser)},
+    {"guard", FLAG(guards)},
     {"interface", TEXT(interface), .allowed = "the name of an interface"},
     {"threads", .kind = OPTION_WHOLE, INTO(threads), .min = 1, .max = CREW_MAX},
     {"buffer", CALL(values_take_buffer),
@@ -271,9 +272,14 @@ static bool makes_points(const struct options *o)
 
 static bool goes_with_source(const struct options *o)
 {
-    if (!o->is_live && o->laser) {
-        return refuse("--laser goes with a sensor, udp://ADDRESS: a capture "
-                      "has no laser");
+    if (o->laser && o->guards) {
+        return refuse("--guard does not go with --laser, which does the same "
+                      "and switches the laser on");
+    }
+    if (!o->is_live && (o->laser || o->guards)) {
+        return refuse(
+            "--laser and --guard go with a sensor, udp://ADDRESS: a capture "
+            "has no laser");
     }
     if (!o->is_live &&
         (o->interface != NULL || o->buffer != 0 || o->receive_buffer != 0)) {

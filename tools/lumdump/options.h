@@ -56,6 +56,7 @@ struct options {
     lum_endpoint address;  /* live: the sensor's */
     const char *interface; /* live; may be NULL */
     bool laser;            /* live: switch it on, and off at the end */
+    bool guards;           /* live: the same, but do not switch it on */
     uint64_t buffer;       /* live: bytes between network and outputs; 0: as
                               many as are usual */
     size_t receive_buffer; /* live: bytes that may wait in the kernel */

@@ -213,7 +213,9 @@ void session_run(struct session *session)
     session->before = (struct status_totals){.time_ns = now_ns};
     say_init(&session->say, session->options->quiet);
     lum_keeper_want(session->keeper,
-                    session->options->laser ? LUM_WANT_ON : LUM_WANT_LOOK,
+                    session->options->laser    ? LUM_WANT_ON
+                    : session->options->guards ? LUM_WANT_GUARD
+                                               : LUM_WANT_LOOK,
                     now_ns);
     while (session->end == SESSION_GOES_ON) {
         step(session);

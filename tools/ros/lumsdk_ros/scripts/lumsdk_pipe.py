@@ -2,6 +2,8 @@
 import contextlib
 import ctypes
 import fcntl
+import functools
+import os
 import re
 import signal
 import struct
@@ -20,9 +22,11 @@ KERNEL_DROPS = re.compile(r"the system dropped (?:at least )?(\d+) datagrams so 
 NO_SOURCE = re.compile(r"^(standard input|-): ")
 
 
-def die_with_parent():
+def die_with_parent(parent):
     """In the child: SIGTERM when the thread that started it is gone, also by SIGKILL."""
     LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:  # it has gone already
+        os.kill(os.getpid(), signal.SIGTERM)
 
 
 class Lumdump:
@@ -35,7 +39,7 @@ class Lumdump:
             self.process = subprocess.Popen(
                 ["lumdump", *arguments, "-o", "-", "--format", "mcap", "--compression", "none"], stdin=stdin,
                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, bufsize=1 << 20, pass_fds=files, start_new_session=True,
-                preexec_fn=die_with_parent)
+                preexec_fn=functools.partial(die_with_parent, os.getpid()))
         except OSError as error:
             raise RuntimeError(f"lumdump cannot be started: {error.strerror}; it belongs to lumsdk and has to be in the "
                                "PATH") from error
@@ -50,7 +54,8 @@ class Lumdump:
 
     def hear(self, line):
         """Its warnings and errors, by the names of the node's parameters; the summary is for information."""
-        text = OPTION.sub(lambda m: "~" + PARAMETERS.get(m[1], m[1]), line)
+        head, command, copied = line.partition("lumctl ")  # what is to be copied stays
+        text = OPTION.sub(lambda m: "~" + PARAMETERS.get(m[1], m[1]), head) + command + copied
         drops = KERNEL_DROPS.search(text)
         self.kernel_drops = int(drops[1]) if drops else self.kernel_drops
         for prefix, level in ("lumdump: warning: ", "warn"), ("lumdump: ", "error"):
