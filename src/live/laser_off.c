@@ -72,12 +72,9 @@ static laser_look look(const attempt *a, const char *command, int64_t end_ns)
     const lum_result begun = command != NULL
                                  ? lum_sensor_command(a->sensor, command)
                                  : lum_sensor_request(a->sensor, NULL, 0);
-    /* mcdc: nothing else is under way */
-    if (begun != LUM_OK) {
-        return LOOK_SILENT;
-    }
     receive_until(a, end_ns, &event);
-    if (event.kind != LUM_SENSOR_ANSWER) {
+    /* mcdc: nothing else was under way */
+    if (begun != LUM_OK || event.kind != LUM_SENSOR_ANSWER) {
         return LOOK_SILENT;
     }
     if (!event.has_status) {
@@ -106,13 +103,6 @@ static laser_look look_twice(const attempt *a)
 
 static lum_laser_off switch_off(const attempt *a)
 {
-    static const lum_laser_off results[] = {
-        [LOOK_SILENT] = LUM_LASER_OFF_UNKNOWN,
-        [LOOK_BLIND] = LUM_LASER_OFF_UNSEEN,
-        [LOOK_UP] = LUM_LASER_OFF_REFUSED,
-        [LOOK_WAITING] = LUM_LASER_OFF_REFUSED,
-        [LOOK_UNCLEAR] = LUM_LASER_OFF_SEEN,
-        [LOOK_DOWN] = LUM_LASER_OFF_SEEN};
     laser_look last = LOOK_SILENT;
     uint64_t vain = 0;
     do {
@@ -121,7 +111,10 @@ static lum_laser_off switch_off(const attempt *a)
         vain += last == LOOK_BLIND || last == LOOK_UNCLEAR;
     } while (last != LOOK_DOWN && vain <= a->sensor->retries && !is_ended(a) &&
              lum_time_monotonic_ns() < a->end_ns);
-    return results[last];
+    return last >= LOOK_UNCLEAR  ? LUM_LASER_OFF_SEEN
+           : last >= LOOK_UP     ? LUM_LASER_OFF_REFUSED
+           : last == LOOK_SILENT ? LUM_LASER_OFF_UNKNOWN
+                                 : LUM_LASER_OFF_UNSEEN;
 }
 
 lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint32_t ms,

@@ -34,7 +34,7 @@ typedef struct entry {
 
 /* By number. */
 static const entry entries[LUM_NEWS_END] = {
-    {"", INFO, "", ""},
+    {NULL, INFO, "", ""},
     {"laser-up", INFO, "the laser of {sensor} is on", ""},
     {"laser-fell", ERROR, "the laser of {sensor} went off ({bits}{cause})",
      WHEN_SAFE},
@@ -121,19 +121,19 @@ static const entry entries[LUM_NEWS_END] = {
      "{sensor}: THE LASER IS STILL ON after laser off (status: {bits})", POWER},
 };
 
-static bool is_known(lum_news_kind kind)
+static const entry *entry_of(lum_news_kind kind)
 {
-    return kind >= LUM_NEWS_LASER_UP && kind < LUM_NEWS_END;
+    return &entries[(unsigned)kind < LUM_NEWS_END ? kind : 0];
 }
 
 const char *lum_news_name(lum_news_kind kind)
 {
-    return is_known(kind) ? entries[kind].name : NULL;
+    return entry_of(kind)->name;
 }
 
 lum_news_weight lum_news_weigh(lum_news_kind kind)
 {
-    return is_known(kind) ? entries[kind].weight : INFO;
+    return entry_of(kind)->weight;
 }
 
 bool lum_news_is_dark(lum_news_kind kind)
@@ -178,10 +178,11 @@ static size_t add(char *out, size_t room, size_t at, const char *text,
 
 const char *lum_laser_cause(uint16_t status, bool was_away)
 {
+    const unsigned off = LUM_LASER_TLV_CMD_OFF;
     if (!lum_laser_is_down(status) && !lum_laser_is_on(status)) {
         return ": TLV_CMD_ON is gone, as after a restart of the sensor";
     }
-    if ((status & LUM_LASER_TLV_CMD_OFF) == 0 || lum_laser_has_hazard(status)) {
+    if ((status & (LUM_LASER_HAZARDS | off)) != off) {
         return "";
     }
     return was_away ? ": the sensor was restarted, or got no heartbeat for 3 s"
@@ -202,11 +203,11 @@ const char *lum_news_ctl(lum_endpoint sensor, const char *interface_name,
 /* Without the session's heartbeats somebody else's keep the laser on. */
 static void fill(const lum_news *news, value out[VALUES])
 {
-    const bool has_ended = news->kind >= LUM_NEWS_ENDED_OFF;
-    const bool has_moved = has_ended && news->to.address != 0;
+    const bool may_be_on = news->kind >= LUM_NEWS_ENDED_UNKNOWN;
+    const bool has_moved = may_be_on && news->to.address != 0;
     const bool is_held = news->kind == LUM_NEWS_LASER_FELL && news->ns != 0;
     const uint16_t shown =
-        news->status & (has_ended ? UINT16_MAX : LUM_LASER_ALL_DOWN);
+        news->status & (may_be_on ? UINT16_MAX : LUM_LASER_ALL_DOWN);
     char ctl[VALUE_BYTES];
     const char *state = news->tries == 0 ? "no answer yet"
                         : lum_laser_is_down(news->status)
@@ -219,7 +220,7 @@ static void fill(const lum_news *news, value out[VALUES])
         lum_news_ctl(has_moved ? news->to : news->sensor, news->interface_name,
                      ctl, sizeof ctl));
     out[3].word = "bits";
-    (void)lum_laser_bits_name(shown, " ", out[3].text, VALUE_BYTES);
+    (void)lum_laser_bits_name(shown, " ", out[3].text, sizeof out[3].text);
     SET(&out[5], "state", "%s", state);
     SET(&out[6], "is", lum_laser_is_down(news->status) ? "is" : "may be");
     SET(&out[7], "left", news->was_away ? "being switched off" : "off");
@@ -240,10 +241,10 @@ static void fill(const lum_news *news, value out[VALUES])
 static const char *find(const value values[VALUES], const char *word,
                         size_t len)
 {
-    size_t i = 0;
-    while (i + 1u < VALUES && (strlen(values[i].word) != len ||
-                               strncmp(values[i].word, word, len) != 0)) {
-        i++;
+    size_t i = VALUES - 1u;
+    while (i > 0 && (strlen(values[i].word) != len ||
+                     strncmp(values[i].word, word, len) != 0)) {
+        i--;
     }
     return values[i].text;
 }
@@ -277,23 +278,18 @@ static const char *write(const lum_news *news, const char *first,
     return out;
 }
 
-static const entry *entry_of(const lum_news *news)
-{
-    return &entries[is_known(news->kind) ? news->kind : 0];
-}
-
 const char *lum_news_sentence(const lum_news *news, char *out, size_t room)
 {
-    return write(news, entry_of(news)->sentence, "", out, room);
+    return write(news, entry_of(news->kind)->sentence, "", out, room);
 }
 
 const char *lum_news_remedy(const lum_news *news, char *out, size_t room)
 {
-    return write(news, "", entry_of(news)->remedy, out, room);
+    return write(news, "", entry_of(news->kind)->remedy, out, room);
 }
 
 const char *lum_news_tell(const lum_news *news, char *out, size_t room)
 {
-    return write(news, entry_of(news)->sentence, entry_of(news)->remedy, out,
-                 room);
+    return write(news, entry_of(news->kind)->sentence,
+                 entry_of(news->kind)->remedy, out, room);
 }
