@@ -203,11 +203,10 @@ lum_news_kind lum_contact_tick(lum_contact *c, bool is_owner, uint64_t dropped,
     return NOTHING;
 }
 
-lum_news_kind lum_contact_move(lum_contact *c, bool is_moved, lum_endpoint to)
+lum_news_kind lum_contact_move(lum_contact *c, bool is_moved)
 {
     const bool is_news = is_moved && !c->is_moved;
     c->is_moved = is_moved;
-    c->to = to;
     return is_news ? LUM_NEWS_MOVED : NOTHING;
 }
 

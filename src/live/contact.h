@@ -70,9 +70,8 @@ lum_news_kind lum_contact_take(lum_contact *contact,
 lum_news_kind lum_contact_tick(lum_contact *contact, bool is_owner,
                                uint64_t dropped, int64_t now_ns);
 
-/* Whether its data comes from elsewhere, and where from. */
-lum_news_kind lum_contact_move(lum_contact *contact, bool is_moved,
-                               lum_endpoint to);
+/* Whether its data comes from elsewhere: then to says where from. */
+lum_news_kind lum_contact_move(lum_contact *contact, bool is_moved);
 
 /* Whether data had stopped a moment ago, or has, or the clock began anew. */
 bool lum_contact_was_away(const lum_contact *contact, int64_t now_ns);

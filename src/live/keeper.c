@@ -173,19 +173,21 @@ void lum_keeper_note_owner(lum_keeper *keeper, bool is_owned)
 lum_result lum_keeper_command(lum_keeper *keeper, lum_sensor *sensor,
                               const char *text, int64_t now_ns)
 {
-    const char *on = strrchr(text, 'u');
-    const char *off = strrchr(text, 'd');
-    const bool is_on = on != NULL && (off == NULL || on > off);
-    const lum_laser_request request = is_on         ? LUM_LASER_ASK_ON
-                                      : off != NULL ? LUM_LASER_ASK_OFF
-                                                    : LUM_LASER_ASK_OTHER;
     const lum_result result = lum_sensor_command(sensor, text);
-    if (result == LUM_OK && request != LUM_LASER_ASK_OTHER) {
+    lum_laser_request request = LUM_LASER_ASK_OTHER;
+    for (; *text != '\0'; text++) {
+        request = *text == 'u'   ? LUM_LASER_ASK_ON
+                  : *text == 'd' ? LUM_LASER_ASK_OFF
+                                 : request;
+    }
+    if (result != LUM_OK) {
+        return result;
+    }
+    if (request != LUM_LASER_ASK_OTHER) {
+        const bool is_on = request == LUM_LASER_ASK_ON;
         lum_keeper_want(keeper, is_on ? LUM_WANT_ON : LUM_WANT_OFF, now_ns);
     }
-    if (result == LUM_OK) {
-        lum_laser_rules_sent(&keeper->laser, request, now_ns);
-    }
+    lum_laser_rules_sent(&keeper->laser, request, now_ns);
     return result;
 }
 
@@ -264,7 +266,6 @@ void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
     lum_contact_pass(&keeper->contact, now_ns);
     if (event->kind == LUM_SENSOR_DATAGRAMS) {
         take_datagrams(keeper, event, now_ns);
-        return;
     }
     if (event->kind == LUM_SENSOR_ANSWER || event->kind == LUM_SENSOR_ALERT) {
         take_texts(keeper, event->tlvs);
@@ -320,16 +321,14 @@ void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns)
 {
     lum_contact *contact = &keeper->contact;
     lum_sensor_counters counters = {.struct_size = sizeof counters};
-    lum_endpoint to = {0, 0};
-    const bool is_moved = lum_sensor_moved_to(sensor, &to);
+    const bool is_moved = lum_sensor_moved_to(sensor, &contact->to);
     (void)lum_sensor_count(sensor, &counters);
     lum_contact_pass(contact, now_ns);
     tell_laser(keeper, lum_laser_rules_tick(&keeper->laser, now_ns), now_ns);
-    const lum_news_kind moved = lum_contact_move(contact, is_moved, to);
-    tell(keeper, make(keeper, moved, 0));
+    tell(keeper, make(keeper, lum_contact_move(contact, is_moved), 0));
     const lum_news_kind kind = lum_contact_tick(
         contact, keeper->is_owner, counters.answers_dropped, now_ns);
-    tell(keeper, make(keeper, kind, now_ns - keeper->contact.data_ns));
+    tell(keeper, make(keeper, kind, now_ns - contact->data_ns));
     ask(keeper, sensor, now_ns);
 }
 
@@ -367,8 +366,7 @@ size_t lum_keeper_standing(const lum_keeper *keeper, int64_t now_ns,
         all[1] = make(keeper, is_due ? LUM_NEWS_OFF_UNANSWERED : 0, 0);
     } else if (kind != LUM_NEWS_SILENT && kind != LUM_NEWS_DATA_STOPPED) {
         all[1] = stand_laser(keeper);
-        all[2] = make_hazard(
-            keeper, laser->has_status ? laser->status & LUM_LASER_HAZARDS : 0);
+        all[2] = make_hazard(keeper, laser->status & LUM_LASER_HAZARDS);
     }
     for (size_t i = 0; i < 3; i++) {
         lum_news *to = (void *)((unsigned char *)out + count * size);
@@ -440,17 +438,16 @@ lum_laser_off lum_keeper_end(lum_keeper *keeper, lum_sensor *sensor,
                              const lum_cancel *cancel)
 {
     lum_laser_rules *laser = &keeper->laser;
+    lum_contact *contact = &keeper->contact;
     lum_laser_off off = LUM_LASER_OFF_UNKNOWN;
-    lum_endpoint to = {0, 0};
     lum_keeper_want(keeper, LUM_WANT_OFF, lum_time_monotonic_ns());
     if (sensor != NULL) {
         off = lum_sensor_laser_off(sensor, ms, cancel, &laser->status);
-        const bool is_moved = lum_sensor_moved_to(sensor, &to);
-        (void)lum_contact_move(&keeper->contact, is_moved, to);
+        contact->is_moved = lum_sensor_moved_to(sensor, &contact->to);
     }
     laser->has_status |=
         off == LUM_LASER_OFF_SEEN || off == LUM_LASER_OFF_REFUSED;
-    laser->off_due = off != LUM_LASER_OFF_SEEN;
+    laser->off_due &= off != LUM_LASER_OFF_SEEN;
     tell_end(keeper, off, goes_on_ms);
     return off;
 }

@@ -36,7 +36,7 @@ typedef struct lum_laser_rules {
     unsigned sent;      /* datagrams of them that had no answer */
     int64_t stood_ns;   /* how long the program stood still */
     bool has_status;
-    uint16_t status; /* the last one */
+    uint16_t status; /* the last one; 0: none has come */
     int64_t began_ns;
     int64_t tick_ns; /* when time last went on */
     int64_t next_ns; /* of the next request */
