@@ -28,9 +28,10 @@ typedef struct entry {
     "laser on"
 #define BOOTS_AT "10.42.0.37"
 #define LAST_HEARTBEAT                                                         \
-    "it MAY BE ON or come on by itself; a sensor that lives switches it off "  \
-    "3 s after the last heartbeat{sent}"
-#define POWER "{mend}, or cut its power"
+    "it MAY BE ON or come on by itself; a working sensor switches it off "     \
+    "{when}"
+#define PROFILE "correct tlv.status in the profile: it says {tlv}"
+#define POWER   "{fix}, or cut its power"
 
 /* By number. */
 static const entry entries[LUM_NEWS_END] = {
@@ -43,25 +44,25 @@ static const entry entries[LUM_NEWS_END] = {
     {"laser-unseen", ERROR,
      "{sensor} answered to laser on without a status: whether it is on is not "
      "known, so it is switched off",
-     "tlv.status of the profile says {tlv}"},
+     PROFILE},
     {"laser-unanswered", ERROR,
-     "{sensor} did not answer to laser on (sent {tries} times): it is switched "
-     "off",
+     "{sensor} did not answer to laser on in {tries} tries: it is switched off",
      "look with {ctl} status"},
     {"laser-held-up", ERROR,
      "this program was held up for {seconds} s while it switched the laser of "
      "{sensor} on: it is switched off",
      "when it is safe, run {ctl} laser on"},
-    {"laser-came-up", WARN, "the laser of {sensor} is on, by another program",
+    {"laser-came-up", WARN, "another program switched the laser of {sensor} on",
      ""},
     {"laser-left", WARN, "the laser of {sensor} is {left}", WHEN_SAFE},
-    {"laser-is-off", INFO, "the laser {is} off",
-     "begin with --laser, or run {ctl} laser on"},
+    {"laser-is-off", INFO, "the laser of {sensor} {is}",
+     "{ctl} laser on switches it on"},
     {"off-unanswered", ERROR,
      "{sensor} does not answer to laser off: until it does, its laser may be "
      "on, or come on by itself when a hazard ends",
-     ""},
-    {"hazard", WARN, "{sensor} reports a hazard: {bits}", ""},
+     "stay out of the beam, or cut its power"},
+    {"hazard", WARN, "{sensor} reports a hazard: {bits}",
+     "{ctl} status says what to look at"},
     {"text", WARN, "{sensor} says: {text}", ""},
     {"no-answer-yet", WARN,
      "no data from {sensor} within {seconds} s, nor any answer",
@@ -75,34 +76,33 @@ static const entry entries[LUM_NEWS_END] = {
      "{sensor} sends packets, and none of them fits the layout",
      "is a --profile needed?"},
     {"silent", WARN,
-     "no data from {sensor} for {seconds} s; heartbeats go on, waiting",
+     "no data from {sensor} for {seconds} s; heartbeats continue",
      "a sensor that was restarted is at " BOOTS_AT
      " again; {ctl} doctor finds out more"},
     {"data-stopped", WARN,
-     "no data from {sensor} for {seconds} s, though it answers; heartbeats go "
-     "on, waiting",
+     "no data from {sensor} for {seconds} s, though it answers; heartbeats "
+     "continue",
      "another host may own it now; {ctl} doctor finds out more"},
     {"back", WARN, "data from {sensor} again, after {seconds} s without", ""},
     {"moved", ERROR,
      "the data comes from {to} now, not from {sensor}: the sensor has got that "
-     "address. It is not taken, and ends in 3 s, since the heartbeats go to "
-     "{sensor}",
+     "address, so its data is not taken and ends within 3 s",
      "end this session, and begin one with udp://{to}"},
     {"restarted", WARN, "{sensor} was restarted: its clock began anew",
-     "its laser and its settings are as after power-up"},
+     "its settings are lost; when it is safe, run {ctl} laser on"},
     {"unheard", WARN,
-     "{sensor} sends data, but does not answer when asked for its status", ""},
+     "{sensor} sends data, but does not answer when asked for its status",
+     "{ctl} doctor finds out why"},
     {"no-answer", WARN, "{sensor} does not answer",
      "{ctl} doctor finds out why"},
     {"answers", INFO, "{sensor} answers again", ""},
     {"late-answers", WARN,
      "{sensor} answers so late that its answers cannot be used",
-     "use a longer timeout, or look with {ctl} doctor"},
+     "{ctl} doctor finds out how late"},
     {"no-status", WARN,
-     "{sensor} answers without a status, so nothing shows its laser",
-     "tlv.status of the profile says {tlv}"},
-    {"link-down", WARN,
-     "sending to {sensor} fails: {text}; it is tried again and again", ""},
+     "{sensor} answers without a status, so nothing shows its laser", PROFILE},
+    {"link-down", WARN, "sending to {sensor} fails: {text}; it is retried",
+     "{ctl} doctor finds out why"},
     {"link-up", WARN, "sending to {sensor} works again", ""},
     {"off-goes-on", WARN,
      "{sensor}: {state}: laser off is repeated for {seconds} s more", ""},
@@ -112,7 +112,7 @@ static const entry entries[LUM_NEWS_END] = {
     {"ended-unseen", ERROR,
      "{sensor}: laser off was answered without a status TLV, so nothing shows "
      "it off: " LAST_HEARTBEAT,
-     "tlv.status of the profile says {tlv}"},
+     PROFILE},
     {"ended-in-effect", ERROR,
      "{sensor}: LASER ON IS STILL IN EFFECT after laser off: the laser comes "
      "up by itself when what keeps it down ends (status: {bits})",
@@ -222,14 +222,18 @@ static void fill(const lum_news *news, value out[VALUES])
     out[3].word = "bits";
     (void)lum_laser_bits_name(shown, " ", out[3].text, sizeof out[3].text);
     SET(&out[5], "state", "%s", state);
-    SET(&out[6], "is", lum_laser_is_down(news->status) ? "is" : "may be");
+    SET(&out[6], "is",
+        lum_laser_is_down(news->status) ? "is off" : "may be on");
     SET(&out[7], "left", news->was_away ? "being switched off" : "off");
-    SET(&out[8], "sent", news->is_owner ? ", which has been sent" : "");
-    SET(&out[9], "mend",
+    SET(&out[8], "when",
+        news->is_owner ? "within 3 s, because the heartbeats have ended"
+                       : "3 s after the last heartbeat");
+    SET(&out[9], "fix",
         news->is_owner ? "make sure by %.250s laser off"
                        : "end the programs that send heartbeats",
         out[2].text);
-    SET(&out[10], "seconds", "%.3g", (double)tenths / 10);
+    SET(&out[10], "seconds", tenths < 100 ? "%.2g" : "%.0f",
+        (double)tenths / 10);
     SET(&out[4], "cause",
         is_held ? ": this program sent no heartbeats for %s s" : "%s",
         is_held ? out[10].text : lum_laser_cause(news->status, news->was_away));

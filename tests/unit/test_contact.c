@@ -23,77 +23,86 @@
 
 /* --- Texts --- */
 
-#define CTL   "lumctl --host 10.42.0.37 --interface eth0"
-#define AGAIN "it is not switched on again automatically: when it is safe, run"
+#define CTL "lumctl --host 10.42.0.37 --interface eth0"
 
 /* Of each kind its name, its weight and what is said. */
 static const char *const golden[] = {
     "laser-up, info: the laser of 10.42.0.37 is on",
-    "laser-fell, error: the laser of 10.42.0.37 went off "
-    "(HW_SAFETY_BAD); " AGAIN " " CTL " laser on",
+    "laser-fell, error: the laser of 10.42.0.37 went off (HW_SAFETY_BAD); it "
+    "is not switched on again automatically: when it is safe, run lumctl "
+    "--host 10.42.0.37 --interface eth0 laser on",
     "laser-refused, error: the laser of 10.42.0.37 stays down "
-    "(HW_SAFETY_BAD); " AGAIN " " CTL " laser on",
+    "(HW_SAFETY_BAD); it is not switched on again automatically: when it is "
+    "safe, run lumctl --host 10.42.0.37 --interface eth0 laser on",
     "laser-unseen, error: 10.42.0.37 answered to laser on without a status: "
-    "whether it is on is not known, so it is switched off; tlv.status of the "
-    "profile says 2",
-    "laser-unanswered, error: 10.42.0.37 did not answer to laser on (sent 4 "
-    "times): it is switched off; look with " CTL " status",
+    "whether it is on is not known, so it is switched off; correct tlv.status "
+    "in the profile: it says 2",
+    "laser-unanswered, error: 10.42.0.37 did not answer to laser on in 4 "
+    "tries: it is switched off; look with lumctl --host 10.42.0.37 "
+    "--interface eth0 status",
     "laser-held-up, error: this program was held up for 3.3 s while it "
     "switched the laser of 10.42.0.37 on: it is switched off; when it is "
-    "safe, run " CTL " laser on",
-    "laser-came-up, warning: the laser of 10.42.0.37 is on, by another program",
-    "laser-left, warning: the laser of 10.42.0.37 is off; " AGAIN " " CTL " "
-    "laser on",
-    "laser-is-off, info: the laser is off; begin with --laser, or run " CTL " "
-    "laser on",
+    "safe, run lumctl --host 10.42.0.37 --interface eth0 laser on",
+    "laser-came-up, warning: another program switched the laser of 10.42.0.37 "
+    "on",
+    "laser-left, warning: the laser of 10.42.0.37 is off; it is not switched "
+    "on again automatically: when it is safe, run lumctl --host 10.42.0.37 "
+    "--interface eth0 laser on",
+    "laser-is-off, info: the laser of 10.42.0.37 is off; lumctl --host "
+    "10.42.0.37 --interface eth0 laser on switches it on",
     "off-unanswered, error: 10.42.0.37 does not answer to laser off: until it "
-    "does, its laser may be on, or come on by itself when a hazard ends",
-    "hazard, warning: 10.42.0.37 reports a hazard: HW_SAFETY_BAD",
+    "does, its laser may be on, or come on by itself when a hazard ends; stay "
+    "out of the beam, or cut its power",
+    "hazard, warning: 10.42.0.37 reports a hazard: HW_SAFETY_BAD; lumctl "
+    "--host 10.42.0.37 --interface eth0 status says what to look at",
     "text, warning: 10.42.0.37 says: a text",
     "no-answer-yet, warning: no data from 10.42.0.37 within 3.3 s, nor any "
     "answer; is it on, connected and at this address? It boots at 10.42.0.37; "
-    "look with " CTL " doctor",
+    "look with lumctl --host 10.42.0.37 --interface eth0 doctor",
     "no-data-yet, warning: no data from 10.42.0.37 within 3.3 s, though it "
     "answers; is a profile needed, or does a firewall drop what is not an "
-    "answer? look with " CTL " doctor",
+    "answer? look with lumctl --host 10.42.0.37 --interface eth0 doctor",
     "unknown-layout, warning: 10.42.0.37 sends packets, and none of them fits "
     "the layout; is a --profile needed?",
-    "silent, warning: no data from 10.42.0.37 for 3.3 s; heartbeats go on, "
-    "waiting; a sensor that was restarted is at 10.42.0.37 again; " CTL " "
-    "doctor finds out more",
+    "silent, warning: no data from 10.42.0.37 for 3.3 s; heartbeats continue; "
+    "a sensor that was restarted is at 10.42.0.37 again; lumctl --host "
+    "10.42.0.37 --interface eth0 doctor finds out more",
     "data-stopped, warning: no data from 10.42.0.37 for 3.3 s, though it "
-    "answers; heartbeats go on, waiting; another host may own it now; " CTL " "
-    "doctor finds out more",
+    "answers; heartbeats continue; another host may own it now; lumctl --host "
+    "10.42.0.37 --interface eth0 doctor finds out more",
     "back, warning: data from 10.42.0.37 again, after 3.3 s without",
     "moved, error: the data comes from 10.42.0.99:6000 now, not from "
-    "10.42.0.37: the sensor has got that address. It is not taken, and ends "
-    "in 3 s, since the heartbeats go to 10.42.0.37; end this session, and "
-    "begin one with udp://10.42.0.99:6000",
+    "10.42.0.37: the sensor has got that address, so its data is not taken "
+    "and ends within 3 s; end this session, and begin one with "
+    "udp://10.42.0.99:6000",
     "restarted, warning: 10.42.0.37 was restarted: its clock began anew; its "
-    "laser and its settings are as after power-up",
+    "settings are lost; when it is safe, run lumctl --host 10.42.0.37 "
+    "--interface eth0 laser on",
     "unheard, warning: 10.42.0.37 sends data, but does not answer when asked "
-    "for its status",
-    "no-answer, warning: 10.42.0.37 does not answer; " CTL " doctor finds out "
-    "why",
+    "for its status; lumctl --host 10.42.0.37 --interface eth0 doctor finds "
+    "out why",
+    "no-answer, warning: 10.42.0.37 does not answer; lumctl --host 10.42.0.37 "
+    "--interface eth0 doctor finds out why",
     "answers, info: 10.42.0.37 answers again",
     "late-answers, warning: 10.42.0.37 answers so late that its answers "
-    "cannot be used; use a longer timeout, or look with " CTL " doctor",
+    "cannot be used; lumctl --host 10.42.0.37 --interface eth0 doctor finds "
+    "out how late",
     "no-status, warning: 10.42.0.37 answers without a status, so nothing "
-    "shows its laser; tlv.status of the profile says 2",
-    "link-down, warning: sending to 10.42.0.37 fails: a text; it is tried "
-    "again and again",
+    "shows its laser; correct tlv.status in the profile: it says 2",
+    "link-down, warning: sending to 10.42.0.37 fails: a text; it is retried; "
+    "lumctl --host 10.42.0.37 --interface eth0 doctor finds out why",
     "link-up, warning: sending to 10.42.0.37 works again",
     "off-goes-on, warning: 10.42.0.37: laser on is still in effect: laser off "
     "is repeated for 3.3 s more",
     "ended-off, info: 10.42.0.37: the laser is off",
     "ended-unknown, error: 10.42.0.37: laser off was not answered: it MAY BE "
-    "ON or come on by itself; a sensor that lives switches it off 3 s after "
-    "the last heartbeat, which has been sent; make sure by lumctl --host "
+    "ON or come on by itself; a working sensor switches it off within 3 s, "
+    "because the heartbeats have ended; make sure by lumctl --host "
     "10.42.0.99:6000 --interface eth0 laser off, or cut its power",
     "ended-unseen, error: 10.42.0.37: laser off was answered without a status "
     "TLV, so nothing shows it off: it MAY BE ON or come on by itself; a "
-    "sensor that lives switches it off 3 s after the last heartbeat, which "
-    "has been sent; tlv.status of the profile says 2",
+    "working sensor switches it off within 3 s, because the heartbeats have "
+    "ended; correct tlv.status in the profile: it says 2",
     "ended-in-effect, error: 10.42.0.37: LASER ON IS STILL IN EFFECT after "
     "laser off: the laser comes up by itself when what keeps it down ends "
     "(status: HW_SAFETY_BAD TLV_CMD_ON); make sure by lumctl --host "
@@ -235,14 +244,18 @@ static const struct {
     {{GOES, .tries = 1, .status = ON, .tlv_status = 2},
      "the laser is still on: "},
     {{GOES, .status = ON}, "10.42.0.37: no answer yet: laser off"},
-    {{ROOM, .kind = LUM_NEWS_LASER_IS_OFF, .status = 1}, "laser is off;"},
-    {{ROOM, .kind = LUM_NEWS_LASER_IS_OFF}, "laser may be off;"},
+    {{ROOM, .kind = LUM_NEWS_LASER_IS_OFF, .status = 1},
+     "the laser of 10.42.0.37 is off;"},
+    {{ROOM, .kind = LUM_NEWS_LASER_IS_OFF},
+     "the laser of 10.42.0.37 may be on;"},
     {{ROOM, .kind = LUM_NEWS_LASER_LEFT, .was_away = true},
      "10.42.0.37 is being switched off;"},
     /* seconds are rounded */
     {{BACK, .ns = 3050 * MS - 1}, "after 3 s"},
     {{BACK, .ns = 3050 * MS}, "after 3.1 s"},
-    {{BACK, .ns = 99 * SECOND}, "after 99 s"},
+    {{BACK, .ns = 9950 * MS - 1}, "after 9.9 s"},
+    {{BACK, .ns = 9950 * MS}, "after 10 s"},
+    {{BACK, .ns = 1234 * SECOND}, "after 1234 s"},
     {{BACK}, "after 0 s"},
 };
 

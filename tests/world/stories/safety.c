@@ -192,7 +192,8 @@ STORY(on_again_after_a_hazard,
     user_expect_equal(user_events(now.s, "laser"), 1);
     user_expect(user_laser_is_on(now.s));
     user_expect_end(now.dump, SIGINT, 0);
-    user_expect_has(user_err(now.dump), "is on");
+    user_expect_has(user_err(now.dump),
+                    "another program switched the laser of 10.42.0.37 on");
     user_expect(!user_laser_is_on(now.s));
 }
 

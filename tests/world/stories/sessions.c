@@ -197,8 +197,8 @@ STORY(a_laser_that_is_given_up, "a laser that is given up is switched off")
     made_up *m = begin(&b, &w);
     user_tool *dump = user_run(b.host, RECORD " --duration 8");
     user_expect_status(dump, 0);
-    user_expect_has(user_err(dump), "did not answer to laser on (sent 15 "
-                                    "times): it is switched off");
+    user_expect_has(user_err(dump), "did not answer to laser on in 15 "
+                                    "tries: it is switched off");
     user_expect_like(made_up_texts(m), "^(u,)+(d,)+$");
     user_expect_like(made_up_commands(m), "d,d,$"); /* at once, at the end */
 }

@@ -222,7 +222,7 @@ STORY(a_hazard_behind_set_ip,
     const size_t beats = user_events(s, "heartbeat");
     user_until(user_events(s, "heartbeat") > beats + 15);
     user_expect_equal(user_laser_rises(s), 1);
-    user_expect_lacks(user_out(tool), "by another program");
+    user_expect_lacks(user_out(tool), "another program switched");
     world_writer_close(input);
     user_expect_status(tool, DONE);
 }

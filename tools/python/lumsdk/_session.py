@@ -266,9 +266,10 @@ def receive(session: Any, keeper: Optional[Keeper] = None) -> Event:
 
 # --- Its keeper ---
 
-# What the table says to a person at a terminal, and what a program does instead.
-_IN_PYTHON = ((r"run lumctl --host .* laser on$", "call laser_on()"), (r"--profile", "profile"),
-              (r"(sent no heartbeats for [0-9.]+ s)", r"\1: they are sent only inside its calls"))
+# What a program does about news, where the table tells a person at a terminal what to run.
+_REMEDIES = dict.fromkeys(("laser-fell", "laser-refused", "laser-held-up"),
+                          "it is not switched on again automatically: when it is safe, call laser_on(); heartbeats are sent "
+                          "only inside calls") | {"unknown-layout": "is a profile needed?"}
 
 # What there is to say where data does not come.
 MISSING = ("no-answer-yet", "no-data-yet", "unknown-layout", "silent", "data-stopped", "link-down", "moved")
@@ -282,9 +283,9 @@ class News:
         self.weight = int(lib.lum_news_weigh(c.kind))
         self.status = int(c.status)
         out = ffi.new("char[]", int(lib.LUM_ERROR_BYTES))
-        self.told = text(lib.lum_news_tell(c, out, len(out)))
-        for pattern, instead in _IN_PYTHON:
-            self.told = re.sub(pattern, instead, self.told)
+        self.told = text(lib.lum_news_sentence(c, out, len(out)))
+        remedy = _REMEDIES.get(self.name) or text(lib.lum_news_remedy(c, out, len(out)))
+        self.told += f"; {remedy}" if remedy else ""
 
     def error(self, also: str = "") -> SensorError:
         """It, where it ends the work."""
