@@ -248,8 +248,10 @@ void session_note_status(struct ctl *ctl, uint16_t status)
     ctl->status = status;
 }
 
-/* Commands say themselves what became of their requests. */
-static bool is_said(const lum_sensor_event *event, lum_news_kind kind)
+/* Commands say themselves what became of their requests; is_alone: there are
+ * none. */
+static bool is_said(const lum_sensor_event *event, lum_news_kind kind,
+                    bool is_alone)
 {
     static const lum_news_kind kinds[] = {
         LUM_NEWS_NO_ANSWER_YET,  LUM_NEWS_NO_DATA_YET,
@@ -263,19 +265,23 @@ static bool is_said(const lum_sensor_event *event, lum_news_kind kind)
             return true;
         }
     }
-    return kind == LUM_NEWS_TEXT && event->kind == LUM_SENSOR_ALERT;
+    return (kind == LUM_NEWS_TEXT && event->kind == LUM_SENSOR_ALERT) ||
+           (is_alone &&
+            (kind == LUM_NEWS_NO_STATUS ||
+             (kind >= LUM_NEWS_UNHEARD && kind != LUM_NEWS_NO_ANSWER &&
+              kind <= LUM_NEWS_LATE_ANSWERS)));
 }
 
 /* Printed even with --quiet: it is what the sensor says, or a person must know.
  */
-void session_tell(struct ctl *ctl, const lum_sensor_event *event)
+void session_tell(struct ctl *ctl, const lum_sensor_event *event, bool is_alone)
 {
     lum_news news = {.struct_size = sizeof news};
     while (lum_keeper_next(ctl->keeper, &news)) {
         char text[LUM_ERROR_BYTES];
         ctl->refused =
             news.kind == LUM_NEWS_LASER_REFUSED ? news.status : ctl->refused;
-        if (is_said(event, news.kind) && may_tell(ctl)) {
+        if (is_said(event, news.kind, is_alone) && may_tell(ctl)) {
             (void)ctl_complain(EXIT_FAILED, "%s",
                                lum_news_tell(&news, text, sizeof text));
         }
@@ -309,7 +315,7 @@ lum_sensor_event_kind session_wait(struct ctl *ctl, int64_t deadline_ns,
                                    lum_sensor_event *out)
 {
     session_receive(ctl, deadline_ns, out);
-    session_tell(ctl, out);
+    session_tell(ctl, out, false);
     if (out->kind == LUM_SENSOR_ALERT && out->has_status) {
         session_note_status(ctl, out->status);
     }

@@ -22,9 +22,10 @@ const char *session_ctl(const struct ctl *ctl, lum_endpoint host,
 void session_end(struct ctl *ctl);
 
 /* What is new about the sensor, on standard error, but for what commands say of
- * their own requests. A session that owns the sensor leaves out what would have
- * to wait for a reader. */
-void session_tell(struct ctl *ctl, const lum_sensor_event *event);
+ * their own requests; is_alone: only the keeper asks. A session that owns the
+ * sensor leaves out what would have to wait for a reader. */
+void session_tell(struct ctl *ctl, const lum_sensor_event *event,
+                  bool is_alone);
 
 /* Whether a session of this host sends heartbeats: this one, or another
  * program's. */

@@ -55,7 +55,7 @@ enum exit_status watch_run(struct ctl *ctl, const struct watch *watch)
         if (event.kind == LUM_SENSOR_FAILED) {
             return ctl_complain(EXIT_FAILED, "%s", event.error.text);
         }
-        session_tell(ctl, &event);
+        session_tell(ctl, &event, watch->ask == NULL);
         if (!watch->take(watch->context, &event)) {
             break;
         }

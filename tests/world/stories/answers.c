@@ -589,6 +589,21 @@ STORY(heartbeats_that_bring_no_data,
     user_expect_lacks(user_err(lonely), "this is now the session");
 }
 
+static void answer_without_status(made_up *self, const made_up_packet *packet)
+{
+    made_up_say(self, packet, NO_STATUS, NULL);
+}
+
+STORY(heartbeats_without_a_status,
+      "heartbeats tell of a sensor that shows no status")
+{
+    const user_bench b = user_bench_new();
+    (void)made_up_new(b.sensor, SENSOR, answer_without_status);
+    user_tool *beat = user_start(b.host, "lumctl heartbeat --timeout 100");
+    user_until(user_has(user_err(beat), "answers without a status"));
+    user_expect_end(beat, SIGINT, DONE);
+}
+
 STORY(a_watch_that_hears_nothing, "a watch that hears nothing says so")
 {
     static const char *const words[] = {"status", "time"};
