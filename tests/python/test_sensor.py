@@ -56,10 +56,11 @@ def silent():
 
 
 class Fake:
-    """A sensor whose answers have a status, or none to `d`. It notes what it is asked: u, d, or a point for a status."""
+    """A sensor whose answers have a status, or none to `d`. It notes what it is asked: u, d, or a point for a status. Where it
+    falls, other commands bring an alert of a hazard in place of an answer."""
 
     def __init__(self):
-        self.host, self.asked, self.status, self.hides = address(), "", 0x0200, False
+        self.host, self.asked, self.status, self.hides, self.falls = address(), "", 0x0200, False, False
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind((self.host, 5517))
         self.thread = threading.Thread(target=self.serve)
@@ -72,6 +73,9 @@ class Fake:
             if len(packet) >= 16 and packet[8] == 7:
                 asked = packet[20:21].decode() or "."
                 self.asked += asked
+                if self.falls and asked not in "ud.":
+                    self.socket.sendto(packet[:12] + struct.pack("<IHHH", 1 << 31, 2, 2, 0x0840), client)
+                    continue
                 self.status = 0x0800 if asked == "u" else 0x0200 if asked == "d" and not self.hides else self.status
                 status = b"" if asked == "d" and self.hides else struct.pack("<HHH", 2, 2, self.status)
                 self.socket.sendto(packet[:16] + status, client)
@@ -361,6 +365,15 @@ def test_a_session_that_owns_nothing_is_told_that_nobody_sends_heartbeats():
         with pytest.raises(lumsdk.LaserError, match="nobody sends heartbeats. Begin a session that owns") as told:
             sensor.laser_on()
         assert told.value.news == "laser-refused"
+
+
+def test_the_answer_to_laser_off_is_none_to_a_request():
+    with Fake() as fake, lumsdk.Sensor(fake.host) as sensor:
+        sensor.laser_on()
+        fake.falls = True
+        with pytest.raises(lumsdk.SensorError, match="laser off comes first"), pytest.warns(lumsdk.SensorWarning, match="FAN"):
+            sensor.power(50)
+        assert fake.asked.replace(".", "").startswith("u5d")
 
 
 def test_a_hazard_of_a_laser_that_we_left_alone_is_a_warning():

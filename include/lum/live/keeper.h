@@ -135,8 +135,9 @@ void lum_keeper_note_owner(lum_keeper *keeper, bool is_owned);
 
 /** Send a text of commands, such as "50p u", for its user: the last `u` or `d`
  * in it is what is wanted of the laser. Its answer, or none, comes as the
- * session's event. If laser off becomes due meanwhile, the request is given up:
- * then no event comes, and lum_sensor_is_waiting() is false.
+ * session's event. If laser off becomes due meanwhile (lum_keeper_view), the
+ * next lum_keeper_serve() gives the request up, and the next answer is laser
+ * off's.
  * @return LUM_OK; as lum_sensor_command() otherwise: then nothing was sent, and
  *         nothing is wanted. */
 LUM_MUST_CHECK lum_result lum_keeper_command(lum_keeper *keeper,

@@ -271,12 +271,13 @@ class Sensor:
         while self._told:
             warn(self._told.pop(0))
 
-    def _step(self, line: Any) -> Event:
+    def _step(self, line: Any, serves: bool = True) -> Event:
         """Send what is due, and take one event, or nothing for a while."""
         if line == self._side:
             event = receive(line)
         else:
-            self._serve()
+            if serves:
+                self._serve()
             event = receive(line, self._keeper)
             self._hear(_UNANSWERED + (_ANSWERED if event.kind == lib.LUM_SENSOR_ANSWER else ()))
         if event.kind == lib.LUM_SENSOR_FAILED:
@@ -315,17 +316,16 @@ class Sensor:
         return event
 
     def _answer(self, line: Any) -> Event:
-        read = clock.monotonic()
+        read, was_due = clock.monotonic(), bool(self._keeper.look().is_off_due)
         while True:
+            if not was_due and self._keep_down():  # whose answer would be taken for the request's
+                raise SensorError(f"{self.address}: laser off comes first: whether the sensor got the request is not known")
             before = clock.monotonic()
-            event, stream = self._step(line), self._stream()
+            event, stream = self._step(line, serves=not was_due), self._stream()
             if event.kind in (lib.LUM_SENSOR_ANSWER, lib.LUM_SENSOR_TIME):
                 return event
             if event.kind == lib.LUM_SENSOR_NO_ANSWER:
                 raise self._no_answer(event.tries, clock.monotonic() - before)
-            if not lib.lum_sensor_is_waiting(line):
-                self._keep_down()
-                raise SensorError(f"{self.address}: laser off comes first: whether the sensor got the request is not known")
             if stream is not None and clock.monotonic() - read >= _PUMP_S:  # heartbeats and data go on
                 stream.read()
                 read = clock.monotonic()
