@@ -183,7 +183,7 @@ lum_news_kind lum_contact_tick(lum_contact *c, bool is_owner, uint64_t dropped,
                                int64_t now_ns)
 {
     const lum_news_kind quiet = name_quiet(c, now_ns);
-    if (quiet != NOTHING && c->quiet == NOTHING) {
+    if (quiet != NOTHING && c->quiet != quiet) {
         c->quiet = quiet;
         return quiet;
     }

@@ -95,12 +95,16 @@ static lum_news_kind judge_on(lum_laser_rules *rules, int64_t now_ns)
     return fall(rules, status, now_ns, LUM_NEWS_LASER_REFUSED);
 }
 
-/* The answer to "off"; without a status it is believed until one comes. */
+/* The answer to "off"; without a status it is believed until one comes. A
+ * sensor that shows both commands as in effect may do so for ever: it is told
+ * once a second. */
 static void judge_off(lum_laser_rules *rules, bool has_status, int64_t now_ns)
 {
     rules->off_unseen = !has_status;
     rules->off_due = has_status && is_on_in_effect(rules->status);
-    rules->next_ns = rules->off_due ? now_ns + AGAIN_NS : rules->next_ns;
+    if (rules->off_due && (rules->status & LUM_LASER_TLV_CMD_OFF) == 0) {
+        rules->next_ns = now_ns + AGAIN_NS;
+    }
 }
 
 static lum_news_kind judge_status(lum_laser_rules *rules, int64_t now_ns)

@@ -88,7 +88,8 @@ static struct model {
     int64_t began_ns, tick_ns, due_ns;
 
     bool has_data, is_unheard, is_moved;
-    bool is_quiet, told_unheard, told_blind, told_off, told_waiting;
+    lum_news_kind quiet; /* that data has stopped was told */
+    bool told_unheard, told_blind, told_off, told_waiting;
     bool may_restart, was_spoiled;
     unsigned hazards, texts;   /* that were told */
     int64_t data_ns, heard_ns; /* 0: never */
@@ -186,7 +187,9 @@ static void model_answer(char request, bool has_status, uint16_t status)
     if (request == 'd' && model.phase == DOWN) {
         model.trusts = !has_status;
         model.owes = has_status && is_in_effect(status);
-        model.due_ns = model.owes ? run.now_ns + SECOND / 5 : model.due_ns;
+        if (model.owes && (status & LUM_LASER_TLV_CMD_OFF) == 0) {
+            model.due_ns = run.now_ns + SECOND / 5;
+        }
     } else if (request == 'u' && model.phase == RISING && !has_status) {
         fall(LUM_NEWS_LASER_UNSEEN, 0, true);
     } else if (request == 'u' && model.phase == RISING) {
@@ -317,10 +320,10 @@ static void check_contact(const lum_news *news)
     if (kind == LUM_NEWS_SILENT || kind == LUM_NEWS_DATA_STOPPED) {
         const bool answers = model.heard_ns != 0 && !model.is_unheard &&
                              run.now_ns - model.heard_ns < 2 * SECOND;
-        REQUIRE(model.has_data && !model.is_moved && !model.is_quiet);
+        REQUIRE(model.has_data && !model.is_moved && model.quiet != kind);
         REQUIRE(is_silent(model.data_ns));
         REQUIRE((kind == LUM_NEWS_DATA_STOPPED) == answers);
-        model.is_quiet = true;
+        model.quiet = kind;
     } else if (kind == LUM_NEWS_RESTARTED) {
         REQUIRE(model.may_restart);
         model.may_restart = model.was_spoiled; /* and back */
@@ -451,7 +454,7 @@ static void pass(int64_t ns)
     REQUIRE(!run.session.is_waiting || run.session.request != 'u' ||
             model.phase == RISING || run.session.refuses);
     drain();
-    REQUIRE(model.is_quiet || model.is_moved || !model.has_data ||
+    REQUIRE(model.quiet != 0 || model.is_moved || !model.has_data ||
             !is_silent(model.data_ns));
 }
 
@@ -570,8 +573,8 @@ static void arrive(uint8_t how)
             LUM_OK);
     const lum_received datagram = {bytes, len + 4u, home,
                                    run.now_ns + run.utc_ns, false};
-    expect(LUM_NEWS_BACK, model.is_quiet);
-    model.is_quiet = false;
+    expect(LUM_NEWS_BACK, model.quiet != 0);
+    model.quiet = 0;
     model.has_data = true;
     model.data_ns = run.now_ns;
     hear((lum_sensor_event){.kind = LUM_SENSOR_DATAGRAMS,

@@ -22,7 +22,7 @@
 /* After a batch that was not full: more come together then, in fewer calls. */
 #define REST_NS (SECOND_NS / 1000)
 
-#define STANDING_MAX 4u
+#define STANDING_MAX 3u
 
 /* Between attempts to replace a socket that broke. */
 #define REOPEN_NS SECOND_NS

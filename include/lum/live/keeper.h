@@ -9,6 +9,7 @@
  * serve the session several times a second, and takes its news.
  *
  * @code
+ * lum_news news = {.struct_size = sizeof news};
  * lum_sensor_receive(sensor, deadline_ns, &event);
  * lum_keeper_take(keeper, &event, lum_time_monotonic_ns());
  * lum_keeper_serve(keeper, sensor, lum_time_monotonic_ns());
@@ -50,8 +51,8 @@ typedef enum lum_laser_state {
     LUM_LASER_UNTOUCHED, /**< nobody asked for it here */
     LUM_LASER_ASKED,     /**< it is being switched on */
     LUM_LASER_UP,        /**< a status showed it up */
-    LUM_LASER_LEFT       /**< not asked for any more: off, or being switched off
-                              and only a person switches it on again */
+    LUM_LASER_LEFT       /**< off, or being switched off: only a person switches
+                              it on again */
 } lum_laser_state;
 
 /** How long "on" may stay without an answer before it is taken back. */
@@ -61,9 +62,9 @@ typedef enum lum_laser_state {
  * got its first heartbeat may still miss one. */
 #define LUM_KEEPER_ATTEMPTS 20u
 
-/** For so long nothing should end laser off: a sensor that gets no heartbeats
- * is down by itself after it. */
-#define LUM_KEEPER_ALONE_MS 3000u
+/** After this time without heartbeats the sensor has switched its laser off by
+ * itself: until then nothing should end lum_keeper_end(). */
+#define LUM_KEEPER_ALONE_MS LUM_HEARTBEAT_TIMEOUT_MS
 
 /** News that wait to be taken; of more the oldest are lost. */
 #define LUM_KEEPER_NEWS 64u
@@ -71,8 +72,8 @@ typedef enum lum_laser_state {
 /** Texts of the sensor that are told in a session. */
 #define LUM_KEEPER_TEXTS 20u
 
-/** Options of a keeper. All bytes except struct_size, sensor and layout may be
- * 0, which lum_keeper_options_default() sets. */
+/** Options of a keeper; lum_keeper_options_default() fills them in. All but
+ * struct_size, sensor and layout may be 0. */
 typedef struct lum_keeper_options {
     size_t struct_size;         /**< sizeof(lum_keeper_options) */
     lum_endpoint sensor;        /**< the session's */
@@ -105,16 +106,16 @@ typedef struct lum_keeper_view {
 /** A keeper. */
 typedef struct lum_keeper lum_keeper;
 
-/** Usual options for a session with the same: owner, the laser only looked at.
- */
+/** Usual options for a keeper of a session with these options: the laser is
+ * only looked at. Cannot fail. */
 void lum_keeper_options_default(lum_keeper_options *out,
                                 const lum_sensor_options *session);
 
 /** Begin. Nothing is sent yet.
  * @param options copied, the interface's name too.
  * @param out     gets it on success; to be ended with lum_keeper_free().
- * @param error   gets the message on failure: struct_size is not set, no
- * memory.
+ * @param error   gets the message on failure: struct_size is not set, or there
+ *                is no memory.
  * @return 0, or -1. */
 LUM_MUST_CHECK int lum_keeper_new(const lum_keeper_options *options,
                                   int64_t now_ns, lum_keeper **out,
@@ -139,13 +140,14 @@ void lum_keeper_note_owner(lum_keeper *keeper, bool is_owned);
  * next lum_keeper_serve() gives the request up, and the next answer is laser
  * off's.
  * @return LUM_OK; as lum_sensor_command() otherwise: then nothing was sent, and
- *         nothing is wanted. */
+ *         what is wanted stays. */
 LUM_MUST_CHECK lum_result lum_keeper_command(lum_keeper *keeper,
                                              lum_sensor *sensor,
                                              const char *text, int64_t now_ns);
 
 /** Say that a request that the program itself began is under way, such as for
- * the time or with other TLVs: its answer is no answer to the keeper's. */
+ * the time or with other TLVs: its answer is no answer to the keeper's. Laser
+ * off gives it up as lum_keeper_command() says. */
 void lum_keeper_lend(lum_keeper *keeper, int64_t now_ns);
 
 /** Hand over an event of the session, of any kind.
@@ -155,7 +157,9 @@ void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
 
 /** Pass the time, and send what is due: `u`, `d`, or a look at the status once
  * a second. Laser off gives up a request that is under way, since that would be
- * sent again. To be called several times a second; does not wait. */
+ * sent again. To be called several times a second; does not wait. If no call
+ * comes for LUM_SENSOR_STALE_MS while the laser is being switched on, the
+ * program stood still, and the laser is switched off (LASER_HELD_UP). */
 void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns);
 
 /** The next piece of news.
@@ -166,8 +170,9 @@ bool lum_keeper_next(lum_keeper *keeper, lum_news *out);
 /** What holds now, the most important first: about data, about the laser, and
  * hazards. For a display; each of it was news once, but LASER_IS_OFF and
  * LASER_LEFT.
- * @param out  room of them, struct_size of the first is set by the caller.
- * @param room at least 4 holds all.
+ * @param out  room of them; struct_size of the first is set by the caller, and
+ *             holds for all.
+ * @param room 3 holds all.
  * @return how many. */
 size_t lum_keeper_standing(const lum_keeper *keeper, int64_t now_ns,
                            lum_news *out, size_t room);
@@ -186,9 +191,12 @@ lum_result lum_keeper_look(const lum_keeper *keeper, lum_keeper_view *out);
  * lum_sensor_laser_off(), and make one of the ENDED news of it, or
  * OFF_GOES_ON where goes_on_ms says that the caller will try on. The session
  * may be another one than before, where its socket broke.
+ * Blocks for ms and up to 3 s more, and sends no heartbeats meanwhile. The last
+ * status is in the news.
  * @param sensor     NULL: there is none any more, so nothing is known.
  * @param ms         of this try.
  * @param goes_on_ms of the next; 0: this is the last.
+ * @param cancel     ends it between two sends; may be NULL.
  * @return as lum_sensor_laser_off(). */
 lum_laser_off lum_keeper_end(lum_keeper *keeper, lum_sensor *sensor,
                              uint32_t ms, uint32_t goes_on_ms,

@@ -65,7 +65,7 @@ typedef enum lum_news_weight {
 
 #define LUM_NEWS_TEXT_BYTES 256u /**< of a text of the sensor, with its NUL */
 
-/** One piece of news. What its kind has no use for is 0. */
+/** One piece of news. What its kind has no use for means nothing. */
 typedef struct lum_news {
     size_t struct_size;         /**< sizeof(lum_news), set by the caller */
     lum_news_kind kind;         /**< what it is */
@@ -109,7 +109,7 @@ const char *lum_laser_cause(uint16_t status, bool was_away);
 const char *lum_news_ctl(lum_endpoint sensor, const char *interface_name,
                          char *out, size_t room);
 
-/** What to say: one sentence without a full stop, for example "the laser of
+/** What to say: a sentence without a full stop, for example "the laser of
  * 10.42.0.37 went off (HW_SAFETY_BAD)". No line breaks; bytes of the sensor are
  * printable ASCII.
  * @param out  always ends with a NUL; the text is cut to room - 1 bytes.
