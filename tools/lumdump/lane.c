@@ -118,6 +118,7 @@ int lane_start(struct lane *lane, struct worker_ends ends, lum_error *error)
                                        .only_records = lane->is_recording,
                                        .opens = lane->opens_late};
     lane->moved_ns = lum_time_monotonic_ns();
+    lane->read_ns = lane->moved_ns;
     return worker_start(&setup, &lane->worker, error);
 }
 
@@ -179,11 +180,14 @@ bool lane_look(struct lane *lane, int64_t now_ns)
         return false;
     }
     worker_look(lane->worker, lane->dropped, &lane->view);
-    if ((lane->closer != NULL && closer_is_waited_for(lane->closer)) ||
-        ring_level(lane->ring) == 0) {
+    if (lane->closer != NULL && closer_is_waited_for(lane->closer)) {
         lane->moved_ns = now_ns;
     }
+    if (ring_level(lane->ring) == 0) {
+        lane->read_ns = now_ns;
+    }
     if (lane->view.taken != taken) {
+        lane->read_ns = now_ns;
         lane->moved_ns = now_ns;
         lane->dropped_before = lane->dropped;
     }
@@ -210,10 +214,10 @@ bool lane_stands_still(const struct lane *lane, int64_t now_ns, int64_t limit)
 
 bool lane_is_unread(const struct lane *lane, int64_t now_ns, int64_t limit)
 {
-    return lane->end == LANE_LIVES &&
-           (lane->options.laser || lane->options.guards) && !lane->is_file &&
-           options_has_messages(&lane->options, 0) && lane->view.taken > 0 &&
-           now_ns - lane->moved_ns >= limit;
+    const bool has_reader =
+        !lane->is_file && options_has_messages(&lane->options, 0);
+    return has_reader && lane->end == LANE_LIVES && lane->view.taken > 0 &&
+           now_ns - lane->read_ns >= limit;
 }
 
 void lane_drop(struct lane *lane, int64_t now_ns)

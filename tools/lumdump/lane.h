@@ -45,6 +45,8 @@ struct lane {
     int64_t moved_ns;        /* when it was last seen to take something, or to
                                 wait for its disk to finish a file */
     uint64_t dropped_before; /* as of then */
+    int64_t read_ns;         /* when it last took something, or had nothing to
+                                take */
 };
 
 /* The lane of an output. The output is open, except a pipe without a reader:
@@ -81,8 +83,8 @@ bool lane_take_lost(struct lane *lane, lum_error *out);
 /* Whether its buffer is full and nothing was taken from it for this long. */
 bool lane_stands_still(const struct lane *lane, int64_t now_ns, int64_t limit);
 
-/* Whether it keeps a laser on for a reader of messages that has taken nothing
- * for this long, as one that hangs or was stopped. */
+/* Whether a reader of messages has taken nothing for this long though there is
+ * something, as one that hangs or was stopped. */
 bool lane_is_unread(const struct lane *lane, int64_t now_ns, int64_t limit);
 
 /* Give up an output that stalls. */

@@ -32,6 +32,7 @@ int lanes_open(struct lanes *lanes, struct pass *run, lum_error *error)
 {
     const uint64_t asked = run->options->buffer;
     const size_t size = (size_t)(asked != 0 ? asked : BUFFER_BYTES);
+    lanes->has_laser = run->options->laser || run->options->guards;
     lanes->summary = lane_new_summary(run, size, error);
     if (lanes->summary == NULL) {
         return -1;
@@ -194,7 +195,7 @@ static void watch_output(struct lanes *lanes, struct lane *lane,
     tell_drops(lane, say, now_ns);
     if (count_living(lanes) > 1
             ? !lane->is_recording && lane_stands_still(lane, now_ns, STALL_NS)
-            : lane_is_unread(lane, now_ns, UNREAD_NS)) {
+            : lanes->has_laser && lane_is_unread(lane, now_ns, UNREAD_NS)) {
         lane_drop(lane, now_ns);
         tell_ended(lanes, lane, say);
     }

@@ -9,6 +9,7 @@ struct lanes {
     struct lane *summary;
     struct lane *outputs[OUTPUTS_MAX];
     size_t count;    /* of the outputs */
+    bool has_laser;  /* the run keeps one on */
     bool is_waiting; /* for an output at the end, and that was said */
 };
 
