@@ -19,7 +19,7 @@ RECEIVE_BUFFER = int(lib.LUM_SOCKET_RECEIVE_BUFFER)
 """Bytes of data that the system is asked to keep for a session."""
 
 _OFF_SLICE_MS = 200
-_OFF_ALONE_S = lib.LUM_KEEPER_ALONE_MS / 1000
+_OFF_ALONE_S = lib.LUM_HEARTBEAT_TIMEOUT_MS / 1000
 _HAZARDS = int(lib.LUM_LASER_HAZARDS)
 _TIMEOUT_BIT = int(lib.LUM_LASER_HEARTBEAT_TIMEOUT)
 
@@ -366,10 +366,11 @@ def put_down(keeper: Keeper, session: Any, seconds: float = lib.LUM_SENSOR_OFF_M
     while True:
         try:
             before = time.monotonic()
-            rest = seconds - (before - begin) - _OFF_SLICE_MS / 1000
             is_alone = before - begin >= _OFF_ALONE_S
+            slice_ms = _OFF_SLICE_MS if is_alone else round(1000 * min(_OFF_ALONE_S, seconds))
+            rest = seconds - (before - begin) - slice_ms / 1000
             is_last = rest <= 0 or (is_alone and was_interrupted)
-            result, news = keeper.end(session, _OFF_SLICE_MS, 0 if is_last else 1000 * max(1, round(rest)))
+            result, news = keeper.end(session, slice_ms, 0 if is_last else 1000 * max(1, round(rest)))
             if is_last or result in (lib.LUM_LASER_OFF_SEEN, lib.LUM_LASER_OFF_UNSEEN):
                 return Off(result, news, False, was_interrupted)
             if time.monotonic() - before < _OFF_SLICE_MS / 2000:
