@@ -169,23 +169,29 @@ void lum_keeper_note_owner(lum_keeper *keeper, bool is_owned)
     keeper->laser.is_owned = keeper->is_owner || is_owned;
 }
 
-/* The last of a text decides. */
+lum_laser_want lum_keeper_want_of(const char *text)
+{
+    lum_laser_want want = LUM_WANT_LOOK;
+    for (; *text != '\0'; text++) {
+        want = *text == 'u' ? LUM_WANT_ON : *text == 'd' ? LUM_WANT_OFF : want;
+    }
+    return want;
+}
+
 lum_result lum_keeper_command(lum_keeper *keeper, lum_sensor *sensor,
                               const char *text, int64_t now_ns)
 {
+    const lum_laser_want want = lum_keeper_want_of(text);
+    const lum_laser_request request = want == LUM_WANT_ON ? LUM_LASER_ASK_ON
+                                      : want == LUM_WANT_OFF
+                                          ? LUM_LASER_ASK_OFF
+                                          : LUM_LASER_ASK_OTHER;
     const lum_result result = lum_sensor_command(sensor, text);
-    lum_laser_request request = LUM_LASER_ASK_OTHER;
-    for (; *text != '\0'; text++) {
-        request = *text == 'u'   ? LUM_LASER_ASK_ON
-                  : *text == 'd' ? LUM_LASER_ASK_OFF
-                                 : request;
-    }
     if (result != LUM_OK) {
         return result;
     }
-    if (request != LUM_LASER_ASK_OTHER) {
-        const bool is_on = request == LUM_LASER_ASK_ON;
-        lum_keeper_want(keeper, is_on ? LUM_WANT_ON : LUM_WANT_OFF, now_ns);
+    if (want != LUM_WANT_LOOK) {
+        lum_keeper_want(keeper, want, now_ns);
     }
     lum_laser_rules_sent(&keeper->laser, request, now_ns);
     return result;
@@ -398,6 +404,7 @@ lum_result lum_keeper_look(const lum_keeper *keeper, lum_keeper_view *out)
                                                 keeper->laser.off_unseen,
                                   .has_status = keeper->laser.has_status,
                                   .status = keeper->laser.status,
+                                  .has_answered = c->has_answered,
                                   .is_unheard = c->is_unheard,
                                   .has_data = c->has_data,
                                   .has_unknown = c->has_unknown,

@@ -32,21 +32,13 @@ static enum exit_status complain_down(const struct ctl *ctl,
                         report_line(status, is_owned, line));
 }
 
-enum laser_wish laser_wish_of(const char *text)
+bool laser_is_as(const struct ctl *ctl, lum_laser_want want)
 {
-    enum laser_wish wish = LASER_ANY;
-    for (; *text != '\0'; text++) {
-        wish = *text == 'u' ? LASER_ON : *text == 'd' ? LASER_OFF : wish;
-    }
-    return wish;
-}
-
-bool laser_is_as(enum laser_wish wish, const struct ctl_answer *answer)
-{
-    return wish == LASER_ANY ||
-           (answer->has_status &&
-            (wish == LASER_ON ? lum_laser_is_on(answer->status)
-                              : lum_laser_is_down(answer->status)));
+    lum_keeper_view view = {.struct_size = sizeof view};
+    (void)lum_keeper_look(ctl->keeper, &view);
+    return want == LUM_WANT_LOOK ||
+           (want == LUM_WANT_ON ? view.laser == LUM_LASER_UP
+                                : view.has_status && !view.is_off_due);
 }
 
 lum_laser_off laser_switch_down(struct ctl *ctl, lum_news *end)
@@ -68,23 +60,23 @@ bool laser_is_undone(const lum_news *end)
            (end->status & LUM_LASER_TLV_CMD_ON) == 0;
 }
 
-void laser_tell_undo(enum laser_wish wish, const lum_news *end)
+void laser_tell_undo(lum_laser_want want, const lum_news *end)
 {
     char text[LUM_ERROR_BYTES];
     if (!laser_is_undone(end)) {
         (void)ctl_complain(EXIT_FAILED, "%s%s",
-                           wish == LASER_ON ? "NOT taken back: " : "",
+                           want == LUM_WANT_ON ? "NOT taken back: " : "",
                            lum_news_tell(end, text, sizeof text));
     } else {
         (void)ctl_complain(EXIT_FAILED,
-                           wish == LASER_ON
+                           want == LUM_WANT_ON
                                ? "taken back: it will not come up by itself"
                                : "the laser is off; whether the rest of the "
                                  "text was done is not known");
     }
 }
 
-enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
+enum exit_status laser_complain(const struct ctl *ctl, lum_laser_want want,
                                 const struct ctl_answer *answer,
                                 const lum_news *end)
 {
@@ -94,11 +86,11 @@ enum exit_status laser_complain(const struct ctl *ctl, enum laser_wish wish,
             EXIT_FAILED,
             "no status came that shows it %s: the answer has no TLV %u, which "
             "is the status's number by tlv.status of the profile",
-            wish == LASER_ON ? "on" : "off",
+            want == LUM_WANT_ON ? "on" : "off",
             (unsigned)ctl->layout.profile.tlv[LUM_TLV_STATUS]);
-    } else if (wish == LASER_ON) {
+    } else if (want == LUM_WANT_ON) {
         status = complain_down(ctl, answer);
     }
-    laser_tell_undo(wish, end);
+    laser_tell_undo(want, end);
     return status;
 }

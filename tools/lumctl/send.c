@@ -30,8 +30,8 @@ static bool may_undo(const struct ctl *ctl, enum exit_status status)
 struct deed {
     const char *text;
     const char *typed;
-    enum laser_wish wish;
-    bool is_as_wished;
+    lum_laser_want want;
+    bool is_as_wanted;
     bool was_undone;
     lum_news end; /* of that */
 };
@@ -43,8 +43,8 @@ static bool report(const struct ctl *ctl, const struct deed *deed,
     struct refusal refusal;
     char what[TEXT_BYTES + 16];
     const bool is_refused = refusal_find(deed->text, answer->debug, &refusal);
-    const bool is_done = !is_refused && deed->is_as_wished;
-    const bool is_taken_back = deed->was_undone && deed->wish == LASER_ON;
+    const bool is_done = !is_refused && deed->is_as_wanted;
+    const bool is_taken_back = deed->was_undone && deed->want == LUM_WANT_ON;
     const struct text_outcome outcome = {deed->text, is_done, refusal.names,
                                          is_taken_back ? &deed->end : NULL};
     if (ctl->options.json) {
@@ -65,25 +65,26 @@ enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
                                    const char *typed)
 {
     struct ctl_answer answer;
-    struct deed deed = {text, typed, laser_wish_of(text), false, false, {0}};
+    struct deed deed = {text,  typed, lum_keeper_want_of(text),
+                        false, false, {0}};
     bool was_sent = false;
     const enum exit_status status = text_send(ctl, text, &answer, &was_sent);
     const bool has_answer = status == EXIT_DONE && was_sent;
-    deed.is_as_wished = has_answer && laser_is_as(deed.wish, &answer);
-    if (was_sent && deed.wish != LASER_ANY && !deed.is_as_wished &&
+    deed.is_as_wanted = has_answer && laser_is_as(ctl, deed.want);
+    if (was_sent && deed.want != LUM_WANT_LOOK && !deed.is_as_wanted &&
         may_undo(ctl, status)) {
         deed.was_undone = true;
         (void)laser_switch_down(ctl, &deed.end);
     }
     if (has_answer) {
         const bool is_done = report(ctl, &deed, &answer);
-        if (!deed.is_as_wished) {
-            return laser_complain(ctl, deed.wish, &answer, &deed.end);
+        if (!deed.is_as_wanted) {
+            return laser_complain(ctl, deed.want, &answer, &deed.end);
         }
         return is_done ? EXIT_DONE : EXIT_FAILED;
     }
     if (deed.was_undone) {
-        laser_tell_undo(deed.wish, &deed.end);
+        laser_tell_undo(deed.want, &deed.end);
     }
     return status;
 }

@@ -212,7 +212,7 @@ static void tell_no_data(struct session *s)
 {
     char text[LUM_ERROR_BYTES];
     const lum_news news = {.struct_size = sizeof news,
-                           .kind = watch_look(s->keeper).has_status
+                           .kind = watch_look(s->keeper).has_answered
                                        ? LUM_NEWS_NO_DATA_YET
                                        : LUM_NEWS_NO_ANSWER_YET,
                            .sensor = s->options->address,

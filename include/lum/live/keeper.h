@@ -93,6 +93,7 @@ typedef struct lum_keeper_view {
     bool is_off_due;       /**< `d` is to be sent, or has no answer yet */
     bool has_status;       /**< a status has come */
     uint16_t status;       /**< the last one that was answered */
+    bool has_answered;     /**< an answer has come, even without a status */
     bool is_unheard;       /**< the last request had no answer */
     bool has_data;         /**< data has come */
     bool has_unknown;      /**< packets came that may be data of another layout,
@@ -128,6 +129,11 @@ void lum_keeper_free(lum_keeper *keeper);
 /** What is wanted of the laser from now on. ON is a person's word: it also
  * holds after a fall. */
 void lum_keeper_want(lum_keeper *keeper, lum_laser_want want, int64_t now_ns);
+
+/** What a text of commands, such as "50p u", wants of the laser: the last `u`
+ * or `d` in it decides.
+ * @return LUM_WANT_ON, LUM_WANT_OFF, or LUM_WANT_LOOK without any. */
+lum_laser_want lum_keeper_want_of(const char *text);
 
 /** Whether another program's heartbeats go to the sensor, where the session
  * sends none (lum_sensor_is_owned()). Without any, a laser that is refused for
