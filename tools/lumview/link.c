@@ -24,6 +24,9 @@
 
 #define STANDING_MAX 3u
 
+/* For so long news is shown that does not stand. */
+#define SHOWN_NS (10 * SECOND_NS)
+
 /* Between attempts to replace a socket that broke. */
 #define REOPEN_NS SECOND_NS
 
@@ -39,12 +42,12 @@ struct link {
     lum_cancel *cancel;
     struct ring *ring;
     struct decoder *decoder;
-    pthread_t keeper; /* of the session: the thread */
-    pthread_t maker;  /* of frames */
+    pthread_t session_thread;
+    pthread_t maker; /* of frames */
 
-    /* the keeper's */
+    /* the session thread's */
     lum_sensor *sensor; /* NULL: its socket broke */
-    lum_keeper *watch;  /* of the sensor */
+    lum_keeper *keeper; /* of the sensor */
     int64_t tick_ns;
     uint64_t received;
     uint64_t bytes;
@@ -52,7 +55,9 @@ struct link {
     uint64_t kernel_drops; /* of sockets before */
     bool is_over;
     lum_error broken;
-    lum_news end; /* with which the laser was left */
+    lum_news end;  /* with which the laser was left */
+    lum_news last; /* that does not stand, and when it came */
+    int64_t last_ns;
 
     /* the maker's */
     int64_t count_ns;
@@ -63,7 +68,7 @@ struct link {
 static int open_session(struct link *l, bool owns, lum_error *error)
 {
     lum_sensor_options options;
-    lum_keeper_options watch;
+    lum_keeper_options keeper;
     lum_sensor_options_default(&options);
     options.sensor = l->options.address;
     options.interface_name = l->options.interface;
@@ -74,10 +79,10 @@ static int open_session(struct link *l, bool owns, lum_error *error)
     if (lum_sensor_open(&options, &l->sensor, error) != LUM_NET_OK) {
         return -1;
     }
-    lum_keeper_options_default(&watch, &options);
-    return l->watch != NULL ? 0
-                            : lum_keeper_new(&watch, lum_time_monotonic_ns(),
-                                             &l->watch, error);
+    lum_keeper_options_default(&keeper, &options);
+    return l->keeper != NULL ? 0
+                             : lum_keeper_new(&keeper, lum_time_monotonic_ns(),
+                                              &l->keeper, error);
 }
 
 static void take_datagrams(struct link *l, const lum_sensor_event *event)
@@ -105,23 +110,43 @@ static void take_event(struct link *l, const lum_sensor_event *event,
     if (event->kind == LUM_SENSOR_FAILED) {
         l->broken = event->error;
     }
-    lum_keeper_take(l->watch, event, now_ns);
+    lum_keeper_take(l->keeper, event, now_ns);
 }
 
-/* All that holds, as one message. */
+static size_t add_news(const lum_news *news, char *out, size_t room, size_t len)
+{
+    char text[LUM_ERROR_BYTES];
+    const int n = len < room ? snprintf(out + len, room - len, "%s%s",
+                                        len > 0 ? "; " : "",
+                                        lum_news_tell(news, text, sizeof text))
+                             : 0;
+    return len + (n > 0 ? (size_t)n : 0);
+}
+
+static bool is_among(const lum_news *news, const lum_news *all, size_t count)
+{
+    bool is_there = false;
+    for (size_t i = 0; i < count; i++) {
+        is_there |= all[i].kind == news->kind;
+    }
+    return is_there;
+}
+
+/* All that holds, and what happened last, as one message. */
 static void make_message(const struct link *l, int64_t now_ns, char *out,
                          size_t room)
 {
     lum_news all[STANDING_MAX] = {{.struct_size = sizeof all[0]}};
     const size_t count =
-        lum_keeper_standing(l->watch, now_ns, all, STANDING_MAX);
+        lum_keeper_standing(l->keeper, now_ns, all, STANDING_MAX);
     size_t len = 0;
     *out = '\0';
-    for (size_t i = 0; i < count && len < room; i++) {
-        char text[LUM_ERROR_BYTES];
-        const int n = snprintf(out + len, room - len, "%s%s", i > 0 ? "; " : "",
-                               lum_news_tell(&all[i], text, sizeof text));
-        len += n > 0 ? (size_t)n : 0;
+    for (size_t i = 0; i < count; i++) {
+        len = add_news(&all[i], out, room, len);
+    }
+    if (lum_news_weigh(l->last.kind) != LUM_NEWS_INFO &&
+        now_ns - l->last_ns < SHOWN_NS && !is_among(&l->last, all, count)) {
+        (void)add_news(&l->last, out, room, len);
     }
 }
 
@@ -131,10 +156,11 @@ static void tell(struct link *l, int64_t now_ns)
     lum_news news = {.struct_size = sizeof news};
     lum_sensor_counters c = {.struct_size = sizeof c};
     lum_keeper_view view = {.struct_size = sizeof view};
-    (void)lum_keeper_look(l->watch, &view);
+    (void)lum_keeper_look(l->keeper, &view);
     lum_sensor_count(l->sensor, &c);
-    while (lum_keeper_next(l->watch, &news)) {
-        /* What holds of it is shown. */
+    while (lum_keeper_next(l->keeper, &news)) {
+        l->last = news;
+        l->last_ns = now_ns;
     }
     stage_set_received(l->stage, l->received, l->bytes,
                        l->kernel_drops + c.kernel_drops, l->ring_drops);
@@ -150,7 +176,7 @@ static void tick(struct link *l, int64_t now_ns)
 {
     l->tick_ns = now_ns + TICK_NS;
     ring_wake(l->ring);
-    lum_keeper_serve(l->watch, l->sensor, now_ns);
+    lum_keeper_serve(l->keeper, l->sensor, now_ns);
     tell(l, now_ns);
 }
 
@@ -194,7 +220,7 @@ static void mend(struct link *l)
     }
     l->is_over = lum_cancel_is_raised(l->cancel);
     if (!l->is_over && open_session(l, true, &l->broken) == 0) {
-        lum_keeper_want(l->watch,
+        lum_keeper_want(l->keeper,
                         l->options.laser ? LUM_WANT_OFF : LUM_WANT_LOOK,
                         lum_time_monotonic_ns());
         l->broken.text[0] = '\0';
@@ -209,7 +235,7 @@ static void switch_off(struct link *l)
         if (l->sensor == NULL) {
             (void)open_session(l, false, &error);
         }
-        (void)laser_end(l->watch, l->sensor, "lumview", &l->end);
+        (void)laser_end(l->keeper, l->sensor, "lumview", &l->end);
     }
 }
 
@@ -218,7 +244,7 @@ static void *keep(void *argument)
     struct link *l = argument;
     const int64_t now_ns = lum_time_monotonic_ns();
     l->tick_ns = now_ns;
-    lum_keeper_want(l->watch, l->options.laser ? LUM_WANT_ON : LUM_WANT_LOOK,
+    lum_keeper_want(l->keeper, l->options.laser ? LUM_WANT_ON : LUM_WANT_LOOK,
                     now_ns);
     while (!l->is_over) {
         if (l->sensor == NULL) {
@@ -327,7 +353,7 @@ static void *make(void *argument)
 
 static void release(struct link *l)
 {
-    lum_keeper_free(l->watch);
+    lum_keeper_free(l->keeper);
     lum_sensor_close(l->sensor);
     decoder_free(l->decoder);
     ring_free(l->ring);
@@ -353,7 +379,7 @@ static int start_threads(struct link *l, lum_error *error)
     if (thread_start(&l->maker, make, l, error) != 0) {
         return -1;
     }
-    if (thread_start(&l->keeper, keep, l, error) != 0) {
+    if (thread_start(&l->session_thread, keep, l, error) != 0) {
         ring_close(l->ring);
         (void)pthread_join(l->maker, NULL);
         return -1;
@@ -394,7 +420,7 @@ int link_end(struct link *link, lum_error *error)
         return 0;
     }
     lum_cancel_raise(link->cancel);
-    (void)pthread_join(link->keeper, NULL);
+    (void)pthread_join(link->session_thread, NULL);
     ring_close(link->ring);
     (void)pthread_join(link->maker, NULL);
     const int result = tell_laser(link, error);
