@@ -60,7 +60,7 @@ static void show_line(struct beating *b, int64_t now)
 static bool show_status(struct beating *b, const lum_sensor_event *event)
 {
     struct ctl *ctl = b->ctl;
-    const bool was_up = b->has_logged && report_laser_is_up(b->logged);
+    const bool was_up = b->has_logged && lum_laser_is_on(b->logged);
     const bool is_news = !b->has_logged || b->logged != event->status;
     ctl->has_status = true;
     ctl->status = event->status;
@@ -178,7 +178,7 @@ static enum exit_status beat(struct ctl *ctl)
         ctl_note(ctl,
                  "the laser %s; without heartbeats the sensor switches it off "
                  "in 3 s",
-                 report_laser_is_up(ctl->status) ? "is up" : "may be up");
+                 lum_laser_is_on(ctl->status) ? "is up" : "may be up");
     }
     if (status == EXIT_DONE && !b.has_any &&
         !lum_cancel_is_raised(ctl->cancel)) {

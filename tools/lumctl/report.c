@@ -45,11 +45,6 @@ static const char *meaning_of(unsigned bit)
     return "";
 }
 
-bool report_laser_is_up(uint16_t status)
-{
-    return lum_laser_is_on(status);
-}
-
 bool report_lacks_heartbeats(uint16_t status)
 {
     return (status & LUM_LASER_HAZARDS) == LUM_LASER_HEARTBEAT_TIMEOUT;

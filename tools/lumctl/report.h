@@ -8,9 +8,6 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/* It is up for sure; if it is not down either, it may be up. */
-bool report_laser_is_up(uint16_t status);
-
 /* HEARTBEAT_TIMEOUT is the only hazard. */
 bool report_lacks_heartbeats(uint16_t status);
 

@@ -7,6 +7,7 @@
 #include "report.h"
 
 #include "lum/base/time.h"
+#include "lum/laser.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -236,7 +237,7 @@ void session_note_status(struct ctl *ctl, uint16_t status)
 {
     char name[SESSION_NAME_BYTES];
     char text[REPORT_LINE_BYTES];
-    const bool was_up = ctl->has_status && report_laser_is_up(ctl->status);
+    const bool was_up = ctl->has_status && lum_laser_is_on(ctl->status);
     const bool is_own = lum_sensor_is_waiting(ctl->sensor);
     if ((!ctl->has_status || ctl->status != status) && may_tell(ctl)) {
         (void)fprintf(stderr, "lumctl: %s: %s%s\n",

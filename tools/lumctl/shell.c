@@ -10,6 +10,7 @@
 #include "lum/base/time.h"
 #include "lum/command.h"
 #include "lum/host/command_text.h"
+#include "lum/laser.h"
 
 #include <signal.h>
 #include <stdio.h>
@@ -49,7 +50,7 @@ static const char *history_path(char out[PATH_BYTES])
 static void show_status(struct shell *s, uint16_t status)
 {
     char text[REPORT_LINE_BYTES];
-    s->ctl->was_up &= report_laser_is_up(status);
+    s->ctl->was_up &= lum_laser_is_on(status);
     if (s->knows && s->status == status) {
         return;
     }

@@ -115,7 +115,7 @@ static bool redraw(const struct watching *w)
 static bool show(struct watching *w, bool is_silent, uint16_t status)
 {
     const bool was_up =
-        w->has_shown && !w->is_silent && report_laser_is_up(w->status);
+        w->has_shown && !w->is_silent && lum_laser_is_on(w->status);
     const bool is_news =
         !w->has_shown || w->is_silent != is_silent || w->status != status;
     w->has_shown = true;

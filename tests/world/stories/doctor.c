@@ -118,7 +118,7 @@ STORY(doctor_twice, "a doctor that ran a moment ago hides no data from the "
                     "laser may be up");
     user_tool *again = examine(&b);
     expect_fine(again);
-    expect_text(again, "answer", "laser may be up, until 3 s had passed");
+    expect_text(again, "answer", "laser may have been up until 3 s after");
     user_expect_status(user_run(b.host, "lumctl heartbeat --duration 1"), DONE);
     expect_fine(examine(&b));
     user_expect(!user_laser_is_on(s));
@@ -137,7 +137,7 @@ STORY(doctor_beside_another_host_that_may_have_the_laser_on,
     user_tool *doctor = examine(&b);
     user_expect_status(doctor, DONE);
     expect_check(doctor, "answer", "note");
-    expect_text(doctor, "answer", "its laser may be up, and after 3 s still");
+    expect_text(doctor, "answer", "its laser may be up, still after 3 s");
     expect_check(doctor, "data", "not looked at");
     for (size_t i = 0; i < user_events(s, "heartbeat"); i++) {
         user_expect_has(user_event_at(s, "heartbeat", i)->line, "10.42.0.2:");
@@ -294,7 +294,7 @@ STORY(doctor_and_late_answers,
     user_expect_status(doctor, FAILED);
     user_expect_like(look_of(doctor, "answer", "text"),
                      "answers late, 1[5-7][0-9]{2} ms after the first of 5 "
-                     "requests, which --timeout 200 gives up before");
+                     "requests, each of which is given up after 200 ms");
     user_expect_like(look_of(doctor, "answer", "fix"),
                      "^lumctl --host 10\\.42\\.0\\.37 --timeout 3[0-9]00 "
                      "doctor ");

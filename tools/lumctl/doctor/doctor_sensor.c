@@ -249,14 +249,25 @@ static void say_other_port(struct doctor *d, uint16_t port,
     }
 }
 
+/* What to look at while a command of lumctl runs. */
+static void fix_watch(const struct doctor *d, struct doctor_finding *out,
+                      const char *filter, const char *command,
+                      const char *question)
+{
+    char at[SESSION_CTL_BYTES];
+    char what[SESSION_CTL_BYTES + 80];
+    (void)snprintf(what, sizeof what, "while %s %s runs: %s",
+                   session_ctl(d->ctl, d->sensor, at), command, question);
+    doctor_fix_watch(d, out, filter, what);
+}
+
 static void fix_port_watch(const struct doctor *d, struct doctor_finding *out)
 {
     char filter[32];
     (void)snprintf(filter, sizeof filter, "udp port %u",
                    (unsigned)d->sensor.port);
-    doctor_fix_watch(d, out, filter,
-                     "while lumctl time --watch runs: do requests leave, "
-                     "do answers come?");
+    fix_watch(d, out, filter, "time --watch",
+              "do requests leave, do answers come?");
 }
 
 static bool has_dropped(const struct doctor *d)
@@ -291,11 +302,12 @@ static bool say_misfit(struct doctor *d, int64_t begin_ns,
                      "%s answers with another sequence number than that of the "
                      "request, so that its answers are not believed",
                      d->address);
-        fix_port_watch(d, out);
+        doctor_fix(out, "look for a proxy or a second device that answers in "
+                        "its place, or for another firmware");
     } else {
         doctor_wrong(out,
                      "%s answers late, %u ms after the first of %u requests, "
-                     "which --timeout %u gives up before",
+                     "each of which is given up after %u ms",
                      d->address, ms, (unsigned)o->retries + 1u,
                      (unsigned)o->timeout_ms);
         doctor_fix(out,
@@ -351,37 +363,39 @@ static void say_silent(struct doctor *d, int64_t begin_ns,
     }
 }
 
-static bool may_be_on(struct doctor *d)
+static bool is_seen_down(struct doctor *d)
 {
     return ask_status(d) == LUM_SENSOR_ANSWER && d->has_status &&
-           !lum_laser_is_down(d->status);
+           lum_laser_is_down(d->status);
 }
 
 /* If another host drives the sensor, the data is for that host. Heartbeats of a
- * program that has ended are in effect for 3 s. */
+ * program that has ended are in effect for 3 s. A poll without an answer tells
+ * nothing. */
 static void respect_others(struct doctor *d, struct doctor_finding *out)
 {
     const int64_t end = lum_time_monotonic_ns() + LET_GO_NS;
-    if (d->lacks[DOCTOR_NEEDS_SESSION] != NULL || !may_be_on(d)) {
+    if (d->lacks[DOCTOR_NEEDS_SESSION] != NULL || is_seen_down(d) ||
+        !d->has_status) {
         return;
     }
-    const char *state = lum_laser_status_name(d->status);
+    const bool is_on = lum_laser_is_on(d->status);
     while (lum_time_monotonic_ns() < end) {
         if (!rest_until(d, lum_time_monotonic_ns() + REST_NS)) {
             return;
         }
-        if (!may_be_on(d)) {
+        if (is_seen_down(d)) {
             doctor_add(out,
-                       "; its laser %s%s, until 3 s had passed since the last "
-                       "heartbeat of another program",
-                       state[0] == 'u' ? "was " : "", state);
+                       "; its laser %s up until 3 s after the last heartbeat "
+                       "of another program",
+                       is_on ? "was" : "may have been");
             return;
         }
     }
     doctor_add(out,
-               "; its laser %s%s, and after 3 s still, so another host may be "
-               "at work with it: its data is left alone",
-               state[0] == 'u' ? "is " : "", state);
+               "; its laser %s up, still after 3 s, so another host may be at "
+               "work with it: its data is left alone",
+               is_on ? "is" : "may be");
     out->result = DOCTOR_NOTE;
     doctor_lack(d, DOCTOR_NEEDS_SESSION,
                 "the laser is on, or may be, for a session of another host");
@@ -529,8 +543,7 @@ static void say_no_data(struct doctor *d, struct doctor_finding *out)
                      1e-9 * (double)d->stream.duration_ns);
     }
     (void)snprintf(filter, sizeof filter, "udp and host %s", d->address);
-    doctor_fix_watch(d, out, filter,
-                     "while lumctl heartbeat runs: who talks to it?");
+    fix_watch(d, out, filter, "heartbeat", "who talks to it?");
 }
 
 static void say_data(struct doctor *d, struct doctor_finding *out)
@@ -605,8 +618,11 @@ static void look_at_data_clock(const struct doctor *d,
                      "the timestamps: the profile's timestamp may stand at "
                      "the wrong place",
                      1e-6 * (double)lag);
-        doctor_fix(out, "lumctl --profile FILE doctor    # "
-                        "group.timestamp corrected in it");
+        char at[SESSION_CTL_BYTES];
+        doctor_fix(out,
+                   "%s --profile FILE doctor    # group.timestamp corrected in "
+                   "it",
+                   session_ctl(d->ctl, d->sensor, at));
     } else {
         doctor_add(out, "; the data bears the same clock, %.1f ms behind",
                    1e-3 * (double)lag);
