@@ -120,9 +120,9 @@ static void count(struct live *l)
 {
     const struct session *s = &l->session;
     lum_sensor_counters c = {.struct_size = sizeof c};
-    const lum_keeper_view view = watch_look(s->keeper);
+    const lum_keeper_view view = session_look(s);
     const int64_t silent_ns = s->ended_ns - view.data_ns;
-    watch_darkness(s->keeper, l->counts.darkness, sizeof l->counts.darkness);
+    session_darkness(s, l->counts.darkness, sizeof l->counts.darkness);
     lum_sensor_count(s->sensor, &c);
     l->counts.received = s->received;
     l->counts.kernel_drops = c.kernel_drops;
@@ -194,14 +194,14 @@ static enum exit_status tell_laser(const struct live *l,
 /* Packets that may be data, and none that is. */
 static bool has_unknown_layout(const struct session *s)
 {
-    const lum_keeper_view view = watch_look(s->keeper);
+    const lum_keeper_view view = session_look(s);
     return !view.has_data && view.has_unknown;
 }
 
 /* The sensor sent none, as far as anybody waited for it. */
 static bool lacks_data(const struct session *s)
 {
-    const lum_keeper_view view = watch_look(s->keeper);
+    const lum_keeper_view view = session_look(s);
     return !view.has_data && !view.has_unknown &&
            (s->end == SESSION_NO_DATA || s->end == SESSION_SIGNAL);
 }
@@ -212,7 +212,7 @@ static void tell_no_data(struct session *s)
 {
     char text[LUM_ERROR_BYTES];
     const lum_news news = {.struct_size = sizeof news,
-                           .kind = watch_look(s->keeper).has_answered
+                           .kind = session_look(s).has_answered
                                        ? LUM_NEWS_NO_DATA_YET
                                        : LUM_NEWS_NO_ANSWER_YET,
                            .sensor = s->options->address,
@@ -242,7 +242,7 @@ static void report_outputs(struct live *l)
     c->output_count = l->lanes.count;
     for (size_t i = 0; i < l->lanes.count; i++) {
         const struct lane *lane = l->lanes.outputs[i];
-        const lum_keeper_view view = watch_look(l->session.keeper);
+        const lum_keeper_view view = session_look(&l->session);
         const int64_t from_ns =
             view.has_data ? view.first_data_ns : l->session.began_ns;
         c->outputs[i] = (struct live_output){
@@ -298,7 +298,7 @@ static enum exit_status tell_end(struct live *l)
         status = conclude_error(&l->session.error, EXIT_FAILED);
     }
     if (lanes_have_no_reader(&l->lanes) ||
-        !watch_look(l->session.keeper).has_data) {
+        !session_look(&l->session).has_data) {
         return status;
     }
     report_outputs(l);
@@ -329,7 +329,7 @@ static enum exit_status run(struct live *l)
         tell_no_data(&l->session);
     }
     /* They write while the laser goes off, which may take long. */
-    lanes_finish(&l->lanes, watch_look(l->session.keeper).has_data);
+    lanes_finish(&l->lanes, session_look(&l->session).has_data);
     switch_off(l);
     interrupt_linger();
     const bool is_down = l->off == LUM_LASER_OFF_SEEN;

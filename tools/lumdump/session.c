@@ -23,12 +23,49 @@
 /* How often drops are reported. */
 #define DROPS_NS (10 * SECOND_NS)
 
+lum_keeper_view session_look(const struct session *session)
+{
+    lum_keeper_view view = {.struct_size = sizeof view};
+    (void)lum_keeper_look(session->keeper, &view);
+    return view;
+}
+
+/* Before the first data the run says itself what is missing. */
+static bool is_told(lum_news_kind kind, bool has_data)
+{
+    const bool is_missing =
+        kind == LUM_NEWS_NO_ANSWER ||
+        (kind >= LUM_NEWS_NO_ANSWER_YET && kind <= LUM_NEWS_UNKNOWN_LAYOUT);
+    return lum_news_weigh(kind) != LUM_NEWS_INFO && (!is_missing || has_data);
+}
+
+static void tell_news(struct session *s)
+{
+    lum_news news = {.struct_size = sizeof news};
+    while (lum_keeper_next(s->keeper, &news)) {
+        char text[LUM_ERROR_BYTES];
+        if (is_told(news.kind, session_look(s).has_data)) {
+            say_warn(&s->say, "%s%s", lum_news_tell(&news, text, sizeof text),
+                     lum_news_is_dark(news.kind) ? "; the recording continues"
+                                                 : "");
+        }
+    }
+}
+
+void session_darkness(const struct session *session, char *out, size_t room)
+{
+    lum_news news = {.struct_size = sizeof news};
+    if (lum_keeper_darkness(session->keeper, &news)) {
+        (void)lum_news_tell(&news, out, room);
+    }
+}
+
 /* Answers wait in the buffers until data comes: without any, nothing is
  * written, and no recording gets its name. */
 static void take_datagrams(struct session *s, const lum_sensor_event *event,
                            int64_t now_ns)
 {
-    const bool had_data = watch_look(s->keeper).has_data;
+    const bool had_data = session_look(s).has_data;
     for (size_t i = 0; i < event->datagram_count; i++) {
         const lum_received *d = &event->datagrams[i];
         const struct ring_item item = {.bytes = d->bytes,
@@ -40,7 +77,7 @@ static void take_datagrams(struct session *s, const lum_sensor_event *event,
     }
     s->received += event->datagram_count;
     lum_keeper_take(s->keeper, event, now_ns);
-    const lum_keeper_view view = watch_look(s->keeper);
+    const lum_keeper_view view = session_look(s);
     if (view.has_data && !had_data && s->options->duration_ns != 0) {
         s->end_ns = now_ns + s->options->duration_ns;
     }
@@ -133,7 +170,7 @@ static void show_status(struct session *s, const lum_sensor_counters *c,
     char line[400];
     char address[16];
     struct worker_view view;
-    const lum_keeper_view sensor = watch_look(s->keeper);
+    const lum_keeper_view sensor = session_look(s);
     lanes_view(s->lanes, &view);
     const struct status_totals now = {.time_ns = now_ns,
                                       .datagrams = s->received,
@@ -164,15 +201,14 @@ static void tick(struct session *s, int64_t now_ns)
     lanes_wake(s->lanes);
     say_flush(&s->say);
     lum_keeper_serve(s->keeper, s->sensor, now_ns);
-    watch_tell(s->keeper, &s->say);
+    tell_news(s);
     lum_sensor_count(s->sensor, &counters);
     tell_drops(s, &counters, now_ns);
     if (now_ns >= s->status_ns && say_has_status(&s->say)) {
         s->status_ns = now_ns + STATUS_NS;
         show_status(s, &counters, now_ns);
     }
-    if (!watch_look(s->keeper).has_data &&
-        now_ns - s->began_ns >= FIRST_DATA_NS) {
+    if (!session_look(s).has_data && now_ns - s->began_ns >= FIRST_DATA_NS) {
         s->end = SESSION_NO_DATA;
     }
     if (!lanes_watch(s->lanes, &s->say, now_ns)) {

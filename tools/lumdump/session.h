@@ -6,10 +6,10 @@
 
 #include "lanes.h"
 #include "options.h"
+#include "say.h"
 #include "status.h"
-#include "watch.h"
 
-#include "lum/net/sensor.h"
+#include "lum/live/keeper.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -60,5 +60,11 @@ void session_run(struct session *session);
  * that all of it is either received or counted as dropped. cancel: the
  * sensor's, which is reset. */
 void session_drain(struct session *session, lum_cancel *cancel);
+
+/* What is known of the sensor. */
+lum_keeper_view session_look(const struct session *session);
+
+/* Why lines have no ranges; out does not change where nothing shows that. */
+void session_darkness(const struct session *session, char *out, size_t room);
 
 #endif
