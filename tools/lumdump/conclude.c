@@ -167,7 +167,7 @@ static void warn_of_few(const struct pass *pass)
     if (s->whole.frames < s->whole.asked) {
         (void)snprintf(text, sizeof text,
                        "only %" PRIu64 " of %u whole frames came: others lack "
-                       "lines or words, or the laser came on inside; choose "
+                       "lines or words, or the laser came on during it; choose "
                        "them by numbers, such as --frames 2:2",
                        s->whole.frames, (unsigned)s->whole.asked);
         warn(pass->options, text);
