@@ -173,10 +173,9 @@ static lum_news_kind name_waiting(const lum_contact *c, int64_t now_ns)
     if (c->has_data || now_ns - c->began_ns < SILENCE_NS) {
         return NOTHING;
     }
-    if (c->has_unknown) {
-        return LUM_NEWS_UNKNOWN_LAYOUT;
-    }
-    return c->has_answered ? LUM_NEWS_NO_DATA_YET : LUM_NEWS_NO_ANSWER_YET;
+    return c->has_unknown    ? LUM_NEWS_UNKNOWN_LAYOUT
+           : c->has_answered ? LUM_NEWS_NO_DATA_YET
+                             : LUM_NEWS_NO_ANSWER_YET;
 }
 
 lum_news_kind lum_contact_tick(lum_contact *c, bool is_owner, uint64_t dropped,
@@ -212,11 +211,8 @@ lum_news_kind lum_contact_move(lum_contact *c, bool is_moved)
 
 lum_news_kind lum_contact_standing(const lum_contact *c, int64_t now_ns)
 {
-    if (c->is_moved) {
-        return LUM_NEWS_MOVED;
-    }
-    if (c->link_is_down) {
-        return LUM_NEWS_LINK_DOWN;
+    if (c->is_moved || c->link_is_down) {
+        return c->is_moved ? LUM_NEWS_MOVED : LUM_NEWS_LINK_DOWN;
     }
     const lum_news_kind waiting = name_waiting(c, now_ns);
     const lum_news_kind quiet = name_quiet(c, now_ns);

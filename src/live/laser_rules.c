@@ -4,12 +4,9 @@
 
 #define SECOND_NS INT64_C(1000000000)
 
-/* A sensor that has just got its first heartbeat may still refuse the laser
- * because of the timeout. */
 #define AGAIN_NS (SECOND_NS / 5)
 
-/* A session that was delayed for this long does not send laser on: its
- * heartbeats have ended, and nobody may expect the laser any more. */
+/* Then heartbeats have ended, and nobody may expect the laser any more. */
 #define HELD_UP_NS (LUM_SENSOR_STALE_MS * INT64_C(1000000))
 
 #define NOTHING ((lum_news_kind)0)

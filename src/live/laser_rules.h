@@ -6,7 +6,7 @@
 #ifndef LUM_LIVE_LASER_RULES_H
 #define LUM_LIVE_LASER_RULES_H
 
-#include "lum/live/keeper.h"
+#include "lum/live/laser_session.h"
 #include "lum/live/news.h"
 #include "lum/net/sensor.h"
 

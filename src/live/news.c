@@ -43,14 +43,16 @@ static const entry entries[LUM_NEWS_END] = {
      WHEN_SAFE},
     {"laser-unseen", ERROR,
      "{sensor} answered to laser on without a status: whether it is on is not "
-     "known, so it is switched off",
+     "known, so it is being switched off",
      PROFILE},
     {"laser-unanswered", ERROR,
-     "{sensor} did not answer to laser on in {tries} tries: it is switched off",
+     "{sensor} did not answer to laser on in {tries} tries: it is being "
+     "switched "
+     "off",
      "look with {ctl} status"},
     {"laser-held-up", ERROR,
      "this program was held up for {seconds} s while it switched the laser of "
-     "{sensor} on: it is switched off",
+     "{sensor} on: it is being switched off",
      "when it is safe, run {ctl} laser on"},
     {"laser-came-up", WARN, "another program switched the laser of {sensor} on",
      ""},
@@ -77,8 +79,7 @@ static const entry entries[LUM_NEWS_END] = {
      "is a --profile needed?"},
     {"silent", WARN,
      "no data from {sensor} for {seconds} s; heartbeats continue",
-     "a sensor that was restarted is at " BOOTS_AT
-     " again; {ctl} doctor finds out more"},
+     "{ctl} doctor finds out more; after a restart a sensor is at " BOOTS_AT},
     {"data-stopped", WARN,
      "no data from {sensor} for {seconds} s, though it answers; heartbeats "
      "continue",
@@ -179,9 +180,6 @@ static size_t add(char *out, size_t room, size_t at, const char *text,
 const char *lum_laser_cause(uint16_t status, bool was_away)
 {
     const unsigned off = LUM_LASER_TLV_CMD_OFF;
-    if (!lum_laser_is_down(status) && !lum_laser_is_on(status)) {
-        return ": TLV_CMD_ON is gone, as after a restart of the sensor";
-    }
     if ((status & (LUM_LASER_HAZARDS | off)) != off) {
         return "";
     }
@@ -221,22 +219,26 @@ static void fill(const lum_news *news, value out[VALUES])
                      ctl, sizeof ctl));
     out[3].word = "bits";
     (void)lum_laser_bits_name(shown, " ", out[3].text, sizeof out[3].text);
-    SET(&out[5], "state", "%s", state);
-    SET(&out[6], "is",
+    if (news->kind == LUM_NEWS_LASER_FELL && news->status == 0) {
+        SET(&out[3], "bits",
+            "TLV_CMD_ON is gone, as after a restart of the sensor");
+    }
+    SET(&out[4], "seconds", tenths < 100 ? "%.2g" : "%.0f",
+        (double)tenths / 10);
+    SET(&out[5], "cause",
+        is_held ? ": this program sent no heartbeats for %s s" : "%s",
+        is_held ? out[4].text : lum_laser_cause(news->status, news->was_away));
+    SET(&out[6], "state", "%s", state);
+    SET(&out[7], "is",
         lum_laser_is_down(news->status) ? "is off" : "may be on");
-    SET(&out[7], "left", news->was_away ? "being switched off" : "off");
-    SET(&out[8], "when",
+    SET(&out[8], "left", news->was_away ? "being switched off" : "off");
+    SET(&out[9], "when",
         news->is_owner ? "within 3 s, because the heartbeats have ended"
                        : "3 s after the last heartbeat");
-    SET(&out[9], "fix",
+    SET(&out[10], "fix",
         news->is_owner ? "make sure by %.250s laser off"
                        : "end the programs that send heartbeats",
         out[2].text);
-    SET(&out[10], "seconds", tenths < 100 ? "%.2g" : "%.0f",
-        (double)tenths / 10);
-    SET(&out[4], "cause",
-        is_held ? ": this program sent no heartbeats for %s s" : "%s",
-        is_held ? out[10].text : lum_laser_cause(news->status, news->was_away));
     SET(&out[11], "tries", "%u", news->tries);
     SET(&out[12], "tlv", "%u", (unsigned)news->tlv_status);
     SET(&out[13], "text", "%s", news->text);

@@ -601,7 +601,7 @@ def all_rooms(out):
     return [room(out, "core", "src/core", core),
             room(out, "host", "src/host", tests_of("lum_host")),
             room(out, "points", "src/points", tests_of("lum_points")),
-            room(out, "live", "src/live", ["contact", "keeper", "session"], SESSION, ["tests/fake"]),
+            room(out, "live", "src/live", ["contact", "laser_session", "session"], SESSION, ["tests/fake"]),
             room(out, "gateway", "examples/firmware", tests_of("lum_gateway"))]
 
 

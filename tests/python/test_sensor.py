@@ -307,13 +307,13 @@ def test_a_closed_sensor_ends_the_block_of_its_laser(simulated):
 def test_laser_off_is_repeated_with_a_word_and_given_up(silent, monkeypatch):
     monkeypatch.setattr(_session, "_OFF_ALONE_S", 0.0)
     plan = _session.Plan(silent.host, None, lumsdk.Profile(), 0.4, 4)
-    session, keeper = plan.open(False), _session.Keeper(plan, False)
+    session, laser = plan.open(False), _session.LaserSession(plan, False)
     with pytest.warns(lumsdk.SensorWarning, match="no answer yet: laser off is repeated for 1 s more; Ctrl-C gives up"):
-        off = _session.put_down(keeper, session, 0.3)
+        off = _session.put_down(laser, session, 0.3)
     assert off.result == _session.lib.LUM_LASER_OFF_UNKNOWN
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # it must not end the attempt
-        assert _session.put_down(keeper, session, 0.3).result == _session.lib.LUM_LASER_OFF_UNKNOWN
+        assert _session.put_down(laser, session, 0.3).result == _session.lib.LUM_LASER_OFF_UNKNOWN
     _session.lib.lum_sensor_close(session)
 
 

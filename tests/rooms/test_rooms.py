@@ -219,7 +219,7 @@ class Laser(unittest.TestCase):
         r'(?:send|command|request|tlv)\w*\s*\([^;)]*"[ud]"': set(),
         # The session; what Python sends has no word for the laser, which it refuses.
         r"\blum_sensor_command\s*\(": {"src/net/sensor.c", "tools/python/lumsdk/_sensor.py"},
-        # Command TLVs by hand: lumctl's settings, and its texts, which its keeper knows of.
+        # Command TLVs by hand: lumctl's settings, and its texts, which its laser session knows of.
         r"\blum_tlv_add\s*\([^;]*\bLUM_TLV_COMMAND\b": {"src/net/sensor.c", "tools/lumctl/apply.c", "tools/lumctl/text.c"},
     }
     NOISE = re.compile(r'("(?:\\.|[^"\\\n])*")|/\*.*?\*/|//[^\n]*', re.S)
@@ -255,7 +255,7 @@ class Laser(unittest.TestCase):
                     self.assertEqual(len({file for file, _ in self.owners([(name, text)])}), 1)
 
     def test_what_only_reads_is_none(self):
-        for text in ("if (*text == 'u') {", '/* "u" */ lum_keeper_want(k, LUM_WANT_ON, now); // lum_sensor_command(', 'printf("%d", d);'):
+        for text in ("if (*text == 'u') {", '/* "u" */ lum_laser_session_want(k, LUM_WANT_ON, now); // lum_sensor_command(', 'printf("%d", d);'):
             self.assertEqual(self.owners([("tools/lumctl/laser.c", text)]), [])
 
     def test_each_home_is_one(self):

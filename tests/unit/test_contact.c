@@ -35,14 +35,14 @@ static const char *const golden[] = {
     "(HW_SAFETY_BAD); it is not switched on again automatically: when it is "
     "safe, run lumctl --host 10.42.0.37 --interface eth0 laser on",
     "laser-unseen, error: 10.42.0.37 answered to laser on without a status: "
-    "whether it is on is not known, so it is switched off; correct tlv.status "
-    "in the profile: it says 2",
+    "whether it is on is not known, so it is being switched off; correct "
+    "tlv.status in the profile: it says 2",
     "laser-unanswered, error: 10.42.0.37 did not answer to laser on in 4 "
-    "tries: it is switched off; look with lumctl --host 10.42.0.37 "
+    "tries: it is being switched off; look with lumctl --host 10.42.0.37 "
     "--interface eth0 status",
     "laser-held-up, error: this program was held up for 3.3 s while it "
-    "switched the laser of 10.42.0.37 on: it is switched off; when it is "
-    "safe, run lumctl --host 10.42.0.37 --interface eth0 laser on",
+    "switched the laser of 10.42.0.37 on: it is being switched off; when it "
+    "is safe, run lumctl --host 10.42.0.37 --interface eth0 laser on",
     "laser-came-up, warning: another program switched the laser of 10.42.0.37 "
     "on",
     "laser-left, warning: the laser of 10.42.0.37 is off; it is not switched "
@@ -65,8 +65,8 @@ static const char *const golden[] = {
     "unknown-layout, warning: 10.42.0.37 sends packets, and none of them fits "
     "the layout; is a --profile needed?",
     "silent, warning: no data from 10.42.0.37 for 3.3 s; heartbeats continue; "
-    "a sensor that was restarted is at 10.42.0.37 again; lumctl --host "
-    "10.42.0.37 --interface eth0 doctor finds out more",
+    "lumctl --host 10.42.0.37 --interface eth0 doctor finds out more; after a "
+    "restart a sensor is at 10.42.0.37",
     "data-stopped, warning: no data from 10.42.0.37 for 3.3 s, though it "
     "answers; heartbeats continue; another host may own it now; lumctl --host "
     "10.42.0.37 --interface eth0 doctor finds out more",
@@ -221,7 +221,7 @@ static const struct {
     /* bits, and what put it down */
     {{FELL, .status = ON}, "went off (none);"},
     {{FELL},
-     "went off (none: TLV_CMD_ON is gone, as after a restart of the sensor);"},
+     "went off (TLV_CMD_ON is gone, as after a restart of the sensor);"},
     {{FELL, .status = UINT16_MAX},
      "(GALVO_AMP_BX_BAD GALVO_AMP_BY_BAD GALVO_AMP_GX_BAD GALVO_AMP_GY_BAD "
      "HEARTBEAT_TIMEOUT BOARD_OVER_105 FAN_PWM_BAD HW_SAFETY_BAD "

@@ -1,6 +1,6 @@
 #define _POSIX_C_SOURCE 200809L
-/* Each allocation of a framer and a keeper fails once; built with malloc() and
- * calloc() wrapped. */
+/* Each allocation of a framer and a laser session fails once; built with
+ * malloc() and calloc() wrapped. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,7 +11,7 @@
 #include "drive.h"
 
 #include "lum/frame/framer.h"
-#include "lum/live/keeper.h"
+#include "lum/live/laser_session.h"
 
 #include <dirent.h>
 
@@ -124,23 +124,23 @@ static void threads_without_memory_leave_their_work_to_the_caller(void **state)
     fail_each(3);
 }
 
-static void a_keeper_without_memory_is_not_begun(void **state)
+static void a_laser_session_without_memory_is_not_begun(void **state)
 {
     lum_sensor_options session;
-    lum_keeper_options options;
-    lum_keeper *keeper = NULL;
+    lum_laser_session_options options;
+    lum_laser_session *laser = NULL;
     lum_error error;
     (void)state;
     lum_sensor_options_default(&session);
     session.interface_name = "eth0";
-    lum_keeper_options_default(&options, &session);
+    lum_laser_session_options_default(&options, &session);
     allocations = 0;
     fails_at = 1;
-    assert_int_equal(lum_keeper_new(&options, 0, &keeper, &error), -1);
+    assert_int_equal(lum_laser_session_new(&options, 0, &laser, &error), -1);
     assert_string_equal(error.text, "out of memory");
-    assert_null(keeper);
-    assert_int_equal(lum_keeper_new(&options, 0, &keeper, &error), 0);
-    lum_keeper_free(keeper);
+    assert_null(laser);
+    assert_int_equal(lum_laser_session_new(&options, 0, &laser, &error), 0);
+    lum_laser_session_free(laser);
     assert_int_equal(allocations, 2);
     fails_at = 0;
 }
@@ -150,7 +150,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_failed_for_memory_loses_nothing_when_tried_again),
         cmocka_unit_test(threads_without_memory_leave_their_work_to_the_caller),
-        cmocka_unit_test(a_keeper_without_memory_is_not_begun),
+        cmocka_unit_test(a_laser_session_without_memory_is_not_begun),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-#define REST_MS (LUM_SENSOR_OFF_MS - LUM_KEEPER_ALONE_MS)
+#define REST_MS (LUM_SENSOR_OFF_MS - LUM_LASER_SESSION_ALONE_MS)
 
 /* How a person ends it from now on: the signals that came before count. */
 static const char *way_out(void)
@@ -25,28 +25,30 @@ static bool is_given_up(void)
 }
 
 /* The last news, which is that of the end. */
-static lum_news take_last(lum_keeper *keeper)
+static lum_news take_last(lum_laser_session *session)
 {
     lum_news news = {.struct_size = sizeof news};
-    while (lum_keeper_next(keeper, &news)) {
+    while (lum_laser_session_next(session, &news)) {
     }
     return news;
 }
 
-lum_laser_off laser_end(lum_keeper *keeper, lum_sensor *sensor,
+lum_laser_off laser_end(lum_laser_session *session, lum_sensor *sensor,
                         const char *program, lum_news *out)
 {
-    lum_laser_off off = lum_keeper_end(keeper, sensor, LUM_KEEPER_ALONE_MS,
-                                       sensor != NULL ? REST_MS : 0, NULL);
-    lum_news news = take_last(keeper);
+    lum_laser_off off =
+        lum_laser_session_end(session, sensor, LUM_LASER_SESSION_ALONE_MS,
+                              sensor != NULL ? REST_MS : 0, NULL);
+    lum_news news = take_last(session);
     if (news.kind == LUM_NEWS_OFF_GOES_ON) {
         char text[LUM_ERROR_BYTES];
         if (!is_given_up() && writable(stderr, 0)) {
             (void)fprintf(stderr, "%s: %s%s\n", program,
                           lum_news_tell(&news, text, sizeof text), way_out());
         }
-        off = lum_keeper_end(keeper, sensor, REST_MS, 0, interrupt_second());
-        news = take_last(keeper);
+        off = lum_laser_session_end(session, sensor, REST_MS, 0,
+                                    interrupt_second());
+        news = take_last(session);
     }
     if (out != NULL) {
         *out = news;

@@ -8,7 +8,7 @@
 #include "memory.h"
 
 #include "lum/base/error.h"
-#include "lum/live/keeper.h"
+#include "lum/live/laser_session.h"
 #include "lum/net/sensor.h"
 
 #include <stdbool.h>
@@ -57,17 +57,17 @@ struct ctl_options {
 struct ctl {
     struct ctl_options options;
     lum_layout layout;
-    lum_cancel *cancel; /* raised by signals; never NULL */
-    lum_sensor *sensor; /* NULL until ctl_open() */
-    lum_keeper *keeper; /* of that session */
-    bool owns;          /* the session sends heartbeats and gets the data */
-    bool in_shell;      /* a prompt follows; the session stays open */
-    size_t shell_set;   /* settings by key that the shell was given */
-    bool has_status;    /* a status has been seen */
-    uint16_t status;    /* the last one */
-    bool was_up;        /* the laser, in the session before; not seen since */
-    uint16_t refused;   /* with what the keeper just refused laser on */
-    bool has_packets;   /* of a dry run, in JSON: the array is open */
+    lum_cancel *cancel;       /* raised by signals; never NULL */
+    lum_sensor *sensor;       /* NULL until ctl_open() */
+    lum_laser_session *laser; /* of that session */
+    bool owns;        /* the session sends heartbeats and gets the data */
+    bool in_shell;    /* a prompt follows; the session stays open */
+    size_t shell_set; /* settings by key that the shell was given */
+    bool has_status;  /* a status has been seen */
+    uint16_t status;  /* the last one */
+    bool was_up;      /* the laser, in the session before; not seen since */
+    uint16_t refused; /* with what the laser session just refused laser on */
+    bool has_packets; /* of a dry run, in JSON: the array is open */
     struct json packets;
     struct memory changes;     /* of settings, by this command */
     struct memory_table table; /* what a table was made from, if it is sent */

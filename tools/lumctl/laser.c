@@ -34,8 +34,8 @@ static enum exit_status complain_down(const struct ctl *ctl,
 
 bool laser_is_as(const struct ctl *ctl, lum_laser_want want)
 {
-    lum_keeper_view view = {.struct_size = sizeof view};
-    (void)lum_keeper_look(ctl->keeper, &view);
+    lum_laser_session_view view = {.struct_size = sizeof view};
+    (void)lum_laser_session_look(ctl->laser, &view);
     return want == LUM_WANT_LOOK ||
            (want == LUM_WANT_ON ? view.laser == LUM_LASER_UP
                                 : view.has_status && !view.is_off_due);
@@ -45,7 +45,7 @@ lum_laser_off laser_switch_down(struct ctl *ctl, lum_news *end)
 {
     interrupt_hold();
     const lum_laser_off result =
-        laser_end(ctl->keeper, ctl->sensor, "lumctl", end);
+        laser_end(ctl->laser, ctl->sensor, "lumctl", end);
     interrupt_release();
     if (result == LUM_LASER_OFF_SEEN || result == LUM_LASER_OFF_REFUSED) {
         ctl->has_status = true;

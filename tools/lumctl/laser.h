@@ -4,8 +4,8 @@
 
 #include "ctl.h"
 
-/* Whether the keeper saw the laser go as a text wants it. An answer without a
- * status shows nothing. */
+/* Whether the laser session saw the laser go as a text wants it. An answer
+ * without a status shows nothing. */
 bool laser_is_as(const struct ctl *ctl, lum_laser_want want);
 
 /* Switches it off, even during a request, and blocks signals during that

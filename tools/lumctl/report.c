@@ -3,6 +3,7 @@
 
 #include "lum/host/laser_name.h"
 #include "lum/laser.h"
+#include "lum/live/news.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -58,6 +59,15 @@ bool report_is_idle(uint16_t status, bool is_owned)
 bool report_has_hazard(uint16_t status, bool is_owned)
 {
     return lum_laser_has_hazard(status) && !report_is_idle(status, is_owned);
+}
+
+const char *report_cause(uint16_t status, bool was_up)
+{
+    if (lum_laser_has_hazard(status) && (status & LUM_LASER_TLV_CMD_ON) != 0) {
+        return ": it COMES UP by itself when that ends, unless laser off is "
+               "sent";
+    }
+    return was_up ? lum_laser_cause(status, false) : "";
 }
 
 const char *report_aside(uint16_t status, bool is_owned)

@@ -8,6 +8,9 @@
 #include <stdint.h>
 #include <stdio.h>
 
+/* Behind a status: what put a laser down that was up, or what will follow. */
+const char *report_cause(uint16_t status, bool was_up);
+
 /* HEARTBEAT_TIMEOUT is the only hazard. */
 bool report_lacks_heartbeats(uint16_t status);
 

@@ -65,7 +65,7 @@ enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
                                    const char *typed)
 {
     struct ctl_answer answer;
-    struct deed deed = {text,  typed, lum_keeper_want_of(text),
+    struct deed deed = {text,  typed, lum_laser_session_want_of(text),
                         false, false, {0}};
     bool was_sent = false;
     const enum exit_status status = text_send(ctl, text, &answer, &was_sent);

@@ -87,7 +87,7 @@ lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
 /* What the session before had to do with the laser goes on. Who types in a
  * shell that owns the sensor switches it on and off. */
 static lum_laser_want want_of(const struct ctl *ctl, bool owns,
-                              const lum_keeper_view *before)
+                              const lum_laser_session_view *before)
 {
     const bool guards = before->laser != LUM_LASER_UNTOUCHED ||
                         (owns && ctl->options.heartbeat);
@@ -97,44 +97,44 @@ static lum_laser_want want_of(const struct ctl *ctl, bool owns,
 }
 
 /* A command is one request. */
-static int open_keeper(struct ctl *ctl, lum_endpoint host, bool owns,
-                       lum_keeper **out, lum_error *error)
+static int open_laser(struct ctl *ctl, lum_endpoint host, bool owns,
+                      lum_laser_session **out, lum_error *error)
 {
     const lum_sensor_options session = describe(ctl, host, owns);
-    lum_keeper_view before = {.struct_size = sizeof before};
-    lum_keeper_options options;
-    lum_keeper_options_default(&options, &session);
-    if (ctl->keeper != NULL) {
-        (void)lum_keeper_look(ctl->keeper, &before);
+    lum_laser_session_view before = {.struct_size = sizeof before};
+    lum_laser_session_options options;
+    lum_laser_session_options_default(&options, &session);
+    if (ctl->laser != NULL) {
+        (void)lum_laser_session_look(ctl->laser, &before);
     }
     options.give_up_ms = 0;
     options.attempts = 1;
     options.laser = want_of(ctl, owns, &before);
     ctl->was_up = before.laser == LUM_LASER_UP;
-    return lum_keeper_new(&options, lum_time_monotonic_ns(), out, error);
+    return lum_laser_session_new(&options, lum_time_monotonic_ns(), out, error);
 }
 
 void session_end(struct ctl *ctl)
 {
-    lum_keeper_free(ctl->keeper);
+    lum_laser_session_free(ctl->laser);
     lum_sensor_close(ctl->sensor);
-    ctl->keeper = NULL;
+    ctl->laser = NULL;
     ctl->sensor = NULL;
 }
 
 enum exit_status session_change(struct ctl *ctl, lum_endpoint host, bool owns)
 {
     lum_sensor *sensor = NULL;
-    lum_keeper *keeper = NULL;
+    lum_laser_session *laser = NULL;
     lum_error error = {""};
     if (session_try(ctl, host, owns, &sensor, &error) != LUM_NET_OK ||
-        open_keeper(ctl, host, owns, &keeper, &error) != 0) {
+        open_laser(ctl, host, owns, &laser, &error) != 0) {
         lum_sensor_close(sensor);
         return ctl_complain(EXIT_FAILED, "%s", error.text);
     }
     session_end(ctl);
     ctl->sensor = sensor;
-    ctl->keeper = keeper;
+    ctl->laser = laser;
     ctl->owns = owns;
     return EXIT_DONE;
 }
@@ -146,11 +146,11 @@ enum exit_status ctl_open(struct ctl *ctl, bool owns)
                : session_change(ctl, session_host(ctl), owns);
 }
 
-/* Its answer is no answer to what the keeper asks. */
+/* Its answer is no answer to what the laser session asks. */
 static void lend(struct ctl *ctl)
 {
     lum_sensor_give_up(ctl->sensor);
-    lum_keeper_lend(ctl->keeper, lum_time_monotonic_ns());
+    lum_laser_session_lend(ctl->laser, lum_time_monotonic_ns());
 }
 
 lum_result session_request(struct ctl *ctl, const void *tlvs, size_t len)
@@ -168,9 +168,9 @@ lum_result session_request_time(struct ctl *ctl)
 lum_result session_command(struct ctl *ctl, const char *text)
 {
     lum_sensor_give_up(ctl->sensor);
-    lum_keeper_note_owner(ctl->keeper, session_has_owner(ctl));
-    return lum_keeper_command(ctl->keeper, ctl->sensor, text,
-                              lum_time_monotonic_ns());
+    lum_laser_session_note_owner(ctl->laser, session_has_owner(ctl));
+    return lum_laser_session_command(ctl->laser, ctl->sensor, text,
+                                     lum_time_monotonic_ns());
 }
 
 /* --- Answers --- */
@@ -243,7 +243,7 @@ void session_note_status(struct ctl *ctl, uint16_t status)
         (void)fprintf(stderr, "lumctl: %s: %s%s\n",
                       session_name(session_host(ctl), name),
                       report_line(status, session_is_owned(ctl, status), text),
-                      was_up && !is_own ? lum_laser_cause(status, false) : "");
+                      is_own ? "" : report_cause(status, was_up));
     }
     ctl->has_status = true;
     ctl->status = status;
@@ -278,7 +278,7 @@ static bool is_said(const lum_sensor_event *event, lum_news_kind kind,
 void session_tell(struct ctl *ctl, const lum_sensor_event *event, bool is_alone)
 {
     lum_news news = {.struct_size = sizeof news};
-    while (lum_keeper_next(ctl->keeper, &news)) {
+    while (lum_laser_session_next(ctl->laser, &news)) {
         char text[LUM_ERROR_BYTES];
         ctl->refused =
             news.kind == LUM_NEWS_LASER_REFUSED ? news.status : ctl->refused;
@@ -291,8 +291,8 @@ void session_tell(struct ctl *ctl, const lum_sensor_event *event, bool is_alone)
 
 static bool is_off_due(const struct ctl *ctl)
 {
-    lum_keeper_view view = {.struct_size = sizeof view};
-    (void)lum_keeper_look(ctl->keeper, &view);
+    lum_laser_session_view view = {.struct_size = sizeof view};
+    (void)lum_laser_session_look(ctl->laser, &view);
     return view.is_off_due;
 }
 
@@ -300,7 +300,8 @@ bool session_serve_off(struct ctl *ctl)
 {
     const bool is_due = is_off_due(ctl);
     if (is_due) {
-        lum_keeper_serve(ctl->keeper, ctl->sensor, lum_time_monotonic_ns());
+        lum_laser_session_serve(ctl->laser, ctl->sensor,
+                                lum_time_monotonic_ns());
     }
     return is_due;
 }
@@ -309,7 +310,7 @@ void session_receive(struct ctl *ctl, int64_t deadline_ns,
                      lum_sensor_event *out)
 {
     lum_sensor_receive(ctl->sensor, deadline_ns, out);
-    lum_keeper_take(ctl->keeper, out, lum_time_monotonic_ns());
+    lum_laser_session_take(ctl->laser, out, lum_time_monotonic_ns());
 }
 
 lum_sensor_event_kind session_wait(struct ctl *ctl, int64_t deadline_ns,

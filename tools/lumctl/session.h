@@ -10,7 +10,7 @@ lum_net_result session_try(const struct ctl *ctl, lum_endpoint host, bool owns,
                            lum_sensor **out, lum_error *error);
 
 /* Goes on with a session with this host instead of the one before, and with a
- * keeper of its own. Complains. */
+ * laser session of its own. Complains. */
 enum exit_status session_change(struct ctl *ctl, lum_endpoint host, bool owns);
 
 /* The beginning of a command for a host: lum_news_ctl(). */
@@ -22,8 +22,8 @@ const char *session_ctl(const struct ctl *ctl, lum_endpoint host,
 void session_end(struct ctl *ctl);
 
 /* What is new about the sensor, on standard error, but for what commands say of
- * their own requests; is_alone: only the keeper asks. A session that owns the
- * sensor leaves out what would have to wait for a reader. */
+ * their own requests; is_alone: only the laser session asks. A session that
+ * owns the sensor leaves out what would have to wait for a reader. */
 void session_tell(struct ctl *ctl, const lum_sensor_event *event,
                   bool is_alone);
 
@@ -38,8 +38,8 @@ lum_result session_request_time(struct ctl *ctl);
 /* The same with a checked text of commands. */
 lum_result session_command(struct ctl *ctl, const char *text);
 
-/* Receives an event, and hands it to the keeper. Laser off does not wait where
- * it is due. */
+/* Receives an event, and hands it to the laser session. Laser off does not wait
+ * where it is due. */
 void session_receive(struct ctl *ctl, int64_t deadline_ns,
                      lum_sensor_event *out);
 

@@ -64,7 +64,7 @@ static void show_status(struct shell *s, uint16_t status)
 static void show_news(const struct shell *s)
 {
     lum_news news = {.struct_size = sizeof news};
-    while (lum_keeper_next(s->ctl->keeper, &news)) {
+    while (lum_laser_session_next(s->ctl->laser, &news)) {
         char text[LUM_ERROR_BYTES];
         if (news.kind == LUM_NEWS_LASER_CAME_UP && s->ctl->was_up) {
             s->ctl->was_up = false;
@@ -103,7 +103,8 @@ static bool take_event(struct shell *s, const lum_sensor_event *event)
 static bool serve_sensor(struct shell *s)
 {
     lum_sensor_event event;
-    lum_keeper_serve(s->ctl->keeper, s->ctl->sensor, lum_time_monotonic_ns());
+    lum_laser_session_serve(s->ctl->laser, s->ctl->sensor,
+                            lum_time_monotonic_ns());
     do {
         session_receive(s->ctl, 0, &event);
         if (!take_event(s, &event)) {

@@ -49,8 +49,7 @@ bool status_log(const struct ctl *ctl, bool was_up, bool has_status,
         (void)printf("%s %s: %s%s\n", when, name,
                      has_status ? report_line(status, is_owned, line)
                                 : "does not answer",
-                     was_up && has_status ? lum_laser_cause(status, false)
-                                          : "");
+                     has_status ? report_cause(status, was_up) : "");
     }
     return report_flush();
 }
@@ -91,6 +90,10 @@ static void print_status(const struct ctl *ctl, uint16_t status, bool is_owned,
                    "show it on");
     }
     report_status(stdout, status, is_owned, report_may_colour(stdout));
+    if (!is_owned && *report_cause(status, false) != '\0') {
+        (void)printf("  laser on is in effect%s\n",
+                     report_cause(status, false));
+    }
     if (is_owned) {
         print_owner(ctl);
     }

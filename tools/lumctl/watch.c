@@ -23,7 +23,7 @@ static void ask_when_due(struct ctl *ctl, const struct watch *watch,
                          int64_t now, int64_t *due)
 {
     if (watch->ask == NULL) {
-        lum_keeper_serve(ctl->keeper, ctl->sensor, now);
+        lum_laser_session_serve(ctl->laser, ctl->sensor, now);
         return;
     }
     if (session_serve_off(ctl) || now < *due ||

@@ -7,7 +7,7 @@
 struct watch {
     int64_t period_ns;                  /* between two requests */
     lum_result (*ask)(struct ctl *ctl); /* begins one; NULL: the status, as the
-                                           keeper asks for it */
+                                           laser session asks for it */
     bool (*take)(void *context, const lum_sensor_event *event); /* false: end */
     void *context;
 };

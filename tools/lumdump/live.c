@@ -52,13 +52,13 @@ static int open_session(const struct live *l, bool owns, lum_sensor **out,
     return lum_sensor_open(&options, out, error) == LUM_NET_OK ? 0 : -1;
 }
 
-static int open_keeper(struct live *l)
+static int open_laser(struct live *l)
 {
     const lum_sensor_options session = describe_session(l, true);
-    lum_keeper_options options;
-    lum_keeper_options_default(&options, &session);
-    return lum_keeper_new(&options, lum_time_monotonic_ns(), &l->session.keeper,
-                          &l->error);
+    lum_laser_session_options options;
+    lum_laser_session_options_default(&options, &session);
+    return lum_laser_session_new(&options, lum_time_monotonic_ns(),
+                                 &l->session.laser, &l->error);
 }
 
 static int start_lanes(struct live *l)
@@ -88,7 +88,7 @@ static int begin(struct live *l)
                    pass_prepare(l->pass, &l->error) == PASS_DONE &&
                    lanes_open(&l->lanes, l->pass, &l->error) == 0 &&
                    interrupt_signal() == 0 && start_lanes(l) == 0 &&
-                   open_keeper(l) == 0
+                   open_laser(l) == 0
                ? 0
                : -1;
 }
@@ -111,7 +111,7 @@ static void release(struct live *l, enum exit_status status)
         _exit((int)status);
     }
     pass_free(l->pass);
-    lum_keeper_free(l->session.keeper);
+    lum_laser_session_free(l->session.laser);
     lum_sensor_close(l->session.sensor);
     lum_cancel_free(l->cancel);
 }
@@ -120,7 +120,7 @@ static void count(struct live *l)
 {
     const struct session *s = &l->session;
     lum_sensor_counters c = {.struct_size = sizeof c};
-    const lum_keeper_view view = session_look(s);
+    const lum_laser_session_view view = session_look(s);
     const int64_t silent_ns = s->ended_ns - view.data_ns;
     session_darkness(s, l->counts.darkness, sizeof l->counts.darkness);
     lum_sensor_count(s->sensor, &c);
@@ -147,7 +147,7 @@ static lum_laser_off switch_off_anew(struct live *l)
     lum_error error = {""};
     (void)open_session(l, false, &fresh, &error);
     const lum_laser_off off =
-        laser_end(l->session.keeper, fresh, "lumdump", &l->end);
+        laser_end(l->session.laser, fresh, "lumdump", &l->end);
     lum_sensor_close(fresh);
     return off;
 }
@@ -166,7 +166,7 @@ static void switch_off(struct live *l)
         l->off = switch_off_anew(l);
     } else {
         l->off =
-            laser_end(l->session.keeper, l->session.sensor, "lumdump", &l->end);
+            laser_end(l->session.laser, l->session.sensor, "lumdump", &l->end);
     }
     l->counts.laser = names[l->off];
 }
@@ -194,14 +194,14 @@ static enum exit_status tell_laser(const struct live *l,
 /* Packets that may be data, and none that is. */
 static bool has_unknown_layout(const struct session *s)
 {
-    const lum_keeper_view view = session_look(s);
+    const lum_laser_session_view view = session_look(s);
     return !view.has_data && view.has_unknown;
 }
 
 /* The sensor sent none, as far as anybody waited for it. */
 static bool lacks_data(const struct session *s)
 {
-    const lum_keeper_view view = session_look(s);
+    const lum_laser_session_view view = session_look(s);
     return !view.has_data && !view.has_unknown &&
            (s->end == SESSION_NO_DATA || s->end == SESSION_SIGNAL);
 }
@@ -242,7 +242,7 @@ static void report_outputs(struct live *l)
     c->output_count = l->lanes.count;
     for (size_t i = 0; i < l->lanes.count; i++) {
         const struct lane *lane = l->lanes.outputs[i];
-        const lum_keeper_view view = session_look(&l->session);
+        const lum_laser_session_view view = session_look(&l->session);
         const int64_t from_ns =
             view.has_data ? view.first_data_ns : l->session.began_ns;
         c->outputs[i] = (struct live_output){

@@ -23,10 +23,10 @@
 /* How often drops are reported. */
 #define DROPS_NS (10 * SECOND_NS)
 
-lum_keeper_view session_look(const struct session *session)
+lum_laser_session_view session_look(const struct session *session)
 {
-    lum_keeper_view view = {.struct_size = sizeof view};
-    (void)lum_keeper_look(session->keeper, &view);
+    lum_laser_session_view view = {.struct_size = sizeof view};
+    (void)lum_laser_session_look(session->laser, &view);
     return view;
 }
 
@@ -42,7 +42,7 @@ static bool is_told(lum_news_kind kind, bool has_data)
 static void tell_news(struct session *s)
 {
     lum_news news = {.struct_size = sizeof news};
-    while (lum_keeper_next(s->keeper, &news)) {
+    while (lum_laser_session_next(s->laser, &news)) {
         char text[LUM_ERROR_BYTES];
         if (is_told(news.kind, session_look(s).has_data)) {
             say_warn(&s->say, "%s%s", lum_news_tell(&news, text, sizeof text),
@@ -55,7 +55,7 @@ static void tell_news(struct session *s)
 void session_darkness(const struct session *session, char *out, size_t room)
 {
     lum_news news = {.struct_size = sizeof news};
-    if (lum_keeper_darkness(session->keeper, &news)) {
+    if (lum_laser_session_darkness(session->laser, &news)) {
         (void)lum_news_tell(&news, out, room);
     }
 }
@@ -76,8 +76,8 @@ static void take_datagrams(struct session *s, const lum_sensor_event *event,
         lanes_put(s->lanes, &item);
     }
     s->received += event->datagram_count;
-    lum_keeper_take(s->keeper, event, now_ns);
-    const lum_keeper_view view = session_look(s);
+    lum_laser_session_take(s->laser, event, now_ns);
+    const lum_laser_session_view view = session_look(s);
     if (view.has_data && !had_data && s->options->duration_ns != 0) {
         s->end_ns = now_ns + s->options->duration_ns;
     }
@@ -107,7 +107,7 @@ static void take_event(struct session *s, const lum_sensor_event *event,
     case LUM_SENSOR_ALERT:
     case LUM_SENSOR_LINK:
     default:
-        lum_keeper_take(s->keeper, event, now_ns);
+        lum_laser_session_take(s->laser, event, now_ns);
         break;
     }
 }
@@ -154,7 +154,7 @@ static void tell_drops(struct session *s, const lum_sensor_counters *c,
     }
 }
 
-static const char *name_laser(const lum_keeper_view *view)
+static const char *name_laser(const lum_laser_session_view *view)
 {
     if (!view->has_status) {
         return "laser ?";
@@ -170,7 +170,7 @@ static void show_status(struct session *s, const lum_sensor_counters *c,
     char line[400];
     char address[16];
     struct worker_view view;
-    const lum_keeper_view sensor = session_look(s);
+    const lum_laser_session_view sensor = session_look(s);
     lanes_view(s->lanes, &view);
     const struct status_totals now = {.time_ns = now_ns,
                                       .datagrams = s->received,
@@ -200,7 +200,7 @@ static void tick(struct session *s, int64_t now_ns)
     s->tick_ns = now_ns + TICK_NS;
     lanes_wake(s->lanes);
     say_flush(&s->say);
-    lum_keeper_serve(s->keeper, s->sensor, now_ns);
+    lum_laser_session_serve(s->laser, s->sensor, now_ns);
     tell_news(s);
     lum_sensor_count(s->sensor, &counters);
     tell_drops(s, &counters, now_ns);
@@ -248,11 +248,11 @@ void session_run(struct session *session)
     session->end_ns = INT64_MAX;
     session->before = (struct status_totals){.time_ns = now_ns};
     say_init(&session->say, session->options->quiet);
-    lum_keeper_want(session->keeper,
-                    session->options->laser    ? LUM_WANT_ON
-                    : session->options->guards ? LUM_WANT_GUARD
-                                               : LUM_WANT_LOOK,
-                    now_ns);
+    lum_laser_session_want(session->laser,
+                           session->options->laser    ? LUM_WANT_ON
+                           : session->options->guards ? LUM_WANT_GUARD
+                                                      : LUM_WANT_LOOK,
+                           now_ns);
     while (session->end == SESSION_GOES_ON) {
         step(session);
     }

@@ -9,7 +9,7 @@
 #include "say.h"
 #include "status.h"
 
-#include "lum/live/keeper.h"
+#include "lum/live/laser_session.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -38,7 +38,7 @@ struct session {
     struct lanes *lanes;
 
     struct say say;
-    lum_keeper *keeper;
+    lum_laser_session *laser;
     enum session_end end;
     lum_error error;
     int64_t began_ns; /* all times are monotonic */
@@ -53,7 +53,7 @@ struct session {
 };
 
 /* Receive until there is a reason to end. The first members are set, up to the
- * keeper; the rest is zero. */
+ * laser session; the rest is zero. */
 void session_run(struct session *session);
 
 /* Takes what had come before the run ended and still waits in the kernel, so
@@ -62,7 +62,7 @@ void session_run(struct session *session);
 void session_drain(struct session *session, lum_cancel *cancel);
 
 /* What is known of the sensor. */
-lum_keeper_view session_look(const struct session *session);
+lum_laser_session_view session_look(const struct session *session);
 
 /* Why lines have no ranges; out does not change where nothing shows that. */
 void session_darkness(const struct session *session, char *out, size_t room);

@@ -46,8 +46,8 @@ struct link {
     pthread_t maker; /* of frames */
 
     /* the session thread's */
-    lum_sensor *sensor; /* NULL: its socket broke */
-    lum_keeper *keeper; /* of the sensor */
+    lum_sensor *sensor;       /* NULL: its socket broke */
+    lum_laser_session *laser; /* of the sensor */
     int64_t tick_ns;
     uint64_t received;
     uint64_t bytes;
@@ -68,7 +68,7 @@ struct link {
 static int open_session(struct link *l, bool owns, lum_error *error)
 {
     lum_sensor_options options;
-    lum_keeper_options keeper;
+    lum_laser_session_options laser;
     lum_sensor_options_default(&options);
     options.sensor = l->options.address;
     options.interface_name = l->options.interface;
@@ -79,10 +79,11 @@ static int open_session(struct link *l, bool owns, lum_error *error)
     if (lum_sensor_open(&options, &l->sensor, error) != LUM_NET_OK) {
         return -1;
     }
-    lum_keeper_options_default(&keeper, &options);
-    return l->keeper != NULL ? 0
-                             : lum_keeper_new(&keeper, lum_time_monotonic_ns(),
-                                              &l->keeper, error);
+    lum_laser_session_options_default(&laser, &options);
+    return l->laser != NULL
+               ? 0
+               : lum_laser_session_new(&laser, lum_time_monotonic_ns(),
+                                       &l->laser, error);
 }
 
 static void take_datagrams(struct link *l, const lum_sensor_event *event)
@@ -110,7 +111,7 @@ static void take_event(struct link *l, const lum_sensor_event *event,
     if (event->kind == LUM_SENSOR_FAILED) {
         l->broken = event->error;
     }
-    lum_keeper_take(l->keeper, event, now_ns);
+    lum_laser_session_take(l->laser, event, now_ns);
 }
 
 static size_t add_news(const lum_news *news, char *out, size_t room, size_t len)
@@ -138,7 +139,7 @@ static void make_message(const struct link *l, int64_t now_ns, char *out,
 {
     lum_news all[STANDING_MAX] = {{.struct_size = sizeof all[0]}};
     const size_t count =
-        lum_keeper_standing(l->keeper, now_ns, all, STANDING_MAX);
+        lum_laser_session_standing(l->laser, now_ns, all, STANDING_MAX);
     size_t len = 0;
     *out = '\0';
     for (size_t i = 0; i < count; i++) {
@@ -155,10 +156,10 @@ static void tell(struct link *l, int64_t now_ns)
     char message[LUM_ERROR_BYTES];
     lum_news news = {.struct_size = sizeof news};
     lum_sensor_counters c = {.struct_size = sizeof c};
-    lum_keeper_view view = {.struct_size = sizeof view};
-    (void)lum_keeper_look(l->keeper, &view);
+    lum_laser_session_view view = {.struct_size = sizeof view};
+    (void)lum_laser_session_look(l->laser, &view);
     lum_sensor_count(l->sensor, &c);
-    while (lum_keeper_next(l->keeper, &news)) {
+    while (lum_laser_session_next(l->laser, &news)) {
         l->last = news;
         l->last_ns = now_ns;
     }
@@ -176,7 +177,7 @@ static void tick(struct link *l, int64_t now_ns)
 {
     l->tick_ns = now_ns + TICK_NS;
     ring_wake(l->ring);
-    lum_keeper_serve(l->keeper, l->sensor, now_ns);
+    lum_laser_session_serve(l->laser, l->sensor, now_ns);
     tell(l, now_ns);
 }
 
@@ -220,9 +221,9 @@ static void mend(struct link *l)
     }
     l->is_over = lum_cancel_is_raised(l->cancel);
     if (!l->is_over && open_session(l, true, &l->broken) == 0) {
-        lum_keeper_want(l->keeper,
-                        l->options.laser ? LUM_WANT_OFF : LUM_WANT_LOOK,
-                        lum_time_monotonic_ns());
+        lum_laser_session_want(l->laser,
+                               l->options.laser ? LUM_WANT_OFF : LUM_WANT_LOOK,
+                               lum_time_monotonic_ns());
         l->broken.text[0] = '\0';
     }
 }
@@ -235,7 +236,7 @@ static void switch_off(struct link *l)
         if (l->sensor == NULL) {
             (void)open_session(l, false, &error);
         }
-        (void)laser_end(l->keeper, l->sensor, "lumview", &l->end);
+        (void)laser_end(l->laser, l->sensor, "lumview", &l->end);
     }
 }
 
@@ -244,8 +245,8 @@ static void *keep(void *argument)
     struct link *l = argument;
     const int64_t now_ns = lum_time_monotonic_ns();
     l->tick_ns = now_ns;
-    lum_keeper_want(l->keeper, l->options.laser ? LUM_WANT_ON : LUM_WANT_LOOK,
-                    now_ns);
+    lum_laser_session_want(
+        l->laser, l->options.laser ? LUM_WANT_ON : LUM_WANT_LOOK, now_ns);
     while (!l->is_over) {
         if (l->sensor == NULL) {
             mend(l);
@@ -353,7 +354,7 @@ static void *make(void *argument)
 
 static void release(struct link *l)
 {
-    lum_keeper_free(l->keeper);
+    lum_laser_session_free(l->laser);
     lum_sensor_close(l->sensor);
     decoder_free(l->decoder);
     ring_free(l->ring);

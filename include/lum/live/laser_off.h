@@ -1,7 +1,8 @@
 /** @file
  * The laser switched off, and seen to be down (docs/protocol.md, sections 4 and
- * 5; docs/safety.md). A program that keeps a session uses lum_keeper_end() of
- * lum/live/keeper.h, which does this and says what came of it. */
+ * 5; docs/safety.md). A program that keeps a session uses
+ * lum_laser_session_end() of lum/live/laser_session.h, which does this and says
+ * what came of it. */
 #ifndef LUM_LIVE_LASER_OFF_H
 #define LUM_LIVE_LASER_OFF_H
 

@@ -1,7 +1,7 @@
 /** @file
  * What is to be said about a live sensor: one table of its news, each with a
- * number, a sentence, a remedy and a weight. lum_keeper of lum/live/keeper.h
- * finds them. */
+ * number, a sentence, a remedy and a weight. lum_laser_session of
+ * lum/live/laser_session.h finds them. */
 #ifndef LUM_LIVE_NEWS_H
 #define LUM_LIVE_NEWS_H
 
@@ -71,7 +71,7 @@ typedef struct lum_news {
     lum_news_kind kind;         /**< what it is */
     lum_endpoint sensor;        /**< whose */
     const char *interface_name; /**< it is reached there; NULL: by the routes;
-                                     lives as long as the keeper */
+                                     lives as long as the laser session */
     lum_endpoint to;            /**< MOVED: its new address */
     uint16_t status;            /**< the laser's, or the hazards' bits */
     uint16_t tlv_status;        /**< the profile's number of a status TLV */

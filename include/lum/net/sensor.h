@@ -165,8 +165,8 @@ LUM_MUST_CHECK lum_net_result lum_sensor_open(const lum_sensor_options *options,
 bool lum_sensor_is_owned(lum_endpoint sensor, const char *interface_name,
                          lum_error *who);
 
-/** End a session. The laser is not touched: lum_keeper_end() of
- * lum/live/keeper.h first. NULL is allowed. */
+/** End a session. The laser is not touched: lum_laser_session_end() of
+ * lum/live/laser_session.h first. NULL is allowed. */
 void lum_sensor_close(lum_sensor *sensor);
 
 /** Do all that is due and wait for one event.

@@ -207,7 +207,7 @@ void judge_rise(const record_device *device, size_t at, struct verdict *out)
 
 /* --- A hazard that ends --- */
 
-/* A keeper that could see it all the time: it has switched it off. */
+/* A laser session that could see it all the time: it has switched it off. */
 static bool is_kept(const struct record *record, uint32_t address,
                     int64_t from_ns, int64_t to_ns)
 {
@@ -256,7 +256,8 @@ static uint32_t address_of(const record_device *device, size_t before)
     return address;
 }
 
-/* Somebody else's `u` during the hazard, or silence, is no fault of a keeper.
+/* Somebody else's `u` during the hazard, or silence, is no fault of a laser
+ * session.
  */
 static bool is_disturbed(const record_device *device, int64_t from_ns,
                          int64_t to_ns)

@@ -198,7 +198,7 @@ STORY(a_laser_that_is_given_up, "a laser that is given up is switched off")
     user_tool *dump = user_run(b.host, RECORD " --duration 8");
     user_expect_status(dump, 0);
     user_expect_has(user_err(dump), "did not answer to laser on in 15 "
-                                    "tries: it is switched off");
+                                    "tries: it is being switched off");
     user_expect_like(made_up_texts(m), "^(u,)+(d,)+$");
     user_expect_like(made_up_commands(m), "d,d,$"); /* at once, at the end */
 }
@@ -213,7 +213,7 @@ STORY(a_laser_that_cannot_be_seen,
     user_until(made_up_tries(m, "d") > 0 && m->state > 0);
     user_expect_end(dump, SIGINT, 1);
     user_expect_has(user_err(dump), "without a status: whether it is on is not "
-                                    "known, so it is switched off");
+                                    "known, so it is being switched off");
     user_expect_like(made_up_commands(m), "^u,(d,)+$");
 }
 

@@ -18,7 +18,7 @@ from ._c import ffi, lib, sized, text
 from ._errors import ClosedError, LaserError, OptionError, SensorError, SensorWarning, warn
 from ._options import Choice
 from ._refusal import refusal_of
-from ._session import (Answer, Clock, Event, Keeper, News, Off, Plan, Status, lacks_heartbeats, new_cancel, now_ns, printable,
+from ._session import (Answer, Clock, Event, LaserSession, News, Off, Plan, Status, lacks_heartbeats, new_cancel, now_ns, printable,
                        put_down, receive, show, status_of)
 from ._settings import Calibration, Profile, setting_of
 from ._stream import Frames, Stream, losses_of
@@ -144,7 +144,7 @@ class Sensor:
         self._owns = owns
         self._plan = Plan(host, interface, self._profile, timeout, retries)
         self._cancel = new_cancel()
-        self._keeper = Keeper(self._plan, owns)
+        self._laser = LaserSession(self._plan, owns)
         self._session = self._plan.open(owns, self._cancel)
         self.address = show(lib.lum_sensor_endpoint(self._session))
         """Where the sensor is, with its port where that is not 5517."""
@@ -232,30 +232,30 @@ class Sensor:
         warnings.warn(f"unclosed {self!r}: say with lumsdk.Sensor(...) as sensor, or close()", ResourceWarning,
                       stacklevel=1, source=self)
         if self._laser_is_due:
-            off = put_down(self._keeper, self._session, _GC_OFF_S)
+            off = put_down(self._laser, self._session, _GC_OFF_S)
             if off.result != lib.LUM_LASER_OFF_SEEN:
                 warnings.warn(off.news.warning(), stacklevel=1)
         self._end()
 
     def __repr__(self) -> str:
-        is_up = self._keeper.look().laser == lib.LUM_LASER_UP
+        is_up = self._laser.look().laser == lib.LUM_LASER_UP
         laser = "" if not self._laser_is_due else ", laser on" if is_up else ", laser switched on"
         return f"<Sensor {self.address}{laser if self._session else ', closed'}{'' if self._owns else ', not its owner'}>"
 
-    # What its keeper has to do, and has found.
+    # What its laser session has to do, and has found.
 
     def _serve(self) -> None:
         """Send what is due."""
         if self._off_was_called:  # in another thread, which has sent it too
             self._off_was_called = False
-            self._keeper.want(lib.LUM_WANT_OFF)
-        lib.lum_keeper_serve(self._keeper.c, self._session, now_ns())
+            self._laser.want(lib.LUM_WANT_OFF)
+        lib.lum_laser_session_serve(self._laser.c, self._session, now_ns())
 
     def _hear(self, said: tuple[str, ...] = ("no-answer",)) -> None:
         """Take its news, but for what is said elsewhere. What ends frames ends the next ones, where there are none."""
         if self._laser_is_due:
             said += ("laser-came-up", "laser-fell") if self._off_was_called else ("laser-came-up",)
-        for news in self._keeper.news():
+        for news in self._laser.news():
             if news.name in _ON:
                 self._on = news
             elif news.weight != lib.LUM_NEWS_INFO and news.name not in said:
@@ -278,7 +278,7 @@ class Sensor:
         else:
             if serves:
                 self._serve()
-            event = receive(line, self._keeper)
+            event = receive(line, self._laser)
             self._hear(_UNANSWERED + (_ANSWERED if event.kind == lib.LUM_SENSOR_ANSWER else ()))
         if event.kind == lib.LUM_SENSOR_FAILED:
             raise SensorError(event.error)
@@ -304,19 +304,19 @@ class Sensor:
         if begin(line) != lib.LUM_OK:
             raise OptionError(f"the request does not fit one packet of {lib.LUM_SENSOR_REQUEST_BYTES} bytes")
         if line == self._session:
-            lib.lum_keeper_lend(self._keeper.c, now_ns())
+            lib.lum_laser_session_lend(self._laser.c, now_ns())
         try:
             event = self._answer(line)
         except BaseException:
             lib.lum_sensor_give_up(line)
             raise
         if event.status is not None and self._keep_down():
-            event.status = int(self._keeper.look().status)
+            event.status = int(self._laser.look().status)
         self._tell()
         return event
 
     def _answer(self, line: Any) -> Event:
-        read, was_due = clock.monotonic(), bool(self._keeper.look().is_off_due)
+        read, was_due = clock.monotonic(), bool(self._laser.look().is_off_due)
         while True:
             if not was_due and self._keep_down():  # whose answer would be taken for the request's
                 raise SensorError(f"{self.address}: laser off comes first: whether the sensor got the request is not known")
@@ -338,8 +338,8 @@ class Sensor:
             f" (tried {tries} {'time' if tries == 1 else 'times'}, {self._plan.timeout_ms} ms{'' if tries == 1 else ' each'})")
 
     def _keep_down(self) -> bool:
-        """A laser that the keeper switches off is seen to be down before the program goes on."""
-        is_due = self._stream() is None and bool(self._keeper.look().is_off_due)
+        """A laser that the laser session switches off is seen to be down before the program goes on."""
+        is_due = self._stream() is None and bool(self._laser.look().is_off_due)
         if is_due:
             self._tell()
             self._finish_off(self._try_off())
@@ -489,9 +489,9 @@ class Sensor:
 
     def _switch_on(self) -> Status:
         lib.lum_sensor_give_up(self._session)
-        lib.lum_keeper_note_owner(self._keeper.c, self._has_owner())
-        self._keeper.want(lib.LUM_WANT_ON)
-        while self._keeper.look().laser == lib.LUM_LASER_ASKED:
+        lib.lum_laser_session_note_owner(self._laser.c, self._has_owner())
+        self._laser.want(lib.LUM_WANT_ON)
+        while self._laser.look().laser == lib.LUM_LASER_ASKED:
             stream = self._stream()
             if stream is None:
                 self._step(self._session)
@@ -526,7 +526,7 @@ class Sensor:
 
     def _try_off(self) -> Off:
         try:
-            off = put_down(self._keeper, self._line())
+            off = put_down(self._laser, self._line())
         except SensorError:  # there is no other session
             return self._off_anew(self._owns)
         if not off.is_broken:
@@ -535,14 +535,14 @@ class Sensor:
         return again._replace(was_interrupted=off.was_interrupted or again.was_interrupted)
 
     def _off_anew(self, ends: bool) -> Off:
-        """A socket that broke sends nothing more, another may; and another thread has the session and its keeper."""
-        keeper = Keeper(self._plan, ends)
+        """A socket that broke sends nothing more, another may; and another thread has the session and its laser session."""
+        laser = LaserSession(self._plan, ends)
         try:
             session = self._plan.open(False)
         except SensorError:
-            return Off(*keeper.end(ffi.NULL, 0), True, False)
+            return Off(*laser.end(ffi.NULL, 0), True, False)
         try:
-            return put_down(keeper, session)
+            return put_down(laser, session)
         finally:
             lib.lum_sensor_close(session)
 
@@ -684,7 +684,7 @@ class Sensor:
         with self._use():
             if switches_on:
                 self._laser_is_due = True
-                self._keeper.want(lib.LUM_WANT_GUARD)
+                self._laser.want(lib.LUM_WANT_GUARD)
             return self._answer_of(self._request(
                 lambda line: int(lib.lum_sensor_request(line, packet + head, writer.len - head))))
 

@@ -25,7 +25,7 @@ _TIMEOUT_BIT = int(lib.LUM_LASER_HEARTBEAT_TIMEOUT)
 
 
 def now_ns() -> int:
-    """The time of sessions and keepers."""
+    """The time of sessions."""
     return int(lib.lum_time_monotonic_ns())
 
 
@@ -211,7 +211,7 @@ class Plan:
         return out[0]
 
     def news(self, kind: int, said: str = "") -> News:
-        """What is to be said of the sensor, where no keeper has found it."""
+        """What is to be said of the sensor, where no laser session has found it."""
         c = sized("lum_news", kind=kind, interface_name=self.interface, text=said.encode()[:int(lib.LUM_NEWS_TEXT_BYTES) - 1],
                   tlv_status=self.layout.profile.tlv[lib.LUM_TLV_STATUS])
         c.sensor.address, c.sensor.port = self.address, self.port
@@ -255,16 +255,16 @@ class Event:
         self.error = text(c.error.text) if self.kind == lib.LUM_SENSOR_FAILED else ""
 
 
-def receive(session: Any, keeper: Optional[Keeper] = None) -> Event:
-    """Do all that is due and wait for one event, but not for long. The keeper of the session gets it too."""
+def receive(session: Any, laser: Optional[LaserSession] = None) -> Event:
+    """Do all that is due and wait for one event, but not for long. The laser session of the session gets it too."""
     c = ffi.new("lum_sensor_event *")
     lib.lum_sensor_receive(session, now_ns() + SLICE_NS, c)
-    if keeper is not None:
-        lib.lum_keeper_take(keeper.c, c, now_ns())
+    if laser is not None:
+        lib.lum_laser_session_take(laser.c, c, now_ns())
     return Event(c)
 
 
-# --- Its keeper ---
+# --- Its laser session ---
 
 # What a program does about news, where the table tells a person at a terminal what to run.
 _REMEDIES = dict.fromkeys(("laser-fell", "laser-refused", "laser-held-up"),
@@ -276,7 +276,7 @@ MISSING = ("no-answer-yet", "no-data-yet", "unknown-layout", "silent", "data-sto
 
 
 class News:
-    """News of a keeper, as lum_news_tell() has it."""
+    """News of a laser session, as lum_news_tell() has it."""
 
     def __init__(self, c: Any) -> None:
         self.name = text(lib.lum_news_name(c.kind)) if c.kind else ""
@@ -304,30 +304,30 @@ class News:
         return warning
 
 
-class Keeper:
-    """What keeps a sensor and its laser, in C (lum/live/keeper.h): it alone has the rules for both."""
+class LaserSession:
+    """What keeps a sensor and its laser, in C (lum/live/laser_session.h): it alone has the rules for both."""
 
     def __init__(self, plan: Plan, owns: bool) -> None:
-        options, out, error = ffi.new("lum_keeper_options *"), ffi.new("lum_keeper **"), ffi.new("lum_error *")
-        lib.lum_keeper_options_default(options, plan.options(owns))
-        if lib.lum_keeper_new(options, now_ns(), out, error) != 0:
+        options, out, error = ffi.new("lum_laser_session_options *"), ffi.new("lum_laser_session **"), ffi.new("lum_error *")
+        lib.lum_laser_session_options_default(options, plan.options(owns))
+        if lib.lum_laser_session_new(options, now_ns(), out, error) != 0:
             raise failure(error, SensorError)
-        self.c = ffi.gc(out[0], lib.lum_keeper_free)
-        self._view, self._news = sized("lum_keeper_view"), sized("lum_news")
+        self.c = ffi.gc(out[0], lib.lum_laser_session_free)
+        self._view, self._news = sized("lum_laser_session_view"), sized("lum_news")
 
     def want(self, want: int) -> None:
         """Of the laser."""
-        lib.lum_keeper_want(self.c, want, now_ns())
+        lib.lum_laser_session_want(self.c, want, now_ns())
 
     def look(self) -> Any:
         """What it knows, until the next look."""
-        lib.lum_keeper_look(self.c, self._view)
+        lib.lum_laser_session_look(self.c, self._view)
         return self._view
 
     def news(self) -> list[News]:
         """What has happened."""
         found = []
-        while lib.lum_keeper_next(self.c, self._news):
+        while lib.lum_laser_session_next(self.c, self._news):
             found.append(News(self._news))
         return found
 
@@ -335,14 +335,14 @@ class Keeper:
         """Why no data came since then, also where a sensor may be silent for longer."""
         found, now = sized("lum_news"), now_ns()
         for at in (now, now + int(lib.LUM_SENSOR_SILENCE_MS) * 1_000_000):
-            if lib.lum_keeper_standing(self.c, at, found, 1) and News(found).name in MISSING:
+            if lib.lum_laser_session_standing(self.c, at, found, 1) and News(found).name in MISSING:
                 break
         found.ns = now - since_ns
         return News(found)
 
     def end(self, session: Any, ms: int, goes_on_ms: int = 0) -> tuple[int, News]:
-        """Switch the laser off, as lum_keeper_end(). Earlier news is lost."""
-        result = int(lib.lum_keeper_end(self.c, session, ms, goes_on_ms, ffi.NULL))
+        """Switch the laser off, as lum_laser_session_end(). Earlier news is lost."""
+        result = int(lib.lum_laser_session_end(self.c, session, ms, goes_on_ms, ffi.NULL))
         return result, self.news()[-1]
 
 
@@ -359,7 +359,7 @@ class Off(NamedTuple):
     """Ctrl-C came meanwhile."""
 
 
-def put_down(keeper: Keeper, session: Any, seconds: float = lib.LUM_SENSOR_OFF_MS / 1000) -> Off:
+def put_down(laser: LaserSession, session: Any, seconds: float = lib.LUM_SENSOR_OFF_MS / 1000) -> Off:
     """Switch the laser off and see that it is down. In the first three seconds nothing ends it; after that a sensor
     that gets no heartbeats is down by itself, and Ctrl-C ends it."""
     begin, is_told, was_interrupted = time.monotonic(), False, False
@@ -370,11 +370,11 @@ def put_down(keeper: Keeper, session: Any, seconds: float = lib.LUM_SENSOR_OFF_M
             slice_ms = _OFF_SLICE_MS if is_alone else round(1000 * min(_OFF_ALONE_S, seconds))
             rest = seconds - (before - begin) - slice_ms / 1000
             is_last = rest <= 0 or (is_alone and was_interrupted)
-            result, news = keeper.end(session, slice_ms, 0 if is_last else 1000 * max(1, round(rest)))
+            result, news = laser.end(session, slice_ms, 0 if is_last else 1000 * max(1, round(rest)))
             if is_last or result in (lib.LUM_LASER_OFF_SEEN, lib.LUM_LASER_OFF_UNSEEN):
                 return Off(result, news, False, was_interrupted)
             if time.monotonic() - before < _OFF_SLICE_MS / 2000:
-                return Off(*keeper.end(ffi.NULL, 0), True, was_interrupted)
+                return Off(*laser.end(ffi.NULL, 0), True, was_interrupted)
             if is_alone and not is_told:
                 is_told = True
                 news.told += "; Ctrl-C gives up"

@@ -76,7 +76,7 @@ class Stream:
 
     def take(self, event: Any) -> bool:
         """An event of the session, in C. Whether to go on."""
-        lib.lum_keeper_take(self._sensor._keeper.c, event, now_ns())
+        lib.lum_laser_session_take(self._sensor._laser.c, event, now_ns())
         return self.failure is None
 
     def tick(self) -> None:
@@ -87,7 +87,7 @@ class Stream:
         self._next_tick = now + _TICK_MS * 1_000_000
         sensor._hear()
         sensor._serve()
-        view = sensor._keeper.look()
+        view = sensor._laser.look()
         if view.has_data and view.data_ns > self._begun:
             self._heard = max(self._heard, int(view.data_ns))
             self._first = self._first or now
@@ -105,7 +105,7 @@ class Stream:
         """Data that does not come."""
         has_lasted = self._first is None and _is_past(self._begun, self._duration, now)
         is_silent = has_lasted or _is_past(self._heard, self._silence, now)
-        return self._sensor._keeper.missing(self._heard).error() if is_silent else None
+        return self._sensor._laser.missing(self._heard).error() if is_silent else None
 
     def _tell_drops(self, now: int) -> None:
         if now < self._drops_told + _DROPS_NS:

@@ -1,4 +1,4 @@
-#include "lum/live/keeper.h"
+#include "lum/live/laser_session.h"
 
 #include "base/sized.h"
 #include "live/contact.h"
@@ -17,7 +17,7 @@
  */
 #define BEGINNING_NS (1000 * NS_PER_MS)
 
-struct lum_keeper {
+struct lum_laser_session {
     lum_endpoint sensor;
     const char *interface_name; /* behind it, or NULL */
     lum_layout layout;
@@ -29,36 +29,39 @@ struct lum_keeper {
     bool told_off;    /* that laser off has no answer */
     lum_news left;    /* why the laser was left */
     lum_error link;   /* why sending fails */
-    lum_news news[LUM_KEEPER_NEWS];
+    lum_news news[LUM_LASER_SESSION_NEWS];
     size_t first;
     size_t count;
 };
 
 /* --- Life --- */
 
-void lum_keeper_options_default(lum_keeper_options *out,
-                                const lum_sensor_options *session)
+void lum_laser_session_options_default(lum_laser_session_options *out,
+                                       const lum_sensor_options *session)
 {
-    *out = (lum_keeper_options){.struct_size = sizeof *out,
-                                .sensor = session->sensor,
-                                .interface_name = session->interface_name,
-                                .layout = session->layout,
-                                .owns = session->owns,
-                                .give_up_ms = LUM_KEEPER_GIVE_UP_MS,
-                                .attempts = LUM_KEEPER_ATTEMPTS};
+    *out =
+        (lum_laser_session_options){.struct_size = sizeof *out,
+                                    .sensor = session->sensor,
+                                    .interface_name = session->interface_name,
+                                    .layout = session->layout,
+                                    .owns = session->owns,
+                                    .give_up_ms = LUM_LASER_SESSION_GIVE_UP_MS,
+                                    .attempts = LUM_LASER_SESSION_ATTEMPTS};
 }
 
-int lum_keeper_new(const lum_keeper_options *options, int64_t now_ns,
-                   lum_keeper **out, lum_error *error)
+int lum_laser_session_new(const lum_laser_session_options *options,
+                          int64_t now_ns, lum_laser_session **out,
+                          lum_error *error)
 {
-    lum_keeper_options known;
-    if (lum_sized_take(&known, sizeof known, options, "the keeper's options",
-                       "lum_keeper_options", error) != 0) {
+    lum_laser_session_options known;
+    if (lum_sized_take(&known, sizeof known, options,
+                       "the laser session's options",
+                       "lum_laser_session_options", error) != 0) {
         return -1;
     }
     const char *name = known.interface_name;
     const size_t len = name != NULL ? strlen(name) + 1u : 0;
-    lum_keeper *k = calloc(1, sizeof *k + len);
+    lum_laser_session *k = calloc(1, sizeof *k + len);
     /* mcdc: tests/unit/test_no_memory.c */
     if (k == NULL) {
         return lum_error_set(error, "out of memory");
@@ -73,20 +76,20 @@ int lum_keeper_new(const lum_keeper_options *options, int64_t now_ns,
     k->laser.attempts_max = known.attempts;
     k->laser.give_up_ns = NS_PER_MS * (int64_t)known.give_up_ms;
     lum_contact_begin(&k->contact, now_ns);
-    lum_keeper_want(k, known.laser, now_ns);
+    lum_laser_session_want(k, known.laser, now_ns);
     *out = k;
     return 0;
 }
 
-void lum_keeper_free(lum_keeper *keeper)
+void lum_laser_session_free(lum_laser_session *session)
 {
-    free(keeper);
+    free(session);
 }
 
 /* --- News --- */
 
 /* ns: how long it took, or has taken. */
-static lum_news make(const lum_keeper *k, lum_news_kind kind, int64_t ns)
+static lum_news make(const lum_laser_session *k, lum_news_kind kind, int64_t ns)
 {
     lum_news news = {.struct_size = sizeof news,
                      .kind = kind,
@@ -104,23 +107,24 @@ static lum_news make(const lum_keeper *k, lum_news_kind kind, int64_t ns)
     return news;
 }
 
-static lum_news make_hazard(const lum_keeper *k, unsigned bits)
+static lum_news make_hazard(const lum_laser_session *k, unsigned bits)
 {
     lum_news news = make(k, bits != 0 ? LUM_NEWS_HAZARD : 0, 0);
     news.status = (uint16_t)bits;
     return news;
 }
 
-static void tell(lum_keeper *k, lum_news news)
+static void tell(lum_laser_session *k, lum_news news)
 {
     if (news.kind != 0) {
-        k->news[(k->first + k->count) % LUM_KEEPER_NEWS] = news;
-        k->first = (k->first + (k->count == LUM_KEEPER_NEWS)) % LUM_KEEPER_NEWS;
-        k->count += k->count < LUM_KEEPER_NEWS;
+        k->news[(k->first + k->count) % LUM_LASER_SESSION_NEWS] = news;
+        k->first = (k->first + (k->count == LUM_LASER_SESSION_NEWS)) %
+                   LUM_LASER_SESSION_NEWS;
+        k->count += k->count < LUM_LASER_SESSION_NEWS;
     }
 }
 
-static void tell_laser(lum_keeper *k, lum_news_kind kind, int64_t now_ns)
+static void tell_laser(lum_laser_session *k, lum_news_kind kind, int64_t now_ns)
 {
     lum_news news = make(k, kind, k->laser.stood_ns);
     if (kind != 0) {
@@ -141,35 +145,36 @@ static void tell_laser(lum_keeper *k, lum_news_kind kind, int64_t now_ns)
     }
 }
 
-bool lum_keeper_next(lum_keeper *keeper, lum_news *out)
+bool lum_laser_session_next(lum_laser_session *session, lum_news *out)
 {
-    if (keeper->count == 0 ||
-        !lum_sized_fill(out, &keeper->news[keeper->first], sizeof *out)) {
+    if (session->count == 0 ||
+        !lum_sized_fill(out, &session->news[session->first], sizeof *out)) {
         return false;
     }
-    keeper->first = (keeper->first + 1u) % LUM_KEEPER_NEWS;
-    keeper->count--;
+    session->first = (session->first + 1u) % LUM_LASER_SESSION_NEWS;
+    session->count--;
     return true;
 }
 
 /* --- What its user wants --- */
 
-void lum_keeper_want(lum_keeper *keeper, lum_laser_want want, int64_t now_ns)
+void lum_laser_session_want(lum_laser_session *session, lum_laser_want want,
+                            int64_t now_ns)
 {
     const lum_laser_state state = want == LUM_WANT_LOOK ? LUM_LASER_UNTOUCHED
                                   : want == LUM_WANT_ON ? LUM_LASER_ASKED
                                                         : LUM_LASER_LEFT;
-    keeper->left = make(keeper, LUM_NEWS_LASER_LEFT, 0);
-    keeper->told_off = false;
-    lum_laser_rules_want(&keeper->laser, state, want == LUM_WANT_OFF, now_ns);
+    session->left = make(session, LUM_NEWS_LASER_LEFT, 0);
+    session->told_off = false;
+    lum_laser_rules_want(&session->laser, state, want == LUM_WANT_OFF, now_ns);
 }
 
-void lum_keeper_note_owner(lum_keeper *keeper, bool is_owned)
+void lum_laser_session_note_owner(lum_laser_session *session, bool is_owned)
 {
-    keeper->laser.is_owned = keeper->is_owner || is_owned;
+    session->laser.is_owned = session->is_owner || is_owned;
 }
 
-lum_laser_want lum_keeper_want_of(const char *text)
+lum_laser_want lum_laser_session_want_of(const char *text)
 {
     lum_laser_want want = LUM_WANT_LOOK;
     for (; *text != '\0'; text++) {
@@ -178,10 +183,11 @@ lum_laser_want lum_keeper_want_of(const char *text)
     return want;
 }
 
-lum_result lum_keeper_command(lum_keeper *keeper, lum_sensor *sensor,
-                              const char *text, int64_t now_ns)
+lum_result lum_laser_session_command(lum_laser_session *session,
+                                     lum_sensor *sensor, const char *text,
+                                     int64_t now_ns)
 {
-    const lum_laser_want want = lum_keeper_want_of(text);
+    const lum_laser_want want = lum_laser_session_want_of(text);
     const lum_laser_request request = want == LUM_WANT_ON ? LUM_LASER_ASK_ON
                                       : want == LUM_WANT_OFF
                                           ? LUM_LASER_ASK_OFF
@@ -191,20 +197,20 @@ lum_result lum_keeper_command(lum_keeper *keeper, lum_sensor *sensor,
         return result;
     }
     if (want != LUM_WANT_LOOK) {
-        lum_keeper_want(keeper, want, now_ns);
+        lum_laser_session_want(session, want, now_ns);
     }
-    lum_laser_rules_sent(&keeper->laser, request, now_ns);
+    lum_laser_rules_sent(&session->laser, request, now_ns);
     return result;
 }
 
-void lum_keeper_lend(lum_keeper *keeper, int64_t now_ns)
+void lum_laser_session_lend(lum_laser_session *session, int64_t now_ns)
 {
-    lum_laser_rules_sent(&keeper->laser, LUM_LASER_ASK_OTHER, now_ns);
+    lum_laser_rules_sent(&session->laser, LUM_LASER_ASK_OTHER, now_ns);
 }
 
 /* --- What the sensor says --- */
 
-static void tell_text(lum_keeper *k, const lum_tlv *tlv)
+static void tell_text(lum_laser_session *k, const lum_tlv *tlv)
 {
     static const char more[] = " (more of this is not told)";
     lum_news news = make(k, LUM_NEWS_TEXT, 0);
@@ -214,18 +220,19 @@ static void tell_text(lum_keeper *k, const lum_tlv *tlv)
         const uint8_t byte = tlv->value[len];
         news.text[len] = (char)(byte >= ' ' && byte <= '~' ? byte : '?');
     }
-    if (k->texts == LUM_KEEPER_TEXTS) {
+    if (k->texts == LUM_LASER_SESSION_TEXTS) {
         memcpy(news.text + len, more, sizeof more);
     }
     tell(k, news);
 }
 
 /* Half of the room stays for other news. */
-static void take_texts(lum_keeper *k, lum_tlv_reader tlvs)
+static void take_texts(lum_laser_session *k, lum_tlv_reader tlvs)
 {
     const uint16_t debug = k->layout.profile.tlv[LUM_TLV_DEBUG];
     lum_tlv tlv;
-    while (k->texts < LUM_KEEPER_TEXTS && k->count < LUM_KEEPER_NEWS / 2u &&
+    while (k->texts < LUM_LASER_SESSION_TEXTS &&
+           k->count < LUM_LASER_SESSION_NEWS / 2u &&
            lum_tlv_next(&tlvs, &tlv) == LUM_OK) {
         if (tlv.type == debug) {
             tell_text(k, &tlv);
@@ -234,7 +241,7 @@ static void take_texts(lum_keeper *k, lum_tlv_reader tlvs)
 }
 
 /* Without an owner the missing heartbeats are no hazard. */
-static void take_hazards(lum_keeper *k, uint16_t status, int64_t now_ns)
+static void take_hazards(lum_laser_session *k, uint16_t status, int64_t now_ns)
 {
     const bool begins = now_ns - k->contact.began_ns < BEGINNING_NS;
     const unsigned known = status & LUM_LASER_HAZARDS;
@@ -245,7 +252,7 @@ static void take_hazards(lum_keeper *k, uint16_t status, int64_t now_ns)
 }
 
 /* The first packet tells most often: nearly all that comes is data. */
-static void take_datagrams(lum_keeper *k, const lum_sensor_event *event,
+static void take_datagrams(lum_laser_session *k, const lum_sensor_event *event,
                            int64_t now_ns)
 {
     for (size_t i = 0; i < event->datagram_count; i++) {
@@ -266,36 +273,36 @@ static void take_datagrams(lum_keeper *k, const lum_sensor_event *event,
     }
 }
 
-void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
-                     int64_t now_ns)
+void lum_laser_session_take(lum_laser_session *session,
+                            const lum_sensor_event *event, int64_t now_ns)
 {
-    lum_contact_pass(&keeper->contact, now_ns);
+    lum_contact_pass(&session->contact, now_ns);
     if (event->kind == LUM_SENSOR_DATAGRAMS) {
-        take_datagrams(keeper, event, now_ns);
+        take_datagrams(session, event, now_ns);
     }
     if (event->kind == LUM_SENSOR_ANSWER || event->kind == LUM_SENSOR_ALERT) {
-        take_texts(keeper, event->tlvs);
+        take_texts(session, event->tlvs);
     }
     if (event->kind == LUM_SENSOR_ANSWER) {
-        keeper->told_off = false;
+        session->told_off = false;
         if (event->has_status) {
-            take_hazards(keeper, event->status, now_ns);
+            take_hazards(session, event->status, now_ns);
         }
     } else if (event->kind == LUM_SENSOR_NO_ANSWER &&
-               keeper->laser.request == LUM_LASER_ASK_OFF &&
-               !keeper->told_off) { /* it is sent repeatedly */
-        keeper->told_off = true;
-        tell(keeper, make(keeper, LUM_NEWS_OFF_UNANSWERED, 0));
+               session->laser.request == LUM_LASER_ASK_OFF &&
+               !session->told_off) { /* it is sent repeatedly */
+        session->told_off = true;
+        tell(session, make(session, LUM_NEWS_OFF_UNANSWERED, 0));
     } else if (event->kind == LUM_SENSOR_LINK && !event->is_up) {
-        keeper->link = event->error;
+        session->link = event->error;
     }
     const lum_news_kind contact =
-        lum_contact_take(&keeper->contact, event, now_ns);
+        lum_contact_take(&session->contact, event, now_ns);
     const lum_news_kind laser =
-        lum_laser_rules_take(&keeper->laser, event, now_ns);
-    tell_laser(keeper, laser, now_ns);
+        lum_laser_rules_take(&session->laser, event, now_ns);
+    tell_laser(session, laser, now_ns);
     if (contact != LUM_NEWS_NO_STATUS || laser != LUM_NEWS_LASER_UNSEEN) {
-        tell(keeper, make(keeper, contact, 0));
+        tell(session, make(session, contact, 0));
     }
 }
 
@@ -304,7 +311,7 @@ void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
 /* Sends what is due, if the session is idle; if it cannot be sent, the next
  * call tries again. Off does not wait, nor does what ends "on": the present
  * request is given up, because it would be repeated. */
-static void ask(lum_keeper *k, lum_sensor *sensor, int64_t now_ns)
+static void ask(lum_laser_session *k, lum_sensor *sensor, int64_t now_ns)
 {
     const lum_laser_request request = lum_laser_rules_next(&k->laser);
     if (now_ns < k->laser.next_ns) {
@@ -323,25 +330,26 @@ static void ask(lum_keeper *k, lum_sensor *sensor, int64_t now_ns)
     }
 }
 
-void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns)
+void lum_laser_session_serve(lum_laser_session *session, lum_sensor *sensor,
+                             int64_t now_ns)
 {
-    lum_contact *contact = &keeper->contact;
+    lum_contact *contact = &session->contact;
     lum_sensor_counters counters = {.struct_size = sizeof counters};
     const bool is_moved = lum_sensor_moved_to(sensor, &contact->to);
     (void)lum_sensor_count(sensor, &counters);
     lum_contact_pass(contact, now_ns);
-    tell_laser(keeper, lum_laser_rules_tick(&keeper->laser, now_ns), now_ns);
-    tell(keeper, make(keeper, lum_contact_move(contact, is_moved), 0));
+    tell_laser(session, lum_laser_rules_tick(&session->laser, now_ns), now_ns);
+    tell(session, make(session, lum_contact_move(contact, is_moved), 0));
     const lum_news_kind kind = lum_contact_tick(
-        contact, keeper->is_owner, counters.answers_dropped, now_ns);
-    tell(keeper, make(keeper, kind, now_ns - contact->data_ns));
-    ask(keeper, sensor, now_ns);
+        contact, session->is_owner, counters.answers_dropped, now_ns);
+    tell(session, make(session, kind, now_ns - contact->data_ns));
+    ask(session, sensor, now_ns);
 }
 
 /* --- What holds now --- */
 
 /* Why the laser is down; kind 0: nothing shows that it is. */
-static lum_news stand_laser(const lum_keeper *k)
+static lum_news stand_laser(const lum_laser_session *k)
 {
     const lum_laser_rules *laser = &k->laser;
     const bool is_off = laser->has_status && !lum_laser_is_on(laser->status);
@@ -359,20 +367,20 @@ static lum_news stand_laser(const lum_keeper *k)
     return news;
 }
 
-size_t lum_keeper_standing(const lum_keeper *keeper, int64_t now_ns,
-                           lum_news *out, size_t room)
+size_t lum_laser_session_standing(const lum_laser_session *session,
+                                  int64_t now_ns, lum_news *out, size_t room)
 {
     const size_t size = out->struct_size;
-    const lum_laser_rules *laser = &keeper->laser;
-    const lum_news_kind kind = lum_contact_standing(&keeper->contact, now_ns);
-    lum_news all[3] = {make(keeper, kind, now_ns - keeper->contact.data_ns)};
+    const lum_laser_rules *laser = &session->laser;
+    const lum_news_kind kind = lum_contact_standing(&session->contact, now_ns);
+    lum_news all[3] = {make(session, kind, now_ns - session->contact.data_ns)};
     size_t count = 0;
-    if (keeper->contact.is_unheard) { /* no more than that is known */
+    if (session->contact.is_unheard) { /* no more than that is known */
         const bool is_due = laser->off_due || laser->off_unseen;
-        all[1] = make(keeper, is_due ? LUM_NEWS_OFF_UNANSWERED : 0, 0);
+        all[1] = make(session, is_due ? LUM_NEWS_OFF_UNANSWERED : 0, 0);
     } else if (kind != LUM_NEWS_SILENT && kind != LUM_NEWS_DATA_STOPPED) {
-        all[1] = stand_laser(keeper);
-        all[2] = make_hazard(keeper, laser->status & LUM_LASER_HAZARDS);
+        all[1] = stand_laser(session);
+        all[2] = make_hazard(session, laser->status & LUM_LASER_HAZARDS);
     }
     for (size_t i = 0; i < 3; i++) {
         lum_news *to = (void *)((unsigned char *)out + count * size);
@@ -385,32 +393,33 @@ size_t lum_keeper_standing(const lum_keeper *keeper, int64_t now_ns,
     return count;
 }
 
-bool lum_keeper_darkness(const lum_keeper *keeper, lum_news *out)
+bool lum_laser_session_darkness(const lum_laser_session *session, lum_news *out)
 {
-    const lum_laser_rules *laser = &keeper->laser;
+    const lum_laser_rules *laser = &session->laser;
     const unsigned hazards = lum_laser_rules_hazards(laser->status);
     const lum_news news =
-        hazards != 0 ? make_hazard(keeper, hazards) : stand_laser(keeper);
+        hazards != 0 ? make_hazard(session, hazards) : stand_laser(session);
     return laser->has_status && !lum_laser_is_on(laser->status) &&
            news.kind != 0 && lum_sized_fill(out, &news, sizeof news);
 }
 
-lum_result lum_keeper_look(const lum_keeper *keeper, lum_keeper_view *out)
+lum_result lum_laser_session_look(const lum_laser_session *session,
+                                  lum_laser_session_view *out)
 {
-    const lum_contact *c = &keeper->contact;
-    const lum_keeper_view view = {.struct_size = sizeof view,
-                                  .laser = keeper->laser.state,
-                                  .is_off_due = keeper->laser.off_due ||
-                                                keeper->laser.off_unseen,
-                                  .has_status = keeper->laser.has_status,
-                                  .status = keeper->laser.status,
-                                  .has_answered = c->has_answered,
-                                  .is_unheard = c->is_unheard,
-                                  .has_data = c->has_data,
-                                  .has_unknown = c->has_unknown,
-                                  .is_silent = c->quiet != 0,
-                                  .first_data_ns = c->first_data_ns,
-                                  .data_ns = c->data_ns};
+    const lum_contact *c = &session->contact;
+    const lum_laser_session_view view = {
+        .struct_size = sizeof view,
+        .laser = session->laser.state,
+        .is_off_due = session->laser.off_due || session->laser.off_unseen,
+        .has_status = session->laser.has_status,
+        .status = session->laser.status,
+        .has_answered = c->has_answered,
+        .is_unheard = c->is_unheard,
+        .has_data = c->has_data,
+        .has_unknown = c->has_unknown,
+        .is_silent = c->quiet != 0,
+        .first_data_ns = c->first_data_ns,
+        .data_ns = c->data_ns};
     return lum_sized_fill(out, &view, sizeof view) ? LUM_OK : LUM_E_VALUE;
 }
 
@@ -428,7 +437,8 @@ static lum_news_kind name_end(lum_laser_off off, uint16_t status)
                : kinds[off];
 }
 
-static void tell_end(lum_keeper *k, lum_laser_off off, uint32_t goes_on_ms)
+static void tell_end(lum_laser_session *k, lum_laser_off off,
+                     uint32_t goes_on_ms)
 {
     const bool is_over = off == LUM_LASER_OFF_SEEN ||
                          off == LUM_LASER_OFF_UNSEEN || goes_on_ms == 0;
@@ -440,14 +450,15 @@ static void tell_end(lum_keeper *k, lum_laser_off off, uint32_t goes_on_ms)
     tell(k, news);
 }
 
-lum_laser_off lum_keeper_end(lum_keeper *keeper, lum_sensor *sensor,
-                             uint32_t ms, uint32_t goes_on_ms,
-                             const lum_cancel *cancel)
+lum_laser_off lum_laser_session_end(lum_laser_session *session,
+                                    lum_sensor *sensor, uint32_t ms,
+                                    uint32_t goes_on_ms,
+                                    const lum_cancel *cancel)
 {
-    lum_laser_rules *laser = &keeper->laser;
-    lum_contact *contact = &keeper->contact;
+    lum_laser_rules *laser = &session->laser;
+    lum_contact *contact = &session->contact;
     lum_laser_off off = LUM_LASER_OFF_UNKNOWN;
-    lum_keeper_want(keeper, LUM_WANT_OFF, lum_time_monotonic_ns());
+    lum_laser_session_want(session, LUM_WANT_OFF, lum_time_monotonic_ns());
     if (sensor != NULL) {
         off = lum_sensor_laser_off(sensor, ms, cancel, &laser->status);
         contact->is_moved = lum_sensor_moved_to(sensor, &contact->to);
@@ -455,6 +466,6 @@ lum_laser_off lum_keeper_end(lum_keeper *keeper, lum_sensor *sensor,
     laser->has_status |=
         off == LUM_LASER_OFF_SEEN || off == LUM_LASER_OFF_REFUSED;
     laser->off_due &= off != LUM_LASER_OFF_SEEN;
-    tell_end(keeper, off, goes_on_ms);
+    tell_end(session, off, goes_on_ms);
     return off;
 }

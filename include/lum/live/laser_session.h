@@ -4,24 +4,25 @@
  * what is to be said of a sensor that falls silent, moves or restarts
  * (docs/safety.md; docs/protocol.md, sections 3 to 5).
  *
- * A keeper stands beside a session (lum/net/sensor.h). It has no thread, calls
- * nothing back and prints nothing: the program hands it each event, lets it
- * serve the session several times a second, and takes its news.
+ * A laser session stands beside the session with a sensor (lum/net/sensor.h).
+ * It has no thread, calls nothing back and prints nothing: the program hands it
+ * each event, lets it serve the sensor several times a second, and takes its
+ * news.
  *
  * @code
  * lum_news news = {.struct_size = sizeof news};
  * lum_sensor_receive(sensor, deadline_ns, &event);
- * lum_keeper_take(keeper, &event, lum_time_monotonic_ns());
- * lum_keeper_serve(keeper, sensor, lum_time_monotonic_ns());
- * while (lum_keeper_next(keeper, &news)) {
+ * lum_laser_session_take(laser, &event, lum_time_monotonic_ns());
+ * lum_laser_session_serve(laser, sensor, lum_time_monotonic_ns());
+ * while (lum_laser_session_next(laser, &news)) {
  *     puts(lum_news_tell(&news, text, sizeof text));
  * }
  * @endcode
  *
  * No other code of this project decides to send `u` or `d`. All times are those
- * of lum_time_monotonic_ns(). One thread at a time may use a keeper. */
-#ifndef LUM_LIVE_KEEPER_H
-#define LUM_LIVE_KEEPER_H
+ * of lum_time_monotonic_ns(). One thread at a time may use a laser session. */
+#ifndef LUM_LIVE_LASER_SESSION_H
+#define LUM_LIVE_LASER_SESSION_H
 
 #include "lum/base/error.h"
 #include "lum/live/news.h"
@@ -56,39 +57,40 @@ typedef enum lum_laser_state {
 } lum_laser_state;
 
 /** How long "on" may stay without an answer before it is taken back. */
-#define LUM_KEEPER_GIVE_UP_MS 5000u
+#define LUM_LASER_SESSION_GIVE_UP_MS 5000u
 
 /** How often "on" is sent where no hazard refuses it: a sensor that has just
  * got its first heartbeat may still miss one. */
-#define LUM_KEEPER_ATTEMPTS 20u
+#define LUM_LASER_SESSION_ATTEMPTS 20u
 
 /** After this time without heartbeats the sensor has switched its laser off by
- * itself: until then nothing should end lum_keeper_end(). */
-#define LUM_KEEPER_ALONE_MS LUM_HEARTBEAT_TIMEOUT_MS
+ * itself: until then nothing should end lum_laser_session_end(). */
+#define LUM_LASER_SESSION_ALONE_MS LUM_HEARTBEAT_TIMEOUT_MS
 
 /** News that wait to be taken; of more the oldest are lost. */
-#define LUM_KEEPER_NEWS 64u
+#define LUM_LASER_SESSION_NEWS 64u
 
 /** Texts of the sensor that are told in a session. */
-#define LUM_KEEPER_TEXTS 20u
+#define LUM_LASER_SESSION_TEXTS 20u
 
-/** Options of a keeper; lum_keeper_options_default() fills them in. All but
- * struct_size, sensor and layout may be 0. */
-typedef struct lum_keeper_options {
-    size_t struct_size;         /**< sizeof(lum_keeper_options) */
+/** Options of a laser session; lum_laser_session_options_default() fills them
+ * in. All but struct_size, sensor and layout may be 0. */
+typedef struct lum_laser_session_options {
+    size_t struct_size;         /**< sizeof(lum_laser_session_options) */
     lum_endpoint sensor;        /**< the session's */
     const char *interface_name; /**< the session's; named in remedies; copied */
     lum_layout layout;          /**< the session's */
     bool owns;                  /**< the session sends heartbeats */
     lum_laser_want laser;       /**< from the beginning */
-    uint32_t give_up_ms;        /**< LUM_KEEPER_GIVE_UP_MS; 0: at the first
-                                     request without an answer */
-    uint32_t attempts;          /**< LUM_KEEPER_ATTEMPTS; 0 is 1 */
-} lum_keeper_options;
+    uint32_t give_up_ms; /**< LUM_LASER_SESSION_GIVE_UP_MS; 0: at the first
+                              request without an answer */
+    uint32_t attempts;   /**< LUM_LASER_SESSION_ATTEMPTS; 0 is 1 */
+} lum_laser_session_options;
 
-/** What a keeper knows now. */
-typedef struct lum_keeper_view {
-    size_t struct_size;    /**< sizeof(lum_keeper_view), set by the caller */
+/** What a laser session knows now. */
+typedef struct lum_laser_session_view {
+    size_t
+        struct_size; /**< sizeof(lum_laser_session_view), set by the caller */
     lum_laser_state laser; /**< where it stands */
     bool is_off_due;       /**< `d` is to be sent, or has no answer yet */
     bool has_status;       /**< a status has come */
@@ -102,76 +104,80 @@ typedef struct lum_keeper_view {
                                 LUM_SENSOR_SILENCE_MS */
     int64_t first_data_ns; /**< when data came first */
     int64_t data_ns;       /**< and last */
-} lum_keeper_view;
+} lum_laser_session_view;
 
-/** A keeper. */
-typedef struct lum_keeper lum_keeper;
+/** A laser session. */
+typedef struct lum_laser_session lum_laser_session;
 
-/** Usual options for a keeper of a session with these options: the laser is
- * only looked at. Cannot fail. */
-void lum_keeper_options_default(lum_keeper_options *out,
-                                const lum_sensor_options *session);
+/** Usual options beside a session with these options: the laser is only looked
+ * at. Cannot fail. */
+void lum_laser_session_options_default(lum_laser_session_options *out,
+                                       const lum_sensor_options *session);
 
 /** Begin. Nothing is sent yet.
  * @param options copied, the interface's name too.
- * @param out     gets it on success; to be ended with lum_keeper_free().
+ * @param out     gets it on success; to be ended with lum_laser_session_free().
  * @param error   gets the message on failure: struct_size is not set, or there
  *                is no memory.
  * @return 0, or -1. */
-LUM_MUST_CHECK int lum_keeper_new(const lum_keeper_options *options,
-                                  int64_t now_ns, lum_keeper **out,
-                                  lum_error *error);
+LUM_MUST_CHECK int lum_laser_session_new(
+    const lum_laser_session_options *options, int64_t now_ns,
+    lum_laser_session **out, lum_error *error);
 
-/** End it. The laser is not touched: lum_keeper_end() first. NULL is allowed.
+/** End it. The laser is not touched: lum_laser_session_end() first. NULL is
+ * allowed.
  */
-void lum_keeper_free(lum_keeper *keeper);
+void lum_laser_session_free(lum_laser_session *session);
 
 /** What is wanted of the laser from now on. ON is a person's word: it also
  * holds after a fall. */
-void lum_keeper_want(lum_keeper *keeper, lum_laser_want want, int64_t now_ns);
+void lum_laser_session_want(lum_laser_session *session, lum_laser_want want,
+                            int64_t now_ns);
 
 /** What a text of commands, such as "50p u", wants of the laser: the last `u`
  * or `d` in it decides.
  * @return LUM_WANT_ON, LUM_WANT_OFF, or LUM_WANT_LOOK without any. */
-lum_laser_want lum_keeper_want_of(const char *text);
+lum_laser_want lum_laser_session_want_of(const char *text);
 
 /** Whether another program's heartbeats go to the sensor, where the session
  * sends none (lum_sensor_is_owned()). Without any, a laser that is refused for
  * want of them is given up at once, and their lack is no hazard. */
-void lum_keeper_note_owner(lum_keeper *keeper, bool is_owned);
+void lum_laser_session_note_owner(lum_laser_session *session, bool is_owned);
 
 /** Send a text of commands, such as "50p u", for its user: the last `u` or `d`
  * in it is what is wanted of the laser. Its answer, or none, comes as the
- * session's event. If laser off becomes due meanwhile (lum_keeper_view), the
- * next lum_keeper_serve() gives the request up, and the next answer is laser
- * off's.
+ * session's event. If laser off becomes due meanwhile (lum_laser_session_view),
+ * the next lum_laser_session_serve() gives the request up, and the next answer
+ * is laser off's.
  * @return LUM_OK; as lum_sensor_command() otherwise: then nothing was sent, and
  *         what is wanted stays. */
-LUM_MUST_CHECK lum_result lum_keeper_command(lum_keeper *keeper,
-                                             lum_sensor *sensor,
-                                             const char *text, int64_t now_ns);
+LUM_MUST_CHECK lum_result lum_laser_session_command(lum_laser_session *session,
+                                                    lum_sensor *sensor,
+                                                    const char *text,
+                                                    int64_t now_ns);
 
 /** Say that a request that the program itself began is under way, such as for
- * the time or with other TLVs: its answer is no answer to the keeper's. Laser
- * off gives it up as lum_keeper_command() says. */
-void lum_keeper_lend(lum_keeper *keeper, int64_t now_ns);
+ * the time or with other TLVs: its answer is no answer to the laser session's.
+ * Laser off gives it up as lum_laser_session_command() says. */
+void lum_laser_session_lend(lum_laser_session *session, int64_t now_ns);
 
 /** Hand over an event of the session, of any kind.
  * Constant time, but for the datagrams until the first that is data. */
-void lum_keeper_take(lum_keeper *keeper, const lum_sensor_event *event,
-                     int64_t now_ns);
+void lum_laser_session_take(lum_laser_session *session,
+                            const lum_sensor_event *event, int64_t now_ns);
 
 /** Pass the time, and send what is due: `u`, `d`, or a look at the status once
  * a second. Laser off gives up a request that is under way, since that would be
  * sent again. To be called several times a second; does not wait. If no call
  * comes for LUM_SENSOR_STALE_MS while the laser is being switched on, the
  * program stood still, and the laser is switched off (LASER_HELD_UP). */
-void lum_keeper_serve(lum_keeper *keeper, lum_sensor *sensor, int64_t now_ns);
+void lum_laser_session_serve(lum_laser_session *session, lum_sensor *sensor,
+                             int64_t now_ns);
 
 /** The next piece of news.
  * @param out struct_size is set by the caller.
  * @return false: there is none. */
-bool lum_keeper_next(lum_keeper *keeper, lum_news *out);
+bool lum_laser_session_next(lum_laser_session *session, lum_news *out);
 
 /** What holds now, the most important first: about data, about the laser, and
  * hazards. For a display; each of it was news once, but LASER_IS_OFF and
@@ -180,18 +186,20 @@ bool lum_keeper_next(lum_keeper *keeper, lum_news *out);
  *             holds for all.
  * @param room 3 holds all.
  * @return how many. */
-size_t lum_keeper_standing(const lum_keeper *keeper, int64_t now_ns,
-                           lum_news *out, size_t room);
+size_t lum_laser_session_standing(const lum_laser_session *session,
+                                  int64_t now_ns, lum_news *out, size_t room);
 
 /** Why lines have no ranges, as far as the last status shows it: HAZARD, or one
  * of those that lum_news_is_dark() names.
  * @param out struct_size is set by the caller.
  * @return false: it shows the laser up, or none came. */
-bool lum_keeper_darkness(const lum_keeper *keeper, lum_news *out);
+bool lum_laser_session_darkness(const lum_laser_session *session,
+                                lum_news *out);
 
 /** What is known now.
  * @return LUM_OK; LUM_E_VALUE if struct_size of out is not set. */
-lum_result lum_keeper_look(const lum_keeper *keeper, lum_keeper_view *out);
+lum_result lum_laser_session_look(const lum_laser_session *session,
+                                  lum_laser_session_view *out);
 
 /** The end: switch the laser off and see that it is down, as
  * lum_sensor_laser_off(), and make one of the ENDED news of it, or
@@ -204,9 +212,10 @@ lum_result lum_keeper_look(const lum_keeper *keeper, lum_keeper_view *out);
  * @param goes_on_ms of the next; 0: this is the last.
  * @param cancel     ends it between two sends; may be NULL.
  * @return as lum_sensor_laser_off(). */
-lum_laser_off lum_keeper_end(lum_keeper *keeper, lum_sensor *sensor,
-                             uint32_t ms, uint32_t goes_on_ms,
-                             const lum_cancel *cancel);
+lum_laser_off lum_laser_session_end(lum_laser_session *session,
+                                    lum_sensor *sensor, uint32_t ms,
+                                    uint32_t goes_on_ms,
+                                    const lum_cancel *cancel);
 
 #ifdef __cplusplus
 }

@@ -1,5 +1,5 @@
-/* The rules for a laser, told as stories, and what else a keeper does beside a
- * session of a network that is moved by hand. */
+/* The rules for a laser, told as stories, and what else a laser session does
+ * beside a session of a network that is moved by hand. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -10,7 +10,7 @@
 #include "fake_net.h"
 #include "lum/group.h"
 #include "lum/laser.h"
-#include "lum/live/keeper.h"
+#include "lum/live/laser_session.h"
 #include "net/session.h"
 
 #include <stdio.h>
@@ -27,28 +27,29 @@
 #define NOTHING ((lum_news_kind)0)
 
 static lum_sensor *sensor;
-static lum_keeper *keeper; /* beside that session */
-static lum_keeper_options options;
+static lum_laser_session *laser; /* beside that session */
+static lum_laser_session_options options;
 
 /* A session of which no datagram is answered, and its usual options. */
 static void open_session(void)
 {
     lum_sensor_options session;
     lum_error error;
-    lum_keeper_free(keeper);
-    keeper = NULL;
+    lum_laser_session_free(laser);
+    laser = NULL;
     lum_sensor_close(sensor);
     fake_reset();
     lum_sensor_options_default(&session);
     assert_int_equal(lum_sensor_open(&session, &sensor, &error), LUM_NET_OK);
-    lum_keeper_options_default(&options, &session);
+    lum_laser_session_options_default(&options, &session);
     options.owns = true;
 }
 
 static void begin(void)
 {
     lum_error error;
-    assert_int_equal(lum_keeper_new(&options, fake.now_ns, &keeper, &error), 0);
+    assert_int_equal(
+        lum_laser_session_new(&options, fake.now_ns, &laser, &error), 0);
 }
 
 static void begin_with(lum_laser_want want)
@@ -60,7 +61,7 @@ static void begin_with(lum_laser_want want)
 
 static void want(lum_laser_want wanted)
 {
-    lum_keeper_want(keeper, wanted, fake.now_ns);
+    lum_laser_session_want(laser, wanted, fake.now_ns);
 }
 
 /* What a datagram asks: a command, or a point for a status; 0: nothing. */
@@ -75,12 +76,12 @@ static char name_request(const uint8_t *bytes, size_t len)
     return lum_tlv_next(&tlvs, &tlv) == LUM_OK ? (char)tlv.value[0] : '.';
 }
 
-/* What is asked when the keeper is served; 0: nothing. */
+/* What is asked when the laser session is served; 0: nothing. */
 static char serve(void)
 {
     const lum_exchange *x = &sensor->exchange;
     const uint64_t issued = x->issued;
-    lum_keeper_serve(keeper, sensor, fake.now_ns);
+    lum_laser_session_serve(laser, sensor, fake.now_ns);
     return x->issued == issued ? 0 : name_request(x->packet, x->packet_len);
 }
 
@@ -105,7 +106,7 @@ typedef enum what {
 
 static void give(lum_sensor_event event)
 {
-    lum_keeper_take(keeper, &event, fake.now_ns);
+    lum_laser_session_take(laser, &event, fake.now_ns);
 }
 
 /* The session's event; a request that is under way ends with its answer. */
@@ -187,9 +188,9 @@ static void happen(what happened, uint16_t status)
     } else if (happened == WANT) {
         want((lum_laser_want)status);
     } else if (happened == LEND) {
-        lum_keeper_lend(keeper, fake.now_ns);
+        lum_laser_session_lend(laser, fake.now_ns);
     } else if (happened == ALONE) {
-        lum_keeper_note_owner(keeper, false);
+        lum_laser_session_note_owner(laser, false);
     } else {
         hear(happened, status);
     }
@@ -208,7 +209,7 @@ static bool has_time(lum_news_kind kind)
 static lum_news next_news(void)
 {
     lum_news news = {.struct_size = sizeof news};
-    if (!lum_keeper_next(keeper, &news)) {
+    if (!lum_laser_session_next(laser, &news)) {
         news.kind = NOTHING;
     }
     assert_true(has_time(news.kind) || news.ns == 0);
@@ -235,8 +236,8 @@ static lum_news find_news(lum_news_kind kind)
 
 /* --- Stories of a laser, whose "on" is tried three times --- */
 
-/* What happens, how the keeper takes it, and what it asks when it is served
- * after it. */
+/* What happens, how the laser session takes it, and what it asks when it is
+ * served after it. */
 typedef struct step {
     int64_t ns;
     what what;
@@ -380,7 +381,7 @@ static story stories[] = {
      {WISH(0, OFF), HEAR(0, LEND, 0, 0), HEAR(0, NO_ANSWER, 0, 'd'),
       HEAR(MS, ANSWER, UP, 0), HEAR(100 * MS, LEND, 0, 0),
       SERVE(201 * MS - 1, 0), SERVE(201 * MS, 'd')}},
-    {"its answer is none to the keeper's, and no try",
+    {"its answer is none to the laser session's, and no try",
      {ASKS, HEAR(0, LEND, 0, 0), HEAR(MS, ANSWER, UP, 0), SERVE(S - 1, 0),
       SERVE(S, 'u'), HEAR(S, ANSWER, REFUSED, 0), SERVE(2 * S, 'u'),
       TOLD(2 * S, ANSWER, REFUSED, 'd', LASER_REFUSED), WISH(2 * S, GUARD),
@@ -405,7 +406,7 @@ static void play(void **state)
     options.owns = false;
     options.attempts = 3;
     begin();
-    lum_keeper_note_owner(keeper, true);
+    lum_laser_session_note_owner(laser, true);
     for (const step *s = told->steps; s->what != END; s++) {
         fake.now_ns = SECOND + s->ns;
         happen(s->what, s->status);
@@ -427,18 +428,18 @@ static void play(void **state)
 
 /* --- Life, and what its user wants --- */
 
-static lum_keeper_view look(void)
+static lum_laser_session_view look(void)
 {
-    lum_keeper_view view = {.struct_size = sizeof view};
-    assert_int_equal(lum_keeper_look(keeper, &view), LUM_OK);
+    lum_laser_session_view view = {.struct_size = sizeof view};
+    assert_int_equal(lum_laser_session_look(laser, &view), LUM_OK);
     return view;
 }
 
-static void a_keeper_is_made_of_the_session_s_options(void **state)
+static void a_laser_session_is_made_of_the_session_s_options(void **state)
 {
     lum_sensor_options session;
     lum_error error;
-    lum_keeper_view small = {.struct_size = 0};
+    lum_laser_session_view small = {.struct_size = 0};
     lum_news news = {.struct_size = 0};
     char name[] = "eth0";
     (void)state;
@@ -447,7 +448,7 @@ static void a_keeper_is_made_of_the_session_s_options(void **state)
     session.owns = true;
     session.interface_name = name;
     session.sensor.address++;
-    lum_keeper_options_default(&options, &session);
+    lum_laser_session_options_default(&options, &session);
     assert_int_equal(options.give_up_ms, 5000);
     assert_int_equal(options.attempts, 20);
     assert_int_equal(options.laser, LUM_WANT_LOOK);
@@ -455,24 +456,25 @@ static void a_keeper_is_made_of_the_session_s_options(void **state)
     begin();
     name[3] = '1';
     hear(LINK_UP, 0);
-    assert_int_equal(lum_keeper_look(keeper, &small), LUM_E_VALUE);
-    assert_false(lum_keeper_next(keeper, &news)); /* and it is not lost */
+    assert_int_equal(lum_laser_session_look(laser, &small), LUM_E_VALUE);
+    assert_false(lum_laser_session_next(laser, &news)); /* and it is not lost */
     news = take_news(LUM_NEWS_LINK_UP);
     assert_string_equal(news.interface_name, "eth0");
     assert_int_equal(news.sensor.address, session.sensor.address);
     assert_int_equal(news.tlv_status, 2);
     assert_int_equal(news.to.address, 0);
-    lum_keeper_free(keeper);
+    lum_laser_session_free(laser);
     options.interface_name = "";
     begin();
     hear(LINK_UP, 0);
     assert_string_equal(take_news(LUM_NEWS_LINK_UP).interface_name, "");
     options.struct_size = 0;
-    assert_int_equal(lum_keeper_new(&options, 0, NULL, &error), -1);
+    assert_int_equal(lum_laser_session_new(&options, 0, NULL, &error), -1);
     assert_non_null(strstr(error.text, "struct_size"));
 }
 
-static void a_keeper_may_be_told_to_try_once_and_not_to_wait(void **state)
+static void a_laser_session_may_be_told_to_try_once_and_not_to_wait(
+    void **state)
 {
     (void)state;
     open_session();
@@ -519,12 +521,13 @@ static void a_text_of_commands_is_what_is_wanted(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const char *other = cases[i].is_off_due ? "u" : "d";
         begin_with(LUM_WANT_LOOK);
-        assert_int_equal(
-            lum_keeper_command(keeper, sensor, cases[i].text, fake.now_ns),
-            LUM_OK);
+        assert_int_equal(lum_laser_session_command(laser, sensor, cases[i].text,
+                                                   fake.now_ns),
+                         LUM_OK);
         /* one at a time: what is not sent is not wanted */
-        assert_int_equal(lum_keeper_command(keeper, sensor, other, fake.now_ns),
-                         LUM_E_VALUE);
+        assert_int_equal(
+            lum_laser_session_command(laser, sensor, other, fake.now_ns),
+            LUM_E_VALUE);
         assert_int_equal(look().laser, cases[i].laser);
         assert_int_equal(look().is_off_due, cases[i].is_off_due);
         hear(ANSWER, UP);
@@ -593,7 +596,8 @@ static void of_a_full_queue_the_oldest_are_lost(void **state)
             text[0] = (char)n;
             give(event);
         }
-        unsigned n = told > LUM_KEEPER_NEWS ? told - LUM_KEEPER_NEWS : 0;
+        unsigned n =
+            told > LUM_LASER_SESSION_NEWS ? told - LUM_LASER_SESSION_NEWS : 0;
         for (; n < told; n++) {
             assert_int_equal(take_news(LUM_NEWS_LINK_DOWN).text[0], (char)n);
         }
@@ -624,7 +628,7 @@ static void texts_of_the_sensor_are_told_up_to_a_limit(void **state)
     static const char text[300] = {'\n', '~', '\x7f', ' ', '\x1f'};
     (void)state;
     begin_with(LUM_WANT_LOOK);
-    for (unsigned i = 1; i <= LUM_KEEPER_TEXTS; i++) {
+    for (unsigned i = 1; i <= LUM_LASER_SESSION_TEXTS; i++) {
         say(i % 2u == 0 ? LUM_SENSOR_ALERT : LUM_SENSOR_ANSWER, text,
             i == 1 ? 300 : 5, 1);
         const lum_news news = take_news(LUM_NEWS_TEXT);
@@ -734,7 +738,7 @@ static void a_hazard_is_told_when_it_begins(void **state)
 static void check_view(const lum_news *first, what heard, uint16_t status)
 {
     static bool is_unheard;
-    const lum_keeper_view view = look();
+    const lum_laser_session_view view = look();
     is_unheard =
         heard == NO_ANSWER || (is_unheard && heard != ANSWER && heard != BLIND);
     assert_int_equal(view.is_unheard, is_unheard);
@@ -795,7 +799,8 @@ static void what_holds_is_shown_by_its_weight(void **state)
         lum_news news[4] = {{.struct_size = sizeof news[0]}};
         char shown[100] = "";
         happen(cases[i].what, cases[i].status);
-        const size_t count = lum_keeper_standing(keeper, fake.now_ns, news, 4);
+        const size_t count =
+            lum_laser_session_standing(laser, fake.now_ns, news, 4);
         for (size_t n = 0; n < count; n++) {
             assert_true(has_time(news[n].kind) || news[n].ns == 0);
             strcat(strcat(shown, " "), lum_news_name(news[n].kind));
@@ -803,7 +808,7 @@ static void what_holds_is_shown_by_its_weight(void **state)
         strcat(shown, count > 0 && news[0].was_away ? " away" : "");
         assert_string_equal(shown, cases[i].shown);
         check_view(&news[0], cases[i].what, cases[i].status);
-        const bool is_dark = lum_keeper_darkness(keeper, &news[0]);
+        const bool is_dark = lum_laser_session_darkness(laser, &news[0]);
         assert_string_equal(is_dark ? lum_news_name(news[0].kind) : "",
                             cases[i].dark);
     }
@@ -817,13 +822,16 @@ static void no_more_is_shown_than_there_is_room_for(void **state)
     (void)state;
     begin_with(LUM_WANT_LOOK);
     hear(ANSWER, OFF);
-    assert_false(lum_keeper_darkness(keeper, &unset));
-    assert_int_equal(lum_keeper_standing(keeper, fake.now_ns, news, 1), 1);
+    assert_false(lum_laser_session_darkness(laser, &unset));
+    assert_int_equal(lum_laser_session_standing(laser, fake.now_ns, news, 1),
+                     1);
     assert_int_equal(news[0].status, OFF);
     hear(LINK_DOWN, 0);
     hear(IDLE, 0);
-    assert_int_equal(lum_keeper_standing(keeper, fake.now_ns, news, 0), 0);
-    assert_int_equal(lum_keeper_standing(keeper, fake.now_ns, news, 1), 1);
+    assert_int_equal(lum_laser_session_standing(laser, fake.now_ns, news, 0),
+                     0);
+    assert_int_equal(lum_laser_session_standing(laser, fake.now_ns, news, 1),
+                     1);
     assert_int_equal(news[0].kind, LUM_NEWS_LINK_DOWN);
     assert_int_equal(strlen(news[0].text), LUM_NEWS_TEXT_BYTES - 1u);
     assert_int_equal(news[1].status, 7);
@@ -838,10 +846,11 @@ static void without_an_owner_no_heartbeats_are_no_hazard(void **state)
         options.owns = i == 2;
         begin();
         wait_for(8 * SECOND);
-        lum_keeper_note_owner(keeper, i == 1);
+        lum_laser_session_note_owner(laser, i == 1);
         hear(ANSWER, REFUSED);
         (void)take_news(i == 0 ? NOTHING : LUM_NEWS_HAZARD);
-        assert_int_equal(lum_keeper_standing(keeper, fake.now_ns, news, 4), 3);
+        assert_int_equal(
+            lum_laser_session_standing(laser, fake.now_ns, news, 4), 3);
         assert_int_equal(news[0].kind, LUM_NEWS_NO_DATA_YET);
         assert_true(news[0].ns == 8 * SECOND);
     }
@@ -860,7 +869,7 @@ static void a_sensor_that_moved_is_told_with_its_address(void **state)
             (void)serve();
             assert_int_equal(take_news(LUM_NEWS_MOVED).to.address, 0x0a2a0063);
         }
-        lum_keeper_end(keeper, sensor, 100, 0, NULL);
+        lum_laser_session_end(laser, sensor, 100, 0, NULL);
         assert_true(fake.now_ns == SECOND + 100 * MS);
         assert_int_equal(take_news(LUM_NEWS_ENDED_UNKNOWN).to.address,
                          0x0a2a0063);
@@ -948,8 +957,9 @@ static void each_end_is_told(void **state)
         end_has_status = cases[i % 6u].has_status;
         assert_int_equal(lum_sensor_request(sensor, NULL, 0), LUM_OK);
         assert_int_equal(
-            lum_keeper_end(keeper, off != LUM_LASER_OFF_UNKNOWN ? sensor : NULL,
-                           1000, is_last ? 0 : 7000, NULL),
+            lum_laser_session_end(laser,
+                                  off != LUM_LASER_OFF_UNKNOWN ? sensor : NULL,
+                                  1000, is_last ? 0 : 7000, NULL),
             off);
         /* a status that shows it down is looked at once more */
         if (lum_laser_is_down(status)) {
@@ -1051,8 +1061,8 @@ static void an_off_changes_nothing_else_of_the_session(void **state)
 #define FACTS   (sizeof facts / sizeof facts[0])
 
 static const struct CMUnitTest facts[] = {
-    cmocka_unit_test(a_keeper_is_made_of_the_session_s_options),
-    cmocka_unit_test(a_keeper_may_be_told_to_try_once_and_not_to_wait),
+    cmocka_unit_test(a_laser_session_is_made_of_the_session_s_options),
+    cmocka_unit_test(a_laser_session_may_be_told_to_try_once_and_not_to_wait),
     cmocka_unit_test(a_hazard_before_the_answer_to_on_refuses_it),
     cmocka_unit_test(a_text_of_commands_is_what_is_wanted),
     cmocka_unit_test(it_is_told_how_long_the_program_stood_still),

@@ -1,13 +1,14 @@
-/* A keeper as its user, its sensor and time might treat it, beside a model of
- * docs/safety.md: what it sends, each news of the laser, and what it says that
- * holds are those of the model. The session is one of a few words, here below.
+/* A laser session as its user, its sensor and time might treat it, beside a
+ * model of docs/safety.md: what it sends, each news of the laser, and what it
+ * says that holds are those of the model. The session is one of a few words,
+ * here below.
  *
  * With LUM_RANDOM it is a program, fuzz_keeper RUNS SEED, that makes so many
  * random sequences without a fuzzer. */
 #include "lum/base/time.h"
 #include "lum/group.h"
 #include "lum/laser.h"
-#include "lum/live/keeper.h"
+#include "lum/live/laser_session.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -60,10 +61,10 @@ static struct run {
     int64_t now_ns, boot_ns;
     int64_t utc_ns; /* ahead of it */
     lum_sensor session;
-    lum_keeper *keeper;
+    lum_laser_session *laser;
     char asked;    /* in this call; 0: nothing */
     bool owns;     /* the session sends heartbeats */
-    bool is_user;  /* it is not the keeper that asks */
+    bool is_user;  /* it is not the laser session that asks */
     uint64_t hash; /* of all that came out */
 } run;
 
@@ -234,7 +235,7 @@ static char model_next(void)
     return can && run.now_ns >= model.due_ns ? next : (char)0;
 }
 
-/* --- What the keeper calls --- */
+/* --- What the laser session calls --- */
 
 int64_t lum_time_monotonic_ns(void)
 {
@@ -340,7 +341,7 @@ static void check_contact(const lum_news *news)
         REQUIRE((news->status & model.hazards) == 0);
         model.hazards |= news->status;
     } else if (kind == LUM_NEWS_TEXT) {
-        REQUIRE(++model.texts <= LUM_KEEPER_TEXTS);
+        REQUIRE(++model.texts <= LUM_LASER_SESSION_TEXTS);
     } else {
         REQUIRE(kind >= LUM_NEWS_NO_ANSWER_YET &&
                 kind <= LUM_NEWS_UNKNOWN_LAYOUT);
@@ -381,7 +382,7 @@ static void drain(void)
 {
     static const unsigned none[LUM_NEWS_END];
     lum_news news = {.struct_size = sizeof news};
-    while (lum_keeper_next(run.keeper, &news)) {
+    while (lum_laser_session_next(run.laser, &news)) {
         note(news.kind);
         note(news.status);
         check_news(&news);
@@ -410,22 +411,22 @@ static uint16_t take_status(void)
 
 static void check_view(void)
 {
-    lum_keeper_view view = {.struct_size = sizeof view};
+    lum_laser_session_view view = {.struct_size = sizeof view};
     lum_news news[4] = {{.struct_size = sizeof news[0]}};
-    REQUIRE(lum_keeper_look(run.keeper, &view) == LUM_OK);
+    REQUIRE(lum_laser_session_look(run.laser, &view) == LUM_OK);
     REQUIRE(view.laser == model.phase);
     REQUIRE(view.is_off_due == (model.owes || model.trusts));
     REQUIRE(view.has_status == model.has_status);
     REQUIRE(view.status == model.status);
     REQUIRE(view.has_data == model.has_data);
     REQUIRE(view.is_unheard == model.is_unheard);
-    const size_t count =
-        lum_keeper_standing(run.keeper, run.now_ns, news, 1u + run.hash % 4u);
+    const size_t count = lum_laser_session_standing(run.laser, run.now_ns, news,
+                                                    1u + run.hash % 4u);
     REQUIRE(count <= 4);
     for (size_t i = 0; i < count; i++) {
         REQUIRE(lum_news_name(news[i].kind) != NULL);
     }
-    if (lum_keeper_darkness(run.keeper, &news[0])) {
+    if (lum_laser_session_darkness(run.laser, &news[0])) {
         REQUIRE(model.has_status && !is_shown_up(model.status));
         REQUIRE(news[0].kind == LUM_NEWS_HAZARD ||
                 lum_news_is_dark(news[0].kind));
@@ -445,7 +446,7 @@ static void pass(int64_t ns)
     model_pass();
     const char next = model_next();
     run.asked = 0;
-    lum_keeper_serve(run.keeper, &run.session, run.now_ns);
+    lum_laser_session_serve(run.laser, &run.session, run.now_ns);
     REQUIRE(run.asked == next);
     REQUIRE(stood_ns < 2 * SECOND || run.asked != 'u');
     if (run.asked != 0) {
@@ -470,7 +471,7 @@ static void hear(lum_sensor_event event, bool has_text)
     }
     REQUIRE(lum_tlv_open(packet, w.len, &number, &event.tlvs) == LUM_OK);
     model_pass();
-    lum_keeper_take(run.keeper, &event, run.now_ns);
+    lum_laser_session_take(run.laser, &event, run.now_ns);
     drain();
 }
 
@@ -592,8 +593,8 @@ static void command(uint8_t how)
     run.session.is_waiting = run.session.is_waiting && how < 128;
     const bool is_taken = !run.session.is_waiting && !run.session.refuses;
     run.is_user = true;
-    REQUIRE((lum_keeper_command(run.keeper, &run.session, text, run.now_ns) ==
-             LUM_OK) == is_taken);
+    REQUIRE((lum_laser_session_command(run.laser, &run.session, text,
+                                       run.now_ns) == LUM_OK) == is_taken);
     run.is_user = false;
     if (is_taken && request != OTHER) {
         model_want(request == 'u' ? LUM_WANT_ON : LUM_WANT_OFF);
@@ -607,7 +608,7 @@ static void want(uint8_t how)
 {
     const lum_laser_want laser = (lum_laser_want)(how % 4u);
     model_want(laser);
-    lum_keeper_want(run.keeper, laser, run.now_ns);
+    lum_laser_session_want(run.laser, laser, run.now_ns);
 }
 
 static void lend(uint8_t how)
@@ -617,7 +618,7 @@ static void lend(uint8_t how)
     if (how % 4u == 0) {
         want(LUM_WANT_GUARD);
     }
-    lum_keeper_lend(run.keeper, run.now_ns);
+    lum_laser_session_lend(run.laser, run.now_ns);
     model_sent(OTHER);
 }
 
@@ -645,8 +646,8 @@ static void end(uint8_t how)
     }
     model.owes = !is_seen;
     expect(kinds[goes_on ? 2 : !is_up][off], true);
-    REQUIRE(lum_keeper_end(run.keeper, s, 3000, goes_on ? 7000 : 0, NULL) ==
-            off);
+    REQUIRE(lum_laser_session_end(run.laser, s, 3000, goes_on ? 7000 : 0,
+                                  NULL) == off);
     run.session.is_waiting = false;
     model.is_moved = s != NULL ? s->is_moved : model.is_moved;
     drain();
@@ -659,10 +660,10 @@ static void overflow(uint8_t how)
     const unsigned ups = how % 100u;
     model_pass();
     for (unsigned i = 0; i < ups; i++) {
-        lum_keeper_take(run.keeper, &up, run.now_ns);
+        lum_laser_session_take(run.laser, &up, run.now_ns);
     }
     model.expected[LUM_NEWS_LINK_UP] =
-        ups < LUM_KEEPER_NEWS ? ups : LUM_KEEPER_NEWS - 1u;
+        ups < LUM_LASER_SESSION_NEWS ? ups : LUM_LASER_SESSION_NEWS - 1u;
     expect(LUM_NEWS_LINK_DOWN, true);
     hear((lum_sensor_event){.kind = LUM_SENSOR_LINK}, false);
 }
@@ -682,7 +683,7 @@ static void change_session(uint8_t how)
 static void note_owner(uint8_t how)
 {
     model.is_owned = run.owns || how >= 128;
-    lum_keeper_note_owner(run.keeper, how >= 128);
+    lum_laser_session_note_owner(run.laser, how >= 128);
 }
 
 static void step(void)
@@ -704,14 +705,14 @@ static void step(void)
 static uint64_t play(const uint8_t *data, size_t size)
 {
     lum_sensor_options session;
-    lum_keeper_options options;
+    lum_laser_session_options options;
     lum_error error;
     memset(&model, 0, sizeof model);
     run = (struct run){
         .input = data, .left = size, .now_ns = SECOND, .utc_ns = 1000 * SECOND};
     const uint8_t how = take_byte();
     lum_sensor_options_default(&session);
-    lum_keeper_options_default(&options, &session);
+    lum_laser_session_options_default(&options, &session);
     options.laser = (lum_laser_want)(how % 4u);
     run.owns = (how & 4u) != 0;
     options.owns = run.owns;
@@ -722,11 +723,12 @@ static uint64_t play(const uint8_t *data, size_t size)
     model.passed_ns = run.now_ns;
     model.listens_ns = run.now_ns;
     model_want(options.laser);
-    REQUIRE(lum_keeper_new(&options, run.now_ns, &run.keeper, &error) == 0);
+    REQUIRE(lum_laser_session_new(&options, run.now_ns, &run.laser, &error) ==
+            0);
     while (run.left > 0) {
         step();
     }
-    lum_keeper_free(run.keeper);
+    lum_laser_session_free(run.laser);
     return run.hash;
 }
 
