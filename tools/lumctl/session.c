@@ -254,23 +254,15 @@ void session_note_status(struct ctl *ctl, uint16_t status)
 static bool is_said(const lum_sensor_event *event, lum_news_kind kind,
                     bool is_alone)
 {
-    static const lum_news_kind kinds[] = {
-        LUM_NEWS_NO_ANSWER_YET,  LUM_NEWS_NO_DATA_YET,
-        LUM_NEWS_UNKNOWN_LAYOUT, LUM_NEWS_LASER_FELL,
-        LUM_NEWS_OFF_UNANSWERED, LUM_NEWS_SILENT,
-        LUM_NEWS_DATA_STOPPED,   LUM_NEWS_BACK,
-        LUM_NEWS_MOVED,          LUM_NEWS_RESTARTED,
-        LUM_NEWS_LINK_DOWN,      LUM_NEWS_LINK_UP};
-    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
-        if (kind == kinds[i]) {
-            return true;
-        }
-    }
-    return (kind == LUM_NEWS_TEXT && event->kind == LUM_SENSOR_ALERT) ||
-           (is_alone &&
-            (kind == LUM_NEWS_NO_STATUS ||
-             (kind >= LUM_NEWS_UNHEARD && kind != LUM_NEWS_NO_ANSWER &&
-              kind <= LUM_NEWS_LATE_ANSWERS)));
+    const bool is_of_data =
+        kind >= LUM_NEWS_NO_ANSWER_YET && kind <= LUM_NEWS_RESTARTED;
+    const bool is_of_answers = kind == LUM_NEWS_UNHEARD ||
+                               kind == LUM_NEWS_LATE_ANSWERS ||
+                               kind == LUM_NEWS_NO_STATUS;
+    return is_of_data || kind == LUM_NEWS_LASER_FELL ||
+           kind == LUM_NEWS_OFF_UNANSWERED || kind == LUM_NEWS_LINK_DOWN ||
+           kind == LUM_NEWS_LINK_UP || (is_of_answers && is_alone) ||
+           (kind == LUM_NEWS_TEXT && event->kind == LUM_SENSOR_ALERT);
 }
 
 /* Printed even with --quiet: it is what the sensor says, or a person must know.

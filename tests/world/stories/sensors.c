@@ -128,7 +128,7 @@ STORY(a_reboot, "a reboot is told and the recording goes on")
     user_until_beats(s, 6);
     until_more(&b, "raw.pcap", 200000);
     user_expect_end(dump, SIGINT, 0);
-    user_expect_has(user_err(dump), "went off (none: ");
+    user_expect_has(user_err(dump), "went off (TLV_CMD_ON");
     user_expect_has(user_err(dump), "10.42.0.37 was restarted");
     user_expect_lacks(user_err(dump), "another program");
     user_expect_equal(user_heard(s, "u"), 1);
