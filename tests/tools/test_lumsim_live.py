@@ -375,7 +375,7 @@ class Options(unittest.TestCase):
                 (("--jitter", -1), "from 0 to 10000"),
                 (("--answer-delay", "x"), "from 0 to 10000"),
                 (("--answer-loss", 2), "probability"),
-                *((("--boot-status", bits), "0 to 0xffff, without 0x0800") for bits in ("0x0810", "0x10000", "-1", "fan", "0x", "")),
+                *((("--boot-status", bits), "0 to 0xffff without the bit 0x0800") for bits in ("0x0810", "0x10000", "-1", "fan", "0x", "")),
                 (("--replay", "x", "--speed", 0), "from 0.001 to 1000"),
                 (("--frames", 1001), "at most 1000"),
                 (("--fault", "fan"), "NAME@SECONDS"),

@@ -90,26 +90,14 @@ static void welcome(struct beating *b)
 static bool take(void *context, const lum_sensor_event *event)
 {
     struct beating *b = context;
-    const int64_t now = lum_time_monotonic_ns();
-    bool goes_on = true;
-    switch (event->kind) {
-    case LUM_SENSOR_DATAGRAMS:
+    const bool is_heard = event->kind == LUM_SENSOR_DATAGRAMS ||
+                          event->kind == LUM_SENSOR_ANSWER ||
+                          event->kind == LUM_SENSOR_ALERT;
+    if (is_heard) {
         welcome(b);
-        break;
-    case LUM_SENSOR_ANSWER:
-    case LUM_SENSOR_ALERT:
-        welcome(b);
-        goes_on = !event->has_status || show_status(b, event);
-        break;
-    case LUM_SENSOR_IDLE:
-    case LUM_SENSOR_CANCELLED:
-    case LUM_SENSOR_TIME:
-    case LUM_SENSOR_NO_ANSWER:
-    case LUM_SENSOR_LINK:
-    case LUM_SENSOR_FAILED:
-        break;
     }
-    show_line(b, now);
+    const bool goes_on = !event->has_status || show_status(b, event);
+    show_line(b, lum_time_monotonic_ns());
     return goes_on;
 }
 

@@ -241,21 +241,13 @@ static void ask_clock(struct ctl *ctl, struct memory_clock *out)
         return;
     }
     while (lum_time_monotonic_ns() < end) {
-        switch (session_wait(ctl, end, &event)) {
-        case LUM_SENSOR_TIME:
+        const lum_sensor_event_kind kind = session_wait(ctl, end, &event);
+        if (kind == LUM_SENSOR_TIME) {
             read_clock(&event, out);
+        }
+        if (kind == LUM_SENSOR_TIME || kind == LUM_SENSOR_NO_ANSWER ||
+            kind == LUM_SENSOR_CANCELLED || kind == LUM_SENSOR_FAILED) {
             return;
-        case LUM_SENSOR_NO_ANSWER:
-        case LUM_SENSOR_CANCELLED:
-        case LUM_SENSOR_FAILED:
-            return;
-        case LUM_SENSOR_IDLE:
-        case LUM_SENSOR_DATAGRAMS:
-        case LUM_SENSOR_ANSWER:
-        case LUM_SENSOR_ALERT:
-        case LUM_SENSOR_LINK:
-        default:
-            break;
         }
     }
     lum_sensor_give_up(ctl->sensor);

@@ -116,8 +116,12 @@ static enum exit_status switch_on(struct ctl *ctl)
     const enum exit_status status =
         ctl_command_words(ctl, text_of(LUM_COMMAND_LASER_ON, text), "laser on");
     if (status == EXIT_DONE && !ctl->options.dry_run) {
-        ctl_note(ctl, "it goes off 3 s after the last heartbeat; full strength "
-                      "takes several seconds");
+        ctl_note(ctl,
+                 "the laser goes off 3 s after the last heartbeat%s; full "
+                 "strength takes several seconds",
+                 session_has_owner(ctl) ? ""
+                                        : ", and no program of this host "
+                                          "sends heartbeats");
     }
     return status;
 }

@@ -263,9 +263,10 @@ static void print(const struct move *m, enum found found)
         json_close_object(&json);
         json_end(&json);
     } else if (found == FOUND_NEW) {
-        (void)printf("%s: the sensor answers there now; say --host %s from now "
-                     "on\n",
-                     name, name);
+        (void)printf("%s: the sensor answers there now; %s%s\n", name,
+                     m->ctl->in_shell ? "this shell goes on with "
+                                      : "from now on say --host ",
+                     name);
     }
 }
 

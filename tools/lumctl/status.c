@@ -133,29 +133,22 @@ static bool show(struct watching *w, bool is_silent, uint16_t status)
 static bool take(void *context, const lum_sensor_event *event)
 {
     struct watching *w = context;
-    switch (event->kind) {
-    case LUM_SENSOR_ANSWER:
-    case LUM_SENSOR_ALERT:
-        w->round_trip_ns = event->kind == LUM_SENSOR_ANSWER && event->tries == 1
-                               ? event->received_ns - event->sent_ns
-                               : 0;
-        if (!event->has_status) {
-            return true;
-        }
-        w->ctl->has_status = true;
-        w->ctl->status = event->status;
-        return show(w, false, event->status);
-    case LUM_SENSOR_NO_ANSWER:
+    const bool is_answer = event->kind == LUM_SENSOR_ANSWER;
+    if (event->kind == LUM_SENSOR_NO_ANSWER) {
         return show(w, true, w->status);
-    case LUM_SENSOR_IDLE:
-    case LUM_SENSOR_CANCELLED:
-    case LUM_SENSOR_DATAGRAMS:
-    case LUM_SENSOR_TIME:
-    case LUM_SENSOR_LINK:
-    case LUM_SENSOR_FAILED:
-    default:
+    }
+    if (!is_answer && event->kind != LUM_SENSOR_ALERT) {
         return true;
     }
+    w->round_trip_ns = is_answer && event->tries == 1
+                           ? event->received_ns - event->sent_ns
+                           : 0;
+    if (!event->has_status) {
+        return true;
+    }
+    w->ctl->has_status = true;
+    w->ctl->status = event->status;
+    return show(w, false, event->status);
 }
 
 static enum exit_status watch(struct ctl *ctl)

@@ -173,22 +173,13 @@ static void note_silence(struct timing *t)
 static bool take(void *context, const lum_sensor_event *event)
 {
     struct timing *t = context;
-    switch (event->kind) {
-    case LUM_SENSOR_TIME:
+    if (event->kind == LUM_SENSOR_TIME) {
         t->is_silent = false;
         add(t, event);
         return show_line(t);
-    case LUM_SENSOR_NO_ANSWER:
+    }
+    if (event->kind == LUM_SENSOR_NO_ANSWER) {
         note_silence(t);
-        break;
-    case LUM_SENSOR_IDLE:
-    case LUM_SENSOR_CANCELLED:
-    case LUM_SENSOR_DATAGRAMS:
-    case LUM_SENSOR_ANSWER:
-    case LUM_SENSOR_ALERT:
-    case LUM_SENSOR_LINK:
-    case LUM_SENSOR_FAILED:
-        break;
     }
     return true;
 }

@@ -69,7 +69,7 @@ static int take_line(struct pass *pass, lum_error *error)
 
 /* Of --frames whole:N the first so many, else all. One without points is that
  * of a laser that is not on yet. */
-static bool is_chosen(struct pass *pass)
+static bool choose_frame(struct pass *pass)
 {
     struct summary *s = &pass->summary;
     const size_t points = frame_lines_points(pass->frame_lines);
@@ -99,7 +99,7 @@ static int take_frame(struct pass *pass, lum_error *error)
         errno = ENOMEM;
         return lum_error_set(error, "out of memory");
     }
-    return is_chosen(pass) && is_written
+    return choose_frame(pass) && is_written
                ? outputs_add_frame(pass->outputs, pass->frame_lines, error)
                : 0;
 }

@@ -3,7 +3,7 @@
 #include "../common/interrupt.h"
 #include "../common/number.h"
 #include "lum/base/time.h"
-#include "lum/laser.h"
+#include "lum/host/laser_name.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -45,9 +45,10 @@ static void tell_news(struct session *s)
     while (lum_laser_session_next(s->laser, &news)) {
         char text[LUM_ERROR_BYTES];
         if (is_told(news.kind, session_look(s).has_data)) {
-            say_warn(&s->say, "%s%s", lum_news_tell(&news, text, sizeof text),
-                     lum_news_is_dark(news.kind) ? "; the recording continues"
-                                                 : "");
+            const bool is_error = lum_news_weigh(news.kind) == LUM_NEWS_ERROR;
+            (is_error ? say_error : say_warn)(
+                &s->say, "%s%s", lum_news_tell(&news, text, sizeof text),
+                lum_news_is_dark(news.kind) ? "; the recording continues" : "");
         }
     }
 }
@@ -89,26 +90,15 @@ static void take_datagrams(struct session *s, const lum_sensor_event *event,
 static void take_event(struct session *s, const lum_sensor_event *event,
                        int64_t now_ns)
 {
-    switch (event->kind) {
-    case LUM_SENSOR_DATAGRAMS:
+    if (event->kind == LUM_SENSOR_DATAGRAMS) {
         take_datagrams(s, event, now_ns);
-        break;
-    case LUM_SENSOR_CANCELLED:
+    } else if (event->kind == LUM_SENSOR_CANCELLED) {
         s->end = interrupt_signal() != 0 ? SESSION_SIGNAL : SESSION_GOES_ON;
-        break;
-    case LUM_SENSOR_FAILED:
+    } else if (event->kind == LUM_SENSOR_FAILED) {
         s->error = event->error;
         s->end = SESSION_BROKEN;
-        break;
-    case LUM_SENSOR_IDLE:
-    case LUM_SENSOR_ANSWER:
-    case LUM_SENSOR_TIME:
-    case LUM_SENSOR_NO_ANSWER:
-    case LUM_SENSOR_ALERT:
-    case LUM_SENSOR_LINK:
-    default:
+    } else {
         lum_laser_session_take(s->laser, event, now_ns);
-        break;
     }
 }
 
@@ -154,16 +144,6 @@ static void tell_drops(struct session *s, const lum_sensor_counters *c,
     }
 }
 
-static const char *name_laser(const lum_laser_session_view *view)
-{
-    if (!view->has_status) {
-        return "laser ?";
-    }
-    return lum_laser_is_down(view->status) ? "laser off"
-           : lum_laser_is_on(view->status) ? "laser on"
-                                           : "laser may be on";
-}
-
 static void show_status(struct session *s, const lum_sensor_counters *c,
                         int64_t now_ns)
 {
@@ -184,7 +164,9 @@ static void show_status(struct session *s, const lum_sensor_counters *c,
                                       .buffer_used = lanes_level(s->lanes)};
     if (sensor.has_data) {
         status_format(&s->before, &now, sensor.first_data_ns,
-                      name_laser(&sensor), line, sizeof line);
+                      sensor.has_status ? lum_laser_status_name(sensor.status)
+                                        : "?",
+                      line, sizeof line);
     } else {
         (void)snprintf(line, sizeof line, "waiting for data from %s",
                        number_format_address(

@@ -34,7 +34,7 @@ void status_format(const struct status_totals *before,
     char n[5][24];
     (void)snprintf(
         out, room,
-        "%.2f Mpt/s  lost: wire %sw %sl, kernel %s, ring %s, bad %s  %s  "
+        "%.2f Mpt/s  lost: wire %sw %sl, kernel %s, ring %s, bad %s  laser %s  "
         "buf %u%%  %.1f s  %.0f packets/s %.1f Mbit/s",
         rate(before->points, now->points, seconds) * 1e-6,
         brief(now->lost_words, n[0]), brief(now->lost_lines, n[1]),

@@ -156,7 +156,7 @@ static bool take_boot_status(void *options, const char *text, lum_error *why)
     struct options *o = options;
     char *end = NULL;
     const size_t digits = strspn(text, "0x123456789abcdefABCDEF");
-    const unsigned long bits = strtoul(text, &end, 16);
+    const unsigned long bits = strtoul(text, &end, 0);
     (void)why;
     o->boot_status = (uint16_t)bits;
     return digits > 0 && *end == '\0' && bits <= UINT16_MAX &&
@@ -232,7 +232,8 @@ static const struct option_spec specs[] = {
      .allowed = "the name of an interface"},
     {"clock", .group = LIVE, WHOLE(clock_us, 0, UINT32_MAX)},
     {"boot-status", .group = LIVE, CALL(take_boot_status),
-     .allowed = "bits from 0 to 0xffff, without 0x0800"},
+     .allowed =
+         "a number from 0 to 0xffff without the bit 0x0800, such as 0x0200"},
     {"duration", .group = LIVE, REAL(duration_s, 0.001, DURATION_MAX)},
     {"log", .group = LIVE, TEXT(log)},
     {"client", .group = MODE_FILE, CALL(take_client), .allowed = HOST},

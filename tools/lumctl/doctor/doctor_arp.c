@@ -158,7 +158,7 @@ static void fix_own(struct doctor *d, const struct host_interface *on,
                     struct doctor_finding *out)
 {
     char own[16];
-    char free[16];
+    char other[16];
     const struct interface_address *at = NULL;
     const uint32_t beside = host_address_beside(d, on);
     if (beside == 0 || interfaces_owner(d->interfaces, d->interface_count,
@@ -169,7 +169,7 @@ static void fix_own(struct doctor *d, const struct host_interface *on,
     doctor_fix(out,
                "sudo ip addr add %s/%u dev %s && sudo ip addr del %s/%u dev "
                "%s    # or give the other one another address",
-               number_format_address(beside, free), at->prefix, on->name,
+               number_format_address(beside, other), at->prefix, on->name,
                number_format_address(d->source, own), at->prefix, on->name);
 }
 
