@@ -131,6 +131,7 @@ static void count(struct live *l)
     l->counts.foreign_source = c.foreign_source;
     l->counts.heartbeats_sent = c.heartbeats;
     if (view.has_data) {
+        l->counts.dark_s = l->options->laser ? (double)s->dark_ns * 1e-9 : 0.0;
         l->counts.silent_s =
             silent_ns >= PAUSE_NS ? (double)silent_ns * 1e-9 : 0.0;
         l->counts.seconds =

@@ -176,9 +176,19 @@ static void show_status(struct session *s, const lum_sensor_counters *c,
     say_status(&s->say, line);
 }
 
+/* Since the tick before. */
+static void note_dark(struct session *s, int64_t now_ns)
+{
+    const lum_laser_session_view view = session_look(s);
+    if (view.has_data && view.laser != LUM_LASER_UP) {
+        s->dark_ns += now_ns - (s->tick_ns - TICK_NS);
+    }
+}
+
 static void tick(struct session *s, int64_t now_ns)
 {
     lum_sensor_counters counters = {.struct_size = sizeof counters};
+    note_dark(s, now_ns);
     s->tick_ns = now_ns + TICK_NS;
     lanes_wake(s->lanes);
     say_flush(&s->say);

@@ -39,6 +39,7 @@ struct session {
 
     struct say say;
     lum_laser_session *laser;
+    int64_t dark_ns; /* with data, and without the laser that was asked for */
     enum session_end end;
     lum_error error;
     int64_t began_ns; /* all times are monotonic */

@@ -443,8 +443,8 @@ static void print_json_live(const struct live_counts *c, FILE *out)
                   c->kernel_drops_at_least ? "true" : "false");
     (void)fprintf(out,
                   "  \"silent_s\": %.3f,\n  \"seconds\": %.6f,\n"
-                  "  \"laser\": \"%s\",\n",
-                  c->silent_s, c->seconds, c->laser);
+                  "  \"laser\": \"%s\",\n  \"dark_s\": %.3f,\n",
+                  c->silent_s, c->seconds, c->laser, c->dark_s);
     print_json_outputs(c, out);
 }
 
@@ -649,6 +649,10 @@ static void print_live(const struct live_counts *c, FILE *out)
                       "", c->silent_s);
     }
     (void)fprintf(out, "%-10s %14s\n", "laser", c->laser);
+    if (c->dark_s >= 1.0) {
+        (void)fprintf(out, "%-10s %14.3f  seconds of data without the laser\n",
+                      "", c->dark_s);
+    }
     print_outputs(c, out);
 }
 

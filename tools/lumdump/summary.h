@@ -35,6 +35,7 @@ struct live_counts {
     uint64_t heartbeats_sent;
     double silent_s;    /* at the end without data; 0: less than a second */
     double seconds;     /* from the first data to the end */
+    double dark_s;      /* with data, and without the laser of --laser */
     const char *laser;  /* off, on, unknown, untouched */
     char darkness[320]; /* why there are no ranges; empty: not known */
 };

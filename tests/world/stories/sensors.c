@@ -87,6 +87,8 @@ STORY(a_hazard_at_the_start, "a hazard at the start is told and recorded")
     user_expect_has(user_err(dump), "stays down");
     user_expect_equal(user_count(user_err(dump), "hazard: FAN_PWM_BAD"),
                       2); /* at once, and in the summary */
+    user_expect_like(user_out(dump),
+                     "2\\.[0-9]+  seconds of data without the laser");
     user_expect_equal(user_events(s, "laser"), 0);
     user_expect_at_least(user_heard(s, "d"), 1);
     user_expect(user_number(summary_of(&b, "raw.pcap"), "lines") > 10);
