@@ -87,7 +87,7 @@ STORY(a_hazard_at_the_start, "a hazard at the start is told and recorded")
     user_expect_has(user_err(dump), "stays down");
     user_expect_equal(user_count(user_err(dump), "hazard: FAN_PWM_BAD"),
                       2); /* at once, and in the summary */
-    user_expect_like(user_out(dump),
+    user_expect_like(user_err(dump),
                      "2\\.[0-9]+  seconds of data without the laser");
     user_expect_equal(user_events(s, "laser"), 0);
     user_expect_at_least(user_heard(s, "d"), 1);
