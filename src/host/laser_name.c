@@ -1,7 +1,6 @@
 #include "lum/host/laser_name.h"
 
 #include <stddef.h>
-#include <string.h>
 
 const char *lum_laser_bit_name(unsigned bit)
 {
@@ -35,12 +34,11 @@ const char *lum_laser_status_name(uint16_t status)
 
 static size_t add(char *out, size_t room, size_t at, const char *text)
 {
-    const size_t left = room - 1u - at;
-    const size_t len = strlen(text);
-    const size_t count = len < left ? len : left;
-    memcpy(out + at, text, count);
-    out[at + count] = '\0';
-    return at + count;
+    while (*text != '\0' && at < room - 1u) {
+        out[at++] = *text++;
+    }
+    out[at] = '\0';
+    return at;
 }
 
 const char *lum_laser_bits_name(uint16_t bits, const char *between, char *out,

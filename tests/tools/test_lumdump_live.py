@@ -403,7 +403,7 @@ class Terminal(Case):
             self.assertLess(time.monotonic(), end, shown)
             if select.select([main], [], [], 0.1)[0]:
                 shown += os.read(main, 65536)
-            if b"laser on  buf" in shown and not is_asked:
+            if b"laser up  buf" in shown and not is_asked:
                 p.send_signal(signal.SIGINT)
                 is_asked = True
         os.close(terminal)
@@ -414,7 +414,7 @@ class Terminal(Case):
             self.assertLess(len(text), 80)
         # all that matters fits the 80 columns of a terminal that does not tell its width
         self.assertTrue([t for t in lines if re.match(rb"\d+\.\d\d Mpt/s  lost: wire \d+w \d+l, kernel \d+, "
-                                                      rb"ring \d+, bad \d+  laser on  buf \d+%", t)], lines)
+                                                      rb"ring \d+, bad \d+  laser up  buf \d+%", t)], lines)
 
 
 class Jobs(Case):

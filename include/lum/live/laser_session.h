@@ -89,8 +89,8 @@ typedef struct lum_laser_session_options {
 
 /** What a laser session knows now. */
 typedef struct lum_laser_session_view {
-    size_t
-        struct_size; /**< sizeof(lum_laser_session_view), set by the caller */
+    size_t struct_size;    /**< sizeof(lum_laser_session_view), set by the
+                                caller */
     lum_laser_state laser; /**< where it stands */
     bool is_off_due;       /**< `d` is to be sent, or has no answer yet */
     bool has_status;       /**< a status has come */

@@ -10,12 +10,12 @@ STORY(a_status_line, "a status line is shown on a terminal, within its width")
     world_terminal *terminal = world_terminal_new("terminal");
     user_tool *dump = user_start_with(b.host, (user_with){.terminal = terminal},
                                       RECORD " -o c.csv");
-    user_until(user_has(user_shown(terminal), "laser on  buf"));
+    user_until(user_has(user_shown(terminal), "laser up  buf"));
     world_terminal_type(terminal, "\003");
     user_expect_status(dump, 0);
     user_expect_like(user_shown(terminal),
                      "[0-9]+.[0-9][0-9] Mpt/s  lost: wire [0-9]+w [0-9]+l, "
-                     "kernel [0-9]+, ring [0-9]+, bad [0-9]+  laser on  buf "
+                     "kernel [0-9]+, ring [0-9]+, bad [0-9]+  laser up  buf "
                      "[0-9]+%");
     for (const char *at = strstr(user_shown(terminal), "\r\033[K"); at != NULL;
          at = strstr(at + 4, "\r\033[K")) {
