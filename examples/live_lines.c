@@ -2,28 +2,11 @@
  * ADDRESS. Needs lumsdk::net and lumsdk::frame. */
 #include "lum/frame/reader.h"
 #include "lum/net/live.h"
+#include "lum/net/resolve.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 
 #define LINES 100
-
-/* a.b.c.d */
-static bool parse(const char *text, uint32_t *address)
-{
-    uint32_t value = 0;
-    for (int i = 0; i < 4; i++) {
-        char *end = NULL;
-        const unsigned long part = strtoul(text, &end, 10);
-        if (end == text || part > 255 || *end != (i < 3 ? '.' : '\0')) {
-            return false;
-        }
-        value = value << 8 | (uint32_t)part;
-        text = end + 1;
-    }
-    *address = value;
-    return true;
-}
 
 /* Whether the lines came. Heartbeats go out inside lum_reader_next(). */
 static bool run(lum_sensor *sensor, lum_error *error)
@@ -71,11 +54,12 @@ int main(int argc, char **argv)
     lum_error error;
     lum_sensor_options_default(&options);
     options.owns = true; /* heartbeats, and so the data */
-    if (argc != 2 || !parse(argv[1], &options.sensor.address)) {
+    if (argc != 2) {
         (void)fputs("usage: live_lines ADDRESS\n", stderr);
         return 2;
     }
     const bool good =
+        lum_resolve(argv[1], &options.sensor.address, &error) == 0 &&
         lum_sensor_open(&options, &sensor, &error) == LUM_NET_OK &&
         run(sensor, &error);
     if (!good) {

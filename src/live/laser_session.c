@@ -373,7 +373,9 @@ size_t lum_laser_session_standing(const lum_laser_session *session,
     const size_t size = out->struct_size;
     const lum_laser_rules *laser = &session->laser;
     const lum_news_kind kind = lum_contact_standing(&session->contact, now_ns);
-    lum_news all[3] = {make(session, kind, now_ns - session->contact.data_ns)};
+    const int64_t away_ns = now_ns - session->contact.data_ns;
+    lum_news all[3] = {
+        make(session, kind, away_ns - away_ns % INT64_C(1000000000))};
     size_t count = 0;
     if (session->contact.is_unheard) { /* no more than that is known */
         const bool is_due = laser->off_due || laser->off_unseen;

@@ -47,8 +47,7 @@ static const entry entries[LUM_NEWS_END] = {
      PROFILE},
     {"laser-unanswered", ERROR,
      "{sensor} did not answer to laser on in {tries} tries: it is being "
-     "switched "
-     "off",
+     "switched off",
      "look with {ctl} status"},
     {"laser-held-up", ERROR,
      "this program was held up for {seconds} s while it switched the laser of "
@@ -88,7 +87,7 @@ static const entry entries[LUM_NEWS_END] = {
     {"moved", ERROR,
      "the data comes from {to} now, not from {sensor}: the sensor has got that "
      "address, so its data is not taken and ends within 3 s",
-     "end this session, and begin one with udp://{to}"},
+     "end this session, and begin one with {to}"},
     {"restarted", WARN, "{sensor} was restarted: its clock began anew",
      "its settings are lost; when it is safe, run {ctl} laser on"},
     {"unheard", WARN,

@@ -17,7 +17,7 @@ def run(*command):
 
 class Examples(unittest.TestCase):
     def test_one_without_its_argument_stops_after_its_usage(self):
-        for name in "capture_to_points", "live_lines":
+        for name in "capture_to_points", "live_lines", "own_laser":
             with self.subTest(name):
                 r = run(EXAMPLES / name)
                 self.assertEqual((r.returncode, r.stdout), (2, ""), r.stderr)

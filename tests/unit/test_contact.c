@@ -74,7 +74,7 @@ static const char *const golden[] = {
     "moved, error: the data comes from 10.42.0.99:6000 now, not from "
     "10.42.0.37: the sensor has got that address, so its data is not taken "
     "and ends within 3 s; end this session, and begin one with "
-    "udp://10.42.0.99:6000",
+    "10.42.0.99:6000",
     "restarted, warning: 10.42.0.37 was restarted: its clock began anew; its "
     "settings are lost; when it is safe, run lumctl --host 10.42.0.37 "
     "--interface eth0 laser on",

@@ -845,7 +845,7 @@ static void without_an_owner_no_heartbeats_are_no_hazard(void **state)
         open_session();
         options.owns = i == 2;
         begin();
-        wait_for(8 * SECOND);
+        wait_for(8 * SECOND + SECOND / 2);
         lum_laser_session_note_owner(laser, i == 1);
         hear(ANSWER, REFUSED);
         (void)take_news(i == 0 ? NOTHING : LUM_NEWS_HAZARD);

@@ -19,6 +19,9 @@
  * }
  * @endcode
  *
+ * examples/own_laser.c is a whole program. After LUM_SENSOR_FAILED another
+ * session can be opened and handed to lum_laser_session_end(), or NULL.
+ *
  * No other code of this project decides to send `u` or `d`. All times are those
  * of lum_time_monotonic_ns(). One thread at a time may use a laser session. */
 #ifndef LUM_LIVE_LASER_SESSION_H
@@ -181,7 +184,7 @@ bool lum_laser_session_next(lum_laser_session *session, lum_news *out);
 
 /** What holds now, the most important first: about data, about the laser, and
  * hazards. For a display; each of it was news once, but LASER_IS_OFF and
- * LASER_LEFT.
+ * LASER_LEFT. Times are whole seconds.
  * @param out  room of them; struct_size of the first is set by the caller, and
  *             holds for all.
  * @param room 3 holds all.
