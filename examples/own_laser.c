@@ -2,7 +2,6 @@
  * own_laser ADDRESS. Needs lumsdk::live. */
 #include "lum/base/time.h"
 #include "lum/live/laser_session.h"
-#include "lum/net/cancel.h"
 #include "lum/net/resolve.h"
 
 #include <signal.h>
@@ -11,12 +10,12 @@
 #define RUN_NS   (5 * INT64_C(1000000000))
 #define SERVE_NS (INT64_C(50) * 1000000)
 
-static lum_cancel *cancel;
+static volatile sig_atomic_t is_over;
 
 static void on_signal(int number)
 {
     (void)number;
-    lum_cancel_raise(cancel);
+    is_over = 1;
 }
 
 /* Whether the laser was as it was asked to be. */
@@ -40,8 +39,7 @@ static bool run(lum_sensor *sensor, lum_laser_session *laser)
     bool is_good = true;
     lum_sensor_event event = {0};
     lum_sensor *last = sensor;
-    while ((now_ns = lum_time_monotonic_ns()) < end_ns &&
-           event.kind != LUM_SENSOR_CANCELLED) {
+    while ((now_ns = lum_time_monotonic_ns()) < end_ns && is_over == 0) {
         lum_laser_session_serve(laser, sensor, now_ns);
         lum_sensor_receive(sensor, now_ns + SERVE_NS, &event);
         lum_laser_session_take(laser, &event, lum_time_monotonic_ns());
@@ -60,39 +58,40 @@ static bool run(lum_sensor *sensor, lum_laser_session *laser)
     return tell(laser) && is_good;
 }
 
-int main(int argc, char **argv)
+static bool open_both(const char *host, lum_sensor **sensor,
+                      lum_laser_session **laser, lum_error *error)
 {
     lum_sensor_options options;
     lum_laser_session_options wants;
+    lum_sensor_options_default(&options);
+    options.owns = true; /* heartbeats, without which the laser goes off */
+    if (lum_resolve(host, &options.sensor.address, error) != 0 ||
+        lum_sensor_open(&options, sensor, error) != LUM_NET_OK) {
+        return false;
+    }
+    lum_laser_session_options_default(&wants, &options);
+    wants.laser = LUM_WANT_ON;
+    return lum_laser_session_new(&wants, lum_time_monotonic_ns(), laser,
+                                 error) == 0;
+}
+
+int main(int argc, char **argv)
+{
     lum_sensor *sensor = NULL;
     lum_laser_session *laser = NULL;
     lum_error error;
-    lum_sensor_options_default(&options);
     if (argc != 2) {
         (void)fputs("usage: own_laser ADDRESS\n", stderr);
         return 2;
     }
-    if (lum_resolve(argv[1], &options.sensor.address, &error) != 0 ||
-        lum_cancel_new(&cancel, &error) != 0) {
-        (void)fprintf(stderr, "own_laser: %s\n", error.text);
-        return 1;
-    }
     (void)signal(SIGINT, on_signal);
     (void)signal(SIGTERM, on_signal);
-    options.owns = true; /* heartbeats, without which the laser goes off */
-    options.cancel = cancel;
-    lum_laser_session_options_default(&wants, &options);
-    wants.laser = LUM_WANT_ON;
-    const bool is_open =
-        lum_sensor_open(&options, &sensor, &error) == LUM_NET_OK &&
-        lum_laser_session_new(&wants, lum_time_monotonic_ns(), &laser,
-                              &error) == 0;
+    const bool is_open = open_both(argv[1], &sensor, &laser, &error);
     if (!is_open) {
         (void)fprintf(stderr, "own_laser: %s\n", error.text);
     }
     const bool is_good = is_open && run(sensor, laser);
     lum_laser_session_free(laser);
     lum_sensor_close(sensor);
-    lum_cancel_free(cancel);
     return is_good ? 0 : 1;
 }

@@ -128,7 +128,7 @@ def test_a_laser_that_no_bit_shows_down_may_be_up():
     with start(address(), boot_status=0) as sim, lumsdk.Sensor(sim.host) as sensor:
         status = sensor.status()
         assert (status.value, status.laser_on, status.laser_down, str(status)) == (0, False, False, "laser may be up: no bit set")
-    with pytest.raises(lumsdk.OptionError, match="without 0x0800"):
+    with pytest.raises(lumsdk.OptionError, match="without the bit 0x0800"):
         start(address(), boot_status=0x800)
 
 

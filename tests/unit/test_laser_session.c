@@ -787,7 +787,6 @@ static void what_holds_is_shown_by_its_weight(void **state)
                  {WANT, LUM_WANT_ON, "", ""},
                  {WANT, LUM_WANT_GUARD, "laser-left", " laser-left"},
                  {ANSWER, UP, "", ""},
-                 /* one that fell says so as long as it is left */
                  {PAUSE, 0, "", " silent"},
                  {ANSWER, OFF, "laser-fell", " data-stopped"},
                  {DATA, 0, "laser-fell", " laser-fell away"},

@@ -270,7 +270,7 @@ static bool makes_points(const struct options *o)
     return o->output_count > 0;
 }
 
-static bool goes_with_source(const struct options *o)
+static bool laser_goes_with_source(const struct options *o)
 {
     if (o->laser && o->guards) {
         return refuse("--guard does not go with --laser, which does the same "
@@ -281,6 +281,11 @@ static bool goes_with_source(const struct options *o)
             "--laser and --guard go with a sensor, udp://ADDRESS: a capture "
             "has no laser");
     }
+    return true;
+}
+
+static bool goes_with_source(const struct options *o)
+{
     if (!o->is_live &&
         (o->interface != NULL || o->buffer != 0 || o->receive_buffer != 0)) {
         return refuse("--interface, --buffer and --receive-buffer go with a "
@@ -308,7 +313,7 @@ static bool goes_with_source(const struct options *o)
         return refuse("--sensor chooses among the sensors of a capture: "
                       "udp://ADDRESS already names one");
     }
-    return true;
+    return laser_goes_with_source(o);
 }
 
 static bool has_messages(const struct options *o)
