@@ -36,7 +36,11 @@ bool lum_laser_is_down(uint16_t status);
 /** Whether the laser is on: TLV_CMD_ON, and no bit of LUM_LASER_ALL_DOWN. A
  * status that is neither down nor on, such as 0, does not tell: the laser may
  * be on. */
-bool lum_laser_is_on(uint16_t status);
+static inline bool lum_laser_is_on(uint16_t status)
+{
+    const unsigned on = LUM_LASER_TLV_CMD_ON;
+    return (status & (LUM_LASER_ALL_DOWN | on)) == on;
+}
 
 /** Whether any hazard bit is set. */
 bool lum_laser_has_hazard(uint16_t status);

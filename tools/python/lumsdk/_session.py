@@ -108,7 +108,8 @@ def hazards_of(value: int) -> int:
 def status_of(value: int, is_owned: bool) -> Status:
     """A status by its bits."""
     idle = value & _HAZARDS == _TIMEOUT_BIT and not is_owned
-    return Status(value, bool(lib.lum_laser_is_on(value)), names_of(value), () if idle else names_of(value & _HAZARDS), idle)
+    is_on = text(lib.lum_laser_status_name(value)) == "up"
+    return Status(value, is_on, names_of(value), () if idle else names_of(value & _HAZARDS), idle)
 
 
 def lacks_heartbeats(value: int) -> bool:
