@@ -755,7 +755,8 @@ int main(int argc, char **argv)
                     UINT64_C(1442695040888963407);
             input[i] = (uint8_t)(state >> 56);
         }
-        (void)LLVMFuzzerTestOneInput(input, 1u + (state >> 33) % 255u);
+        (void)LLVMFuzzerTestOneInput(input,
+                                     (size_t)(1u + (state >> 33) % 255u));
     }
     return 0;
 }
