@@ -209,7 +209,7 @@ STORY(a_sensor_that_is_moved,
     user_expect_status(user_run(b.host, "lumctl set-ip 10.42.0.99"), 0);
     user_until(user_has(user_err(dump), "the data comes from 10.42.0.99 now, "
                                         "not from 10.42.0.37"));
-    user_expect_has(user_err(dump), "udp://10.42.0.99");
+    user_expect_has(user_err(dump), "begin one with 10.42.0.99");
     (void)user_end(dump, SIGINT);
 }
 
@@ -221,7 +221,7 @@ STORY(laser_off_of_a_moved_sensor,
     user_tool *dump = user_start(b.host, RECORD " -o raw.pcap");
     user_until(user_laser_is_on(s));
     user_expect_status(user_run(b.host, "lumctl set-ip 10.42.0.99"), 0);
-    user_until(user_has(user_err(dump), "udp://10.42.0.99"));
+    user_until(user_has(user_err(dump), "begin one with 10.42.0.99"));
     user_signal(dump, SIGINT);
     user_until(user_has(user_err(dump), "laser off is repeated for"));
     user_signal(dump, SIGINT);
