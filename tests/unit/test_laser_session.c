@@ -536,6 +536,58 @@ static void a_text_of_commands_is_what_is_wanted(void **state)
     }
 }
 
+/* What a text asks for besides changes nothing for the laser, and its answer is
+ * none to laser off, which follows at once. */
+static void other_commands_are_not_about_the_laser(void **state)
+{
+    (void)state;
+    begin_with(LUM_WANT_ON);
+    assert_int_equal(serve(), 'u');
+    hear(ANSWER, UP);
+    (void)take_news(LUM_NEWS_LASER_UP);
+    assert_int_equal(
+        lum_laser_session_command(laser, sensor, "50p", fake.now_ns), LUM_OK);
+    assert_int_equal(look().laser, LUM_LASER_UP);
+    hear(ANSWER, UP);
+    want(LUM_WANT_OFF);
+    assert_int_equal(
+        lum_laser_session_command(laser, sensor, "50p", fake.now_ns), LUM_OK);
+    hear(ANSWER, UP);
+    assert_true(look().is_off_due);
+    assert_int_equal(serve(), 'd');
+    hear(ANSWER, OFF);
+    assert_false(look().is_off_due);
+    assert_int_equal(lum_laser_session_command(laser, sensor, "d", fake.now_ns),
+                     LUM_OK);
+    assert_true(look().is_off_due);
+    hear(ANSWER, OFF);
+    assert_false(look().is_off_due);
+}
+
+/* After the answer to "off": when what is sent next. */
+static void an_off_is_repeated_by_what_its_answer_shows(void **state)
+{
+    static const struct {
+        uint16_t status;
+        int64_t after_ns;
+        char next;
+    } cases[] = {{OFF, SECOND, '.'},
+                 {HEAT, SECOND, '.'},
+                 {UP | OFF, SECOND, 'd'},
+                 {UP | 1, SECOND / 5, 'd'},
+                 {UP, SECOND / 5, 'd'}};
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        begin_with(LUM_WANT_OFF);
+        assert_int_equal(serve(), 'd');
+        hear(ANSWER, cases[i].status);
+        fake.now_ns += cases[i].after_ns - 1;
+        assert_int_equal(serve(), 0);
+        fake.now_ns++;
+        assert_int_equal(serve(), cases[i].next);
+    }
+}
+
 static void it_is_told_how_long_the_program_stood_still(void **state)
 {
     (void)state;
@@ -738,7 +790,10 @@ static void a_hazard_is_told_when_it_begins(void **state)
 static void check_view(const lum_news *first, what heard, uint16_t status)
 {
     static bool is_unheard;
+    static bool has_answered;
     const lum_laser_session_view view = look();
+    has_answered |= heard == ANSWER;
+    assert_int_equal(view.has_answered, has_answered);
     is_unheard =
         heard == NO_ANSWER || (is_unheard && heard != ANSWER && heard != BLIND);
     assert_int_equal(view.is_unheard, is_unheard);
@@ -836,6 +891,28 @@ static void no_more_is_shown_than_there_is_room_for(void **state)
     assert_int_equal(news[1].status, 7);
 }
 
+static void a_silence_is_shown_in_whole_seconds(void **state)
+{
+    lum_news news = {.struct_size = sizeof news};
+    (void)state;
+    begin_with(LUM_WANT_LOOK);
+    fake.now_ns += 300 * MS;
+    give_data();
+    wait_for(4 * SECOND + SECOND / 2);
+    assert_int_equal(lum_laser_session_standing(laser, fake.now_ns, &news, 1),
+                     1);
+    assert_int_equal(news.kind, LUM_NEWS_SILENT);
+    assert_true(news.ns == 4 * SECOND);
+    /* silent it stays, though it is known now where its data comes from */
+    (void)serve();
+    (void)take_news(LUM_NEWS_SILENT);
+    sensor->stranger = (lum_endpoint){0x0a2a0063, LUM_PORT};
+    sensor->stranger_count = LUM_SENSOR_MOVED_COUNT;
+    (void)serve();
+    (void)serve();
+    assert_true(look().is_silent);
+}
+
 static void without_an_owner_no_heartbeats_are_no_hazard(void **state)
 {
     (void)state;
@@ -859,6 +936,7 @@ static void without_an_owner_no_heartbeats_are_no_hazard(void **state)
 
 static void a_sensor_that_moved_is_told_with_its_address(void **state)
 {
+    lum_news moved = {.struct_size = sizeof moved};
     (void)state;
     for (unsigned i = 0; i < 2; i++) {
         begin_with(LUM_WANT_LOOK);
@@ -867,6 +945,9 @@ static void a_sensor_that_moved_is_told_with_its_address(void **state)
         if (i == 0) {
             (void)serve();
             assert_int_equal(take_news(LUM_NEWS_MOVED).to.address, 0x0a2a0063);
+            assert_int_equal(
+                lum_laser_session_standing(laser, fake.now_ns, &moved, 1), 1);
+            assert_int_equal(moved.kind, LUM_NEWS_MOVED);
         }
         lum_laser_session_end(laser, sensor, 100, 0, NULL);
         assert_true(fake.now_ns == SECOND + 100 * MS);
@@ -1064,6 +1145,8 @@ static const struct CMUnitTest facts[] = {
     cmocka_unit_test(a_laser_session_may_be_told_to_try_once_and_not_to_wait),
     cmocka_unit_test(a_hazard_before_the_answer_to_on_refuses_it),
     cmocka_unit_test(a_text_of_commands_is_what_is_wanted),
+    cmocka_unit_test(other_commands_are_not_about_the_laser),
+    cmocka_unit_test(an_off_is_repeated_by_what_its_answer_shows),
     cmocka_unit_test(it_is_told_how_long_the_program_stood_still),
     cmocka_unit_test(a_fall_after_a_pause_of_the_program_says_so),
     cmocka_unit_test(of_a_full_queue_the_oldest_are_lost),
@@ -1074,6 +1157,7 @@ static const struct CMUnitTest facts[] = {
     cmocka_unit_test(a_hazard_is_told_when_it_begins),
     cmocka_unit_test(what_holds_is_shown_by_its_weight),
     cmocka_unit_test(no_more_is_shown_than_there_is_room_for),
+    cmocka_unit_test(a_silence_is_shown_in_whole_seconds),
     cmocka_unit_test(without_an_owner_no_heartbeats_are_no_hazard),
     cmocka_unit_test(a_sensor_that_moved_is_told_with_its_address),
     cmocka_unit_test(answers_that_are_late_are_told),
