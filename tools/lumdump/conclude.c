@@ -167,10 +167,9 @@ static void warn_of_few(const struct pass *pass)
     if (s->whole.frames < s->whole.asked) {
         (void)snprintf(
             text, sizeof text,
-            "only %" PRIu64 " of %u whole frames came: others lack "
-            "lines or words, or the laser was off, or came on during them; "
-            "choose "
-            "them by numbers, such as --frames 2:2",
+            "only %" PRIu64 " of %u whole frames came: others lack lines or "
+            "words, or the laser was off, or came on during them; choose them "
+            "by numbers, such as --frames 2:2",
             s->whole.frames, (unsigned)s->whole.asked);
         warn(pass->options, text);
     }
