@@ -128,8 +128,7 @@ LUM_MUST_CHECK int lum_laser_session_new(
     lum_laser_session **out, lum_error *error);
 
 /** End it. The laser is not touched: lum_laser_session_end() first. NULL is
- * allowed.
- */
+ * allowed. */
 void lum_laser_session_free(lum_laser_session *session);
 
 /** What is wanted of the laser from now on. ON is a person's word: it also
