@@ -1,8 +1,8 @@
 #include "bag_folder.h"
 
+#include "../common/make_folder.h"
 #include "../common/text_file.h"
 #include "base/system.h"
-#include "make_folder.h"
 
 #include <errno.h>
 #include <inttypes.h>

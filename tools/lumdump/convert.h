@@ -3,11 +3,11 @@
 #ifndef LUMDUMP_CONVERT_H
 #define LUMDUMP_CONVERT_H
 
+#include "../common/frame_watch.h"
 #include "crew.h"
 #include "cut.h"
 #include "diagnosis.h"
 #include "frame_lines.h"
-#include "frame_watch.h"
 #include "options.h"
 #include "outputs.h"
 #include "summary.h"

@@ -3,8 +3,8 @@
 
 #include "../common/interrupt.h"
 #include "../common/laser_end.h"
+#include "../common/own_address.h"
 #include "lum/base/time.h"
-#include "own_address.h"
 #include "session.h"
 
 #include "lum/wire.h"

@@ -1,6 +1,6 @@
 /* A new folder. */
-#ifndef LUMDUMP_MAKE_FOLDER_H
-#define LUMDUMP_MAKE_FOLDER_H
+#ifndef LUM_TOOLS_MAKE_FOLDER_H
+#define LUM_TOOLS_MAKE_FOLDER_H
 
 /* 0, or -1 with the reason in errno; EEXIST: something has this name. */
 int make_folder(const char *path);

@@ -1,6 +1,6 @@
 /* Which of its addresses this host sends from. */
-#ifndef LUMDUMP_OWN_ADDRESS_H
-#define LUMDUMP_OWN_ADDRESS_H
+#ifndef LUM_TOOLS_OWN_ADDRESS_H
+#define LUM_TOOLS_OWN_ADDRESS_H
 
 #include "lum/net/socket.h"
 

@@ -1,7 +1,7 @@
 /* Where frames begin in packets that are not put together: for recordings,
  * which are copied as they come. */
-#ifndef LUMDUMP_FRAME_WATCH_H
-#define LUMDUMP_FRAME_WATCH_H
+#ifndef LUM_TOOLS_FRAME_WATCH_H
+#define LUM_TOOLS_FRAME_WATCH_H
 
 #include "lum/group.h"
 
