@@ -1,6 +1,7 @@
 #include "lum/config/config.h"
 
 #include "lum/config/settings.h"
+#include "sweep.h"
 #include "yaml.h"
 
 #include <errno.h>
@@ -100,6 +101,20 @@ int lum_settings_load(const char *path, lum_settings *out, lum_error *error)
     }
     const int result =
         lum_settings_parse(text->bytes, text->len, name, out, error);
+    free(text);
+    return result;
+}
+
+int lum_sweep_load(const char *path, lum_sweep *out, lum_error *error)
+{
+    const char *name = NULL;
+    config_text *text = load(path, &name, error);
+    *out = (lum_sweep){.steps = NULL};
+    if (text == NULL) {
+        return -1;
+    }
+    const int result =
+        lum_sweep_parse(text->bytes, text->len, name, out, error);
     free(text);
     return result;
 }

@@ -1,6 +1,7 @@
 #include "lum/config/settings.h"
 
 #include "host/keys_internal.h"
+#include "settings_keys.h"
 #include "yaml.h"
 
 #include <inttypes.h>
@@ -40,6 +41,8 @@ enum {
     YSCAN,
     VALUES = YSCAN + YSCAN_VALUES
 };
+
+typedef char values_have_room[VALUES <= LUM_SETTINGS_VALUES ? 1 : -1];
 
 /* The key of each command, and the index of its value; NULL: a file cannot have
  * it. */
@@ -89,18 +92,9 @@ static const lum_key_rule weight = {.min = 1, .max = 1000000, .whole = true};
             &weight                                                            \
     }
 
-/* Text of what a command's spec allows, such as "150 to 250 in steps of 10". */
-typedef char allowed_text[40];
-
-/* Rules that come from the table of commands, by their ids. */
-typedef struct command_rules {
-    lum_key_rule rule[LUM_COMMANDS];
-    allowed_text allowed[LUM_COMMANDS];
-} command_rules;
-
 /* --- Keys and their rules --- */
 
-static void make_rules(command_rules *out)
+static void make_rules(lum_settings_keys *out)
 {
     for (unsigned id = 0; id < LUM_COMMANDS; id++) {
         const lum_command_spec *spec = &lum_command_specs[id];
@@ -110,21 +104,17 @@ static void make_rules(command_rules *out)
         }
         (void)snprintf(out->allowed[id], sizeof out->allowed[id], "%u to %u%s",
                        spec->min, spec->max, steps);
-        out->rule[id] = (lum_key_rule){.min = spec->min,
-                                       .max = spec->max,
-                                       .whole = true,
-                                       .allowed = out->allowed[id]};
+        out->rules[id] = (lum_key_rule){.min = spec->min,
+                                        .max = spec->max,
+                                        .whole = true,
+                                        .allowed = out->allowed[id]};
     }
 }
 
-/* Reads the file's values into place. */
-static int read_values(const lum_yaml_source *source,
-                       const command_rules *rules, lum_key_value *values,
-                       lum_error *error)
+void lum_settings_keys_init(lum_settings_keys *out)
 {
-    const lum_key_rule *rule = rules->rule;
+    const lum_key_rule *rule = out->rules;
     const lum_key_entry entries[] = {
-        {"version", VERSION, &lum_key_version},
         {"lines", LINES, &lines},
         {"yscan", YSCAN, &rule[LUM_COMMAND_YSCAN]},
         {"yscan.shape", YSCAN + SHAPE, &shape},
@@ -157,20 +147,36 @@ static int read_values(const lum_yaml_source *source,
         {"offset.blue", OFFSET_BLUE, &rule[LUM_COMMAND_OFFSET_BLUE]},
         {"laser", LASER, &laser},
     };
-    const lum_key_table table = {entries, COUNT(entries)};
-    return lum_yaml_read(source, &table, values, error);
+    make_rules(out);
+    memcpy(out->entries, entries, sizeof entries);
+    out->count = COUNT(entries);
 }
 
 /* A file whose values are being checked. */
 typedef struct check {
     const char *name;
+    const char *at; /* "": the whole file */
     const lum_key_value *values;
     lum_error *error;
 } check;
 
+#define AT_BYTES 80
+
+/* A key as it is named in messages. */
+static const char *key_of(const check *c, const char *key, char out[AT_BYTES])
+{
+    (void)snprintf(out, AT_BYTES, "%s%s%s", c->at, *c->at != '\0' ? "." : "",
+                   key);
+    return out;
+}
+
+#define FAIL(c, line, key, ...)                                                \
+    lum_yaml_fail((c)->error, (c)->name, line,                                 \
+                  key_of(c, key, (char[AT_BYTES]){""}), __VA_ARGS__)
+
 /* --- Commands --- */
 
-static int take_commands(const check *c, const command_rules *rules,
+static int take_commands(const check *c, const lum_settings_keys *keys,
                          lum_settings *out)
 {
     for (unsigned id = 0; id < LUM_COMMANDS; id++) {
@@ -180,10 +186,9 @@ static int take_commands(const check *c, const command_rules *rules,
             continue;
         }
         if ((v->number - spec->min) % spec->step != 0) {
-            return lum_yaml_fail(c->error, c->name, v->place,
-                                 command_keys[id].path,
-                                 "%" PRId64 " is no step; allowed: %s",
-                                 v->number, rules->allowed[id]);
+            return FAIL(c, v->place, command_keys[id].path,
+                        "%" PRId64 " is no step; allowed: %s", v->number,
+                        keys->allowed[id]);
         }
         out->has[id] = true;
         out->value[id] = (uint16_t)v->number;
@@ -208,9 +213,8 @@ static int refuse_order(const check *c, const char *key, unsigned line,
     char max[NUMBER_BYTES];
     format_degrees(min, low);
     format_degrees(max, high);
-    return lum_yaml_fail(c->error, c->name, line, key,
-                         "min_deg must be below max_deg; they are %s and %s",
-                         min, max);
+    return FAIL(c, line, key,
+                "min_deg must be below max_deg; they are %s and %s", min, max);
 }
 
 static unsigned first_line(const lum_key_value *values, size_t count)
@@ -263,14 +267,13 @@ static int check_shape_keys(const check *c, const lum_key_value *v)
         char path[32];
         (void)snprintf(path, sizeof path, "yscan.%s", key->name);
         if (line != 0 && (spec->may >> i & 1u) == 0) {
-            return lum_yaml_fail(c->error, c->name, line, path,
-                                 "does not belong to the shape %s, line %u",
-                                 name, v[SHAPE].place);
+            return FAIL(c, line, path,
+                        "does not belong to the shape %s, line %u", name,
+                        v[SHAPE].place);
         }
         if (line == 0 && (spec->must >> i & 1u) != 0) {
-            return lum_yaml_fail(c->error, c->name, v[SHAPE].place,
-                                 "yscan.shape", "%s needs %s beside it", name,
-                                 key->name);
+            return FAIL(c, v[SHAPE].place, "yscan.shape",
+                        "%s needs %s beside it", name, key->name);
         }
     }
     return 0;
@@ -290,10 +293,9 @@ static int take_span(const check *c, const lum_key_value *v,
     out->max_udeg = (int32_t)max;
     if (out->kind == LUM_YSCAN_GAUSSIAN &&
         (v[CENTER].number < min || v[CENTER].number > max)) {
-        return lum_yaml_fail(c->error, c->name, v[CENTER].place,
-                             "yscan.center_deg",
-                             "lies outside min_deg to max_deg; the lines are "
-                             "densest there, so it must be among them");
+        return FAIL(c, v[CENTER].place, "yscan.center_deg",
+                    "lies outside min_deg to max_deg; the lines are "
+                    "densest there, so it must be among them");
     }
     out->center_udeg = (int32_t)v[CENTER].number;
     out->sigma_udeg = (int32_t)v[SIGMA].number;
@@ -318,8 +320,8 @@ static int take_region(const check *c, const lum_key_value *v, unsigned number,
     char path[32];
     (void)snprintf(path, sizeof path, "yscan.regions.%u", number);
     if (v[REGION_MIN].place == 0 || v[REGION_MAX].place == 0) {
-        return lum_yaml_fail(c->error, c->name, line, path, "needs %s",
-                             v[REGION_MIN].place == 0 ? "min_deg" : "max_deg");
+        return FAIL(c, line, path, "needs %s",
+                    v[REGION_MIN].place == 0 ? "min_deg" : "max_deg");
     }
     if (v[REGION_MIN].number >= v[REGION_MAX].number) {
         return refuse_order(c, path, line, v[REGION_MIN].number,
@@ -343,10 +345,10 @@ static int refuse_overlaps(const check *c, unsigned line,
         format_degrees(end, s->regions[i].max_udeg);
         format_degrees(start, s->regions[i - 1].min_udeg);
         if (s->regions[i].max_udeg > s->regions[i - 1].min_udeg) {
-            return lum_yaml_fail(c->error, c->name, line, "yscan.regions",
-                                 "two overlap: one reaches up to %s, the next "
-                                 "higher begins at %s",
-                                 end, start);
+            return FAIL(c, line, "yscan.regions",
+                        "two overlap: one reaches up to %s, the next "
+                        "higher begins at %s",
+                        end, start);
         }
     }
     return 0;
@@ -374,8 +376,8 @@ static int take_shape(const check *c, lum_settings *out)
         return 0;
     }
     if (v[SHAPE].place == 0) {
-        return lum_yaml_fail(c->error, c->name, line, "yscan",
-                             "needs a shape: uniform, gaussian or regions");
+        return FAIL(c, line, "yscan",
+                    "needs a shape: uniform, gaussian or regions");
     }
     out->has_shape = true;
     out->shape.kind = (lum_yscan_kind)v[SHAPE].number;
@@ -389,21 +391,32 @@ static int take_shape(const check *c, lum_settings *out)
 
 /* --- The file --- */
 
+int lum_settings_keys_take(const lum_settings_keys *keys, const char *name,
+                           const char *at, const lum_key_value *values,
+                           lum_settings *out, lum_error *error)
+{
+    const check c = {name, at, values, error};
+    lum_settings s;
+    memset(&s, 0, sizeof s);
+    if (take_commands(&c, keys, &s) != 0 || take_shape(&c, &s) != 0) {
+        return -1;
+    }
+    *out = s;
+    return 0;
+}
+
 int lum_settings_parse(const char *text, size_t len, const char *name,
                        lum_settings *out, lum_error *error)
 {
     const lum_yaml_source source = {text, len, name};
     lum_key_value values[VALUES];
-    const check c = {name, values, error};
-    command_rules rules;
-    lum_settings s;
+    lum_settings_keys keys;
     memset(values, 0, sizeof values);
-    memset(&s, 0, sizeof s);
-    make_rules(&rules);
-    if (read_values(&source, &rules, values, error) != 0 ||
-        take_commands(&c, &rules, &s) != 0 || take_shape(&c, &s) != 0) {
-        return -1;
-    }
-    *out = s;
-    return 0;
+    lum_settings_keys_init(&keys);
+    keys.entries[keys.count++] =
+        (lum_key_entry){"version", VERSION, &lum_key_version};
+    const lum_key_table table = {keys.entries, keys.count};
+    return lum_yaml_read(&source, &table, values, error) == 0
+               ? lum_settings_keys_take(&keys, name, "", values, out, error)
+               : -1;
 }

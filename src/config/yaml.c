@@ -8,6 +8,7 @@
 #include <yaml.h>
 
 #define PATH_BYTES    96  /* of the longest path of the tables' keys */
+#define PREFIX_BYTES  32  /* of a list's key and a number */
 #define NAME_BYTES    208 /* of a file's name in a message */
 #define PAIR_BYTES    64  /* of two numbers; more are cut, and none of it */
 #define MESSAGE_BYTES LUM_KEY_MESSAGE_BYTES
@@ -19,7 +20,9 @@ typedef struct reader {
     const lum_key_table *table;
     lum_key_value *values;
     lum_error *error;
-    unsigned line; /* of the key at hand */
+    const lum_yaml_list *list; /* NULL: none, or it is being read */
+    unsigned line;             /* of the key at hand */
+    char prefix[PREFIX_BYTES]; /* of paths in messages: "steps.3" */
     char path[PATH_BYTES];
 } reader;
 
@@ -75,8 +78,17 @@ int lum_yaml_fail(lum_error *error, const char *name, unsigned line,
 }
 
 #define FAIL(r, ...)                                                           \
-    lum_yaml_fail((r)->error, (r)->source->name, (r)->line, (r)->path,         \
-                  __VA_ARGS__)
+    lum_yaml_fail((r)->error, (r)->source->name, (r)->line,                    \
+                  full_path((r), (char[FULL_BYTES]){""}), __VA_ARGS__)
+
+#define FULL_BYTES (PREFIX_BYTES + PATH_BYTES)
+
+static const char *full_path(const reader *r, char out[FULL_BYTES])
+{
+    const bool has_both = r->prefix[0] != '\0' && r->path[0] != '\0';
+    append(out, FULL_BYTES, "%s%s%s", r->prefix, has_both ? "." : "", r->path);
+    return out;
+}
 
 static int refuse_value(reader *r, const char *what)
 {
@@ -132,6 +144,7 @@ static int refuse_syntax(reader *r)
     const yaml_parser_t *p = &r->parser;
     const char *problem = p->problem != NULL ? p->problem : "unreadable";
     r->path[0] = '\0';
+    r->prefix[0] = '\0';
     r->line = line_of(p->problem_mark.line);
     switch (p->error) {
     case YAML_MEMORY_ERROR:
@@ -321,6 +334,7 @@ static int read_key(reader *r, unsigned seen[LUM_KEY_ENTRIES_MAX])
 }
 
 static int read_mapping(reader *r);
+static int read_list(reader *r);
 
 static int read_value(reader *r)
 {
@@ -331,6 +345,10 @@ static int read_value(reader *r)
     if (r->event.type == YAML_MAPPING_START_EVENT &&
         lum_key_table_is_mapping(r->table, r->path)) {
         return read_mapping(r);
+    }
+    if (r->event.type == YAML_SEQUENCE_START_EVENT && r->list != NULL &&
+        strcmp(r->path, r->list->key) == 0) {
+        return read_list(r);
     }
     if (r->event.type == YAML_SCALAR_EVENT && entry != NULL && !is_empty(r)) {
         return read_scalar(r, entry);
@@ -358,6 +376,55 @@ static int read_mapping(reader *r)
         r->path[path_len] = '\0';
     }
     return -1;
+}
+
+static int read_item(reader *r, const lum_yaml_list *list, unsigned number)
+{
+    const unsigned line = line_of(r->event.start_mark.line);
+    r->line = line;
+    (void)snprintf(r->prefix, sizeof r->prefix, "%.16s.%u", list->key, number);
+    if (number > list->max) {
+        return FAIL(r, "more than the %zu that are accepted", list->max);
+    }
+    if (refuse_links(r) != 0) {
+        return -1;
+    }
+    if (r->event.type != YAML_MAPPING_START_EVENT) {
+        return FAIL(r, "not a mapping of keys");
+    }
+    memset(list->values, 0, list->value_count * sizeof list->values[0]);
+    return read_mapping(r) == 0 ? list->take(list->context, number, line) : -1;
+}
+
+/* Reads from after a sequence's start to its end, each mapping by the list's
+ * table. */
+static int read_list(reader *r)
+{
+    const lum_yaml_list *list = r->list;
+    const lum_key_table *table = r->table;
+    const lum_key_entry *entry = lum_key_table_entry(table, list->key);
+    lum_key_value *values = r->values;
+    unsigned number = 0;
+    values[entry->index].place = r->line;
+    r->table = list->table;
+    r->values = list->values;
+    r->list = NULL;
+    r->path[0] = '\0';
+    int result = next(r);
+    while (result == 0 && r->event.type != YAML_SEQUENCE_END_EVENT) {
+        result = read_item(r, list, ++number);
+        result = result == 0 ? next(r) : result;
+    }
+    if (result != 0) {
+        return -1;
+    }
+    r->table = table;
+    r->values = values;
+    r->list = list;
+    r->prefix[0] = '\0';
+    (void)snprintf(r->path, sizeof r->path, "%s", list->key);
+    values[entry->index].number = number;
+    return 0;
 }
 
 /* --- The document --- */
@@ -429,6 +496,13 @@ static lum_yaml_source without_mark(const lum_yaml_source *source)
 int lum_yaml_read(const lum_yaml_source *source, const lum_key_table *table,
                   lum_key_value *values, lum_error *error)
 {
+    return lum_yaml_read_list(source, table, values, NULL, error);
+}
+
+int lum_yaml_read_list(const lum_yaml_source *source,
+                       const lum_key_table *table, lum_key_value *values,
+                       const lum_yaml_list *list, lum_error *error)
+{
     const lum_yaml_source rest = without_mark(source);
     const char *text = rest.len > 0 ? rest.text : "";
     reader r;
@@ -441,6 +515,7 @@ int lum_yaml_read(const lum_yaml_source *source, const lum_key_table *table,
     r.source = &rest;
     r.table = table;
     r.values = values;
+    r.list = list;
     r.error = error;
     if (yaml_parser_initialize(&r.parser) == 0) {
         return FAIL(&r, "out of memory");

@@ -3,8 +3,8 @@
  * compared with a table of keys. Internal to config.
  *
  * The table limits the depth of the file: a key that it does not contain is
- * refused at its place. Also refused: sequences, anchors, aliases, tags, a
- * second document, a file without keys. */
+ * refused at its place. Also refused: sequences but for one of mappings,
+ * anchors, aliases, tags, a second document, a file without keys. */
 #ifndef LUM_CONFIG_YAML_H
 #define LUM_CONFIG_YAML_H
 
@@ -28,6 +28,27 @@ typedef struct lum_yaml_source {
 LUM_MUST_CHECK int lum_yaml_read(const lum_yaml_source *source,
                                  const lum_key_table *table,
                                  lum_key_value *values, lum_error *error);
+
+/** A sequence of mappings at a key of a table, such as "steps". */
+typedef struct lum_yaml_list {
+    const char *key;            /**< an entry of the file's table */
+    const lum_key_table *table; /**< of each mapping */
+    lum_key_value *values;      /**< of one mapping, by the indexes of that */
+    size_t value_count;         /**< how many; zeroed before each */
+    size_t max;                 /**< most mappings */
+    /** Takes the values of a mapping, the number-th from 1 on, that begins at a
+     * line. 0, or -1 with the error set. */
+    int (*take)(void *context, unsigned number, unsigned line);
+    void *context; /**< its own */
+} lum_yaml_list;
+
+/** As lum_yaml_read(), of a file with a list. In messages, a key of the third
+ * mapping of "steps" is "steps.3.power". */
+LUM_MUST_CHECK int lum_yaml_read_list(const lum_yaml_source *source,
+                                      const lum_key_table *table,
+                                      lum_key_value *values,
+                                      const lum_yaml_list *list,
+                                      lum_error *error);
 
 /** Set an error as NAME:LINE: KEY: message.
  * @param line 0: none.
