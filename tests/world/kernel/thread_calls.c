@@ -80,6 +80,14 @@ int world_call_pthread_join(pthread_t joined, void **result)
     return 0;
 }
 
+/* What is kept of it goes when the process ends. */
+int world_call_pthread_detach(pthread_t thread)
+{
+    world_call(CREATE_NS);
+    (void)thread;
+    return 0;
+}
+
 /* --- mutexes --- */
 
 int world_call_pthread_mutex_init(pthread_mutex_t *mutex,

@@ -8,6 +8,7 @@
 
 WORLD_CALL(pthread_create);
 WORLD_CALL(pthread_join);
+WORLD_CALL(pthread_detach);
 WORLD_CALL(pthread_mutex_init);
 WORLD_CALL(pthread_mutex_destroy);
 WORLD_CALL(pthread_mutex_lock);
