@@ -22,16 +22,26 @@ struct command {
     const char *arguments; /* as --help shows them; NULL: none */
     const char *summary;
     unsigned own;         /* own_options it has */
-    const char *words[2]; /* that may follow it */
+    const char *words[4]; /* that may follow it */
     const char *lacks[2]; /* options of every command that it refuses */
     ctl_command run;
 };
 
+/* What looks on asks at its own pace, and writes what it sees. */
+#define OWN_WATCHER (OWN_EVERY | OWN_UNTIL | OWN_CSV | OWN_PROMETHEUS)
+
 static const struct command table[] = {
     {.name = "status",
      .summary = "the laser's status, hazards first",
-     .own = OWN_WATCH | OWN_DURATION,
+     .own = OWN_WATCH | OWN_DURATION | OWN_WATCHER,
      .run = command_status},
+    {.name = "wait",
+     .arguments = "[answers|up|down|clear]",
+     .summary = "until it answers, or its laser is so",
+     .own = OWN_FOR,
+     .words = {"answers", "up", "down", "clear"},
+     .lacks = {"dry-run", "json"},
+     .run = command_wait},
     {.name = "time",
      .summary = "the sensor's clock: reading, offset, drift",
      .own = OWN_WATCH | OWN_DURATION,
@@ -87,6 +97,12 @@ static const struct command table[] = {
      .summary = "settings from a YAML file",
      .own = OWN_CALIBRATION,
      .run = command_apply},
+    {.name = "sweep",
+     .arguments = "PLAN",
+     .summary = "steps of settings, each with a recording",
+     .own = OWN_OUTPUT | OWN_LASER | OWN_CONTINUE | OWN_RATE | OWN_CALIBRATION,
+     .lacks = {"json"},
+     .run = command_sweep},
     {.name = "find",
      .summary = "sensors whose address was forgotten",
      .own = OWN_SUBNET,
@@ -102,7 +118,7 @@ static const struct command table[] = {
      .run = command_save},
     {.name = "heartbeat",
      .summary = "own the session: keep laser and data on",
-     .own = OWN_RATE | OWN_DURATION,
+     .own = OWN_RATE | OWN_DURATION | OWN_LASER | OWN_WATCHER,
      .run = command_heartbeat},
     {.name = "doctor",
      .summary = "find what is wrong, and how to fix it",
@@ -141,7 +157,7 @@ const char *ctl_command_word(int count, char **words, size_t i)
     if (count == 0) {
         return ctl_command_name(i);
     }
-    return command != NULL && i < 2 ? command->words[i] : NULL;
+    return command != NULL && i < 4 ? command->words[i] : NULL;
 }
 
 /* --- Help and version --- */
@@ -258,15 +274,30 @@ static enum exit_status check_own(const struct command *command, unsigned given)
                         list_owners(first, names));
 }
 
+/* Options that need another beside them. */
 static enum exit_status check_watch(const struct ctl *ctl,
                                     const struct command *command)
 {
+    const struct ctl_options *o = &ctl->options;
     const bool needs_watch = (command->own & OWN_WATCH) != 0;
-    if (needs_watch && ctl->options.duration_s > 0.0 && !ctl->options.watch) {
+    const bool goes_on = o->watch || o->every_s > 0.0;
+    if (o->watch && o->every_s > 0.0) {
+        return ctl_complain(EXIT_BAD,
+                            "--watch writes a line for each change, --every "
+                            "one each time: give one of them");
+    }
+    if (needs_watch && o->duration_s > 0.0 && !goes_on) {
         return ctl_complain(
             EXIT_BAD,
             "--duration goes with --watch: lumctl %s --watch --duration %.6g",
-            command->name, ctl->options.duration_s);
+            command->name, o->duration_s);
+    }
+    if (needs_watch && o->until != UNTIL_NOTHING && !goes_on) {
+        return ctl_complain(EXIT_BAD, "--until goes with --watch or --every S");
+    }
+    if (o->every_s <= 0.0 && (o->csv != NULL || o->prometheus != NULL)) {
+        return ctl_complain(EXIT_BAD, "--%s goes with --every S",
+                            o->csv != NULL ? "csv" : "prometheus");
     }
     return EXIT_DONE;
 }
@@ -281,6 +312,13 @@ static void forget_own(struct ctl_options *options)
     options->trace = false;
     options->rate_hz = 0.0;
     options->duration_s = 0.0;
+    options->laser = false;
+    options->every_s = 0.0;
+    options->until = UNTIL_NOTHING;
+    options->csv = NULL;
+    options->prometheus = NULL;
+    options->output = NULL;
+    options->goes_on = false;
     options->shape = NULL;
     options->lines = 0;
     options->force = false;
@@ -367,8 +405,9 @@ static struct input_file find_input(const struct ctl *ctl,
     if (ctl->in_shell || command->run == command_shell) {
         return (struct input_file){"-", "the shell"};
     }
-    if (command->run == command_apply && found->count > 1) {
-        return (struct input_file){words[1], "apply"};
+    if ((command->run == command_apply || command->run == command_sweep) &&
+        found->count > 1) {
+        return (struct input_file){words[1], command->name};
     }
     return (struct input_file){shape != NULL ? yscan_csv_name(shape) : NULL,
                                "--shape"};

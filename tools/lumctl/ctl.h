@@ -23,6 +23,14 @@ enum exit_status {
     EXIT_HAZARD = 4     /* the sensor reports a hazard */
 };
 
+/* What ends a command that goes on. */
+enum ctl_until {
+    UNTIL_NOTHING,
+    UNTIL_HAZARD,
+    UNTIL_UP,
+    UNTIL_DOWN
+};
+
 /* Options, as they stand for one command. */
 struct ctl_options {
     lum_endpoint host;
@@ -40,11 +48,18 @@ struct ctl_options {
     bool json;
     bool quiet;
     /* Of single commands; the table in commands.c says which may have which. */
-    bool watch;         /* status, time */
-    bool heartbeat;     /* shell */
-    bool trace;         /* doctor */
-    double rate_hz;     /* heartbeat; 0: not given */
-    double duration_s;  /* heartbeat, watch; 0: without end */
+    bool watch;        /* status, time */
+    bool heartbeat;    /* shell */
+    bool trace;        /* doctor */
+    double rate_hz;    /* heartbeat; 0: not given */
+    double duration_s; /* heartbeat, watch, wait; 0: without end */
+    bool laser;        /* heartbeat, sweep */
+    double every_s;    /* status, heartbeat; 0: not given, as the next three */
+    unsigned until;    /* of enum ctl_until */
+    const char *csv;
+    const char *prometheus;
+    const char *output; /* sweep; NULL: not given */
+    bool goes_on;       /* sweep */
     const char *shape;  /* yscan; NULL: not given */
     uint32_t lines;     /* yscan; 0: not given */
     bool force;         /* set-ip */
@@ -67,6 +82,8 @@ struct ctl {
     uint16_t status;  /* the last one */
     bool was_up;      /* the laser, in the session before; not seen since */
     uint16_t refused; /* with what the laser session just refused laser on */
+    lum_news trouble; /* the first news by which data is no longer what was
+                         asked for; kind 0: none */
     bool has_packets; /* of a dry run, in JSON: the array is open */
     struct json packets;
     struct memory changes;     /* of settings, by this command */
@@ -157,6 +174,8 @@ enum exit_status command_show(struct ctl *ctl, int count, char **words);
 enum exit_status command_save(struct ctl *ctl, int count, char **words);
 enum exit_status command_shell(struct ctl *ctl, int count, char **words);
 enum exit_status command_doctor(struct ctl *ctl, int count, char **words);
+enum exit_status command_wait(struct ctl *ctl, int count, char **words);
+enum exit_status command_sweep(struct ctl *ctl, int count, char **words);
 
 /* The commands' names, for completion: the i-th, NULL after the last. */
 const char *ctl_command_name(size_t i);

@@ -2,10 +2,11 @@
 
 #include "../common/terminal.h"
 #include "../common/writable.h"
+#include "laser.h"
 #include "report.h"
 #include "session.h"
 #include "status.h"
-#include "watch.h"
+#include "vitals.h"
 
 #include "lum/base/time.h"
 #include "lum/laser.h"
@@ -19,6 +20,7 @@
  * later line reports what was left out. */
 struct beating {
     struct ctl *ctl;
+    struct vitals vitals;
     bool shows_line; /* a line of progress, where there is a terminal */
     bool has_any;    /* something came from the sensor */
     bool has_logged; /* a status was printed */
@@ -64,8 +66,8 @@ static bool show_status(struct beating *b, const lum_sensor_event *event)
     const bool is_news = !b->has_logged || b->logged != event->status;
     ctl->has_status = true;
     ctl->status = event->status;
-    if (!is_news || !writable(stdout, 0)) {
-        return true;
+    if (!is_news || ctl->options.every_s > 0.0 || !writable(stdout, 0)) {
+        return true; /* --every has lines of its own */
     }
     b->has_logged = true;
     b->logged = event->status;
@@ -96,9 +98,16 @@ static bool take(void *context, const lum_sensor_event *event)
     if (is_heard) {
         welcome(b);
     }
-    const bool goes_on = !event->has_status || show_status(b, event);
+    const bool goes_on = vitals_take(&b->vitals, event) &&
+                         (!event->has_status || show_status(b, event));
     show_line(b, lum_time_monotonic_ns());
-    return goes_on;
+    return goes_on && !vitals_is_met(&b->vitals);
+}
+
+static lum_result ask(struct ctl *ctl, void *context)
+{
+    struct beating *b = context;
+    return vitals_ask(ctl, &b->vitals);
 }
 
 static void sum_up(const struct beating *b)
@@ -144,6 +153,42 @@ static void announce(const struct ctl *ctl)
                                            : "Ctrl-C ends it");
 }
 
+/* The laser that was to be on, and is not. */
+static enum exit_status judge_laser(const struct beating *b)
+{
+    const struct ctl *ctl = b->ctl;
+    lum_laser_session_view view = {.struct_size = sizeof view};
+    (void)lum_laser_session_look(ctl->laser, &view);
+    return !ctl->options.laser || view.laser == LUM_LASER_UP ||
+                   ctl->options.until == UNTIL_DOWN
+               ? EXIT_DONE
+           : b->vitals.ever != 0 ? EXIT_HAZARD
+                                 : EXIT_FAILED;
+}
+
+/* What becomes of the laser, and with what it ends. */
+static enum exit_status conclude(struct beating *b, enum exit_status status)
+{
+    struct ctl *ctl = b->ctl;
+    const bool was_heard = b->has_any;
+    if (status == EXIT_DONE && !was_heard &&
+        !lum_cancel_is_raised(ctl->cancel)) {
+        status = session_complain_silence(ctl, 0);
+    }
+    status = status == EXIT_DONE ? judge_laser(b) : status;
+    if (ctl->options.laser) {
+        const enum exit_status left = laser_leave(ctl);
+        return left != EXIT_DONE ? left : status;
+    }
+    if (ctl->has_status && !lum_laser_is_down(ctl->status)) {
+        ctl_note(ctl,
+                 "the laser %s; without heartbeats the sensor switches it off "
+                 "in 3 s",
+                 lum_laser_is_on(ctl->status) ? "is up" : "may be up");
+    }
+    return status;
+}
+
 static enum exit_status beat(struct ctl *ctl)
 {
     const int64_t now = lum_time_monotonic_ns();
@@ -152,26 +197,28 @@ static enum exit_status beat(struct ctl *ctl)
                         .begun_ns = now,
                         .shown_ns = now,
                         .begun.struct_size = sizeof b.begun};
-    const struct watch watch = {.take = take, .context = &b};
+    const struct watch watch = {.looks = true,
+                                .period_ns = VITALS_ASK_NS,
+                                .ask = ask,
+                                .take = take,
+                                .context = &b};
     lum_sensor_count(ctl->sensor, &b.begun);
     b.shown = b.begun;
     if (writable(stderr, 0)) {
         announce(ctl);
     }
     ctl->has_status = false;
-    const enum exit_status status = watch_run(ctl, &watch);
+    enum exit_status status = vitals_begin(&b.vitals, ctl);
+    if (status == EXIT_DONE && ctl->options.laser) {
+        lum_laser_session_want(ctl->laser, LUM_WANT_ON, now);
+    }
+    if (status == EXIT_DONE) {
+        status = watch_run(ctl, &watch);
+    }
     clear_line(&b);
+    status = conclude(&b, status);
+    status = vitals_end(&b.vitals, status);
     sum_up(&b);
-    if (ctl->has_status && !lum_laser_is_down(ctl->status)) {
-        ctl_note(ctl,
-                 "the laser %s; without heartbeats the sensor switches it off "
-                 "in 3 s",
-                 lum_laser_is_on(ctl->status) ? "is up" : "may be up");
-    }
-    if (status == EXIT_DONE && !b.has_any &&
-        !lum_cancel_is_raised(ctl->cancel)) {
-        return session_complain_silence(ctl, 0);
-    }
     return status;
 }
 

@@ -54,6 +54,34 @@ lum_laser_off laser_switch_down(struct ctl *ctl, lum_news *end)
     return result;
 }
 
+/* A socket that broke is no reason to leave a laser on. */
+static void open_again(struct ctl *ctl)
+{
+    lum_sensor *anew = NULL;
+    lum_error error = {""};
+    lum_sensor_event event;
+    lum_sensor_receive(ctl->sensor, 0, &event);
+    if (event.kind == LUM_SENSOR_FAILED) {
+        (void)!session_try(ctl, session_host(ctl), false, &anew, &error);
+        lum_sensor_close(ctl->sensor);
+        ctl->sensor = anew;
+    }
+}
+
+enum exit_status laser_leave(struct ctl *ctl)
+{
+    lum_news end = {.struct_size = sizeof end};
+    char text[LUM_ERROR_BYTES];
+    open_again(ctl);
+    const lum_laser_off off = laser_switch_down(ctl, &end);
+    if (off == LUM_LASER_OFF_SEEN) {
+        ctl_note(ctl, "%s", lum_news_tell(&end, text, sizeof text));
+        return EXIT_DONE;
+    }
+    return ctl_complain(EXIT_FAILED, "%s",
+                        lum_news_tell(&end, text, sizeof text));
+}
+
 bool laser_is_undone(const lum_news *end)
 {
     return end->kind == LUM_NEWS_ENDED_OFF &&

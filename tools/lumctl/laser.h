@@ -12,6 +12,11 @@ bool laser_is_as(const struct ctl *ctl, lum_laser_want want);
  * time. end: what to say of it. */
 lum_laser_off laser_switch_down(struct ctl *ctl, lum_news *end);
 
+/* The end of a command that has switched it on: as laser_switch_down(), also
+ * where the session is broken, and says what came of it. EXIT_FAILED if it was
+ * not seen off. */
+enum exit_status laser_leave(struct ctl *ctl);
+
 /* Whether it was seen off, and will not come up by itself. */
 bool laser_is_undone(const lum_news *end);
 

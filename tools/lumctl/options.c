@@ -17,6 +17,8 @@
 #define RATE_MAX_HZ    (1000.0 / LUM_SENSOR_HEARTBEAT_MIN_MS)
 #define DURATION_MIN_S 0.001
 #define DURATION_MAX_S 1e9
+#define EVERY_MIN_S    0.1
+#define EVERY_MAX_S    86400.0
 
 bool options_allow_host(const struct ctl_options *options, const char *text,
                         lum_error *why)
@@ -66,6 +68,11 @@ static bool take_set(void *options, const char *text, lum_error *why)
 
 #define HAS(field) .has = offsetof(struct ctl_options, field)
 
+static const struct option_word until_words[] = {{"hazard", UNTIL_HAZARD},
+                                                 {"up", UNTIL_UP},
+                                                 {"down", UNTIL_DOWN},
+                                                 {NULL, 0}};
+
 static const struct option_spec specs[] = {
     {"host", .kind = OPTION_CALL, .group = OWN_SESSION, .call = take_host,
      HAS(has_host), .value = "HOST[:PORT]",
@@ -114,6 +121,31 @@ static const struct option_spec specs[] = {
      .low = DURATION_MIN_S, .high = DURATION_MAX_S, .value = "S",
      .allowed = "a number of seconds above 0",
      .help = "end after this time (heartbeat, status, time)"},
+    {"for", .kind = OPTION_REAL, .group = OWN_FOR, INTO(duration_s),
+     .low = DURATION_MIN_S, .high = DURATION_MAX_S, .value = "S",
+     .allowed = "a number of seconds above 0",
+     .help = "wait no longer than this (wait)"},
+    {"laser", .kind = OPTION_FLAG, .group = OWN_LASER, INTO(laser),
+     .help = "on at the beginning, off at the end (heartbeat, sweep)"},
+    {"every", .kind = OPTION_REAL, .group = OWN_EVERY, INTO(every_s),
+     .low = EVERY_MIN_S, .high = EVERY_MAX_S, .value = "S",
+     .allowed = "a number of seconds from 0.1 to 86400",
+     .help = "a line each time, until Ctrl-C (status, heartbeat)"},
+    {"until", .kind = OPTION_WORD, .group = OWN_UNTIL, INTO(until),
+     .words = until_words, .value = "hazard|up|down",
+     .allowed = "hazard, up or down",
+     .help = "end when it is so (status, heartbeat)"},
+    {"csv", .kind = OPTION_TEXT, .group = OWN_CSV, INTO(csv), .value = "FILE",
+     .allowed = "a file",
+     .help = "the lines of --every into it (status, heartbeat)"},
+    {"prometheus", .kind = OPTION_TEXT, .group = OWN_PROMETHEUS,
+     INTO(prometheus), .value = "FILE", .allowed = "a file",
+     .help = "what --every sees, for node_exporter (status, heartbeat)"},
+    {"output", .letter = 'o', .kind = OPTION_TEXT, .group = OWN_OUTPUT,
+     INTO(output), .value = "FOLDER", .allowed = "a folder",
+     .help = "recordings and manifest (sweep)"},
+    {"continue", .kind = OPTION_FLAG, .group = OWN_CONTINUE, INTO(goes_on),
+     .help = "only the steps that are not done (sweep)"},
     {"shape", .kind = OPTION_TEXT, .group = OWN_SHAPE, INTO(shape),
      .value = "SHAPE", .allowed = "a shape",
      .help = "how lines are distributed (yscan)"},

@@ -17,7 +17,15 @@ enum own_option {
     OWN_SUBNET = 256,
     OWN_TRACE = 512,
     OWN_CALIBRATION = 1024,
-    OWN_PROFILE = 2048 /* as OWN_SESSION, and no dry run in a shell has it */
+    OWN_PROFILE = 2048, /* as OWN_SESSION, and no dry run in a shell has it */
+    OWN_FOR = 4096,
+    OWN_LASER = 8192,
+    OWN_EVERY = 16384,
+    OWN_UNTIL = 32768,
+    OWN_CSV = 65536,
+    OWN_PROMETHEUS = 131072,
+    OWN_OUTPUT = 262144,
+    OWN_CONTINUE = 524288
 };
 
 /* What a line held beside what went to the options. */

@@ -424,6 +424,7 @@ enum exit_status remember_look(struct ctl *ctl, struct remembered *out)
     const enum exit_status status = ask(ctl, &clock);
     key_of(ctl, session_host(ctl), &out->key);
     out->has_answered = clock.is_known;
+    out->clock = clock;
     if (store_folder(folder, &error) != 0 ||
         find_path(&out->key, folder, path, &error) != 0) {
         return status != EXIT_DONE

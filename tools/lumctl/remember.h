@@ -28,9 +28,10 @@ struct remembered {
     struct memory_key key;
     struct memory memory;
     bool has_file;
-    bool has_answered;   /* the sensor has */
-    enum memory_run run; /* since memory.clock of the file */
-    double missed;       /* chance that a restart would not have shown */
+    bool has_answered;         /* the sensor has, */
+    struct memory_clock clock; /* with this */
+    enum memory_run run;       /* since memory.clock of the file */
+    double missed;             /* chance that a restart would not have shown */
 };
 
 /* EXIT_DONE; else as ctl_request(), with *out filled in all the same. */

@@ -96,7 +96,8 @@ static lum_laser_want want_of(const struct ctl *ctl, bool owns,
                               : LUM_WANT_LOOK;
 }
 
-/* A command is one request. */
+/* A command is one request; one that keeps the laser on tries as long as others
+ * do. */
 static int open_laser(struct ctl *ctl, lum_endpoint host, bool owns,
                       lum_laser_session **out, lum_error *error)
 {
@@ -107,8 +108,10 @@ static int open_laser(struct ctl *ctl, lum_endpoint host, bool owns,
     if (ctl->laser != NULL) {
         (void)lum_laser_session_look(ctl->laser, &before);
     }
-    options.give_up_ms = 0;
-    options.attempts = 1;
+    if (!ctl->options.laser) {
+        options.give_up_ms = 0;
+        options.attempts = 1;
+    }
     options.laser = want_of(ctl, owns, &before);
     ctl->was_up = before.laser == LUM_LASER_UP;
     return lum_laser_session_new(&options, lum_time_monotonic_ns(), out, error);
@@ -251,18 +254,33 @@ void session_note_status(struct ctl *ctl, uint16_t status)
 
 /* Commands say themselves what became of their requests; is_alone: there are
  * none. */
-static bool is_said(const lum_sensor_event *event, lum_news_kind kind,
-                    bool is_alone)
+static bool is_said(const struct ctl *ctl, const lum_sensor_event *event,
+                    lum_news_kind kind, bool is_alone)
 {
+    const bool is_of_laser = ctl->options.laser && is_alone &&
+                             kind <= LUM_NEWS_LASER_CAME_UP &&
+                             lum_news_weigh(kind) != LUM_NEWS_INFO;
     const bool is_of_data =
         kind >= LUM_NEWS_NO_ANSWER_YET && kind <= LUM_NEWS_RESTARTED;
     const bool is_of_answers = kind == LUM_NEWS_UNHEARD ||
                                kind == LUM_NEWS_LATE_ANSWERS ||
                                kind == LUM_NEWS_NO_STATUS;
-    return is_of_data || kind == LUM_NEWS_LASER_FELL ||
+    return is_of_data || is_of_laser || kind == LUM_NEWS_LASER_FELL ||
            kind == LUM_NEWS_OFF_UNANSWERED || kind == LUM_NEWS_LINK_DOWN ||
            kind == LUM_NEWS_LINK_UP || (is_of_answers && is_alone) ||
            (kind == LUM_NEWS_TEXT && event->kind == LUM_SENSOR_ALERT);
+}
+
+/* A sensor that nobody owned yet tells so at first. */
+static bool is_trouble(const lum_news *news)
+{
+    const lum_news_kind kind = news->kind;
+    return (kind >= LUM_NEWS_LASER_FELL && kind <= LUM_NEWS_LASER_CAME_UP) ||
+           (kind == LUM_NEWS_HAZARD &&
+            news->status != LUM_LASER_HEARTBEAT_TIMEOUT) ||
+           (kind >= LUM_NEWS_NO_ANSWER_YET && kind <= LUM_NEWS_DATA_STOPPED) ||
+           kind == LUM_NEWS_MOVED || kind == LUM_NEWS_RESTARTED ||
+           kind == LUM_NEWS_NO_ANSWER;
 }
 
 /* Printed even with --quiet: it is what the sensor says, or a person must know.
@@ -272,9 +290,12 @@ void session_tell(struct ctl *ctl, const lum_sensor_event *event, bool is_alone)
     lum_news news = {.struct_size = sizeof news};
     while (lum_laser_session_next(ctl->laser, &news)) {
         char text[LUM_ERROR_BYTES];
+        if (ctl->trouble.kind == 0 && is_trouble(&news)) {
+            ctl->trouble = news;
+        }
         ctl->refused =
             news.kind == LUM_NEWS_LASER_REFUSED ? news.status : ctl->refused;
-        if (is_said(event, news.kind, is_alone) && may_tell(ctl)) {
+        if (is_said(ctl, event, news.kind, is_alone) && may_tell(ctl)) {
             (void)ctl_complain(EXIT_FAILED, "%s",
                                lum_news_tell(&news, text, sizeof text));
         }
@@ -352,7 +373,7 @@ enum exit_status session_complain_silence(const struct ctl *ctl, unsigned tries)
                        (unsigned)ctl->options.timeout_ms,
                        tries == 1 ? "" : " each");
     } else if (ctl->options.duration_s > 0.0) {
-        (void)snprintf(how, sizeof how, " (--duration ended after %.6g s)",
+        (void)snprintf(how, sizeof how, " (waited for %.6g s)",
                        ctl->options.duration_s);
     }
     return ctl_complain(EXIT_NO_ANSWER,

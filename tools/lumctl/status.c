@@ -3,7 +3,7 @@
 #include "../common/terminal.h"
 #include "report.h"
 #include "session.h"
-#include "watch.h"
+#include "vitals.h"
 
 #include "lum/base/time.h"
 #include "lum/host/laser_name.h"
@@ -12,11 +12,6 @@
 #include <stdio.h>
 
 #define POLL_NS INT64_C(500000000)
-
-static lum_result ask(struct ctl *ctl)
-{
-    return session_request(ctl, NULL, 0);
-}
 
 static void log_json(const char *when, const char *name, bool has_status,
                      uint16_t status, bool is_owned)
@@ -56,6 +51,7 @@ bool status_log(const struct ctl *ctl, bool was_up, bool has_status,
 
 struct watching {
     struct ctl *ctl;
+    struct vitals vitals;
     bool redraws;
     bool has_shown;
     bool is_silent;
@@ -130,9 +126,8 @@ static bool show(struct watching *w, bool is_silent, uint16_t status)
     return !is_news || status_log(w->ctl, was_up, !is_silent, status);
 }
 
-static bool take(void *context, const lum_sensor_event *event)
+static bool show_change(struct watching *w, const lum_sensor_event *event)
 {
-    struct watching *w = context;
     const bool is_answer = event->kind == LUM_SENSOR_ANSWER;
     if (event->kind == LUM_SENSOR_NO_ANSWER) {
         return show(w, true, w->status);
@@ -151,30 +146,50 @@ static bool take(void *context, const lum_sensor_event *event)
     return show(w, false, event->status);
 }
 
+static bool take(void *context, const lum_sensor_event *event)
+{
+    struct watching *w = context;
+    const bool goes_on = vitals_take(&w->vitals, event) &&
+                         (!w->ctl->options.watch || show_change(w, event));
+    return goes_on && !vitals_is_met(&w->vitals);
+}
+
+static lum_result ask(struct ctl *ctl, void *context)
+{
+    struct watching *w = context;
+    return vitals_ask(ctl, &w->vitals);
+}
+
+/* With what it ends, but for hazards. */
+static enum exit_status conclude(struct watching *w)
+{
+    struct ctl *ctl = w->ctl;
+    if (w->vitals.answers || lum_cancel_is_raised(ctl->cancel)) {
+        return EXIT_DONE;
+    }
+    if (ctl->options.watch && !w->has_shown) {
+        (void)show(w, true, 0);
+    }
+    return session_complain_silence(ctl, 0);
+}
+
+/* --watch, --every. */
 static enum exit_status watch(struct ctl *ctl)
 {
     struct watching w = {.ctl = ctl,
                          .redraws =
                              !ctl->options.json && report_is_terminal(stdout)};
-    const struct watch watch = {POLL_NS, ask, take, &w};
-    const enum exit_status opened = ctl_open(ctl, false);
-    if (opened != EXIT_DONE) {
-        return opened;
+    const struct watch watch = {
+        .period_ns = POLL_NS, .ask = ask, .take = take, .context = &w};
+    enum exit_status status = ctl_open(ctl, false);
+    if (status == EXIT_DONE) {
+        status = vitals_begin(&w.vitals, ctl);
     }
-    const enum exit_status status = watch_run(ctl, &watch);
     if (status != EXIT_DONE) {
         return status;
     }
-    if (w.has_shown && !w.is_silent) {
-        return ctl_status_exit(w.status, session_is_owned(ctl, w.status));
-    }
-    if (lum_cancel_is_raised(ctl->cancel)) {
-        return EXIT_DONE;
-    }
-    if (!w.has_shown) {
-        (void)show(&w, true, 0);
-    }
-    return session_complain_silence(ctl, 0);
+    status = watch_run(ctl, &watch);
+    return vitals_end(&w.vitals, status == EXIT_DONE ? conclude(&w) : status);
 }
 
 static void print_json(const struct ctl *ctl, const struct ctl_answer *answer,
@@ -209,7 +224,8 @@ enum exit_status command_status(struct ctl *ctl, int count, char **words)
                             "status: '%s': no word is expected after status",
                             words[1]);
     }
-    if (ctl->options.watch && !ctl->options.dry_run) {
+    if ((ctl->options.watch || ctl->options.every_s > 0.0) &&
+        !ctl->options.dry_run) {
         return watch(ctl);
     }
     const enum exit_status status =

@@ -184,9 +184,16 @@ static bool take(void *context, const lum_sensor_event *event)
     return true;
 }
 
+static lum_result ask(struct ctl *ctl, void *context)
+{
+    (void)context;
+    return session_request_time(ctl);
+}
+
 static enum exit_status watch(struct timing *t)
 {
-    const struct watch watch = {PERIOD_NS, session_request_time, take, t};
+    const struct watch watch = {
+        .period_ns = PERIOD_NS, .ask = ask, .take = take, .context = t};
     const enum exit_status status = watch_run(t->ctl, &watch);
     if (status == EXIT_DONE && (t->is_silent || !t->has_any) &&
         !lum_cancel_is_raised(t->ctl->cancel)) {

@@ -17,20 +17,27 @@ static int64_t end_of(const struct ctl *ctl, int64_t now)
     return s > 0.0 ? now + (int64_t)(s * 1e9) : INT64_MAX;
 }
 
+lum_result watch_status(struct ctl *ctl, void *context)
+{
+    (void)context;
+    return session_request(ctl, NULL, 0);
+}
+
 /* Laser off comes first, then the next request, once it is due; missed requests
  * are not repeated. */
 static void ask_when_due(struct ctl *ctl, const struct watch *watch,
                          int64_t now, int64_t *due)
 {
-    if (watch->ask == NULL) {
+    if (watch->looks) {
         lum_laser_session_serve(ctl->laser, ctl->sensor, now);
+    } else if (session_serve_off(ctl)) {
         return;
     }
-    if (session_serve_off(ctl) || now < *due ||
+    if (watch->ask == NULL || now < *due ||
         lum_sensor_is_waiting(ctl->sensor)) {
         return;
     }
-    (void)!watch->ask(ctl);
+    (void)!watch->ask(ctl, watch->context);
     *due += watch->period_ns;
     if (*due <= now) {
         *due = now + watch->period_ns;
@@ -55,7 +62,7 @@ enum exit_status watch_run(struct ctl *ctl, const struct watch *watch)
         if (event.kind == LUM_SENSOR_FAILED) {
             return ctl_complain(EXIT_FAILED, "%s", event.error.text);
         }
-        session_tell(ctl, &event, watch->ask == NULL);
+        session_tell(ctl, &event, watch->looks);
         if (!watch->take(watch->context, &event)) {
             break;
         }

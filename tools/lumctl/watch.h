@@ -5,12 +5,16 @@
 #include "ctl.h"
 
 struct watch {
-    int64_t period_ns;                  /* between two requests */
-    lum_result (*ask)(struct ctl *ctl); /* begins one; NULL: the status, as the
-                                           laser session asks for it */
+    bool looks;        /* the laser session asks for the status, as it does */
+    int64_t period_ns; /* between two requests of ask */
+    lum_result (*ask)(struct ctl *ctl, void *context); /* begins one; may be
+                                                          NULL beside looks */
     bool (*take)(void *context, const lum_sensor_event *event); /* false: end */
     void *context;
 };
+
+/* What ask may be: the status is asked for. */
+lum_result watch_status(struct ctl *ctl, void *context);
 
 /* Runs until --duration has passed, a signal comes, or take ends it: EXIT_DONE.
  * EXIT_FAILED if the socket fails. take gets every event, IDLE at least twice a

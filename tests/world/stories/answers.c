@@ -583,8 +583,7 @@ STORY(heartbeats_that_bring_no_data,
     user_peer_leave(m->peer);
     user_tool *lonely = user_run(b.host, "lumctl heartbeat --duration 0.5");
     user_expect_status(lonely, NO_ANSWER);
-    user_expect_has(user_err(lonely),
-                    "does not answer (--duration ended after 0.5 s)");
+    user_expect_has(user_err(lonely), "does not answer (waited for 0.5 s)");
     user_expect_has(user_err(lonely), "heartbeats go to " SENSOR);
     user_expect_lacks(user_err(lonely), "this is now the session");
 }
@@ -612,7 +611,7 @@ STORY(a_watch_that_hears_nothing, "a watch that hears nothing says so")
         user_tool *watch =
             user_run(b.host, "lumctl %s --watch --duration 0.3", words[i]);
         user_expect_status(watch, NO_ANSWER);
-        user_expect_has(user_err(watch), "(--duration ended after 0.3 s)");
+        user_expect_has(user_err(watch), "(waited for 0.3 s)");
         user_expect_lacks(user_err(watch), "tried");
     }
     user_tool *json =

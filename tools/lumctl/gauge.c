@@ -1,0 +1,323 @@
+#include "report.h"
+#include "vitals.h"
+
+#include "lum/host/laser_name.h"
+#include "lum/laser.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+LUM_PRINTF(3, 4)
+static void add(char *out, size_t size, const char *format, ...)
+{
+    const size_t used = strlen(out);
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(out + used, size - used, format, arguments);
+    va_end(arguments);
+}
+
+static bool has_trip(const struct gauge *g)
+{
+    return g->vitals->answers && g->vitals->round_trip_ns > 0;
+}
+
+static uint16_t hazards_of(const struct gauge *g)
+{
+    const struct vitals *v = g->vitals;
+    return !v->has_status || report_is_idle(v->status, g->is_owned)
+               ? 0
+               : (uint16_t)(v->status & LUM_LASER_HAZARDS);
+}
+
+/* Those that came and went. */
+static uint16_t passed(const struct gauge *g)
+{
+    return (uint16_t)(g->vitals->since & ~(unsigned)g->vitals->status);
+}
+
+/* --- For people --- */
+
+void gauge_text(const struct gauge *g, char out[GAUGE_ROW_BYTES])
+{
+    const struct vitals *v = g->vitals;
+    char when[REPORT_UTC_BYTES];
+    char line[REPORT_LINE_BYTES];
+    char bits[LUM_LASER_BITS_TEXT];
+    out[0] = '\0';
+    add(out, GAUGE_ROW_BYTES, "%s %s: ", report_utc(g->utc_ns, when),
+        g->sensor);
+    if (!v->answers || !v->has_status) {
+        add(out, GAUGE_ROW_BYTES, "%s",
+            v->answers ? "answers, without a status" : "does not answer");
+    } else {
+        add(out, GAUGE_ROW_BYTES, "%s%s",
+            report_line(v->status, g->is_owned, line),
+            report_cause(v->status, v->was_up));
+    }
+    if (has_trip(g)) {
+        add(out, GAUGE_ROW_BYTES, ", round trip %.2f ms",
+            (double)v->round_trip_ns / 1e6);
+    }
+    if (g->has_counts) {
+        add(out, GAUGE_ROW_BYTES,
+            ", %" PRIu64 " packets, %" PRIu64 " words lost",
+            g->session.datagrams, g->losses.words_lost);
+    }
+    if (passed(g) != 0) {
+        add(out, GAUGE_ROW_BYTES, "; meanwhile: %s",
+            lum_laser_bits_name(passed(g), ", ", bits, sizeof bits));
+    }
+    add(out, GAUGE_ROW_BYTES, "\n");
+}
+
+/* --- JSON --- */
+
+static void put_clock(struct json *json, const struct gauge *g)
+{
+    if (g->has_clock) {
+        json_int(json, "clock_us", g->clock.clock_us);
+        json_int(json, "offset_ns", g->utc_offset_ns);
+        json_int(json, "error_ns", g->clock.error_ns);
+        json_uint(json, "restarts", g->clock.resets);
+    }
+    if (g->has_clock && g->clock.has_drift) {
+        json_int(json, "drift_ppb", g->clock.drift_ppb);
+        json_int(json, "drift_error_ppb", g->clock.drift_error_ppb);
+    }
+}
+
+static void put_counts(struct json *json, const struct gauge *g)
+{
+    json_uint(json, "packets", g->session.datagrams);
+    json_uint(json, "bytes", g->session.bytes);
+    json_uint(json, "kernel_drops", g->session.kernel_drops);
+    json_uint(json, "lines", g->losses.lines);
+    json_uint(json, "lines_incomplete", g->losses.lines_incomplete);
+    json_uint(json, "lines_missing", g->losses.lines_missing);
+    json_uint(json, "lost_words", g->losses.words_lost);
+    json_uint(json, "refused", g->losses.refused);
+}
+
+void gauge_json(const struct gauge *g, FILE *out)
+{
+    const struct vitals *v = g->vitals;
+    char when[REPORT_UTC_BYTES];
+    char bits[LUM_LASER_BITS_TEXT];
+    struct json json;
+    json_init(&json, out);
+    json_open_object(&json, NULL);
+    json_text(&json, "time", report_utc(g->utc_ns, when));
+    json_text(&json, "sensor", g->sensor);
+    json_bool(&json, "answers", v->answers);
+    if (v->answers && v->has_status) {
+        report_json(&json, v->status, g->is_owned);
+    }
+    json_text(&json, "hazards_since",
+              v->since == 0
+                  ? ""
+                  : lum_laser_bits_name(v->since, " ", bits, sizeof bits));
+    if (v->answers) {
+        report_json_trip(&json, v->round_trip_ns);
+    }
+    put_clock(&json, g);
+    if (g->has_counts) {
+        put_counts(&json, g);
+    }
+    json_close_object(&json);
+    json_end(&json);
+}
+
+/* --- CSV --- */
+
+const char gauge_csv_header[] =
+    "time,sensor,answers,laser,status,hazards,hazards_since,round_trip_ms,"
+    "clock_offset_s,clock_error_s,drift_ppm,packets,bytes,kernel_drops,"
+    "lines_incomplete,lines_missing,lost_words\n";
+
+static void add_bits(char out[GAUGE_ROW_BYTES], uint16_t bits)
+{
+    char text[LUM_LASER_BITS_TEXT];
+    add(out, GAUGE_ROW_BYTES, ",%s",
+        bits == 0 ? "" : lum_laser_bits_name(bits, " ", text, sizeof text));
+}
+
+#define SECONDS_BYTES 40
+
+/* Seconds of nanoseconds, exactly. */
+static const char *seconds_text(int64_t ns, char out[SECONDS_BYTES])
+{
+    const int64_t whole = ns / INT64_C(1000000000);
+    const int64_t part = ns % INT64_C(1000000000);
+    (void)snprintf(out, SECONDS_BYTES, "%s%" PRId64 ".%09" PRId64,
+                   ns < 0 && whole == 0 ? "-" : "", whole,
+                   part < 0 ? -part : part);
+    return out;
+}
+
+static void add_csv_clock(char out[GAUGE_ROW_BYTES], const struct gauge *g)
+{
+    char offset[SECONDS_BYTES];
+    char error[SECONDS_BYTES];
+    if (!g->has_clock) {
+        add(out, GAUGE_ROW_BYTES, ",,,");
+        return;
+    }
+    add(out, GAUGE_ROW_BYTES, ",%s,%s", seconds_text(g->utc_offset_ns, offset),
+        seconds_text(g->clock.error_ns, error));
+    if (g->clock.has_drift) {
+        add(out, GAUGE_ROW_BYTES, ",%.3f", (double)g->clock.drift_ppb / 1e3);
+    } else {
+        add(out, GAUGE_ROW_BYTES, ",");
+    }
+}
+
+void gauge_csv(const struct gauge *g, char out[GAUGE_ROW_BYTES])
+{
+    const struct vitals *v = g->vitals;
+    const bool has_status = v->answers && v->has_status;
+    char when[REPORT_UTC_BYTES];
+    out[0] = '\0';
+    add(out, GAUGE_ROW_BYTES, "%s,%s,%d", report_utc(g->utc_ns, when),
+        g->sensor, v->answers ? 1 : 0);
+    if (has_status) {
+        add(out, GAUGE_ROW_BYTES, ",%s,%u", lum_laser_status_name(v->status),
+            (unsigned)v->status);
+    } else {
+        add(out, GAUGE_ROW_BYTES, ",,");
+    }
+    add_bits(out, has_status ? hazards_of(g) : 0);
+    add_bits(out, v->since);
+    if (has_trip(g)) {
+        add(out, GAUGE_ROW_BYTES, ",%.3f", (double)v->round_trip_ns / 1e6);
+    } else {
+        add(out, GAUGE_ROW_BYTES, ",");
+    }
+    add_csv_clock(out, g);
+    if (g->has_counts) {
+        add(out, GAUGE_ROW_BYTES,
+            ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64
+            ",%" PRIu64,
+            g->session.datagrams, g->session.bytes, g->session.kernel_drops,
+            g->losses.lines_incomplete, g->losses.lines_missing,
+            g->losses.words_lost);
+    } else {
+        add(out, GAUGE_ROW_BYTES, ",,,,,,");
+    }
+    add(out, GAUGE_ROW_BYTES, "\n");
+}
+
+/* --- Prometheus --- */
+
+/* A metric with one value; value: as text. */
+static void add_metric(char out[GAUGE_PAGE_BYTES], const struct gauge *g,
+                       const char *name, const char *type, const char *help,
+                       const char *value)
+{
+    add(out, GAUGE_PAGE_BYTES,
+        "# HELP lumsdk_%s %s\n# TYPE lumsdk_%s %s\nlumsdk_%s{sensor=\"%s\"} "
+        "%s\n",
+        name, help, name, type, name, g->sensor, value);
+}
+
+static void add_real(char out[GAUGE_PAGE_BYTES], const struct gauge *g,
+                     const char *name, const char *help, double value)
+{
+    char text[32];
+    (void)snprintf(text, sizeof text, "%.9g", value);
+    add_metric(out, g, name, "gauge", help, text);
+}
+
+static void add_whole(char out[GAUGE_PAGE_BYTES], const struct gauge *g,
+                      const char *name, const char *help, uint64_t value)
+{
+    char text[24];
+    const char *total = strstr(name, "_total");
+    (void)snprintf(text, sizeof text, "%" PRIu64, value);
+    add_metric(out, g, name, total != NULL ? "counter" : "gauge", help, text);
+}
+
+static void add_status(char out[GAUGE_PAGE_BYTES], const struct gauge *g)
+{
+    const struct vitals *v = g->vitals;
+    add_whole(out, g, "laser_up", "Whether the status shows the laser on.",
+              lum_laser_is_on(v->status));
+    add_whole(out, g, "hazard", "Whether the status shows a hazard.",
+              hazards_of(g) != 0);
+    add(out, GAUGE_PAGE_BYTES,
+        "# HELP lumsdk_status_bit The bits of the status.\n"
+        "# TYPE lumsdk_status_bit gauge\n");
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        const char *name = lum_laser_bit_name(bit);
+        if (name != NULL && *name != '\0') {
+            add(out, GAUGE_PAGE_BYTES,
+                "lumsdk_status_bit{sensor=\"%s\",bit=\"%s\"} %u\n", g->sensor,
+                name, (unsigned)v->status >> bit & 1u);
+        }
+    }
+}
+
+static void add_clock(char out[GAUGE_PAGE_BYTES], const struct gauge *g)
+{
+    char text[SECONDS_BYTES];
+    add_metric(out, g, "clock_offset_seconds", "gauge",
+               "UTC at which the sensor's clock was 0.",
+               seconds_text(g->utc_offset_ns, text));
+    add_real(out, g, "clock_error_seconds",
+             "The most by which the offset may be wrong.",
+             (double)g->clock.error_ns / 1e9);
+    if (g->clock.has_drift) {
+        add_real(out, g, "clock_drift_ratio",
+                 "By how much this host's clock runs faster than the sensor's.",
+                 (double)g->clock.drift_ppb / 1e9);
+    }
+    add_whole(out, g, "restarts_total",
+              "Restarts of the sensor that its clock showed.", g->clock.resets);
+}
+
+static void add_counts(char out[GAUGE_PAGE_BYTES], const struct gauge *g)
+{
+    add_whole(out, g, "packets_total", "Datagrams that came.",
+              g->session.datagrams);
+    add_whole(out, g, "bytes_total", "Bytes in them.", g->session.bytes);
+    add_whole(out, g, "kernel_drops_total",
+              "Datagrams that this host's kernel dropped.",
+              g->session.kernel_drops);
+    add_whole(out, g, "lost_words_total", "Range words lost, at least.",
+              g->losses.words_lost);
+    add_whole(out, g, "incomplete_lines_total",
+              "Lines of which angles are lost.", g->losses.lines_incomplete);
+    add_whole(out, g, "missing_lines",
+              "Lines of which nothing came; fewer again when they come late.",
+              g->losses.lines_missing);
+}
+
+void gauge_page(const struct gauge *g, char out[GAUGE_PAGE_BYTES])
+{
+    const struct vitals *v = g->vitals;
+    out[0] = '\0';
+    add_whole(out, g, "up", "Whether the sensor answers.", v->answers);
+    if (g->age_s >= 0.0) {
+        add_real(out, g, "answer_age_seconds",
+                 "Time since the last answer, when this was written.",
+                 g->age_s);
+    }
+    if (has_trip(g)) {
+        add_real(out, g, "round_trip_seconds", "Of the last request.",
+                 (double)v->round_trip_ns / 1e9);
+    }
+    if (v->answers && v->has_status) {
+        add_status(out, g);
+    }
+    add_whole(out, g, "hazard_since",
+              "Whether a hazard was seen since the page before.",
+              v->since != 0);
+    if (v->answers && g->has_clock) {
+        add_clock(out, g);
+    }
+    if (g->has_counts) {
+        add_counts(out, g);
+    }
+}

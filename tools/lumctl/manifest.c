@@ -1,0 +1,333 @@
+#define _POSIX_C_SOURCE 200809L
+#include "manifest.h"
+
+#include "../common/json.h"
+#include "../common/make_folder.h"
+#include "report.h"
+#include "scribe.h"
+#include "session.h"
+
+#include "base/claim.h"
+#include "base/system.h"
+#include "lum/base/time.h"
+#include "lum/version.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define FILE_BYTES_MAX (8u << 20)
+
+/* A step: how its line begins, by which it is known again, and the line. */
+struct line {
+    char *begin;
+    char *text;
+    bool was_done; /* by an earlier run */
+};
+
+struct manifest {
+    const struct ctl *ctl;
+    const char *folder;
+    const char *plan;
+    char path[MANIFEST_PATH_BYTES];
+    char begun[REPORT_UTC_BYTES];
+    char *earlier; /* the text of an earlier one; NULL: none */
+    struct line *lines;
+    size_t count;
+    lum_claim claim; /* to the folder's sweep */
+    struct scribe *scribe;
+};
+
+/* --- An earlier one --- */
+
+/* The whole text; NULL with the reason in errno. */
+static char *read_text(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    char *text = file != NULL ? malloc(FILE_BYTES_MAX + 1u) : NULL;
+    size_t len = 0;
+    if (text != NULL) {
+        len = fread(text, 1, FILE_BYTES_MAX, file);
+        text[len] = '\0';
+    }
+    if (file != NULL) {
+        (void)fclose(file);
+    }
+    return text;
+}
+
+/* The earlier line of a step that is the same in this plan, up to its end;
+ * NULL: none, or it was not done. */
+static char *find_earlier(const struct manifest *m, const char *begin)
+{
+    static const char done[] = ", \"done\": true";
+    const char *at = m->earlier;
+    const char *found = at != NULL ? strstr(at, begin) : NULL;
+    if (found == NULL ||
+        strncmp(found + strlen(begin), done, sizeof done - 1) != 0) {
+        return NULL;
+    }
+    const size_t len = strcspn(found, "\n");
+    const bool has_comma = len > 0 && found[len - 1] == ',';
+    return strndup(found, has_comma ? len - 1 : len);
+}
+
+/* --- Its beginning --- */
+
+static enum exit_status open_folder(struct manifest *m, bool goes_on)
+{
+    lum_error error = {""};
+    char mark[MANIFEST_PATH_BYTES];
+    if (make_folder(m->folder) != 0 && errno != EEXIST) {
+        return ctl_complain(EXIT_FAILED, "%s: %s", m->folder, strerror(errno));
+    }
+    if (snprintf(m->path, sizeof m->path, "%s/manifest.json", m->folder) >=
+        (int)sizeof m->path) {
+        return ctl_complain(EXIT_BAD, "%s: the name is too long", m->folder);
+    }
+    (void)snprintf(mark, sizeof mark, "%.4000s/sweep", m->folder);
+    if (lum_claim_take(mark, m->folder, &m->claim, &error) != 0) {
+        return ctl_complain(EXIT_FAILED, "%s", error.text);
+    }
+    m->earlier = read_text(m->path);
+    if (m->earlier == NULL && errno != ENOENT) {
+        return ctl_complain(EXIT_FAILED, "%s: %s", m->path, strerror(errno));
+    }
+    if (m->earlier != NULL && !goes_on) {
+        return ctl_complain(EXIT_BAD,
+                            "%s is there: with --continue only what is missing "
+                            "is done; or name another folder with -o",
+                            m->path);
+    }
+    return EXIT_DONE;
+}
+
+enum exit_status manifest_open(struct ctl *ctl, const char *folder,
+                               const char *plan, size_t steps, bool goes_on,
+                               struct manifest **out)
+{
+    struct manifest *m = calloc(1, sizeof *m);
+    lum_error error = {""};
+    *out = m;
+    if (m == NULL) {
+        return ctl_complain(EXIT_FAILED, "out of memory");
+    }
+    m->claim = (lum_claim)LUM_CLAIM_NONE;
+    m->ctl = ctl;
+    m->folder = folder;
+    m->plan = plan;
+    m->count = steps;
+    m->lines = calloc(steps, sizeof *m->lines);
+    (void)report_utc(lum_time_utc_ns(), m->begun);
+    if (m->lines == NULL) {
+        return ctl_complain(EXIT_FAILED, "out of memory");
+    }
+    const enum exit_status status = open_folder(m, goes_on);
+    if (status != EXIT_DONE) {
+        return status;
+    }
+    m->scribe = scribe_new(NULL, NULL, m->path, &error);
+    return m->scribe != NULL ? EXIT_DONE
+                             : ctl_complain(EXIT_FAILED, "%s", error.text);
+}
+
+/* --- The lines --- */
+
+static void put_begin(FILE *out, size_t step,
+                      const struct settings_plan *settings,
+                      const lum_sweep_step *what)
+{
+    struct json json;
+    json_init(&json, out);
+    json_open_object(&json, NULL);
+    json_uint(&json, "step", step + 1u);
+    json_open_object(&json, "settings");
+    for (size_t i = 0; i < settings->count; i++) {
+        json_text(&json, settings->items[i].setting, settings->items[i].value);
+    }
+    json_close_object(&json);
+    json_real(&json, "record_s", (double)what->record_ns / 1e9, 3);
+    json_uint(&json, "record_frames", what->frames);
+    json_real(&json, "settle_s", (double)what->settle_ns / 1e9, 3);
+}
+
+bool manifest_name(struct manifest *m, size_t step,
+                   const struct settings_plan *settings,
+                   const lum_sweep_step *what)
+{
+    struct line *line = &m->lines[step];
+    size_t len = 0;
+    FILE *out = open_memstream(&line->begin, &len);
+    if (out == NULL) {
+        return false;
+    }
+    put_begin(out, step, settings, what);
+    if (fclose(out) != 0) {
+        return false;
+    }
+    char name[32];
+    char path[MANIFEST_PATH_BYTES];
+    manifest_file(m, step, name, path);
+    const bool records = what->record_ns > 0 || what->frames > 0;
+    line->text = !records || access(path, R_OK) == 0
+                     ? find_earlier(m, line->begin)
+                     : NULL;
+    line->was_done = line->text != NULL;
+    return true;
+}
+
+bool manifest_is_done(const struct manifest *m, size_t step)
+{
+    return m->lines[step].was_done;
+}
+
+void manifest_file(const struct manifest *m, size_t step, char name[32],
+                   char path[MANIFEST_PATH_BYTES])
+{
+    (void)snprintf(name, 32, "step-%04u.pcapng", (unsigned)step + 1u);
+    (void)snprintf(path, MANIFEST_PATH_BYTES, "%.4000s/%s", m->folder, name);
+}
+
+static void put_time(struct json *json, const char *key, int64_t utc_ns)
+{
+    char when[REPORT_UTC_BYTES];
+    if (utc_ns != 0) {
+        json_text(json, key, report_utc(utc_ns, when));
+    }
+}
+
+static void put_counts(struct json *json, const struct recorder_counts *c)
+{
+    put_time(json, "first_packet", c->first_utc_ns);
+    put_time(json, "last_packet", c->last_utc_ns);
+    json_uint(json, "packets", c->packets);
+    json_uint(json, "packets_not_written", c->dropped);
+    json_uint(json, "lines", c->losses.lines);
+    json_uint(json, "lines_incomplete", c->losses.lines_incomplete);
+    json_uint(json, "lines_missing", c->losses.lines_missing);
+    json_uint(json, "lost_words", c->losses.words_lost);
+    json_uint(json, "refused", c->losses.refused);
+}
+
+static void put_rest(FILE *out, const struct manifest_result *r)
+{
+    struct json json;
+    json_init(&json, out);
+    json.has_before = true;
+    json_bool(&json, "done", r->is_done);
+    if (r->is_done && r->file[0] != '\0') {
+        json_text(&json, "file", r->file);
+    }
+    put_time(&json, "set", r->set_utc_ns);
+    if (r->has_status) {
+        json_uint(&json, "status", r->status);
+    }
+    if (r->is_done && r->file[0] != '\0') {
+        put_counts(&json, &r->counts);
+    }
+    if (!r->is_done) {
+        json_text(&json, "why", r->why);
+    }
+    json_close_object(&json);
+}
+
+/* A step that was never begun. */
+static void put_unbegun(FILE *out)
+{
+    const struct manifest_result none = {.why = "it was not begun"};
+    put_rest(out, &none);
+}
+
+static void put_all(const struct manifest *m, FILE *out, const char *why,
+                    int status)
+{
+    char name[SESSION_NAME_BYTES];
+    char when[REPORT_UTC_BYTES];
+    struct json json;
+    json_init(&json, out);
+    json_open_object(&json, NULL);
+    json_uint(&json, "version", 1);
+    json_text(&json, "program", "lumctl " LUM_VERSION);
+    json_text(&json, "sensor", session_name(session_host(m->ctl), name));
+    json_text(&json, "plan", m->plan);
+    json_text(&json, "begun", m->begun);
+    json_text(&json, "written", report_utc(lum_time_utc_ns(), when));
+    if (status >= 0) {
+        json_int(&json, "exit_status", status);
+        json_text(&json, "why", why);
+    }
+    json_open_array(&json, "steps");
+    for (size_t i = 0; i < m->count; i++) {
+        const struct line *line = &m->lines[i];
+        (void)fprintf(out, "%s\n%s", i > 0 ? "," : "",
+                      line->text != NULL ? line->text : line->begin);
+        if (line->text == NULL) {
+            put_unbegun(out);
+        }
+    }
+    (void)fputc('\n', out);
+    json_close_array(&json);
+    json_close_object(&json);
+    json_end(&json);
+}
+
+static void write_all(struct manifest *m, const char *why, int status)
+{
+    char *text = NULL;
+    size_t len = 0;
+    FILE *out = open_memstream(&text, &len);
+    if (out != NULL) {
+        put_all(m, out, why, status);
+        if (fclose(out) == 0) {
+            scribe_turn(m->scribe, text);
+        }
+        free(text);
+    }
+}
+
+void manifest_note(struct manifest *m, size_t step,
+                   const struct manifest_result *result)
+{
+    struct line *line = &m->lines[step];
+    char *text = NULL;
+    size_t len = 0;
+    FILE *out = open_memstream(&text, &len);
+    if (out == NULL) {
+        return;
+    }
+    (void)fputs(line->begin, out);
+    put_rest(out, result);
+    if (fclose(out) == 0) {
+        free(line->text);
+        line->text = text;
+    }
+    write_all(m, "", -1);
+}
+
+bool manifest_tell(struct manifest *m, lum_error *out)
+{
+    return scribe_tell(m->scribe, out);
+}
+
+bool manifest_end(struct manifest *m, const char *why, enum exit_status status)
+{
+    bool has_failed = false;
+    if (m == NULL) {
+        return true;
+    }
+    if (m->scribe != NULL) {
+        write_all(m, why, (int)status);
+        (void)scribe_end(m->scribe, &has_failed);
+    }
+    for (size_t i = 0; m->lines != NULL && i < m->count; i++) {
+        free(m->lines[i].begin);
+        free(m->lines[i].text);
+    }
+    lum_claim_drop(&m->claim);
+    free(m->lines);
+    free(m->earlier);
+    free(m);
+    return !has_failed;
+}

@@ -1,0 +1,24 @@
+#define _POSIX_C_SOURCE 200809L
+#include "rows_file.h"
+
+#include "base/claim.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <unistd.h>
+
+int rows_file_open(const char *path)
+{
+    const int fd = open(path, O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
+    if (fd >= 0 && lum_claim_lock(fd) != 0) {
+        (void)close(fd);
+        errno = EBUSY;
+        return -1;
+    }
+    return fd;
+}
+
+int rows_file_cut(int fd, long long size)
+{
+    return ftruncate(fd, (off_t)size);
+}

@@ -1,0 +1,29 @@
+#include "rows_file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <io.h>
+#include <stdint.h>
+#include <windows.h>
+
+int rows_file_open(const char *path)
+{
+    const HANDLE file =
+        CreateFileA(path, GENERIC_READ | GENERIC_WRITE, FILE_SHARE_READ, NULL,
+                    OPEN_ALWAYS, FILE_ATTRIBUTE_NORMAL, NULL);
+    if (file == INVALID_HANDLE_VALUE) {
+        const DWORD code = GetLastError();
+        errno = code == ERROR_SHARING_VIOLATION ? EBUSY
+                : code == ERROR_PATH_NOT_FOUND  ? ENOENT
+                : code == ERROR_ACCESS_DENIED   ? EACCES
+                                                : EIO;
+        return -1;
+    }
+    return _open_osfhandle((intptr_t)file,
+                           _O_BINARY | _O_APPEND | _O_NOINHERIT);
+}
+
+int rows_file_cut(int fd, long long size)
+{
+    return _chsize_s(fd, size) == 0 ? 0 : -1;
+}

@@ -1,0 +1,359 @@
+#define _POSIX_C_SOURCE 200809L
+#include "scribe.h"
+
+#include "../common/text_file.h"
+#include "rows_file.h"
+
+#include "base/thread.h"
+
+#include "lum/base/time.h"
+
+#include <errno.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#define ROWS_BYTES   16384u
+#define HEADER_BYTES 512
+#define LOCK_NS      INT64_C(2000000000) /* for another run's line */
+#define AGAIN_NS     INT64_C(5000000)
+#define END_S        3
+
+/* What waits to be written. */
+struct work {
+    char rows[ROWS_BYTES];
+    size_t rows_len;
+    char *page; /* NULL: none */
+};
+
+struct scribe {
+    const char *rows;
+    const char *header;
+    const char *page;
+    struct work writing; /* the thread's, as the next */
+    bool has_begun;      /* to write to standard output */
+
+    pthread_mutex_t lock; /* guards what follows */
+    pthread_cond_t changed;
+    struct work next;
+    uint64_t lost;
+    bool has_failed[2]; /* rows, page: the last try */
+    bool has_news;
+    lum_error news;
+    bool is_ending;
+    bool has_ended;
+};
+
+/* --- Files --- */
+
+static int fail(const char *path, lum_error *error)
+{
+    return lum_error_set(error, "%s: %s", path,
+                         errno == EEXIST
+                             ? "holds other columns; give another file"
+                             : strerror(errno));
+}
+
+/* Another run holds it only while it adds a line. */
+static int open_rows(const char *path)
+{
+    const int64_t end = lum_time_monotonic_ns() + LOCK_NS;
+    int fd = rows_file_open(path);
+    while (fd < 0 && errno == EBUSY && lum_time_monotonic_ns() < end) {
+        lum_time_sleep_until(lum_time_monotonic_ns() + AGAIN_NS);
+        fd = rows_file_open(path);
+    }
+    return fd;
+}
+
+static int put(int fd, const char *text, size_t len)
+{
+    while (len > 0) {
+        const ssize_t n = write(fd, text, len);
+        if (n < 0 && errno != EINTR) {
+            return -1;
+        }
+        text += n > 0 ? n : 0;
+        len -= n > 0 ? (size_t)n : 0;
+    }
+    return 0;
+}
+
+/* Whether a file that is not empty begins with the header. */
+static bool has_header(const struct scribe *s, int fd)
+{
+    char begin[HEADER_BYTES];
+    const size_t len = strlen(s->header);
+    return len <= sizeof begin && lseek(fd, 0, SEEK_SET) == 0 &&
+           read(fd, begin, len) == (ssize_t)len &&
+           memcmp(begin, s->header, len) == 0;
+}
+
+/* Cuts off the half line that a run may have left that was killed. */
+static int mend_end(int fd, off_t *size)
+{
+    char end[SCRIBE_ROW_BYTES];
+    const off_t from =
+        *size > (off_t)sizeof end ? *size - (off_t)sizeof end : 0;
+    const ssize_t n =
+        lseek(fd, from, SEEK_SET) == from ? read(fd, end, sizeof end) : -1;
+    ssize_t whole = n;
+    while (whole > 0 && end[whole - 1] != '\n') {
+        whole--;
+    }
+    *size = from + whole;
+    return n < 0 ? -1 : whole == n ? 0 : rows_file_cut(fd, *size);
+}
+
+/* Before a line is added to a file of a size: the header, if it is empty. */
+static int prepare(const struct scribe *s, int fd, off_t *size)
+{
+    if (*size == 0) {
+        return put(fd, s->header, strlen(s->header));
+    }
+    if (!has_header(s, fd)) {
+        errno = EEXIST;
+        return -1;
+    }
+    return mend_end(fd, size);
+}
+
+/* Lines are added whole or not at all: what a full disk took of them is cut off
+ * again. */
+static int add_to_file(const struct scribe *s, int fd, const struct work *work,
+                       off_t size)
+{
+    if (prepare(s, fd, &size) == 0 &&
+        put(fd, work->rows, work->rows_len) == 0) {
+        return 0;
+    }
+    const int code = errno;
+    if (code != EEXIST) {
+        (void)!rows_file_cut(fd, size);
+    }
+    errno = code;
+    return -1;
+}
+
+/* Standard output, or a pipe: the header comes once. */
+static int add_to_stream(struct scribe *s, int fd, const struct work *work)
+{
+    const bool is_first = !s->has_begun;
+    s->has_begun = true;
+    return is_first && put(fd, s->header, strlen(s->header)) != 0
+               ? -1
+               : put(fd, work->rows, work->rows_len);
+}
+
+static int add_rows(struct scribe *s, int fd, const struct work *work)
+{
+    struct stat look;
+    if (fstat(fd, &look) != 0) {
+        return -1;
+    }
+    return S_ISREG(look.st_mode) ? add_to_file(s, fd, work, look.st_size)
+                                 : add_to_stream(s, fd, work);
+}
+
+static int write_rows(struct scribe *s, const struct work *work,
+                      lum_error *error)
+{
+    if (strcmp(s->rows, "-") == 0) {
+        return add_to_stream(s, STDOUT_FILENO, work) == 0
+                   ? 0
+                   : fail("standard output", error);
+    }
+    const int fd = open_rows(s->rows);
+    if (fd < 0) {
+        return fail(s->rows, error);
+    }
+    const int result = add_rows(s, fd, work);
+    if (result != 0) {
+        (void)fail(s->rows, error);
+    }
+    (void)close(fd);
+    return result;
+}
+
+/* A file that cannot take lines is known before the first. */
+static int check_rows(struct scribe *s, lum_error *error)
+{
+    const struct work nothing = {.rows_len = 0};
+    return s->rows == NULL || strcmp(s->rows, "-") == 0
+               ? 0
+               : write_rows(s, &nothing, error);
+}
+
+/* --- The thread --- */
+
+static uint64_t count_rows(const struct work *work)
+{
+    uint64_t n = 0;
+    for (size_t i = 0; i < work->rows_len; i++) {
+        n += work->rows[i] == '\n' ? 1u : 0u;
+    }
+    return n;
+}
+
+/* With the lock held. What fails again and again is news once. */
+static void note(struct scribe *s, unsigned what, int result,
+                 const lum_error *error)
+{
+    if (result != 0 && !s->has_failed[what]) {
+        s->has_news = true;
+        s->news = *error;
+    }
+    s->has_failed[what] = result != 0;
+}
+
+static void do_work(struct scribe *s)
+{
+    struct work *work = &s->writing;
+    lum_error error = {""};
+    if (work->rows_len > 0) {
+        const int result = write_rows(s, work, &error);
+        (void)pthread_mutex_lock(&s->lock);
+        s->lost += result != 0 ? count_rows(work) : 0;
+        note(s, 0, result, &error);
+        (void)pthread_mutex_unlock(&s->lock);
+    }
+    if (work->page != NULL) {
+        const int result =
+            text_file_save(s->page, work->page, strlen(work->page), &error);
+        free(work->page);
+        work->page = NULL;
+        (void)pthread_mutex_lock(&s->lock);
+        note(s, 1, result, &error);
+        (void)pthread_mutex_unlock(&s->lock);
+    }
+}
+
+static void *run(void *context)
+{
+    struct scribe *s = context;
+    bool goes_on = true;
+    while (goes_on) {
+        (void)pthread_mutex_lock(&s->lock);
+        while (s->next.rows_len == 0 && s->next.page == NULL && !s->is_ending) {
+            (void)pthread_cond_wait(&s->changed, &s->lock);
+        }
+        s->writing = s->next;
+        s->next.rows_len = 0;
+        s->next.page = NULL;
+        goes_on = !s->is_ending;
+        (void)pthread_mutex_unlock(&s->lock);
+        do_work(s);
+    }
+    (void)pthread_mutex_lock(&s->lock);
+    s->has_ended = true;
+    (void)pthread_cond_broadcast(&s->changed);
+    (void)pthread_mutex_unlock(&s->lock);
+    return NULL;
+}
+
+/* --- Its user's side --- */
+
+struct scribe *scribe_new(const char *rows, const char *header,
+                          const char *page, lum_error *error)
+{
+    struct scribe *s = calloc(1, sizeof *s);
+    pthread_t thread;
+    if (s == NULL) {
+        (void)lum_error_set(error, "out of memory");
+        return NULL;
+    }
+    s->rows = rows;
+    s->header = header;
+    s->page = page;
+    if (check_rows(s, error) != 0) {
+        free(s);
+        return NULL;
+    }
+    (void)pthread_mutex_init(&s->lock, NULL);
+    (void)pthread_cond_init(&s->changed, NULL);
+    if (lum_thread_start(&thread, run, s) != 0) {
+        (void)lum_error_set(error, "no thread to write files with");
+        free(s);
+        return NULL;
+    }
+    (void)pthread_detach(thread);
+    return s;
+}
+
+void scribe_add(struct scribe *scribe, const char *row)
+{
+    const size_t len = strlen(row);
+    if (scribe->rows == NULL) {
+        return;
+    }
+    (void)pthread_mutex_lock(&scribe->lock);
+    if (len > ROWS_BYTES - scribe->next.rows_len) {
+        scribe->lost++;
+    } else {
+        memcpy(scribe->next.rows + scribe->next.rows_len, row, len);
+        scribe->next.rows_len += len;
+    }
+    (void)pthread_cond_broadcast(&scribe->changed);
+    (void)pthread_mutex_unlock(&scribe->lock);
+}
+
+void scribe_turn(struct scribe *scribe, const char *page)
+{
+    const size_t size = strlen(page) + 1u;
+    char *copy = scribe->page != NULL ? malloc(size) : NULL;
+    if (copy != NULL) {
+        memcpy(copy, page, size);
+    }
+    (void)pthread_mutex_lock(&scribe->lock);
+    free(scribe->next.page);
+    scribe->next.page = copy;
+    scribe->has_failed[1] |= copy == NULL && scribe->page != NULL;
+    (void)pthread_cond_broadcast(&scribe->changed);
+    (void)pthread_mutex_unlock(&scribe->lock);
+}
+
+bool scribe_tell(struct scribe *scribe, lum_error *out)
+{
+    (void)pthread_mutex_lock(&scribe->lock);
+    const bool has_news = scribe->has_news;
+    *out = scribe->news;
+    scribe->has_news = false;
+    (void)pthread_mutex_unlock(&scribe->lock);
+    return has_news;
+}
+
+/* One that hangs in a disk keeps its memory: it may wake up yet. */
+uint64_t scribe_end(struct scribe *scribe, bool *page_failed)
+{
+    struct timespec end;
+    int result = 0;
+    *page_failed = false;
+    if (scribe == NULL) {
+        return 0;
+    }
+    (void)clock_gettime(CLOCK_REALTIME, &end);
+    end.tv_sec += END_S;
+    (void)pthread_mutex_lock(&scribe->lock);
+    scribe->is_ending = true;
+    (void)pthread_cond_broadcast(&scribe->changed);
+    while (!scribe->has_ended && result == 0) {
+        result = pthread_cond_timedwait(&scribe->changed, &scribe->lock, &end);
+    }
+    const bool has_ended = scribe->has_ended;
+    const uint64_t lost =
+        scribe->lost +
+        (has_ended ? 0
+                   : count_rows(&scribe->writing) + count_rows(&scribe->next));
+    *page_failed =
+        scribe->page != NULL && (scribe->has_failed[1] || !has_ended);
+    (void)pthread_mutex_unlock(&scribe->lock);
+    if (has_ended) {
+        (void)pthread_mutex_destroy(&scribe->lock);
+        (void)pthread_cond_destroy(&scribe->changed);
+        free(scribe);
+    }
+    return lost;
+}

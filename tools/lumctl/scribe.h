@@ -1,0 +1,40 @@
+/* Writes lines and a page to files in a thread of its own: whoever keeps a
+ * laser on by heartbeats must not wait for a disk. */
+#ifndef LUMCTL_SCRIBE_H
+#define LUMCTL_SCRIBE_H
+
+#include "lum/base/error.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct scribe;
+
+/* Most bytes of a line, with its newline. */
+#define SCRIBE_ROW_BYTES 1024u
+
+/* Begins. rows: a file to which lines are added, after header where it is
+ * empty; one that begins with something else is refused. Lines of several runs
+ * may go into one, each stays whole. page: a file
+ * that is replaced as a whole. Either may be NULL. The texts are not copied.
+ * NULL with the reason in error. */
+struct scribe *scribe_new(const char *rows, const char *header,
+                          const char *page, lum_error *error);
+
+/* Has a line added, which ends with a newline. Does not wait: one for which
+ * there is no room is counted as lost. */
+void scribe_add(struct scribe *scribe, const char *row);
+
+/* Has the page replaced. Does not wait: of several that wait, the last counts.
+ */
+void scribe_turn(struct scribe *scribe, const char *page);
+
+/* A failure, once for each that begins. False: there is none. */
+bool scribe_tell(struct scribe *scribe, lum_error *out);
+
+/* Writes what waits, for a few seconds at most, and ends. How many lines were
+ * lost, and in *page_failed whether the last page was not written. NULL is
+ * allowed. */
+uint64_t scribe_end(struct scribe *scribe, bool *page_failed);
+
+#endif

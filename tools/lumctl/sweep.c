@@ -1,0 +1,282 @@
+#include "sweep.h"
+
+#include "../common/input_files.h"
+#include "files.h"
+#include "laser.h"
+#include "session.h"
+
+#include "base/system.h"
+#include "lum/base/time.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define FOLDER_BYTES 4096
+#define LASER_NS     INT64_C(20000000000)
+#define DROP_NS      INT64_C(3000000000)
+#define AGAIN_NS     INT64_C(10000000)
+
+/* --- Before anything is sent --- */
+
+/* That of the plan's name, without its end. */
+static const char *name_folder(const struct ctl *ctl, const char *plan,
+                               char out[FOLDER_BYTES])
+{
+    const char *base = lum_system_base(plan);
+    const char *dot = strrchr(base, '.');
+    if (ctl->options.output != NULL) {
+        return ctl->options.output;
+    }
+    (void)snprintf(out, FOLDER_BYTES, "%.*s",
+                   dot != NULL && dot != base ? (int)(dot - base)
+                                              : (int)strlen(base),
+                   base);
+    return strcmp(plan, "-") == 0 ? "sweep" : out;
+}
+
+static enum exit_status check_words(const struct ctl *ctl, int count,
+                                    char **words)
+{
+    if (count != 2) {
+        return ctl_complain(EXIT_BAD, count < 2
+                                          ? "sweep: give a plan, such as the "
+                                            "sample calib/sweep.yaml"
+                                          : "sweep: one plan, not more");
+    }
+    if (ctl->in_shell && strcmp(words[1], "-") == 0) {
+        return ctl_complain(EXIT_BAD, "sweep: '-' would read what is typed "
+                                      "here; give a file");
+    }
+    if (ctl->options.calibration != NULL &&
+        strcmp(ctl->options.calibration, "-") == 0) {
+        return ctl_complain(EXIT_BAD, "sweep: the calibration is read more "
+                                      "than once: give a file");
+    }
+    return EXIT_DONE;
+}
+
+static enum exit_status load(struct sweep *s)
+{
+    const struct ctl_options *o = &s->ctl->options;
+    lum_error error = {""};
+    if (input_files_check(&(struct input_file){s->file, "the plan"}, 1, "-",
+                          &error) != 0 ||
+        lum_sweep_load(s->file, &s->plan, &error) != 0 ||
+        files_load_calibration(o->calibration, &o->set,
+                               &s->geometry.calibration, &error) != 0) {
+        return ctl_complain(EXIT_BAD, "%s", error.text);
+    }
+    s->geometry.profile = s->ctl->layout.profile;
+    s->geometry.has_profile =
+        o->profile != NULL || set_keys_first(&o->set, true) != NULL;
+    s->geometry.has_calibration =
+        o->calibration != NULL || set_keys_first(&o->set, false) != NULL;
+    return EXIT_DONE;
+}
+
+static enum exit_status make(struct sweep *s, const lum_settings *from,
+                             bool tells, struct settings_plan *out)
+{
+    struct ctl *ctl = s->ctl;
+    const bool was_quiet = ctl->options.quiet;
+    ctl->options.quiet = was_quiet || !tells;
+    const enum exit_status status = plan_make(ctl, s->file, from, out);
+    ctl->options.quiet = was_quiet;
+    return status;
+}
+
+static void print_step(const struct sweep *s, size_t step)
+{
+    const lum_sweep_step *what = &s->plan.steps[step];
+    (void)fprintf(stderr, "step %u of %u", (unsigned)step + 1u,
+                  (unsigned)s->plan.count);
+    if (what->frames > 0) {
+        (void)fprintf(stderr, ", records %u frames", (unsigned)what->frames);
+    } else if (what->record_ns > 0) {
+        (void)fprintf(stderr, ", records %.6g s",
+                      (double)what->record_ns / 1e9);
+    }
+    (void)fputc('\n', stderr);
+    if (s->settings.count > 0) {
+        plan_print(stderr, &s->settings);
+    }
+}
+
+static enum exit_status print_dry(struct sweep *s)
+{
+    for (size_t i = 0; i < s->plan.count; i++) {
+        enum exit_status status =
+            make(s, &s->plan.steps[i].settings, true, &s->settings);
+        if (status == EXIT_DONE && !s->ctl->options.quiet) {
+            print_step(s, i);
+        }
+        if (status == EXIT_DONE && s->settings.count > 0) {
+            status = plan_send(s->ctl, &s->settings);
+        }
+        if (status != EXIT_DONE) {
+            return status;
+        }
+    }
+    return EXIT_DONE;
+}
+
+/* Looks at all steps before the first; how many are to be done. */
+static enum exit_status prepare(struct sweep *s, size_t *todo)
+{
+    struct ctl *ctl = s->ctl;
+    enum exit_status status =
+        manifest_open(ctl, s->folder, s->file, s->plan.count,
+                      ctl->options.goes_on, &s->manifest);
+    *todo = 0;
+    for (size_t i = 0; i < s->plan.count && status == EXIT_DONE; i++) {
+        const lum_sweep_step *what = &s->plan.steps[i];
+        status = make(s, &what->settings, true, &s->settings);
+        if (status == EXIT_DONE) {
+            status = make(s, &what->all, false, &s->in_force);
+        }
+        if (status == EXIT_DONE &&
+            !manifest_name(s->manifest, i, &s->in_force, what)) {
+            status = ctl_complain(EXIT_FAILED, "out of memory");
+        }
+        if (status == EXIT_DONE) {
+            *todo += manifest_is_done(s->manifest, i) ? 0 : 1u;
+        }
+    }
+    return status;
+}
+
+/* --- The session --- */
+
+/* Until it is up; what keeps it down is trouble. */
+static enum exit_status light(struct sweep *s)
+{
+    struct ctl *ctl = s->ctl;
+    const int64_t end = lum_time_monotonic_ns() + LASER_NS;
+    lum_laser_session_view view = {.struct_size = sizeof view};
+    enum exit_status status = EXIT_DONE;
+    lum_laser_session_want(ctl->laser, LUM_WANT_ON, lum_time_monotonic_ns());
+    do {
+        status = sweep_rest(s, INT64_C(100000000));
+        (void)lum_laser_session_look(ctl->laser, &view);
+    } while (status == EXIT_DONE && view.laser == LUM_LASER_ASKED &&
+             lum_time_monotonic_ns() < end);
+    if (status == EXIT_DONE && view.laser != LUM_LASER_UP) {
+        (void)snprintf(s->why, sizeof s->why, "the laser did not come up");
+        return EXIT_FAILED;
+    }
+    return status;
+}
+
+/* What steps that were done before have set is sent with the next one. */
+static enum exit_status do_steps(struct sweep *s)
+{
+    enum exit_status status = s->ctl->options.laser ? light(s) : EXIT_DONE;
+    lum_settings unsent = {.has_shape = false};
+    for (size_t i = 0; i < s->plan.count && status == EXIT_DONE; i++) {
+        lum_sweep_merge(&unsent, &s->plan.steps[i].settings);
+        if (manifest_is_done(s->manifest, i)) {
+            continue;
+        }
+        status = make(s, &s->plan.steps[i].all, false, &s->in_force);
+        if (status == EXIT_DONE) {
+            status = make(s, &unsent, false, &s->settings);
+        }
+        if (status == EXIT_DONE) {
+            status = sweep_step(s, i);
+        }
+        unsent = (lum_settings){.has_shape = false};
+    }
+    return status;
+}
+
+/* The file of a step that is not done goes. */
+static void let_go(struct sweep *s)
+{
+    const int64_t end = lum_time_monotonic_ns() + DROP_NS;
+    lum_error error;
+    while (s->dropped != NULL &&
+           recorder_look(s->dropped, &error) < RECORDER_WHOLE &&
+           lum_time_monotonic_ns() < end) {
+        lum_time_sleep_until(lum_time_monotonic_ns() + AGAIN_NS);
+    }
+    recorder_free(s->dropped, NULL);
+    s->dropped = NULL;
+}
+
+static enum exit_status run(struct sweep *s)
+{
+    struct ctl *ctl = s->ctl;
+    enum exit_status status = ctl_open(ctl, true);
+    if (status != EXIT_DONE) {
+        (void)snprintf(s->why, sizeof s->why, "there is no session");
+        return status;
+    }
+    ctl->trouble.kind = 0;
+    ctl->trouble.struct_size = sizeof ctl->trouble;
+    status = do_steps(s);
+    if (ctl->options.laser) {
+        const enum exit_status left = laser_leave(ctl);
+        status = status == EXIT_DONE ? left : status;
+    }
+    let_go(s);
+    return status;
+}
+
+/* --- The command --- */
+
+static enum exit_status conclude(struct sweep *s, enum exit_status status)
+{
+    char at[SESSION_CTL_BYTES];
+    if (status == EXIT_DONE) {
+        return status;
+    }
+    (void)ctl_complain(status, "%s: not all steps are done: %s", s->file,
+                       s->why);
+    if (strcmp(s->file, "-") != 0) {
+        ctl_note(s->ctl, "%s sweep %s -o %s%s --continue does what is missing",
+                 session_ctl(s->ctl, session_host(s->ctl), at), s->file,
+                 s->folder, s->ctl->options.laser ? " --laser" : "");
+    }
+    return status;
+}
+
+static enum exit_status sweep(struct sweep *s)
+{
+    size_t todo = 0;
+    enum exit_status status = prepare(s, &todo);
+    if (status != EXIT_DONE) {
+        return status;
+    }
+    if (todo < s->plan.count) {
+        ctl_note(s->ctl, "%u of %u steps were done before",
+                 (unsigned)(s->plan.count - todo), (unsigned)s->plan.count);
+    }
+    return todo > 0 ? conclude(s, run(s)) : EXIT_DONE;
+}
+
+enum exit_status command_sweep(struct ctl *ctl, int count, char **words)
+{
+    struct sweep *s = calloc(1, sizeof *s);
+    char folder[FOLDER_BYTES];
+    enum exit_status status = check_words(ctl, count, words);
+    if (s == NULL) {
+        return ctl_complain(EXIT_FAILED, "out of memory");
+    }
+    s->ctl = ctl;
+    if (status == EXIT_DONE) {
+        s->file = words[1];
+        s->folder = name_folder(ctl, words[1], folder);
+        status = load(s);
+    }
+    if (status == EXIT_DONE) {
+        status = ctl->options.dry_run ? print_dry(s) : sweep(s);
+    }
+    if (!manifest_end(s->manifest, s->why, status)) {
+        status = ctl_complain(status != EXIT_DONE ? status : EXIT_FAILED,
+                              "%s/manifest.json is not up to date", s->folder);
+    }
+    lum_sweep_free(&s->plan);
+    free(s);
+    return status;
+}

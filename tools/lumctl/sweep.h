@@ -1,0 +1,35 @@
+/* A sweep: steps of settings in one session, each with a recording. */
+#ifndef LUMCTL_SWEEP_H
+#define LUMCTL_SWEEP_H
+
+#include "../common/geometry.h"
+#include "manifest.h"
+#include "memory.h"
+
+struct sweep {
+    struct ctl *ctl;
+    const char *file; /* the plan's */
+    const char *folder;
+    lum_sweep plan;
+    struct manifest *manifest;
+    struct geometry geometry;      /* what recordings say of themselves */
+    struct memory expected;        /* what the steps so far have set */
+    struct settings_plan settings; /* what the step at hand sends */
+    struct settings_plan in_force; /* and what the steps so far come to */
+    struct recorder *dropped;      /* its file is not wanted; NULL: none */
+    char why[LUM_ERROR_BYTES];     /* it ended before its end */
+};
+
+/* Sets, settles, records and proves a step, and notes it in the manifest.
+ * EXIT_DONE: it is done. Else why says why not, and the sweep ends with that
+ * status. */
+enum exit_status sweep_step(struct sweep *sweep, size_t step);
+
+/* Has the session go on for a time, or until there is trouble or an end by a
+ * signal: EXIT_DONE, or a status and why. */
+enum exit_status sweep_rest(struct sweep *sweep, int64_t ns);
+
+/* EXIT_DONE while all is well; else the status of what is not, and why. */
+enum exit_status sweep_check(struct sweep *sweep);
+
+#endif

@@ -1,0 +1,479 @@
+#include "sweep.h"
+
+#include "../common/frame_watch.h"
+#include "../common/own_address.h"
+#include "../common/writable.h"
+#include "remember.h"
+#include "report.h"
+#include "session.h"
+#include "setting.h"
+#include "watch.h"
+
+#include "lum/base/time.h"
+#include "lum/laser.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#define SECOND_NS INT64_C(1000000000)
+#define LOOK_NS   (SECOND_NS / 20)
+#define FIRST_NS  (5 * SECOND_NS)  /* the first frame has to begin */
+#define FRAME_NS  (10 * SECOND_NS) /* the next one has to begin */
+#define GAP_NS    SECOND_NS        /* data has to come */
+#define DISK_NS   (60 * SECOND_NS) /* a file has to be on the disk */
+
+/* If no frame begins for this long after its end was due, a recording ends at
+ * any packet. */
+#define OVERDUE_NS (2 * SECOND_NS)
+
+#define OPTIONS_MAX 2u
+#define BROKEN      "the session with the sensor broke"
+
+/* A recording under way. */
+struct recording {
+    struct sweep *sweep;
+    const lum_sweep_step *what;
+    struct recorder *recorder;
+    struct frame_watch frames;
+    int64_t asked_ns; /* monotonic */
+    bool has_begun;
+    bool has_ended;
+    int64_t first_utc_ns;
+    int64_t last_utc_ns;
+    int64_t frame_utc_ns; /* the latest that began */
+    uint32_t count;       /* frames that are whole */
+    enum exit_status status;
+};
+
+/* --- What may go wrong --- */
+
+static enum exit_status fail(struct sweep *s, enum exit_status status,
+                             const char *why)
+{
+    (void)snprintf(s->why, sizeof s->why, "%s", why);
+    return status;
+}
+
+static enum exit_status status_of(const lum_news *news)
+{
+    static const lum_news_kind silences[] = {
+        LUM_NEWS_NO_ANSWER_YET, LUM_NEWS_NO_DATA_YET, LUM_NEWS_SILENT,
+        LUM_NEWS_DATA_STOPPED,  LUM_NEWS_MOVED,       LUM_NEWS_NO_ANSWER};
+    for (size_t i = 0; i < sizeof silences / sizeof silences[0]; i++) {
+        if (news->kind == silences[i]) {
+            return EXIT_NO_ANSWER;
+        }
+    }
+    return lum_laser_has_hazard(news->status) ? EXIT_HAZARD : EXIT_FAILED;
+}
+
+enum exit_status sweep_check(struct sweep *sweep)
+{
+    struct ctl *ctl = sweep->ctl;
+    if (lum_cancel_is_raised(ctl->cancel)) {
+        return fail(sweep, EXIT_FAILED, "interrupted");
+    }
+    if (ctl->trouble.kind == 0) {
+        return EXIT_DONE;
+    }
+    (void)lum_news_sentence(&ctl->trouble, sweep->why, sizeof sweep->why);
+    return status_of(&ctl->trouble);
+}
+
+/* --- Time that passes --- */
+
+/* Beside the laser session's looks: only an end of the wait. */
+static lum_result ask_nothing(struct ctl *ctl, void *context)
+{
+    (void)ctl;
+    (void)context;
+    return LUM_OK;
+}
+
+struct rest {
+    struct sweep *sweep;
+    int64_t end_ns;
+};
+
+static bool take_rest(void *context, const lum_sensor_event *event)
+{
+    struct rest *r = context;
+    (void)event;
+    return sweep_check(r->sweep) == EXIT_DONE &&
+           lum_time_monotonic_ns() < r->end_ns;
+}
+
+enum exit_status sweep_rest(struct sweep *sweep, int64_t ns)
+{
+    struct rest r = {sweep, lum_time_monotonic_ns() + ns};
+    const struct watch watch = {.looks = true,
+                                .period_ns = ns < LOOK_NS ? ns : LOOK_NS,
+                                .ask = ask_nothing,
+                                .take = take_rest,
+                                .context = &r};
+    const enum exit_status status = watch_run(sweep->ctl, &watch);
+    return status != EXIT_DONE ? fail(sweep, status, BROKEN)
+                               : sweep_check(sweep);
+}
+
+/* --- A recording --- */
+
+static bool end_recording(struct recording *r, enum exit_status status,
+                          const char *why)
+{
+    r->has_ended = true;
+    r->status = status == EXIT_DONE ? status : fail(r->sweep, status, why);
+    return false;
+}
+
+static bool is_over(const struct recording *r, int64_t utc_ns,
+                    bool begins_frame)
+{
+    const int64_t since_ns = utc_ns - r->first_utc_ns;
+    return r->what->frames > 0
+               ? r->count == r->what->frames
+               : since_ns >= r->what->record_ns + OVERDUE_NS ||
+                     (begins_frame && since_ns >= r->what->record_ns);
+}
+
+/* Begins and ends with a frame. */
+static bool take_datagram(struct recording *r, const lum_received *datagram)
+{
+    const bool begins_frame = frame_watch_begins(
+        &r->frames, &r->sweep->ctl->layout, datagram->bytes, datagram->len);
+    const int64_t utc_ns = datagram->utc_ns;
+    if (!r->has_begun) {
+        r->has_begun = begins_frame;
+        r->first_utc_ns = utc_ns;
+        r->frame_utc_ns = utc_ns;
+    } else {
+        r->count += begins_frame ? 1u : 0u;
+        r->frame_utc_ns = begins_frame ? utc_ns : r->frame_utc_ns;
+        if (utc_ns - r->last_utc_ns > GAP_NS) {
+            return end_recording(r, EXIT_NO_ANSWER,
+                                 "no data came for more than 1 s");
+        }
+        if (is_over(r, utc_ns, begins_frame)) {
+            return end_recording(r, EXIT_DONE, "");
+        }
+    }
+    r->last_utc_ns = utc_ns;
+    if (r->has_begun) {
+        recorder_put(r->recorder, datagram);
+    }
+    return true;
+}
+
+/* What did not come in time. */
+static bool is_in_time(struct recording *r)
+{
+    const int64_t now_ns = lum_time_monotonic_ns();
+    const int64_t utc_ns = lum_time_utc_ns();
+    if (!r->has_begun) {
+        return now_ns - r->asked_ns < FIRST_NS ||
+               end_recording(r, EXIT_NO_ANSWER, "no frame began within 5 s");
+    }
+    if (utc_ns - r->last_utc_ns > GAP_NS) {
+        return end_recording(r, EXIT_NO_ANSWER,
+                             "no data came for more than 1 s");
+    }
+    return r->what->frames == 0 || utc_ns - r->frame_utc_ns < FRAME_NS ||
+           end_recording(r, EXIT_FAILED, "no frame began within 10 s");
+}
+
+static bool take_recording(void *context, const lum_sensor_event *event)
+{
+    struct recording *r = context;
+    lum_error error;
+    const enum exit_status trouble = sweep_check(r->sweep);
+    bool goes_on = true;
+    if (trouble != EXIT_DONE) {
+        r->has_ended = true;
+        r->status = trouble;
+        return false;
+    }
+    if (event->kind == LUM_SENSOR_DATAGRAMS) {
+        for (size_t i = 0; i < event->datagram_count && goes_on; i++) {
+            goes_on = take_datagram(r, &event->datagrams[i]);
+        }
+        recorder_publish(r->recorder);
+    } else {
+        goes_on = is_in_time(r);
+    }
+    return goes_on && (recorder_look(r->recorder, &error) == RECORDER_WRITES ||
+                       end_recording(r, EXIT_FAILED, error.text));
+}
+
+static enum exit_status record(struct recording *r)
+{
+    const struct watch watch = {
+        .looks = true, .take = take_recording, .context = r};
+    r->asked_ns = lum_time_monotonic_ns();
+    const enum exit_status status = watch_run(r->sweep->ctl, &watch);
+    if (status != EXIT_DONE) {
+        return fail(r->sweep, status, BROKEN);
+    }
+    return r->has_ended ? r->status : sweep_check(r->sweep);
+}
+
+static bool take_finish(void *context, const lum_sensor_event *event)
+{
+    const struct recording *r = context;
+    lum_error error;
+    (void)event;
+    return recorder_look(r->recorder, &error) < RECORDER_WHOLE &&
+           sweep_check(r->sweep) == EXIT_DONE &&
+           lum_time_monotonic_ns() - r->asked_ns < DISK_NS;
+}
+
+/* Waits until the file is whole; heartbeats go on. */
+static enum exit_status finish(struct recording *r)
+{
+    struct sweep *s = r->sweep;
+    lum_error error = {""};
+    const struct watch watch = {.looks = true,
+                                .period_ns = LOOK_NS,
+                                .ask = ask_nothing,
+                                .take = take_finish,
+                                .context = r};
+    recorder_close(r->recorder, false);
+    r->asked_ns = lum_time_monotonic_ns();
+    const enum exit_status status = watch_run(s->ctl, &watch);
+    const enum recorder_state state = recorder_look(r->recorder, &error);
+    if (state == RECORDER_WHOLE) {
+        return EXIT_DONE;
+    }
+    if (state == RECORDER_FAILED) {
+        return fail(s, EXIT_FAILED, error.text);
+    }
+    return status != EXIT_DONE ? fail(s, status, BROKEN)
+           : sweep_check(s) != EXIT_DONE
+               ? sweep_check(s)
+               : fail(s, EXIT_FAILED,
+                      "the recording is not on the disk after 60 s");
+}
+
+/* --- Its settings --- */
+
+/* What the sensor is to be set to from now on; a change of the line mode clears
+ * a table. */
+static void expect(struct sweep *s)
+{
+    memory_merge(&s->expected, &s->ctl->changes, lum_time_utc_ns());
+}
+
+/* Whether another program of this host has set what a step has set. A shape's
+ * value is its number of lines. */
+static const char *find_other(const struct sweep *s, const struct memory *now)
+{
+    for (size_t i = 0; i < SETTINGS; i++) {
+        const lum_command_id id = settings[i].id;
+        const struct memory_entry *mine = &s->expected.entries[id];
+        const struct memory_entry *last = &now->entries[id];
+        if (mine->standing == MEMORY_DONE && last->standing != MEMORY_NOTHING &&
+            (last->standing != MEMORY_DONE || last->value != mine->value)) {
+            return settings[i].name;
+        }
+    }
+    return NULL;
+}
+
+/* Asks for the clock. */
+static enum exit_status look(struct sweep *s, struct remembered *out)
+{
+    const bool was_quiet = s->ctl->options.quiet;
+    s->ctl->options.quiet = true;
+    const enum exit_status status = remember_look(s->ctl, out);
+    s->ctl->options.quiet = was_quiet;
+    if (out->has_answered) {
+        return sweep_check(s); /* nothing can be stored: it shows no others */
+    }
+    return sweep_check(s) != EXIT_DONE
+               ? sweep_check(s)
+               : fail(s, status, "the sensor does not answer");
+}
+
+/* That the settings were in force all the time since. */
+static enum exit_status prove(struct sweep *s, const struct remembered *before)
+{
+    struct remembered now;
+    double missed = 0.0;
+    const enum exit_status status = look(s, &now);
+    if (status != EXIT_DONE) {
+        return status;
+    }
+    if (memory_compare(&before->clock, &now.clock, &missed) !=
+        MEMORY_SAME_RUN) {
+        return fail(s, EXIT_FAILED, "the sensor restarted, by its clock");
+    }
+    const char *other = now.has_file ? find_other(s, &now.memory) : NULL;
+    if (other != NULL) {
+        (void)snprintf(s->why, sizeof s->why,
+                       "another program of this host set %s meanwhile", other);
+        return EXIT_FAILED;
+    }
+    return EXIT_DONE;
+}
+
+static enum exit_status set(struct sweep *s, struct manifest_result *result)
+{
+    if (s->settings.count > 0) {
+        enum exit_status status = plan_send(s->ctl, &s->settings);
+        if (status != EXIT_DONE) {
+            return sweep_check(s) != EXIT_DONE
+                       ? sweep_check(s)
+                       : fail(s, status, "its settings were not answered");
+        }
+        status = plan_judge(&s->settings);
+        if (status != EXIT_DONE) {
+            return fail(s, status, "the sensor refused a setting");
+        }
+        expect(s);
+        remember_changes(s->ctl);
+    }
+    result->set_utc_ns = lum_time_utc_ns();
+    return EXIT_DONE;
+}
+
+/* --- The step --- */
+
+static void say_about(const struct sweep *s, size_t step,
+                      struct provenance *out)
+{
+    char at[64];
+    char set[256] = "";
+    char source[64];
+    char name[SESSION_NAME_BYTES];
+    const char *texts[OPTIONS_MAX] = {at, set};
+    const struct provenance_run run = {.program = "lumctl",
+                                       .source = source,
+                                       .options = texts,
+                                       .option_count = OPTIONS_MAX};
+    (void)snprintf(source, sizeof source, "udp://%s",
+                   session_name(session_host(s->ctl), name));
+    (void)snprintf(at, sizeof at, "sweep, step %u of %u", (unsigned)step + 1u,
+                   (unsigned)s->plan.count);
+    for (size_t i = 0; i < s->in_force.count; i++) {
+        const struct plan_item *item = &s->in_force.items[i];
+        const size_t n = strlen(set);
+        (void)snprintf(set + n, sizeof set - n, "%s%s %s", n > 0 ? ", " : "",
+                       item->setting, item->value);
+    }
+    provenance_make(&run, &s->geometry, NULL, out);
+}
+
+static lum_endpoint host_of(const struct ctl *ctl)
+{
+    lum_endpoint host = {0, 0};
+    lum_socket_local(lum_sensor_socket(ctl->sensor), &host);
+    if (host.address == 0) {
+        host.address = own_address(session_host(ctl), ctl->options.interface);
+    }
+    return host;
+}
+
+/* Records, proves, and only then gives the file its name. */
+static enum exit_status record_step(struct sweep *s, size_t step,
+                                    const struct remembered *before,
+                                    struct manifest_result *result)
+{
+    char path[MANIFEST_PATH_BYTES];
+    static struct provenance about; /* large */
+    struct recording r = {.sweep = s, .what = &s->plan.steps[step]};
+    lum_error error = {""};
+    say_about(s, step, &about);
+    manifest_file(s->manifest, step, result->file, path);
+    const struct recorder_options options = {.path = path,
+                                             .about = &about,
+                                             .layout = &s->ctl->layout,
+                                             .sensor = session_host(s->ctl),
+                                             .host = host_of(s->ctl)};
+    r.recorder = recorder_new(&options, &error);
+    if (r.recorder == NULL) {
+        return fail(s, EXIT_FAILED, error.text);
+    }
+    enum exit_status status = record(&r);
+    status = status == EXIT_DONE ? prove(s, before) : status;
+    if (status == EXIT_DONE) {
+        status = finish(&r);
+    } else {
+        recorder_close(r.recorder, true);
+    }
+    if (status == EXIT_DONE) {
+        recorder_free(r.recorder, &result->counts);
+    } else {
+        s->dropped = r.recorder; /* laser off comes first */
+    }
+    return status;
+}
+
+static enum exit_status do_step(struct sweep *s, size_t step,
+                                struct manifest_result *result)
+{
+    const lum_sweep_step *what = &s->plan.steps[step];
+    struct remembered before;
+    enum exit_status status = sweep_check(s);
+    status = status == EXIT_DONE ? set(s, result) : status;
+    status = status == EXIT_DONE ? look(s, &before) : status;
+    if (status == EXIT_DONE && what->settle_ns > 0) {
+        status = sweep_rest(s, what->settle_ns);
+    }
+    if (status == EXIT_DONE) {
+        status = what->record_ns > 0 || what->frames > 0
+                     ? record_step(s, step, &before, result)
+                     : prove(s, &before);
+    }
+    return status;
+}
+
+/* Waits for no reader. */
+static void tell_done(const struct sweep *s, size_t step,
+                      const struct manifest_result *result)
+{
+    const struct recorder_counts *c = &result->counts;
+    const uint64_t lost = c->losses.lines_incomplete + c->losses.lines_missing;
+    if (!writable(stdout, 0)) {
+        return;
+    }
+    (void)printf("step %u of %u: done", (unsigned)step + 1u,
+                 (unsigned)s->plan.count);
+    if (result->file[0] != '\0') {
+        (void)printf(", %s/%s, %" PRIu64 " packets", s->folder, result->file,
+                     c->packets);
+    }
+    if (lost > 0 || c->losses.words_lost > 0) {
+        (void)printf("; lost: %" PRIu64 " lines or parts of them, %" PRIu64
+                     " words",
+                     lost, c->losses.words_lost);
+    }
+    if (c->dropped > 0) {
+        (void)printf("; %" PRIu64 " packets not written, the disk is too slow",
+                     c->dropped);
+    }
+    (void)putchar('\n');
+    (void)fflush(stdout);
+}
+
+enum exit_status sweep_step(struct sweep *sweep, size_t step)
+{
+    struct ctl *ctl = sweep->ctl;
+    struct manifest_result result = {.is_done = false};
+    lum_laser_session_view view = {.struct_size = sizeof view};
+    lum_error error = {""};
+    const enum exit_status status = do_step(sweep, step, &result);
+    result.is_done = status == EXIT_DONE;
+    (void)lum_laser_session_look(ctl->laser, &view);
+    result.has_status = view.has_status;
+    result.status = view.status;
+    (void)snprintf(result.why, sizeof result.why, "%s", sweep->why);
+    manifest_note(sweep->manifest, step, &result);
+    if (result.is_done) {
+        tell_done(sweep, step, &result);
+    }
+    if (manifest_tell(sweep->manifest, &error)) {
+        return fail(sweep, ctl_complain(EXIT_FAILED, "%s", error.text),
+                    "the manifest cannot be written");
+    }
+    return status;
+}

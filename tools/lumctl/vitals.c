@@ -1,0 +1,266 @@
+#include "vitals.h"
+
+#include "../common/writable.h"
+#include "report.h"
+#include "session.h"
+
+#include "lum/base/time.h"
+#include "lum/host/laser_name.h"
+#include "lum/laser.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+#define CLOCK_NS INT64_C(10000000000) /* between two looks at the clock */
+
+static enum exit_status begin_counts(struct vitals *v)
+{
+    lum_error error = {""};
+    v->begun.struct_size = sizeof v->begun;
+    lum_sensor_count(v->ctl->sensor, &v->begun);
+    if (!v->ctl->owns || v->ctl->options.every_s <= 0.0) {
+        return EXIT_DONE;
+    }
+    v->losses = losses_new(&v->ctl->layout, &error);
+    return v->losses != NULL ? EXIT_DONE
+                             : ctl_complain(EXIT_FAILED, "%s", error.text);
+}
+
+enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl)
+{
+    const struct ctl_options *o = &ctl->options;
+    const int64_t now = lum_time_monotonic_ns();
+    lum_error error = {""};
+    *v = (struct vitals){
+        .ctl = ctl,
+        .begun_ns = now,
+        .row_ns = now + (int64_t)(o->every_s * 1e9),
+        .clock_ns = now,
+        .writes_rows = o->json || (o->csv == NULL && o->prometheus == NULL)};
+    lum_clock_sync_init(&v->sync);
+    if (o->csv != NULL || o->prometheus != NULL) {
+        v->scribe = scribe_new(o->csv, gauge_csv_header, o->prometheus, &error);
+        if (v->scribe == NULL) {
+            return ctl_complain(EXIT_FAILED, "%s", error.text);
+        }
+    }
+    return begin_counts(v);
+}
+
+lum_result vitals_ask(struct ctl *ctl, void *context)
+{
+    struct vitals *v = context;
+    const int64_t now = lum_time_monotonic_ns();
+    const bool has_first = v->has_status || ctl->owns;
+    if (ctl->options.every_s > 0.0 && has_first && now >= v->clock_ns) {
+        v->clock_ns = now + CLOCK_NS;
+        return session_request_time(ctl);
+    }
+    return ctl->owns ? LUM_OK : session_request(ctl, NULL, 0);
+}
+
+/* --- What comes --- */
+
+static uint16_t hazards_of(const struct vitals *v, uint16_t status)
+{
+    return report_is_idle(status, session_is_owned(v->ctl, status))
+               ? 0
+               : (uint16_t)(status & LUM_LASER_HAZARDS);
+}
+
+static void take_status(struct vitals *v, uint16_t status)
+{
+    const uint16_t hazards = hazards_of(v, status);
+    v->has_status = true;
+    v->status = status;
+    v->since |= hazards;
+    v->ever |= hazards;
+}
+
+static void take_answer(struct vitals *v, const lum_sensor_event *event)
+{
+    v->knows = true;
+    v->answers = true;
+    v->answered_ns = event->received_ns;
+    v->round_trip_ns =
+        event->tries == 1 ? event->received_ns - event->sent_ns : 0;
+}
+
+static void take_data(struct vitals *v, const lum_sensor_event *event)
+{
+    for (size_t i = 0; v->losses != NULL && i < event->datagram_count; i++) {
+        losses_take(v->losses, session_host(v->ctl), &event->datagrams[i]);
+    }
+}
+
+/* --- Rows --- */
+
+static void fill(const struct vitals *v, struct gauge *out,
+                 char name[SESSION_NAME_BYTES])
+{
+    const int64_t now = lum_time_monotonic_ns();
+    *out = (struct gauge){
+        .sensor = session_name(session_host(v->ctl), name),
+        .utc_ns = lum_time_utc_ns(),
+        .vitals = v,
+        .is_owned = v->has_status && session_is_owned(v->ctl, v->status),
+        .age_s =
+            v->answered_ns != 0 ? (double)(now - v->answered_ns) / 1e9 : -1.0,
+        .has_counts = v->losses != NULL,
+        .session.struct_size = sizeof out->session};
+    out->has_clock = lum_clock_sync_estimate(&v->sync, &out->clock) == LUM_OK;
+    out->utc_offset_ns = out->clock.offset_ns + (out->utc_ns - now);
+    lum_sensor_count(v->ctl->sensor, &out->session);
+    out->session.datagrams -= v->begun.datagrams;
+    out->session.bytes -= v->begun.bytes;
+    out->session.kernel_drops -= v->begun.kernel_drops;
+    if (v->losses != NULL) {
+        losses_count(v->losses, &out->losses);
+    }
+}
+
+/* An owner waits for no reader. */
+static bool print_row(const struct vitals *v, const struct gauge *g)
+{
+    char row[GAUGE_ROW_BYTES];
+    if (!v->writes_rows || (v->ctl->owns && !writable(stdout, 0))) {
+        return true;
+    }
+    if (v->ctl->options.json) {
+        gauge_json(g, stdout);
+    } else {
+        gauge_text(g, row);
+        (void)fputs(row, stdout);
+    }
+    return report_flush();
+}
+
+static void tell_failure(const struct vitals *v)
+{
+    lum_error error = {""};
+    if (scribe_tell(v->scribe, &error) && writable(stderr, 0)) {
+        (void)ctl_complain(EXIT_FAILED, "%s; it is tried again at each line",
+                           error.text);
+    }
+}
+
+static void write_files(const struct vitals *v, const struct gauge *g)
+{
+    char row[GAUGE_ROW_BYTES];
+    char page[GAUGE_PAGE_BYTES];
+    gauge_csv(g, row);
+    scribe_add(v->scribe, row);
+    gauge_page(g, page);
+    scribe_turn(v->scribe, page);
+    tell_failure(v);
+}
+
+static bool write_row(struct vitals *v)
+{
+    struct gauge g;
+    char name[SESSION_NAME_BYTES];
+    fill(v, &g, name);
+    if (v->scribe != NULL) {
+        write_files(v, &g);
+    }
+    const bool goes_on = print_row(v, &g);
+    v->has_row = true;
+    v->was_up = v->has_status && lum_laser_is_on(v->status);
+    v->since = 0;
+    return goes_on;
+}
+
+static bool is_due(struct vitals *v)
+{
+    const int64_t every = (int64_t)(v->ctl->options.every_s * 1e9);
+    const int64_t now = lum_time_monotonic_ns();
+    if (every == 0 || !v->knows || now < v->row_ns) {
+        return false;
+    }
+    v->row_ns += every * ((now - v->row_ns) / every + 1);
+    return true;
+}
+
+bool vitals_take(struct vitals *v, const lum_sensor_event *event)
+{
+    if (event->kind == LUM_SENSOR_DATAGRAMS) {
+        take_data(v, event);
+    } else if (event->kind == LUM_SENSOR_TIME) {
+        (void)!lum_clock_sync_add(&v->sync, event->sent_ns, event->received_ns,
+                                  event->clock_us);
+        take_answer(v, event);
+    } else if (event->kind == LUM_SENSOR_ANSWER) {
+        take_answer(v, event);
+    } else if (event->kind == LUM_SENSOR_ALERT) {
+        v->answers = true;
+        v->answered_ns = event->received_ns;
+    } else if (event->kind == LUM_SENSOR_NO_ANSWER) {
+        v->knows = true;
+        v->answers = false;
+    }
+    if (event->has_status) {
+        take_status(v, event->status);
+    }
+    return !is_due(v) || write_row(v);
+}
+
+/* --- The end --- */
+
+bool vitals_is_met(const struct vitals *v)
+{
+    switch (v->ctl->options.until) {
+    case UNTIL_HAZARD:
+        return v->ever != 0;
+    case UNTIL_UP:
+        return v->answers && v->has_status && lum_laser_is_on(v->status);
+    case UNTIL_DOWN:
+        return v->answers && v->has_status && lum_laser_is_down(v->status);
+    default:
+        return false;
+    }
+}
+
+/* The last row, and what was never written. */
+static enum exit_status end_files(struct vitals *v, enum exit_status status)
+{
+    bool page_failed = false;
+    tell_failure(v);
+    const uint64_t lost = scribe_end(v->scribe, &page_failed);
+    v->scribe = NULL;
+    if (lost > 0) {
+        status = ctl_complain(EXIT_FAILED, "%s lacks %" PRIu64 " lines",
+                              v->ctl->options.csv, lost);
+    }
+    if (page_failed) {
+        status = ctl_complain(EXIT_FAILED, "%s is not up to date",
+                              v->ctl->options.prometheus);
+    }
+    return status;
+}
+
+enum exit_status vitals_end(struct vitals *v, enum exit_status status)
+{
+    char bits[LUM_LASER_BITS_TEXT];
+    if (v->ctl->options.every_s > 0.0 && (v->since != 0 || !v->has_row)) {
+        (void)write_row(v);
+    }
+    if (v->scribe != NULL) {
+        status = end_files(v, status);
+    }
+    losses_free(v->losses);
+    v->losses = NULL;
+    const uint16_t now =
+        v->answers && v->has_status ? hazards_of(v, v->status) : 0;
+    const uint16_t passed = (uint16_t)(v->ever & ~(unsigned)now);
+    const bool counts_all =
+        v->ctl->options.every_s > 0.0 || v->ctl->options.until == UNTIL_HAZARD;
+    if (status != EXIT_DONE || (now == 0 && (passed == 0 || !counts_all))) {
+        return status;
+    }
+    if (passed != 0 && counts_all) {
+        (void)ctl_complain(
+            EXIT_HAZARD, "hazards that came and went: %s",
+            lum_laser_bits_name(passed, ", ", bits, sizeof bits));
+    }
+    return EXIT_HAZARD;
+}

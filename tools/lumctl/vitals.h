@@ -1,0 +1,80 @@
+/* A sensor as somebody who looks at it again and again knows it, and how that
+ * is written: a line for people, JSON, CSV, and a page for Prometheus. */
+#ifndef LUMCTL_VITALS_H
+#define LUMCTL_VITALS_H
+
+#include "ctl.h"
+#include "losses.h"
+#include "scribe.h"
+#include "watch.h"
+
+#include "lum/host/clock_sync.h"
+
+struct vitals {
+    struct ctl *ctl;
+    int64_t begun_ns;
+    int64_t row_ns;   /* when the next row is due */
+    int64_t clock_ns; /* when the clock is asked for next */
+    bool knows;       /* a request has ended */
+    bool answers;     /* the last one with an answer */
+    bool has_status;
+    uint16_t status;       /* the last */
+    bool was_up;           /* at the row before */
+    uint16_t since;        /* hazards of any status since the row before */
+    uint16_t ever;         /* and since the beginning */
+    int64_t answered_ns;   /* monotonic; 0: never */
+    int64_t round_trip_ns; /* of the last answer; 0: not known */
+    lum_clock_sync sync;
+    lum_sensor_counters begun; /* an owner's: a shell has counted before */
+    struct losses *losses;     /* an owner's; NULL: none is */
+    struct scribe *scribe;     /* NULL: no files */
+    bool writes_rows;          /* to standard output */
+    bool has_row;              /* any was written */
+};
+
+/* Begins to look at the session's sensor, as its options say. Complains. */
+enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl);
+
+/* Asks for the clock now and then, and where the laser session does not look
+ * (watch.looks), for the status. For struct watch, with *v as context. */
+lum_result vitals_ask(struct ctl *ctl, void *context);
+#define VITALS_ASK_NS INT64_C(250000000)
+
+/* Takes an event, and writes a row where one is due. False: nobody reads. */
+bool vitals_take(struct vitals *v, const lum_sensor_event *event);
+
+/* Whether what --until waits for is so. */
+bool vitals_is_met(const struct vitals *v);
+
+/* Ends the files, and says what is missing in them. status: of the command so
+ * far. EXIT_HAZARD if nothing worse happened, and the last status has a hazard,
+ * or, with --every or --until hazard, any had. */
+enum exit_status vitals_end(struct vitals *v, enum exit_status status);
+
+/* gauge.c */
+
+/* What a row says, at one time. */
+struct gauge {
+    const char *sensor;
+    int64_t utc_ns;
+    const struct vitals *vitals;
+    bool is_owned;
+    double age_s; /* of the last answer; below 0: there is none */
+    bool has_clock;
+    lum_clock_estimate clock;
+    int64_t utc_offset_ns; /* of the sensor's clock to UTC */
+    bool has_counts;       /* the session owns the sensor */
+    lum_sensor_counters session;
+    struct loss_counts losses;
+};
+
+extern const char gauge_csv_header[];
+
+#define GAUGE_ROW_BYTES  SCRIBE_ROW_BYTES
+#define GAUGE_PAGE_BYTES 16384
+void gauge_text(const struct gauge *g, char out[GAUGE_ROW_BYTES]);
+void gauge_csv(const struct gauge *g, char out[GAUGE_ROW_BYTES]);
+void gauge_json(const struct gauge *g, FILE *out);
+void gauge_page(const struct gauge *g, char out[GAUGE_PAGE_BYTES]);
+
+#endif
