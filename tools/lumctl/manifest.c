@@ -3,6 +3,7 @@
 
 #include "../common/json.h"
 #include "../common/make_folder.h"
+#include "../common/text_file.h"
 #include "report.h"
 #include "scribe.h"
 #include "session.h"
@@ -37,6 +38,7 @@ struct manifest {
     struct line *lines;
     size_t count;
     lum_claim claim; /* to the folder's sweep */
+    bool has_begun;  /* to be written */
     struct scribe *scribe;
 };
 
@@ -273,18 +275,43 @@ static void put_all(const struct manifest *m, FILE *out, const char *why,
     json_end(&json);
 }
 
-static void write_all(struct manifest *m, const char *why, int status)
+/* The whole text, to be freed; NULL: no memory. */
+static char *make_text(const struct manifest *m, const char *why, int status)
 {
     char *text = NULL;
     size_t len = 0;
     FILE *out = open_memstream(&text, &len);
-    if (out != NULL) {
-        put_all(m, out, why, status);
-        if (fclose(out) == 0) {
-            scribe_turn(m->scribe, text);
-        }
-        free(text);
+    if (out == NULL) {
+        return NULL;
     }
+    put_all(m, out, why, status);
+    if (fclose(out) != 0) {
+        free(text);
+        return NULL;
+    }
+    return text;
+}
+
+static void write_all(struct manifest *m, const char *why, int status)
+{
+    char *text = make_text(m, why, status);
+    if (text != NULL) {
+        scribe_turn(m->scribe, text);
+    }
+    free(text);
+}
+
+bool manifest_begin(struct manifest *m, lum_error *error)
+{
+    char *text = make_text(m, "", -1);
+    const bool is_written =
+        text != NULL && text_file_save(m->path, text, strlen(text), error) == 0;
+    if (text == NULL) {
+        (void)lum_error_set(error, "out of memory");
+    }
+    free(text);
+    m->has_begun = is_written;
+    return is_written;
 }
 
 void manifest_note(struct manifest *m, size_t step,
@@ -317,10 +344,10 @@ bool manifest_end(struct manifest *m, const char *why, enum exit_status status)
     if (m == NULL) {
         return true;
     }
-    if (m->scribe != NULL) {
+    if (m->has_begun) {
         write_all(m, why, (int)status);
-        (void)scribe_end(m->scribe, &has_failed);
     }
+    (void)scribe_end(m->scribe, &has_failed);
     for (size_t i = 0; m->lines != NULL && i < m->count; i++) {
         free(m->lines[i].begin);
         free(m->lines[i].text);

@@ -44,6 +44,10 @@ bool manifest_name(struct manifest *m, size_t step,
 /* Whether it was done by an earlier run, and its file is there. */
 bool manifest_is_done(const struct manifest *m, size_t step);
 
+/* Writes it for the first time, and waits for that. False with the reason in
+ * error. */
+bool manifest_begin(struct manifest *m, lum_error *error);
+
 /* The name of its file in the folder, and its path. */
 void manifest_file(const struct manifest *m, size_t step, char name[32],
                    char path[MANIFEST_PATH_BYTES]);
@@ -55,8 +59,8 @@ void manifest_note(struct manifest *m, size_t step,
 /* A failure to write it, once. */
 bool manifest_tell(struct manifest *m, lum_error *out);
 
-/* Writes why the sweep ended, and frees all. False: it could not be written.
- * NULL is allowed. */
+/* Writes why the sweep ended, if it has begun, and frees all. False: it could
+ * not be written. NULL is allowed. */
 bool manifest_end(struct manifest *m, const char *why, enum exit_status status);
 
 #endif

@@ -244,7 +244,8 @@ static enum exit_status conclude(struct sweep *s, enum exit_status status)
 static enum exit_status sweep(struct sweep *s)
 {
     size_t todo = 0;
-    enum exit_status status = prepare(s, &todo);
+    lum_error error = {""};
+    const enum exit_status status = prepare(s, &todo);
     if (status != EXIT_DONE) {
         return status;
     }
@@ -252,7 +253,12 @@ static enum exit_status sweep(struct sweep *s)
         ctl_note(s->ctl, "%u of %u steps were done before",
                  (unsigned)(s->plan.count - todo), (unsigned)s->plan.count);
     }
-    return todo > 0 ? conclude(s, run(s)) : EXIT_DONE;
+    if (todo == 0) {
+        return EXIT_DONE;
+    }
+    return manifest_begin(s->manifest, &error)
+               ? conclude(s, run(s))
+               : ctl_complain(EXIT_FAILED, "%s", error.text);
 }
 
 enum exit_status command_sweep(struct ctl *ctl, int count, char **words)

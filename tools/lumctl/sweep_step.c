@@ -458,9 +458,10 @@ static void tell_done(const struct sweep *s, size_t step,
 enum exit_status sweep_step(struct sweep *sweep, size_t step)
 {
     struct ctl *ctl = sweep->ctl;
-    struct manifest_result result = {.is_done = false};
+    struct manifest_result result = {.why = "it was under way"};
     lum_laser_session_view view = {.struct_size = sizeof view};
     lum_error error = {""};
+    manifest_note(sweep->manifest, step, &result);
     const enum exit_status status = do_step(sweep, step, &result);
     result.is_done = status == EXIT_DONE;
     (void)lum_laser_session_look(ctl->laser, &view);

@@ -1,0 +1,238 @@
+#define _DEFAULT_SOURCE
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "lumctl/scribe.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define HEADER "time,value\n"
+#define RUNS   4
+#define ROWS   200
+
+static char folder[] = "/tmp/lum-scribe-XXXXXX";
+
+static const char *in_folder(const char *name)
+{
+    static char path[64];
+    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    return path;
+}
+
+static void write_file(const char *path, const char *text)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+}
+
+static const char *read_file(const char *path)
+{
+    static char text[65536];
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    text[fread(text, 1, sizeof text - 1, file)] = '\0';
+    assert_int_equal(fclose(file), 0);
+    return text;
+}
+
+static struct scribe *begin(const char *rows, const char *page)
+{
+    lum_error error = {""};
+    struct scribe *scribe = scribe_new(rows, HEADER, page, &error);
+    assert_string_equal(error.text, "");
+    assert_non_null(scribe);
+    return scribe;
+}
+
+static void end(struct scribe *scribe, uint64_t lost, bool page_failed)
+{
+    bool has_failed = false;
+    assert_int_equal(scribe_end(scribe, &has_failed), lost);
+    assert_int_equal(has_failed, page_failed);
+}
+
+static void lines_follow_one_header(void **state)
+{
+    const char *path = in_folder("a");
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        struct scribe *scribe = begin(path, NULL);
+        scribe_add(scribe, "1,a\n");
+        scribe_add(scribe, "2,b\n");
+        end(scribe, 0, false);
+    }
+    assert_string_equal(read_file(path), HEADER "1,a\n2,b\n1,a\n2,b\n");
+}
+
+static void half_a_line_is_cut_off(void **state)
+{
+    const char *path = in_folder("half");
+    (void)state;
+    write_file(path, HEADER "1,a\n2,");
+    struct scribe *scribe = begin(path, NULL);
+    scribe_add(scribe, "3,c\n");
+    end(scribe, 0, false);
+    assert_string_equal(read_file(path), HEADER "1,a\n3,c\n");
+}
+
+static void a_file_of_other_columns_is_refused(void **state)
+{
+    static const char *const texts[] = {"other\n1\n", "time,v", "\n"};
+    const char *path = in_folder("other");
+    (void)state;
+    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
+        lum_error error = {""};
+        write_file(path, texts[i]);
+        assert_null(scribe_new(path, HEADER, NULL, &error));
+        assert_non_null(strstr(error.text, "other columns"));
+        assert_string_equal(read_file(path), texts[i]);
+    }
+}
+
+static void a_folder_that_is_not_there_is_named(void **state)
+{
+    lum_error error = {""};
+    (void)state;
+    assert_null(scribe_new("/nonexistent/rows", HEADER, NULL, &error));
+    assert_string_equal(error.text,
+                        "/nonexistent/rows: No such file or directory");
+}
+
+static void a_page_that_cannot_be_written_is_news_once(void **state)
+{
+    lum_error error = {""};
+    (void)state;
+    struct scribe *scribe = begin(in_folder("a"), "/nonexistent/page");
+    for (unsigned i = 0; i < 3; i++) {
+        scribe_turn(scribe, "page");
+    }
+    while (!scribe_tell(scribe, &error)) {
+        (void)usleep(1000);
+    }
+    assert_non_null(strstr(error.text, "/nonexistent/page"));
+    assert_false(scribe_tell(scribe, &error));
+    end(scribe, 0, true);
+}
+
+static void the_last_page_counts(void **state)
+{
+    const char *path = in_folder("page");
+    (void)state;
+    struct scribe *scribe = begin(NULL, path);
+    for (unsigned i = 0; i < 100; i++) {
+        char page[32];
+        (void)snprintf(page, sizeof page, "page %u\n", i);
+        scribe_turn(scribe, page);
+        scribe_add(scribe, "no file takes it\n");
+    }
+    end(scribe, 0, false);
+    assert_string_equal(read_file(path), "page 99\n");
+}
+
+/* A pipe that nobody reads: what does not fit is counted. */
+static void lines_without_room_are_counted(void **state)
+{
+    const char *path = in_folder("pipe");
+    char row[SCRIBE_ROW_BYTES];
+    bool page_failed = false;
+    (void)state;
+    assert_int_equal(mkfifo(path, 0600), 0);
+    memset(row, 'x', sizeof row);
+    row[sizeof row - 2] = '\n';
+    row[sizeof row - 1] = '\0';
+    struct scribe *scribe = begin(path, NULL);
+    for (unsigned i = 0; i < 1000; i++) {
+        scribe_add(scribe, row);
+    }
+    const uint64_t lost = scribe_end(scribe, &page_failed);
+    assert_in_range(lost, 800, 999);
+}
+
+static void write_many(const char *path, unsigned run)
+{
+    struct scribe *scribe = begin(path, NULL);
+    bool page_failed = false;
+    for (unsigned i = 0; i < ROWS; i++) {
+        char row[64];
+        (void)snprintf(row, sizeof row, "%u,%u\n", run, i);
+        scribe_add(scribe, row);
+        (void)usleep(100);
+    }
+    _exit(scribe_end(scribe, &page_failed) == 0 ? 0 : 1);
+}
+
+static void runs_that_write_one_file_tear_no_line(void **state)
+{
+    const char *path = in_folder("shared");
+    unsigned next[RUNS] = {0};
+    (void)state;
+    for (unsigned run = 0; run < RUNS; run++) {
+        const pid_t child = fork();
+        assert_true(child >= 0);
+        if (child == 0) {
+            write_many(path, run);
+        }
+    }
+    for (unsigned run = 0; run < RUNS; run++) {
+        int status = -1;
+        assert_true(wait(&status) > 0);
+        assert_int_equal(status, 0);
+    }
+    const char *at = read_file(path);
+    assert_memory_equal(at, HEADER, sizeof HEADER - 1);
+    at += sizeof HEADER - 1;
+    for (unsigned i = 0; i < RUNS * ROWS; i++) {
+        unsigned run = 0;
+        unsigned number = 0;
+        int len = 0;
+        assert_int_equal(sscanf(at, "%u,%u%n", &run, &number, &len), 2);
+        assert_in_range(run, 0, RUNS - 1);
+        assert_int_equal(number, next[run]++);
+        assert_int_equal(at[len], '\n');
+        at += len + 1;
+    }
+    assert_int_equal(*at, '\0');
+}
+
+static int make_folder(void **state)
+{
+    (void)state;
+    return mkdtemp(folder) != NULL ? 0 : -1;
+}
+
+static int remove_folder(void **state)
+{
+    static const char *const names[] = {"a",    "half", "other",
+                                        "page", "pipe", "shared"};
+    (void)state;
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        (void)unlink(in_folder(names[i]));
+    }
+    return rmdir(folder);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(lines_follow_one_header),
+        cmocka_unit_test(half_a_line_is_cut_off),
+        cmocka_unit_test(a_file_of_other_columns_is_refused),
+        cmocka_unit_test(a_folder_that_is_not_there_is_named),
+        cmocka_unit_test(a_page_that_cannot_be_written_is_news_once),
+        cmocka_unit_test(the_last_page_counts),
+        cmocka_unit_test(lines_without_room_are_counted),
+        cmocka_unit_test(runs_that_write_one_file_tear_no_line)};
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
