@@ -32,10 +32,12 @@ static uint16_t hazards_of(const struct gauge *g)
                : (uint16_t)(v->status & LUM_LASER_HAZARDS);
 }
 
-/* Those that came and went. */
+/* Those that came, and that the row does not show otherwise. */
 static uint16_t passed(const struct gauge *g)
 {
-    return (uint16_t)(g->vitals->since & ~(unsigned)g->vitals->status);
+    const struct vitals *v = g->vitals;
+    const unsigned shown = v->answers && v->has_status ? v->status : 0u;
+    return (uint16_t)(v->since & ~shown);
 }
 
 /* --- For people --- */
