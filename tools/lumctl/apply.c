@@ -74,7 +74,7 @@ static enum exit_status finish(const struct ctl *ctl,
 
 enum exit_status command_apply(struct ctl *ctl, int count, char **words)
 {
-    struct settings_plan plan;
+    struct settings_plan plan = {.file = NULL};
     if (count != 2) {
         return ctl_complain(
             EXIT_BAD, count < 2 ? "apply: give a file of settings, such as the "

@@ -5,19 +5,12 @@
 #include "lum/laser.h"
 
 #include <inttypes.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-LUM_PRINTF(3, 4)
-static void add(char *out, size_t size, const char *format, ...)
-{
-    const size_t used = strlen(out);
-    va_list arguments;
-    va_start(arguments, format);
-    (void)vsnprintf(out + used, size - used, format, arguments);
-    va_end(arguments);
-}
+/* Adds to a terminated text of at most size bytes. */
+#define ADD(out, size, ...)                                                    \
+    (void)snprintf((out) + strlen(out), (size)-strlen(out), __VA_ARGS__)
 
 static bool has_trip(const struct gauge *g)
 {
@@ -49,30 +42,30 @@ void gauge_text(const struct gauge *g, char out[GAUGE_ROW_BYTES])
     char line[REPORT_LINE_BYTES];
     char bits[LUM_LASER_BITS_TEXT];
     out[0] = '\0';
-    add(out, GAUGE_ROW_BYTES, "%s %s: ", report_utc(g->utc_ns, when),
+    ADD(out, GAUGE_ROW_BYTES, "%s %s: ", report_utc(g->utc_ns, when),
         g->sensor);
     if (!v->answers || !v->has_status) {
-        add(out, GAUGE_ROW_BYTES, "%s",
+        ADD(out, GAUGE_ROW_BYTES, "%s",
             v->answers ? "answers, without a status" : "does not answer");
     } else {
-        add(out, GAUGE_ROW_BYTES, "%s%s",
+        ADD(out, GAUGE_ROW_BYTES, "%s%s",
             report_line(v->status, g->is_owned, line),
             report_cause(v->status, v->was_up));
     }
     if (has_trip(g)) {
-        add(out, GAUGE_ROW_BYTES, ", round trip %.2f ms",
+        ADD(out, GAUGE_ROW_BYTES, ", round trip %.2f ms",
             (double)v->round_trip_ns / 1e6);
     }
     if (g->has_counts) {
-        add(out, GAUGE_ROW_BYTES,
+        ADD(out, GAUGE_ROW_BYTES,
             ", %" PRIu64 " packets, %" PRIu64 " words lost",
             g->session.datagrams, g->losses.words_lost);
     }
     if (passed(g) != 0) {
-        add(out, GAUGE_ROW_BYTES, "; meanwhile: %s",
+        ADD(out, GAUGE_ROW_BYTES, "; meanwhile: %s",
             lum_laser_bits_name(passed(g), ", ", bits, sizeof bits));
     }
-    add(out, GAUGE_ROW_BYTES, "\n");
+    ADD(out, GAUGE_ROW_BYTES, "\n");
 }
 
 /* --- JSON --- */
@@ -142,7 +135,7 @@ const char gauge_csv_header[] =
 static void add_bits(char out[GAUGE_ROW_BYTES], uint16_t bits)
 {
     char text[LUM_LASER_BITS_TEXT];
-    add(out, GAUGE_ROW_BYTES, ",%s",
+    ADD(out, GAUGE_ROW_BYTES, ",%s",
         bits == 0 ? "" : lum_laser_bits_name(bits, " ", text, sizeof text));
 }
 
@@ -164,15 +157,15 @@ static void add_csv_clock(char out[GAUGE_ROW_BYTES], const struct gauge *g)
     char offset[SECONDS_BYTES];
     char error[SECONDS_BYTES];
     if (!g->has_clock) {
-        add(out, GAUGE_ROW_BYTES, ",,,");
+        ADD(out, GAUGE_ROW_BYTES, ",,,");
         return;
     }
-    add(out, GAUGE_ROW_BYTES, ",%s,%s", seconds_text(g->utc_offset_ns, offset),
+    ADD(out, GAUGE_ROW_BYTES, ",%s,%s", seconds_text(g->utc_offset_ns, offset),
         seconds_text(g->clock.error_ns, error));
     if (g->clock.has_drift) {
-        add(out, GAUGE_ROW_BYTES, ",%.3f", (double)g->clock.drift_ppb / 1e3);
+        ADD(out, GAUGE_ROW_BYTES, ",%.3f", (double)g->clock.drift_ppb / 1e3);
     } else {
-        add(out, GAUGE_ROW_BYTES, ",");
+        ADD(out, GAUGE_ROW_BYTES, ",");
     }
 }
 
@@ -182,33 +175,33 @@ void gauge_csv(const struct gauge *g, char out[GAUGE_ROW_BYTES])
     const bool has_status = v->answers && v->has_status;
     char when[REPORT_UTC_BYTES];
     out[0] = '\0';
-    add(out, GAUGE_ROW_BYTES, "%s,%s,%d", report_utc(g->utc_ns, when),
+    ADD(out, GAUGE_ROW_BYTES, "%s,%s,%d", report_utc(g->utc_ns, when),
         g->sensor, v->answers ? 1 : 0);
     if (has_status) {
-        add(out, GAUGE_ROW_BYTES, ",%s,%u", lum_laser_status_name(v->status),
+        ADD(out, GAUGE_ROW_BYTES, ",%s,%u", lum_laser_status_name(v->status),
             (unsigned)v->status);
     } else {
-        add(out, GAUGE_ROW_BYTES, ",,");
+        ADD(out, GAUGE_ROW_BYTES, ",,");
     }
     add_bits(out, has_status ? hazards_of(g) : 0);
     add_bits(out, v->since);
     if (has_trip(g)) {
-        add(out, GAUGE_ROW_BYTES, ",%.3f", (double)v->round_trip_ns / 1e6);
+        ADD(out, GAUGE_ROW_BYTES, ",%.3f", (double)v->round_trip_ns / 1e6);
     } else {
-        add(out, GAUGE_ROW_BYTES, ",");
+        ADD(out, GAUGE_ROW_BYTES, ",");
     }
     add_csv_clock(out, g);
     if (g->has_counts) {
-        add(out, GAUGE_ROW_BYTES,
+        ADD(out, GAUGE_ROW_BYTES,
             ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64
             ",%" PRIu64,
             g->session.datagrams, g->session.bytes, g->session.kernel_drops,
             g->losses.lines_incomplete, g->losses.lines_missing,
             g->losses.words_lost);
     } else {
-        add(out, GAUGE_ROW_BYTES, ",,,,,,");
+        ADD(out, GAUGE_ROW_BYTES, ",,,,,,");
     }
-    add(out, GAUGE_ROW_BYTES, "\n");
+    ADD(out, GAUGE_ROW_BYTES, "\n");
 }
 
 /* --- Prometheus --- */
@@ -218,7 +211,7 @@ static void add_metric(char out[GAUGE_PAGE_BYTES], const struct gauge *g,
                        const char *name, const char *type, const char *help,
                        const char *value)
 {
-    add(out, GAUGE_PAGE_BYTES,
+    ADD(out, GAUGE_PAGE_BYTES,
         "# HELP lumsdk_%s %s\n# TYPE lumsdk_%s %s\nlumsdk_%s{sensor=\"%s\"} "
         "%s\n",
         name, help, name, type, name, g->sensor, value);
@@ -248,13 +241,13 @@ static void add_status(char out[GAUGE_PAGE_BYTES], const struct gauge *g)
               lum_laser_is_on(v->status));
     add_whole(out, g, "hazard", "Whether the status shows a hazard.",
               hazards_of(g) != 0);
-    add(out, GAUGE_PAGE_BYTES,
+    ADD(out, GAUGE_PAGE_BYTES,
         "# HELP lumsdk_status_bit The bits of the status.\n"
         "# TYPE lumsdk_status_bit gauge\n");
     for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
         const char *name = lum_laser_bit_name(bit);
         if (name != NULL && *name != '\0') {
-            add(out, GAUGE_PAGE_BYTES,
+            ADD(out, GAUGE_PAGE_BYTES,
                 "lumsdk_status_bit{sensor=\"%s\",bit=\"%s\"} %u\n", g->sensor,
                 name, (unsigned)v->status >> bit & 1u);
         }
