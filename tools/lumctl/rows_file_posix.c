@@ -22,3 +22,16 @@ int rows_file_cut(int fd, long long size)
 {
     return ftruncate(fd, (off_t)size);
 }
+
+int rows_file_put(int fd, const char *text, size_t len)
+{
+    while (len > 0) {
+        const ssize_t n = write(fd, text, len);
+        if (n < 0 && errno != EINTR) {
+            return -1;
+        }
+        text += n > 0 ? n : 0;
+        len -= n > 0 ? (size_t)n : 0;
+    }
+    return 0;
+}

@@ -27,3 +27,16 @@ int rows_file_cut(int fd, long long size)
 {
     return _chsize_s(fd, size) == 0 ? 0 : -1;
 }
+
+int rows_file_put(int fd, const char *text, size_t len)
+{
+    while (len > 0) {
+        const int n = _write(fd, text, (unsigned)len);
+        if (n <= 0) {
+            return -1;
+        }
+        text += n;
+        len -= (size_t)n;
+    }
+    return 0;
+}

@@ -69,19 +69,6 @@ static int open_rows(const char *path)
     return fd;
 }
 
-static int put(int fd, const char *text, size_t len)
-{
-    while (len > 0) {
-        const ssize_t n = write(fd, text, len);
-        if (n < 0 && errno != EINTR) {
-            return -1;
-        }
-        text += n > 0 ? n : 0;
-        len -= n > 0 ? (size_t)n : 0;
-    }
-    return 0;
-}
-
 /* Whether a file that is not empty begins with the header. */
 static bool has_header(const struct scribe *s, int fd)
 {
@@ -112,7 +99,7 @@ static int mend_end(int fd, off_t *size)
 static int prepare(const struct scribe *s, int fd, off_t *size)
 {
     if (*size == 0) {
-        return put(fd, s->header, strlen(s->header));
+        return rows_file_put(fd, s->header, strlen(s->header));
     }
     if (!has_header(s, fd)) {
         errno = EEXIST;
@@ -127,7 +114,7 @@ static int add_to_file(const struct scribe *s, int fd, const struct work *work,
                        off_t size)
 {
     if (prepare(s, fd, &size) == 0 &&
-        put(fd, work->rows, work->rows_len) == 0) {
+        rows_file_put(fd, work->rows, work->rows_len) == 0) {
         return 0;
     }
     const int code = errno;
@@ -143,9 +130,9 @@ static int add_to_stream(struct scribe *s, int fd, const struct work *work)
 {
     const bool is_first = !s->has_begun;
     s->has_begun = true;
-    return is_first && put(fd, s->header, strlen(s->header)) != 0
+    return is_first && rows_file_put(fd, s->header, strlen(s->header)) != 0
                ? -1
-               : put(fd, work->rows, work->rows_len);
+               : rows_file_put(fd, work->rows, work->rows_len);
 }
 
 static int add_rows(struct scribe *s, int fd, const struct work *work)

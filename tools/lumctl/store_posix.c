@@ -1,6 +1,8 @@
 #define _DEFAULT_SOURCE /* flock() */
 #include "store.h"
 
+#include "rows_file.h"
+
 #include "lum/base/time.h"
 
 #include <errno.h>
@@ -105,19 +107,6 @@ void store_unlock(const struct store_lock *lock)
     (void)close((int)lock->handle);
 }
 
-static int write_all(int fd, const char *text, size_t len)
-{
-    while (len > 0) {
-        const ssize_t n = write(fd, text, len);
-        if (n < 0 && errno != EINTR) {
-            return -1;
-        }
-        text += n > 0 ? n : 0;
-        len -= n > 0 ? (size_t)n : 0;
-    }
-    return 0;
-}
-
 /* Not forced to the disk: one that is slow must not hold up the heartbeats of a
  * shell, and a file that a power failure has spoilt is passed over. */
 int store_write(const char *path, const char *text, size_t len,
@@ -129,7 +118,7 @@ int store_write(const char *path, const char *text, size_t len,
     if (fd < 0) {
         return fail(path, "cannot be written", error);
     }
-    const int written = write_all(fd, text, len);
+    const int written = rows_file_put(fd, text, len);
     const int code = errno;
     if (close(fd) == 0 && written == 0 && rename(part, path) == 0) {
         return 0;
