@@ -274,13 +274,17 @@ static enum exit_status check_own(const struct command *command, unsigned given)
                         list_owners(first, names));
 }
 
-/* Options that need another beside them. */
-static enum exit_status check_watch(const struct ctl *ctl,
+/* Options that need another beside them, or do not go together. */
+static enum exit_status check_company(const struct ctl *ctl,
                                     const struct command *command)
 {
     const struct ctl_options *o = &ctl->options;
     const bool needs_watch = (command->own & OWN_WATCH) != 0;
     const bool goes_on = o->watch || o->every_s > 0.0;
+    if (ctl->in_shell && o->laser) {
+        return ctl_complain(EXIT_BAD, "--laser: a shell has 'laser on' and "
+                                      "'laser off' for that");
+    }
     if (o->watch && o->every_s > 0.0) {
         return ctl_complain(EXIT_BAD,
                             "--watch writes a line for each change, --every "
@@ -437,7 +441,7 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
     const bool owned = ctl->owns;
     enum exit_status status = check_own(command, found->own);
     if (status == EXIT_DONE) {
-        status = check_watch(ctl, command);
+        status = check_company(ctl, command);
     }
     if (status == EXIT_DONE) {
         status = check_shell(ctl, found->own);
