@@ -276,7 +276,7 @@ static enum exit_status check_own(const struct command *command, unsigned given)
 
 /* Options that need another beside them, or do not go together. */
 static enum exit_status check_company(const struct ctl *ctl,
-                                    const struct command *command)
+                                      const struct command *command)
 {
     const struct ctl_options *o = &ctl->options;
     const bool needs_watch = (command->own & OWN_WATCH) != 0;

@@ -73,9 +73,9 @@ static int open_rows(const char *path)
 static bool has_header(const struct scribe *s, int fd)
 {
     char begin[HEADER_BYTES];
-    const size_t len = strlen(s->header);
+    const unsigned len = (unsigned)strlen(s->header);
     return len <= sizeof begin && lseek(fd, 0, SEEK_SET) == 0 &&
-           read(fd, begin, len) == (ssize_t)len &&
+           read(fd, begin, len) == (int)len &&
            memcmp(begin, s->header, len) == 0;
 }
 
