@@ -220,7 +220,7 @@ class Laser(unittest.TestCase):
         # The session; what Python sends has no word for the laser, which it refuses.
         r"\blum_sensor_command\s*\(": {"src/net/sensor.c", "tools/python/lumsdk/_sensor.py"},
         # Command TLVs by hand: lumctl's settings, and its texts, which its laser session knows of.
-        r"\blum_tlv_add\s*\([^;]*\bLUM_TLV_COMMAND\b": {"src/net/sensor.c", "tools/lumctl/apply.c", "tools/lumctl/text.c"},
+        r"\blum_tlv_add\s*\([^;]*\bLUM_TLV_COMMAND\b": {"src/net/sensor.c", "tools/lumctl/settings_plan.c", "tools/lumctl/text.c"},
     }
     NOISE = re.compile(r'("(?:\\.|[^"\\\n])*")|/\*.*?\*/|//[^\n]*', re.S)
 
