@@ -97,21 +97,20 @@ static void each_field_has_its_limits(void **state)
     static const char *const good[] = {"3 0 0", "999999999 0 0", "3 begun",
                                        "3 18446744073709551615 0",
                                        "3 0 9223372036854775807"};
-    static const char *const bad[] = {
-        "0 0 0",       "1000000000 0 0",
-        "2 0 0",       "1 0 0",
-        "03 0 0",      "3 00 0",
-        "3 0 01",      "-3 0 0",
-        "3 -1 0",      "3 0 -1",
-        "+3 0 0",      "3  0 0",
-        "3 0 0 ",      "3 0",
-        "3",           "",
-        " 3 0 0",      "3 0 9223372036854775808",
-        "3 0 0x",      "3 18446744073709551616 0",
-        "3 begun ",    "3 begu",
-        "3 0 0\r",     "99999999999999999999 0 0",
-        "x-0003 0 0",  "../3 0 0",
-        "3\t0\t0",     "begun"};
+    static const char *const bad[] = {"0 0 0",      "1000000000 0 0",
+                                      "2 0 0",      "1 0 0",
+                                      "03 0 0",     "3 00 0",
+                                      "3 0 01",     "-3 0 0",
+                                      "3 -1 0",     "3 0 -1",
+                                      "+3 0 0",     "3  0 0",
+                                      "3 0 0 ",     "3 0",
+                                      "3",          "",
+                                      " 3 0 0",     "3 0 9223372036854775808",
+                                      "3 0 0x",     "3 18446744073709551616 0",
+                                      "3 begun ",   "3 begu",
+                                      "3 0 0\r",    "99999999999999999999 0 0",
+                                      "x-0003 0 0", "../3 0 0",
+                                      "3\t0\t0",    "begun"};
     size_t count = 0;
     (void)state;
     for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) {
@@ -128,8 +127,8 @@ static void what_follows_the_end_is_damage(void **state)
 {
     struct ledger ledger;
     (void)state;
-    assert_int_equal(
-        read_exact(&ledger, "lumdump keep 1\nend\n3 0 0\n", 25), LEDGER_DAMAGED);
+    assert_int_equal(read_exact(&ledger, "lumdump keep 1\nend\n3 0 0\n", 25),
+                     LEDGER_DAMAGED);
     assert_int_equal(ledger.count, 0);
     ledger_free(&ledger);
 }
@@ -137,7 +136,7 @@ static void what_follows_the_end_is_damage(void **state)
 static void other_texts_are_foreign(void **state)
 {
     static const char *const texts[] = {
-        "lumsdk\nprocess 12\n", "lumdump keep 2\nend\n", "\n", "end\n",
+        "lumsdk\nprocess 12\n",  "lumdump keep 2\nend\n",  "\n", "end\n",
         "Lumdump keep 1\nend\n", "lumdump keep 1\r\nend\n"};
     struct ledger ledger;
     (void)state;

@@ -20,13 +20,13 @@ static enum file_kind kind_of(mode_t mode)
 
 static struct file_look look_of(const struct stat *s)
 {
-    return (struct file_look){
-        .kind = kind_of(s->st_mode),
-        .volume = (uint64_t)s->st_dev,
-        .number = (uint64_t)s->st_ino,
-        .bytes = (uint64_t)s->st_size,
-        .modified_ns =
-            (int64_t)s->st_mtim.tv_sec * SECOND_NS + s->st_mtim.tv_nsec};
+    return (struct file_look){.kind = kind_of(s->st_mode),
+                              .volume = (uint64_t)s->st_dev,
+                              .number = (uint64_t)s->st_ino,
+                              .bytes = (uint64_t)s->st_size,
+                              .modified_ns =
+                                  (int64_t)s->st_mtim.tv_sec * SECOND_NS +
+                                  s->st_mtim.tv_nsec};
 }
 
 static bool look(const char *name, int standard, struct file_look *out)

@@ -18,10 +18,10 @@ struct closer {
     pthread_cond_t changed;
     struct closing files[CLOSER_ROOM_MAX]; /* the first is under way */
     size_t count;
-    int copy;         /* to be synced; -1: none */
-    char name[256];   /* of that */
+    int copy;          /* to be synced; -1: none */
+    char name[256];    /* of that */
     struct kept *plan; /* whose next file is to be planned; NULL: none */
-    unsigned waiting; /* threads */
+    unsigned waiting;  /* threads */
     bool ends;
     bool has_failed;
     int code; /* of the failure */

@@ -172,16 +172,16 @@ static bool has_unfinished(const char *name)
     mark.text[fread(mark.text, 1, sizeof mark.text - 1u, file)] = '\0';
     (void)fclose(file);
     struct file_look look;
-    char *part = lum_claim_is_mark(&mark) ? lum_claim_unfinished(&mark, name)
-                                          : NULL;
+    char *part =
+        lum_claim_is_mark(&mark) ? lum_claim_unfinished(&mark, name) : NULL;
     const bool is_there = part != NULL && file_look_itself(part, &look);
     free(part);
     return is_there;
 }
 
-/* A file that a killed run had begun. If it has its name, it is ours; if not, it
- * is removed, as by every run that takes the name, and what has the name now is
- * another's. */
+/* A file that a killed run had begun. If it has its name, it is ours; if not,
+ * it is removed, as by every run that takes the name, and what has the name now
+ * is another's. */
 static bool adopt(const struct kept *k, struct ledger_file *file)
 {
     char name[NAME_BYTES];

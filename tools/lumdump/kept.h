@@ -1,10 +1,10 @@
 /* The files of an output with --rotate and --keep: which of them are its own,
  * also of earlier runs, and which of those are to go.
  *
- * They are listed in `.NAME.EXT.kept.lumsdk` beside them (ledger.h). A number is
- * in the list, on the disk, before a file of this number is begun, and no file
- * is begun under a name that exists: what then has a listed number is our own.
- * Only what is listed is removed, and only while it has the size that was
+ * They are listed in `.NAME.EXT.kept.lumsdk` beside them (ledger.h). A number
+ * is in the list, on the disk, before a file of this number is begun, and no
+ * file is begun under a name that exists: what then has a listed number is our
+ * own. Only what is listed is removed, and only while it has the size that was
  * written. The caller has the right to the output's name (base/claim.h), so
  * nobody else changes the list.
  *

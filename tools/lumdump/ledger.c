@@ -112,8 +112,8 @@ static bool take_file(struct reader *r, struct ledger_file *out)
         return true;
     }
     out->is_whole = take_number(r, UINT64_MAX, &out->bytes) &&
-                    take_word(r, " ") &&
-                    take_number(r, INT64_MAX, &last_ns) && take_word(r, "\n");
+                    take_word(r, " ") && take_number(r, INT64_MAX, &last_ns) &&
+                    take_word(r, "\n");
     out->last_ns = (int64_t)last_ns;
     return out->is_whole;
 }
@@ -153,12 +153,11 @@ char *ledger_write(const struct ledger *ledger, size_t *len)
     size_t n = (size_t)snprintf(text, room, HEAD);
     for (size_t i = 0; i < ledger->count; i++) {
         const struct ledger_file *f = &ledger->files[i];
-        n += (size_t)(f->is_whole
-                          ? snprintf(text + n, room - n,
-                                     "%u %" PRIu64 " %" PRId64 "\n", f->number,
-                                     f->bytes, f->last_ns)
-                          : snprintf(text + n, room - n, "%u begun\n",
-                                     f->number));
+        n += (size_t)(f->is_whole ? snprintf(text + n, room - n,
+                                             "%u %" PRIu64 " %" PRId64 "\n",
+                                             f->number, f->bytes, f->last_ns)
+                                  : snprintf(text + n, room - n, "%u begun\n",
+                                             f->number));
     }
     n += (size_t)snprintf(text + n, room - n, TAIL);
     *len = n;

@@ -90,8 +90,9 @@ static const struct option_spec specs[] = {
      .allowed = "a size of 10kB or more, such as 100MB or 1GB, or a time of 1s "
                 "or more, such as 60s or 10min"},
     {"keep", CALL(values_take_keep),
-     .allowed = "a size of 10kB or more, such as 50GB, or a time of 1s or more, "
-                "such as 2h or 7d"},
+     .allowed =
+         "a size of 10kB or more, such as 50GB, or a time of 1s or more, "
+         "such as 2h or 7d"},
     {"ascii", FLAG(ascii)},
     {"comments", FLAG(comments)},
     {"columns", CALL(values_take_columns)},

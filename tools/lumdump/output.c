@@ -71,7 +71,7 @@ struct output {
     int64_t began_ns; /* when the present file was to begin */
     int64_t now_ns;
     int64_t last_ns; /* of the last data */
-    bool is_due; /* a new file is to begin */
+    bool is_due;     /* a new file is to begin */
     int64_t due_ns;
     bool has_top;    /* a line is in the present file of a cloud */
     int64_t top;     /* the highest frame there */
@@ -378,8 +378,7 @@ static int close_file(struct output *o, size_t i, lum_error *error)
 {
     const struct closing file = {.cloud = o->files[i].writer,
                                  .kept = o->kept,
-                                 .number =
-                                     (unsigned)o->files[i].number + 1u,
+                                 .number = (unsigned)o->files[i].number + 1u,
                                  .last_ns = o->last_ns};
     if (o->folder != NULL && bag_folder_note(o->folder, o->files[i].number,
                                              file.cloud, error) != 0) {

@@ -124,8 +124,9 @@ static int check_numbered(const struct options *options, size_t i,
         return 0;
     }
     const struct numbered n = numbered_of(lum_system_base(name));
-    if (!numbered_has(&n, lum_system_base(input), NULL) || !find_directory(name, &s) ||
-        !find_directory(input, &t) || !file_look_is_same(&s, &t)) {
+    if (!numbered_has(&n, lum_system_base(input), NULL) ||
+        !find_directory(name, &s) || !find_directory(input, &t) ||
+        !file_look_is_same(&s, &t)) {
         return 0;
     }
     return lum_error_set(error,
