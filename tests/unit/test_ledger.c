@@ -7,6 +7,7 @@
 
 #include "lumdump/ledger.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -83,9 +84,7 @@ static enum ledger_text read_line(const char *line, size_t *count)
 {
     char text[200];
     struct ledger ledger;
-    (void)strcpy(text, "lumdump keep 1\n2 5 5\n");
-    (void)strcat(text, line);
-    (void)strcat(text, "\nend\n");
+    (void)snprintf(text, sizeof text, "lumdump keep 1\n2 5 5\n%s\nend\n", line);
     const enum ledger_text result = read_exact(&ledger, text, strlen(text));
     *count = ledger.count;
     ledger_free(&ledger);

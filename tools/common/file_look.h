@@ -17,8 +17,8 @@ struct file_look {
     uint64_t volume; /* with number, the same for two names of one file; both
                         0: not known */
     uint64_t number;
-    uint64_t bytes;      /* of a regular file */
-    int64_t modified_ns; /* since 1970, of a regular file */
+    uint64_t bytes;     /* of a regular file */
+    int64_t modified_s; /* since 1970, rounded down; of a regular file */
 };
 
 /* Links are followed. name: "-" for standard output. False: there is none, or

@@ -5,8 +5,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define SECOND_NS INT64_C(1000000000)
-
 static enum file_kind kind_of(mode_t mode)
 {
     if (S_ISREG(mode)) {
@@ -24,9 +22,7 @@ static struct file_look look_of(const struct stat *s)
                               .volume = (uint64_t)s->st_dev,
                               .number = (uint64_t)s->st_ino,
                               .bytes = (uint64_t)s->st_size,
-                              .modified_ns =
-                                  (int64_t)s->st_mtim.tv_sec * SECOND_NS +
-                                  s->st_mtim.tv_nsec};
+                              .modified_s = (int64_t)s->st_mtime};
 }
 
 static bool look(const char *name, int standard, struct file_look *out)

@@ -4,14 +4,13 @@
 #include <windows.h>
 
 /* Windows counts 100 ns since 1601. */
-static int64_t ns_of(const FILETIME *time)
+static int64_t seconds_of(const FILETIME *time)
 {
     const uint64_t ticks =
         ((uint64_t)time->dwHighDateTime << 32) | time->dwLowDateTime;
-    return ((int64_t)ticks - INT64_C(116444736000000000)) * 100;
+    return (int64_t)(ticks / 10000000u) - INT64_C(11644473600);
 }
 
-/* A link that was followed is none. */
 static bool ask(HANDLE file, struct file_look *out)
 {
     BY_HANDLE_FILE_INFORMATION facts;
@@ -33,11 +32,8 @@ static bool ask(HANDLE file, struct file_look *out)
     out->kind = (facts.dwFileAttributes & FILE_ATTRIBUTE_DIRECTORY) != 0
                     ? FILE_DIRECTORY
                     : FILE_REGULAR;
-    if ((facts.dwFileAttributes & FILE_ATTRIBUTE_REPARSE_POINT) != 0) {
-        out->kind = FILE_DEVICE;
-    }
     out->bytes = ((uint64_t)facts.nFileSizeHigh << 32) | facts.nFileSizeLow;
-    out->modified_ns = ns_of(&facts.ftLastWriteTime);
+    out->modified_s = seconds_of(&facts.ftLastWriteTime);
     out->volume = facts.dwVolumeSerialNumber;
     out->number = ((uint64_t)facts.nFileIndexHigh << 32) | facts.nFileIndexLow;
     return true;
@@ -65,7 +61,14 @@ static bool look(const char *name, DWORD standard, struct file_look *out)
 
 bool file_look_itself(const char *name, struct file_look *out)
 {
-    return look_at(name, FILE_FLAG_OPEN_REPARSE_POINT, out);
+    const DWORD attributes = GetFileAttributesA(name);
+    if (!look_at(name, FILE_FLAG_OPEN_REPARSE_POINT, out)) {
+        return false;
+    }
+    if ((attributes & FILE_ATTRIBUTE_REPARSE_POINT) != 0) {
+        out->kind = FILE_DEVICE;
+    }
+    return true;
 }
 
 bool file_look(const char *name, struct file_look *out)

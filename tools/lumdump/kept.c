@@ -200,7 +200,8 @@ static bool adopt(const struct kept *k, struct ledger_file *file)
     }
     file->is_whole = true;
     file->bytes = look.bytes;
-    file->last_ns = look.modified_ns > 0 ? look.modified_ns : 0;
+    file->last_ns =
+        look.modified_s > 0 ? (look.modified_s + 1) * INT64_C(1000000000) : 0;
     return true;
 }
 
