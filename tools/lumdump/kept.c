@@ -15,6 +15,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #define NAME_BYTES 4096u
 
@@ -300,7 +301,7 @@ static bool remove_file(struct kept *k, const struct ledger_file *file)
              ": --keep leaves it, and forgets it");
         return true;
     }
-    if (remove(name) == 0) {
+    if (unlink(name) == 0) {
         k->removed++;
         return true;
     }
