@@ -352,7 +352,8 @@ static void *wake_later(void *argument)
 {
     (void)argument;
     sleep_ns(5 * WORLD_MS);
-    (void)world_call_pthread_mutex_lock(&lock);
+    assert_int_equal(world_call_pthread_mutex_trylock(&lock), 0);
+    assert_int_equal(world_call_pthread_mutex_trylock(&lock), EBUSY);
     wakes = 1;
     (void)world_call_pthread_cond_broadcast(&changed);
     (void)world_call_pthread_mutex_unlock(&lock);

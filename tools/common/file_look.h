@@ -17,13 +17,19 @@ struct file_look {
     uint64_t volume; /* with number, the same for two names of one file; both
                         0: not known */
     uint64_t number;
+    uint64_t bytes;     /* of a regular file */
+    int64_t modified_s; /* since 1970, rounded down; of a regular file */
 };
 
 /* Links are followed. name: "-" for standard output. False: there is none, or
  * it may not be looked at. */
 bool file_look(const char *name, struct file_look *out);
 
-/* The same, but "-" is standard input. */
+/* The same, but a link is looked at itself, and is no regular file; "-" is a
+ * file of this name. */
+bool file_look_itself(const char *name, struct file_look *out);
+
+/* As file_look(), but "-" is standard input. */
 bool file_look_input(const char *name, struct file_look *out);
 
 bool file_look_is_same(const struct file_look *a, const struct file_look *b);

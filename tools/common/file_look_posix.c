@@ -16,14 +16,32 @@ static enum file_kind kind_of(mode_t mode)
     return S_ISFIFO(mode) ? FILE_PIPE : FILE_DEVICE;
 }
 
+static struct file_look look_of(const struct stat *s)
+{
+    return (struct file_look){.kind = kind_of(s->st_mode),
+                              .volume = (uint64_t)s->st_dev,
+                              .number = (uint64_t)s->st_ino,
+                              .bytes = (uint64_t)s->st_size,
+                              .modified_s = (int64_t)s->st_mtime};
+}
+
 static bool look(const char *name, int standard, struct file_look *out)
 {
     struct stat s;
     if ((strcmp(name, "-") == 0 ? fstat(standard, &s) : stat(name, &s)) != 0) {
         return false;
     }
-    *out = (struct file_look){kind_of(s.st_mode), (uint64_t)s.st_dev,
-                              (uint64_t)s.st_ino};
+    *out = look_of(&s);
+    return true;
+}
+
+bool file_look_itself(const char *name, struct file_look *out)
+{
+    struct stat s;
+    if (lstat(name, &s) != 0) {
+        return false;
+    }
+    *out = look_of(&s);
     return true;
 }
 

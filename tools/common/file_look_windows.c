@@ -3,6 +3,14 @@
 #include <string.h>
 #include <windows.h>
 
+/* Windows counts 100 ns since 1601. */
+static int64_t seconds_of(const FILETIME *time)
+{
+    const uint64_t ticks =
+        ((uint64_t)time->dwHighDateTime << 32) | time->dwLowDateTime;
+    return (int64_t)(ticks / 10000000u) - INT64_C(11644473600);
+}
+
 static bool ask(HANDLE file, struct file_look *out)
 {
     BY_HANDLE_FILE_INFORMATION facts;
@@ -24,26 +32,43 @@ static bool ask(HANDLE file, struct file_look *out)
     out->kind = (facts.dwFileAttributes & FILE_ATTRIBUTE_DIRECTORY) != 0
                     ? FILE_DIRECTORY
                     : FILE_REGULAR;
+    out->bytes = ((uint64_t)facts.nFileSizeHigh << 32) | facts.nFileSizeLow;
+    out->modified_s = seconds_of(&facts.ftLastWriteTime);
     out->volume = facts.dwVolumeSerialNumber;
     out->number = ((uint64_t)facts.nFileIndexHigh << 32) | facts.nFileIndexLow;
     return true;
 }
 
 /* A handle to ask, of directories too, which keeps nobody away. */
-static bool look(const char *name, DWORD standard, struct file_look *out)
+static bool look_at(const char *name, DWORD flags, struct file_look *out)
 {
-    if (strcmp(name, "-") == 0) {
-        return ask(GetStdHandle(standard), out);
-    }
     const HANDLE file = CreateFileA(
         name, 0, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE, NULL,
-        OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS, NULL);
+        OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS | flags, NULL);
     if (file == INVALID_HANDLE_VALUE) {
         return false;
     }
     const bool is_known = ask(file, out);
     (void)CloseHandle(file);
     return is_known;
+}
+
+static bool look(const char *name, DWORD standard, struct file_look *out)
+{
+    return strcmp(name, "-") == 0 ? ask(GetStdHandle(standard), out)
+                                  : look_at(name, 0, out);
+}
+
+bool file_look_itself(const char *name, struct file_look *out)
+{
+    const DWORD attributes = GetFileAttributesA(name);
+    if (!look_at(name, FILE_FLAG_OPEN_REPARSE_POINT, out)) {
+        return false;
+    }
+    if ((attributes & FILE_ATTRIBUTE_REPARSE_POINT) != 0) {
+        out->kind = FILE_DEVICE;
+    }
+    return true;
 }
 
 bool file_look(const char *name, struct file_look *out)

@@ -18,9 +18,10 @@ struct closer {
     pthread_cond_t changed;
     struct closing files[CLOSER_ROOM_MAX]; /* the first is under way */
     size_t count;
-    int copy;         /* to be synced; -1: none */
-    char name[256];   /* of that */
-    unsigned waiting; /* threads */
+    int copy;          /* to be synced; -1: none */
+    char name[256];    /* of that */
+    struct kept *plan; /* whose next file is to be planned; NULL: none */
+    unsigned waiting;  /* threads */
     bool ends;
     bool has_failed;
     int code; /* of the failure */
@@ -32,10 +33,26 @@ struct closer {
     size_t lost_count;
 };
 
-int closing_finish(struct closing *file, lum_error *error)
+static int finish_file(const struct closing *file, lum_error *error)
 {
     return file->cloud != NULL ? lum_writer_close(file->cloud, error)
                                : lum_capture_writer_close(file->capture, error);
+}
+
+/* A file that others have removed or renamed is told too. */
+int closing_finish(struct closing *file, lum_error *error)
+{
+    const int result = finish_file(file, error);
+    const int code = errno;
+    if (file->kept == NULL || (result != 0 && code != ENOENT)) {
+        return result;
+    }
+    if (result == 0) {
+        return kept_finish(file->kept, file->number, file->last_ns, error);
+    }
+    (void)!kept_finish(file->kept, file->number, file->last_ns, NULL);
+    errno = code;
+    return result;
 }
 
 struct closer *closer_new(size_t room, lum_error *error)
@@ -108,13 +125,29 @@ static void sync_copy(struct closer *c)
     note(c, code, &error);
 }
 
+/* The lock is held before and after. */
+static void make_plan(struct closer *c)
+{
+    lum_error error = {""};
+    struct kept *kept = c->plan;
+    (void)pthread_mutex_unlock(&c->lock);
+    const int result = kept_plan(kept, &error);
+    const int code = result != 0 ? errno : 0;
+    (void)pthread_mutex_lock(&c->lock);
+    note(c, code, &error);
+    c->plan = NULL;
+    (void)pthread_cond_broadcast(&c->changed);
+}
+
 static void *run(void *argument)
 {
     struct closer *c = argument;
     (void)pthread_mutex_lock(&c->lock);
-    while (c->count > 0 || c->copy >= 0 || !c->ends) {
+    while (c->count > 0 || c->copy >= 0 || c->plan != NULL || !c->ends) {
         if (c->copy >= 0) {
             sync_copy(c);
+        } else if (c->plan != NULL) {
+            make_plan(c);
         } else if (c->count > 0) {
             finish_first(c);
         } else {
@@ -137,7 +170,7 @@ static void start(struct closer *c)
 static void wait_until(struct closer *c, size_t count)
 {
     c->waiting++;
-    while (c->count > count) {
+    while (c->count > count || (count == 0 && c->plan != NULL)) {
         (void)pthread_cond_wait(&c->changed, &c->lock);
     }
     c->waiting--;
@@ -203,6 +236,21 @@ void closer_sync(struct closer *closer, int copy, const char *name)
     if (unused >= 0) {
         (void)close(unused);
     }
+}
+
+bool closer_plan(struct closer *closer, struct kept *kept)
+{
+    start(closer);
+    if (!closer->is_started) {
+        return false;
+    }
+    (void)pthread_mutex_lock(&closer->lock);
+    if (closer->plan == NULL) {
+        closer->plan = kept;
+        (void)pthread_cond_broadcast(&closer->changed);
+    }
+    (void)pthread_mutex_unlock(&closer->lock);
+    return true;
 }
 
 int closer_check(struct closer *closer, lum_error *error)

@@ -5,6 +5,8 @@
 #ifndef LUMDUMP_CLOSER_H
 #define LUMDUMP_CLOSER_H
 
+#include "kept.h"
+
 #include "lum/capture/capture.h"
 #include "lum/cloud/writer.h"
 
@@ -19,6 +21,9 @@ struct closer;
 struct closing {
     lum_writer *cloud; /* NULL: the capture */
     lum_capture_writer *capture;
+    struct kept *kept; /* to be told of it; NULL: nobody is */
+    unsigned number;   /* for that: of the file, and the time of its end */
+    int64_t last_ns;
 };
 
 /* Finish it here. 0, or -1 with the reason in error and errno. */
@@ -41,6 +46,10 @@ int closer_put(struct closer *closer, const struct closing *file,
  * lum_capture_writer_copy(), and the closer's from then on; -1: nothing. name:
  * for a failure, which is as that of closer_put(). Does not wait. */
 void closer_sync(struct closer *closer, int copy, const char *name);
+
+/* Have kept_plan() called, before what waits. A failure is as that of
+ * closer_put(). Does not wait. False: there is no thread for it. */
+bool closer_plan(struct closer *closer, struct kept *kept);
 
 /* The first failure so far: 0, or -1 with the reason in error and errno. */
 int closer_check(struct closer *closer, lum_error *error);

@@ -35,6 +35,10 @@ const char help_output[] =
     "      --rotate SIZE|TIME  continue in NAME-0001.EXT, NAME-0002.EXT, ...: "
     "100MB,\n"
     "                          1GB, 60s, 10min; between frames\n"
+    "      --keep SIZE|TIME    of the files of --rotate; older ones that this "
+    "output\n"
+    "                          wrote, also in earlier runs, are removed: 50GB, "
+    "2h, 7d\n"
     "      --ascii             text instead of binary (ply, pcd)\n"
     "      --comments          where points come from, in lines of # (csv, "
     "xyz);\n"
@@ -180,4 +184,6 @@ const char help_rest[] =
     "decode\n"
     "  lumdump udp://10.42.0.37 --laser --duration 10 -o drive.pcap -o "
     "drive.ply\n"
-    "  lumdump udp://10.42.0.37 --laser -o drive.pcap --rotate 10min\n";
+    "  lumdump udp://10.42.0.37 --laser -o drive.pcap --rotate 10min\n"
+    "  lumdump udp://10.42.0.37 --laser -o drive.pcap --rotate 10min --keep "
+    "50GB\n";

@@ -368,6 +368,9 @@ void lanes_note_left_out(const struct lanes *lanes, struct summary *summary)
         if (lane->worker == NULL && lane->own.summary.drawn_count > 0) {
             summary->drawn[summary->drawn_count++] = lane->own.summary.drawn[0];
         }
+        if (lane->worker == NULL) {
+            outputs_add_kept(&summary->kept, &lane->own.notes.kept);
+        }
     }
 }
 

@@ -89,6 +89,10 @@ static const struct option_spec specs[] = {
     {"rotate", CALL(values_take_rotation),
      .allowed = "a size of 10kB or more, such as 100MB or 1GB, or a time of 1s "
                 "or more, such as 60s or 10min"},
+    {"keep", CALL(values_take_keep),
+     .allowed =
+         "a size of 10kB or more, such as 50GB, or a time of 1s or more, "
+         "such as 2h or 7d"},
     {"ascii", FLAG(ascii)},
     {"comments", FLAG(comments)},
     {"columns", CALL(values_take_columns)},
@@ -270,6 +274,40 @@ static bool makes_points(const struct options *o)
     return o->output_count > 0;
 }
 
+static bool is_rotation(const struct rotation *r)
+{
+    return r->bytes != 0 || r->ns != 0;
+}
+
+/* What it would keep is no more than is never removed. */
+static bool keep_is_small(const struct options *o)
+{
+    const struct rotation *r = &o->rotation;
+    const struct rotation *k = &o->keep;
+    return (r->bytes != 0 && k->bytes != 0 && k->bytes < 2u * r->bytes) ||
+           (r->ns != 0 && k->ns != 0 && k->ns < r->ns);
+}
+
+static bool keep_goes_with_rotation(const struct options *o)
+{
+    if (!is_rotation(&o->keep)) {
+        return true;
+    }
+    if (!is_rotation(&o->rotation)) {
+        return refuse("--keep removes the oldest files of --rotate: give that "
+                      "too, such as --rotate 10min");
+    }
+    for (size_t i = 0; i < o->output_count; i++) {
+        if (o->outputs[i].is_folder) {
+            return refuse("--keep does not go with rosbag2, whose folder is "
+                          "new in each run: record .mcap files");
+        }
+    }
+    return !keep_is_small(o) ||
+           refuse("--keep has to be at least the time of a file of --rotate, "
+                  "or twice its size: the newest whole file is never removed");
+}
+
 static bool laser_goes_with_source(const struct options *o)
 {
     if (o->laser && o->guards) {
@@ -417,7 +455,7 @@ static bool is_consistent(const struct options *o)
         return refuse("--json and -o - would both write to standard output: "
                       "name a file");
     }
-    return goes_with_source(o);
+    return keep_goes_with_rotation(o) && goes_with_source(o);
 }
 
 /* --- Finding a layout --- */

@@ -43,7 +43,8 @@ enum time_base {
     TIME_ARRIVAL, /* when the line's first packet came */
 };
 
-/* When an output continues in a new file; at most one is not 0. */
+/* When an output continues in a new file, or how much of its files is kept; at
+ * most one is not 0. */
 struct rotation {
     uint64_t bytes;
     int64_t ns;
@@ -63,6 +64,7 @@ struct options {
     struct output_options outputs[OUTPUTS_MAX];
     size_t output_count; /* 0: only a summary */
     struct rotation rotation;
+    struct rotation keep;
     struct set_keys set; /* on top of these */
     const char *calibration;
     const char *profile;

@@ -7,6 +7,8 @@
 #include "base/system.h"
 #include "capture/capture_writer.h"
 #include "cloud/part.h"
+#include "kept.h"
+#include "numbered.h"
 #include "picture.h"
 #include "targets.h"
 
@@ -51,6 +53,7 @@ struct output {
     bool is_in_place; /* read as it comes */
     bool rotates;
     struct closer *closer; /* NULL: finished here */
+    struct kept *kept;     /* NULL: no file is removed */
     bool is_begun;     /* the capture's beginning is on its way to the disk */
     bool is_told_lost; /* the capture */
     lum_claim claim;   /* to the name of which others are made */
@@ -67,7 +70,8 @@ struct output {
     bool has_time;
     int64_t began_ns; /* when the present file was to begin */
     int64_t now_ns;
-    bool is_due; /* a new file is to begin */
+    int64_t last_ns; /* of the last data */
+    bool is_due;     /* a new file is to begin */
     int64_t due_ns;
     bool has_top;    /* a line is in the present file of a cloud */
     int64_t top;     /* the highest frame there */
@@ -99,22 +103,6 @@ static int frame_name(const char *pattern, int64_t frame, char out[NAME_BYTES],
     return 0;
 }
 
-/* NAME-0001.EXT */
-static int numbered_name(const char *name, unsigned number,
-                         char out[NAME_BYTES], lum_error *error)
-{
-    const char *base = lum_system_base(name);
-    const char *dot = strrchr(base, '.');
-    const size_t stem =
-        dot != NULL && dot != base ? (size_t)(dot - name) : strlen(name);
-    const int n = snprintf(out, NAME_BYTES, "%.*s-%04u%s", (int)stem, name,
-                           number, name + stem);
-    if (n < 0 || (size_t)n >= NAME_BYTES) {
-        return lum_error_set(error, "%s: the name is too long", name);
-    }
-    return 0;
-}
-
 /* --- Opening --- */
 
 static int open_named(struct output *o, const char *name, lum_error *error)
@@ -138,8 +126,11 @@ static int open_named(struct output *o, const char *name, lum_error *error)
 static int name_next(struct output *o, char out[NAME_BYTES], lum_error *error)
 {
     o->number++;
+    if (o->kept != NULL && kept_begin(o->kept, &o->number, error) != 0) {
+        return -1;
+    }
     if (o->folder == NULL) {
-        return numbered_name(o->name, o->number, out, error);
+        return numbered_name(o->name, o->number, out, NAME_BYTES, error);
     }
     return bag_folder_next_name(o->folder, out, NAME_BYTES)
                ? 0
@@ -173,7 +164,10 @@ static int claim_name(struct output *o, lum_error *error)
 
 static int open_first(struct output *o, lum_error *error)
 {
-    if (claim_name(o, error) != 0) {
+    const struct rotation *keep = &o->options->keep;
+    if (claim_name(o, error) != 0 ||
+        (o->rotates && (keep->bytes != 0 || keep->ns != 0) &&
+         kept_open(o->name, keep, &o->kept, error) != 0)) {
         return -1;
     }
     if (o->is_pattern) {
@@ -286,6 +280,7 @@ int output_open(const struct options *options, size_t i,
     }
     if (open_first(o, error) != 0) {
         const int code = errno;
+        kept_close(o->kept);
         lum_claim_drop(&o->claim);
         bag_folder_free(o->folder);
         free(o);
@@ -335,7 +330,7 @@ const char *output_title(const char *name)
 static bool is_there(const struct output *o, unsigned number,
                      char name[NAME_BYTES])
 {
-    return numbered_name(o->name, number, name, NULL) == 0 &&
+    return numbered_name(o->name, number, name, NAME_BYTES, NULL) == 0 &&
            access(name, F_OK) == 0;
 }
 
@@ -343,7 +338,7 @@ bool output_find_stale(const struct output *o, lum_error *out)
 {
     char first[NAME_BYTES];
     char second[NAME_BYTES];
-    if (!o->rotates || o->folder != NULL ||
+    if (!o->rotates || o->folder != NULL || o->kept != NULL ||
         !is_there(o, o->number + 1u, first)) {
         return false;
     }
@@ -381,7 +376,10 @@ static int finish(struct output *o, struct closing file, lum_error *error)
 
 static int close_file(struct output *o, size_t i, lum_error *error)
 {
-    const struct closing file = {.cloud = o->files[i].writer};
+    const struct closing file = {.cloud = o->files[i].writer,
+                                 .kept = o->kept,
+                                 .number = (unsigned)o->files[i].number + 1u,
+                                 .last_ns = o->last_ns};
     if (o->folder != NULL && bag_folder_note(o->folder, o->files[i].number,
                                              file.cloud, error) != 0) {
         return -1;
@@ -397,7 +395,10 @@ static int close_file(struct output *o, size_t i, lum_error *error)
 
 static int close_capture(struct output *o, lum_error *error)
 {
-    const struct closing file = {.capture = o->capture};
+    const struct closing file = {.capture = o->capture,
+                                 .kept = o->kept,
+                                 .number = o->number,
+                                 .last_ns = o->last_ns};
     o->capture = NULL;
     return finish(o, file, error);
 }
@@ -448,10 +449,16 @@ static int rotate_at_frame(struct output *o, lum_error *error)
     return 0;
 }
 
-/* The present file continues, so that nothing waits for the disk. */
+/* Whether the next file may begin. If not, the present one continues, so that
+ * nothing waits for the disk. */
 static bool may_rotate(const struct output *o)
 {
-    return o->closer == NULL || closer_has_room(o->closer);
+    if (o->closer == NULL) {
+        return true;
+    }
+    return closer_has_room(o->closer) &&
+           (o->kept == NULL || kept_is_planned(o->kept) ||
+            !closer_plan(o->closer, o->kept));
 }
 
 static uint64_t present_bytes(const struct output *o)
@@ -473,6 +480,8 @@ int output_set_time(struct output *o, int64_t time_ns, lum_error *error)
         return 0;
     }
     o->now_ns = time_ns;
+    /* what ends a capture has no time */
+    o->last_ns = time_ns != 0 ? time_ns : o->last_ns;
     if (!o->has_time) {
         o->has_time = true;
         o->began_ns = time_ns;
@@ -480,6 +489,7 @@ int output_set_time(struct output *o, int64_t time_ns, lum_error *error)
     if (!o->is_due && is_due(o)) {
         o->is_due = true;
         o->due_ns = time_ns;
+        (void)may_rotate(o); /* plan it */
     }
     return o->is_due && time_ns - o->due_ns > OVERDUE_NS && may_rotate(o)
                ? rotate(o, error)
@@ -878,7 +888,7 @@ bool output_find_lost(struct output *o, lum_error *out)
             !file->is_told_lost && lum_writer_check(file->writer, out) != 0;
         file->is_told_lost |= is_found;
     }
-    return is_found;
+    return is_found || (o->kept != NULL && kept_take_note(o->kept, out));
 }
 
 /* A folder has its metadata though files of it were lost.
@@ -894,9 +904,19 @@ static int finish_folder(struct output *o, int result, lum_error *error)
     return result;
 }
 
-int output_close(struct output *o, lum_error *error)
+static void note_kept(struct kept *kept, struct output_end *end)
+{
+    kept_count(kept, &end->kept);
+    while (end->note_count < KEPT_NOTES &&
+           kept_take_note(kept, &end->notes[end->note_count])) {
+        end->note_count++;
+    }
+}
+
+int output_close(struct output *o, struct output_end *end, lum_error *error)
 {
     int result = 0;
+    *end = (struct output_end){.note_count = 0};
     if (o->capture != NULL) {
         result = close_capture(o, error);
     }
@@ -913,6 +933,9 @@ int output_close(struct output *o, lum_error *error)
         result = finish_folder(o, result, error);
     }
     const int code = errno;
+    if (o->kept != NULL && result == 0) {
+        note_kept(o->kept, end);
+    }
     output_abort(o);
     errno = code;
     return result;
@@ -930,6 +953,7 @@ void output_abort(struct output *o)
         lum_writer_abort(o->files[i].writer);
     }
     lum_capture_writer_abort(o->capture);
+    kept_close(o->kept);
     lum_claim_drop(&o->claim);
     bag_folder_free(o->folder);
     lum_frame_release(o->spare);

@@ -5,6 +5,7 @@
 
 #include "closer.h"
 #include "frame_lines.h"
+#include "kept.h"
 #include "options.h"
 
 #include "lum/base/error.h"
@@ -31,6 +32,13 @@ struct drawn {
     bool is_whole;   /* the one, and nothing is known to be missing in it */
     uint64_t points; /* that it shows */
     uint64_t others; /* frames with points that it does not show */
+};
+
+/* What there is to say of an output that has ended. */
+struct output_end {
+    struct kept_counts kept;
+    lum_error notes[KEPT_NOTES];
+    size_t note_count;
 };
 
 /* The i-th output of the options. A capture of a live run has its final name
@@ -101,13 +109,15 @@ int output_end_frame(struct output *output, int64_t frame, lum_error *error);
  * also to readers of recordings. */
 int output_flush(struct output *output, bool files, lum_error *error);
 
-/* Whether a file that is being written was removed or renamed by others, and
- * was not yet found: out says what became of it. */
+/* Whether a file that is being written was removed or renamed by others, or
+ * --keep cannot remove one, and was not yet found: out says what became of it.
+ */
 bool output_find_lost(struct output *output, lum_error *out);
 
 /* Give the files their names, free the output. Files that could not be finished
  * are removed, except recordings. */
-int output_close(struct output *output, lum_error *error);
+int output_close(struct output *output, struct output_end *end,
+                 lum_error *error);
 
 /* Remove unfinished files, except recordings; free the output. NULL is
  * allowed. */

@@ -289,6 +289,21 @@ bool outputs_find_lost(struct outputs *outputs, lum_error *out)
 
 /* --- The end --- */
 
+void outputs_add_kept(struct kept_counts *sum, const struct kept_counts *more)
+{
+    sum->is_used = sum->is_used || more->is_used;
+    sum->removed += more->removed;
+    sum->stuck += more->stuck;
+}
+
+static void add_end(struct outputs_notes *notes, const struct output_end *end)
+{
+    for (size_t i = 0; i < end->note_count; i++) {
+        notes->list[notes->count++] = end->notes[i];
+    }
+    outputs_add_kept(&notes->kept, &end->kept);
+}
+
 /* Finishes one; a reader that has left before is no failure where there are
  * others. */
 static int close_one(struct outputs *outputs, size_t i, bool has_others,
@@ -297,8 +312,10 @@ static int close_one(struct outputs *outputs, size_t i, bool has_others,
     lum_error *stale = &outputs->notes->list[outputs->notes->count];
     struct output *output = outputs->list[i];
     const char *name = output_name(output);
+    struct output_end end;
     outputs->notes->count += output_find_stale(output, stale) ? 1 : 0;
-    if (output_close(output, error) == 0) {
+    if (output_close(output, &end, error) == 0) {
+        add_end(outputs->notes, &end);
         return 0;
     }
     if (errno != EPIPE || !has_others) {

@@ -8,11 +8,12 @@
 
 struct outputs;
 
-/* Notes about outputs that did not fail: a reader has left, older files remain.
- * Each output gives at most one of each kind. */
+/* Notes about outputs that did not fail: a reader has left, older files remain,
+ * what --keep found. Each output gives at most one of each kind. */
 struct outputs_notes {
-    lum_error list[2u * OUTPUTS_MAX];
+    lum_error list[(2u + KEPT_NOTES) * OUTPUTS_MAX];
     size_t count;
+    struct kept_counts kept; /* of all that have ended */
 };
 
 /* Open all outputs of the options.
@@ -61,6 +62,9 @@ int outputs_add_rows(struct outputs *outputs, int64_t frame, lum_writer *part,
 /* Finish all, free them. When one has failed, now or before, it is aborted and
  * the others are finished all the same. */
 int outputs_close(struct outputs *outputs, lum_error *error);
+
+/* Add the counts of other outputs. */
+void outputs_add_kept(struct kept_counts *sum, const struct kept_counts *more);
 
 /* Abort all, free them. NULL is allowed. */
 void outputs_abort(struct outputs *outputs);

@@ -489,6 +489,16 @@ static void print_json_drawn(const struct summary *s, FILE *out)
     (void)fputs(s->drawn_count > 0 ? "\n  ],\n" : "", out);
 }
 
+static void print_json_kept(const struct kept_counts *k, FILE *out)
+{
+    if (k->is_used) {
+        (void)fprintf(out,
+                      "  \"kept_removed\": %" PRIu64
+                      ",\n  \"kept_stuck\": %" PRIu64 ",\n",
+                      k->removed, k->stuck);
+    }
+}
+
 uint64_t summary_damaged(const struct summary *s, lum_error *why)
 {
     return s->capture != NULL ? lum_capture_damaged(s->capture, why) : 0;
@@ -524,6 +534,7 @@ void summary_print_json(const struct summary *s, FILE *out)
     }
     print_json_left_out(s, out);
     print_json_drawn(s, out);
+    print_json_kept(&s->kept, out);
     print_json_sensors(s, out);
     (void)fputs("  ", out);
     print_clock_counts(&clocks, out);
@@ -826,6 +837,18 @@ static void print_drawn(const struct summary *s, FILE *out)
     }
 }
 
+static void print_kept(const struct kept_counts *k, FILE *out)
+{
+    if (k->is_used) {
+        (void)fprintf(out, "%-10s %14" PRIu64 "  old files were removed\n",
+                      "keep", k->removed);
+    }
+    if (k->stuck > 0) {
+        (void)fprintf(out, "%-10s %14" PRIu64 "  could not be removed\n", "",
+                      k->stuck);
+    }
+}
+
 void summary_print_text(const struct summary *s, FILE *out)
 {
     const lum_framer_counters points = summary_count(s);
@@ -850,4 +873,5 @@ void summary_print_text(const struct summary *s, FILE *out)
                   rows_of(parts, list_under_way(&points, parts), rows), out);
     print_losses(s, &total, &points, out);
     print_drawn(s, out);
+    print_kept(&s->kept, out);
 }

@@ -3,6 +3,7 @@
 #include "../common/file_look.h"
 #include "../common/input_files.h"
 #include "base/system.h"
+#include "numbered.h"
 
 #include <string.h>
 
@@ -110,40 +111,6 @@ static bool is_same_output(const char *a, const char *b)
            file_look_is_same(&s, &t);
 }
 
-/* The names of an output's files differ only in a number: the text before it,
- * the separator, and the text after it. */
-struct numbered {
-    const char *head;
-    size_t head_len;
-    const char *divider;
-    const char *tail;
-};
-
-static struct numbered numbering_of(const char *base)
-{
-    const char *percent = strchr(base, '%');
-    const char *dot = strrchr(base, '.');
-    if (percent != NULL) {
-        return (struct numbered){base, (size_t)(percent - base), "",
-                                 strchr(percent, 'd') + 1};
-    }
-    const size_t len =
-        dot != NULL && dot != base ? (size_t)(dot - base) : strlen(base);
-    return (struct numbered){base, len, "-", base + len};
-}
-
-static bool is_one_of(const struct numbered *n, const char *base)
-{
-    const size_t divider_len = strlen(n->divider);
-    if (strncmp(base, n->head, n->head_len) != 0 ||
-        strncmp(base + n->head_len, n->divider, divider_len) != 0) {
-        return false;
-    }
-    base += n->head_len + divider_len;
-    const size_t digits = strspn(base, "0123456789");
-    return digits > 0 && strcmp(base + digits, n->tail) == 0;
-}
-
 /* What the names of a run's files may come to is refused before the first is
  * made. */
 static int check_numbered(const struct options *options, size_t i,
@@ -156,9 +123,10 @@ static int check_numbered(const struct options *options, size_t i,
     if (input == NULL || (!has_pattern && !options_rotates(options, i))) {
         return 0;
     }
-    const struct numbered n = numbering_of(lum_system_base(name));
-    if (!is_one_of(&n, lum_system_base(input)) || !find_directory(name, &s) ||
-        !find_directory(input, &t) || !file_look_is_same(&s, &t)) {
+    const struct numbered n = numbered_of(lum_system_base(name));
+    if (!numbered_has(&n, lum_system_base(input), NULL) ||
+        !find_directory(name, &s) || !find_directory(input, &t) ||
+        !file_look_is_same(&s, &t)) {
         return 0;
     }
     return lum_error_set(error,

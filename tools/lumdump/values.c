@@ -175,7 +175,7 @@ static const struct unit sizes[] = {
     {"GB", 1e9},      {"TB", 1e12},        {"KiB", 1024},
     {"MiB", 1048576}, {"GiB", 1073741824}, {NULL, 0}};
 static const struct unit times[] = {
-    {"s", 1e9}, {"min", 60e9}, {"h", 3600e9}, {NULL, 0}};
+    {"s", 1e9}, {"min", 60e9}, {"h", 3600e9}, {"d", 86400e9}, {NULL, 0}};
 
 /* A number and its unit, without a space between. */
 static bool parse_quantity(const char *text, const struct unit *units,
@@ -199,21 +199,31 @@ static bool parse_quantity(const char *text, const struct unit *units,
     return false;
 }
 
-bool values_take_rotation(void *options, const char *text, lum_error *why)
+static bool take_limit(const char *text, double max_ns, struct rotation *out)
 {
-    struct rotation *out = &((struct options *)options)->rotation;
     double value = 0;
-    (void)why;
     *out = (struct rotation){0};
     if (parse_quantity(text, sizes, 10e3, 1e15, &value)) {
         out->bytes = (uint64_t)value;
         return true;
     }
-    if (parse_quantity(text, times, 1e9, 1e16, &value)) {
+    if (parse_quantity(text, times, 1e9, max_ns, &value)) {
         out->ns = (int64_t)value;
         return true;
     }
     return false;
+}
+
+bool values_take_rotation(void *options, const char *text, lum_error *why)
+{
+    (void)why;
+    return take_limit(text, 1e16, &((struct options *)options)->rotation);
+}
+
+bool values_take_keep(void *options, const char *text, lum_error *why)
+{
+    (void)why;
+    return take_limit(text, 1e18, &((struct options *)options)->keep);
 }
 
 bool values_take_buffer(void *options, const char *text, lum_error *why)

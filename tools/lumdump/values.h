@@ -14,6 +14,7 @@ bool values_take_box(void *options, const char *text, lum_error *why);
 bool values_take_sensor(void *options, const char *text, lum_error *why);
 bool values_take_duration(void *options, const char *text, lum_error *why);
 bool values_take_rotation(void *options, const char *text, lum_error *why);
+bool values_take_keep(void *options, const char *text, lum_error *why);
 bool values_take_set(void *options, const char *text, lum_error *why);
 bool values_take_smooth(void *options, const char *text, lum_error *why);
 bool values_take_buffer(void *options, const char *text, lum_error *why);

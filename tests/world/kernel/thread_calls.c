@@ -133,6 +133,16 @@ int world_call_pthread_mutex_lock(pthread_mutex_t *mutex)
     return 0;
 }
 
+int world_call_pthread_mutex_trylock(pthread_mutex_t *mutex)
+{
+    world_call(LOCK_NS);
+    if (lock_of(mutex)->owner != NULL) {
+        return EBUSY;
+    }
+    take(mutex);
+    return 0;
+}
+
 int world_call_pthread_mutex_unlock(pthread_mutex_t *mutex)
 {
     give(mutex);

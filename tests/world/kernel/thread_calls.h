@@ -12,6 +12,7 @@ WORLD_CALL(pthread_detach);
 WORLD_CALL(pthread_mutex_init);
 WORLD_CALL(pthread_mutex_destroy);
 WORLD_CALL(pthread_mutex_lock);
+WORLD_CALL(pthread_mutex_trylock);
 WORLD_CALL(pthread_mutex_unlock);
 WORLD_CALL(pthread_cond_init);
 WORLD_CALL(pthread_cond_destroy);

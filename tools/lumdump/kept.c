@@ -1,0 +1,551 @@
+#define _POSIX_C_SOURCE 200809L
+#include "kept.h"
+
+#include "../common/file_look.h"
+#include "../common/text_file.h"
+#include "base/claim.h"
+#include "base/claim_mark.h"
+#include "base/system.h"
+#include "ledger.h"
+#include "numbered.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define NAME_BYTES 4096u
+
+/* More is no list of ours: it would be of a million files. */
+#define TEXT_BYTES_MAX ((size_t)64 << 20)
+
+enum note {
+    NOTE_STUCK,
+    NOTE_CHANGED,
+    NOTE_DAMAGED
+};
+
+struct kept {
+    char *name;   /* of the output */
+    char *ledger; /* the path of the list */
+    struct rotation limit;
+    pthread_mutex_t lock; /* guards what follows */
+    struct ledger list;
+    unsigned top;     /* no file has a higher number */
+    unsigned planned; /* listed, and not begun; 0: none */
+    uint64_t removed;
+    uint64_t stuck;
+    bool is_told[KEPT_NOTES];
+    lum_error notes[KEPT_NOTES];
+    size_t note_count;
+};
+
+/* --- Small things --- */
+
+static const char *name_of(const struct kept *k, unsigned number,
+                           char out[NAME_BYTES])
+{
+    if (numbered_name(k->name, number, out, NAME_BYTES, NULL) != 0) {
+        out[0] = '\0';
+    }
+    return out;
+}
+
+static bool is_there(const struct kept *k, unsigned number)
+{
+    char name[NAME_BYTES];
+    struct file_look look;
+    return file_look_itself(name_of(k, number, name), &look);
+}
+
+static int fail(const char *name, const char *doing, int code, lum_error *error)
+{
+    (void)lum_error_set(error, "%s: %s: %s", name, doing, strerror(code));
+    errno = code;
+    return -1;
+}
+
+/* Each kind is told once. what, why: about the file of this name. */
+static void tell(struct kept *k, enum note kind, const char *name,
+                 const char *what, const char *why)
+{
+    if (!k->is_told[kind]) {
+        k->is_told[kind] = true;
+        (void)lum_error_set(&k->notes[k->note_count++], "%s: %s%s", name, what,
+                            why);
+    }
+}
+
+/* --- The list on the disk --- */
+
+/* A missing file means the folder of the output is gone. For the caller ENOENT
+ * would mean that only the file it finished is. */
+static int save(const struct kept *k, lum_error *error)
+{
+    size_t len = 0;
+    char *text = ledger_write(&k->list, &len);
+    if (text == NULL) {
+        return fail(k->name, "cannot list its files", ENOMEM, error);
+    }
+    const int result = text_file_save(k->ledger, text, len, error);
+    const int code = errno == ENOENT ? EIO : errno;
+    free(text);
+    errno = code;
+    return result;
+}
+
+static int refuse_foreign(const struct kept *k, lum_error *error)
+{
+    (void)lum_error_set(error,
+                        "%s: --keep would list its files in %s, which is "
+                        "something else: rename that one, or choose another "
+                        "name",
+                        k->name, k->ledger);
+    errno = EEXIST;
+    return -1;
+}
+
+static int read_text(struct kept *k, FILE *file, size_t room, lum_error *error)
+{
+    char *text = malloc(room);
+    errno = ENOMEM;
+    const size_t len = text != NULL ? fread(text, 1, room, file) : 0;
+    if (text == NULL || ferror(file) != 0) {
+        const int code = errno;
+        free(text);
+        return fail(k->ledger, "cannot be read", code, error);
+    }
+    const enum ledger_text result = ledger_read(&k->list, text, len);
+    free(text);
+    switch (result) {
+    case LEDGER_FOREIGN:
+        return refuse_foreign(k, error);
+    case LEDGER_NO_MEMORY:
+        return fail(k->ledger, "cannot be read", ENOMEM, error);
+    case LEDGER_DAMAGED:
+        tell(k, NOTE_DAMAGED, k->ledger, "is damaged",
+             ": --keep has forgotten some files and leaves them; remove those "
+             "that you do not need");
+        return 0;
+    case LEDGER_WHOLE:
+    default:
+        return 0;
+    }
+}
+
+static int load(struct kept *k, lum_error *error)
+{
+    struct file_look look;
+    if (!file_look_itself(k->ledger, &look)) {
+        return 0;
+    }
+    if (look.kind != FILE_REGULAR || look.bytes > TEXT_BYTES_MAX) {
+        return refuse_foreign(k, error);
+    }
+    FILE *file = fopen(k->ledger, "rb");
+    if (file == NULL) {
+        return fail(k->ledger, "cannot be read", errno, error);
+    }
+    const int result = read_text(k, file, (size_t)look.bytes + 1u, error);
+    const int code = errno;
+    (void)fclose(file);
+    errno = code;
+    return result;
+}
+
+/* --- What earlier runs have left --- */
+
+/* Whether the file of this name has not got its name: it is still the
+ * unfinished one that its mark names. */
+static bool has_unfinished(const char *name)
+{
+    lum_claim_mark mark = {""};
+    const lum_claim_place place = lum_claim_place_of(name);
+    char *path = lum_claim_compose(name, &place, ".", ".lumsdk");
+    FILE *file = path != NULL ? fopen(path, "rb") : NULL;
+    free(path);
+    if (file == NULL) {
+        return false;
+    }
+    mark.text[fread(mark.text, 1, sizeof mark.text - 1u, file)] = '\0';
+    (void)fclose(file);
+    struct file_look look;
+    char *part =
+        lum_claim_is_mark(&mark) ? lum_claim_unfinished(&mark, name) : NULL;
+    const bool is_there = part != NULL && file_look_itself(part, &look);
+    free(part);
+    return is_there;
+}
+
+/* A file that a killed run had begun. If it has its name, it is ours; if not,
+ * it is removed, as by every run that takes the name, and what has the name now
+ * is another's. */
+static bool adopt(const struct kept *k, struct ledger_file *file)
+{
+    char name[NAME_BYTES];
+    struct file_look look;
+    lum_claim claim;
+    (void)name_of(k, file->number, name);
+    const bool is_unfinished = has_unfinished(name);
+    const int result = lum_claim_take(name, name, &claim, NULL);
+    const bool is_busy = result != 0 && errno == EBUSY;
+    if (result == 0) {
+        lum_claim_drop(&claim);
+    }
+    if (is_unfinished || is_busy || !file_look_itself(name, &look) ||
+        look.kind != FILE_REGULAR) {
+        return false;
+    }
+    file->is_whole = true;
+    file->bytes = look.bytes;
+    file->last_ns =
+        look.modified_s > 0 ? (look.modified_s + 1) * INT64_C(1000000000) : 0;
+    return true;
+}
+
+static void adopt_all(struct kept *k)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < k->list.count; i++) {
+        struct ledger_file file = k->list.files[i];
+        if (file.is_whole || adopt(k, &file)) {
+            k->list.files[n++] = file;
+        }
+    }
+    k->list.count = n;
+}
+
+/* The highest number of a file in the folder. Numbers that are never reached
+ * are nobody's concern. */
+static unsigned find_top(const struct kept *k)
+{
+    char folder[NAME_BYTES];
+    const char *base = lum_system_base(k->name);
+    const struct numbered n = numbered_of(base);
+    unsigned top = 0;
+    (void)snprintf(folder, sizeof folder, "%.*s", (int)(base - k->name),
+                   k->name);
+    DIR *directory = opendir(folder[0] != '\0' ? folder : ".");
+    if (directory == NULL) {
+        return 0;
+    }
+    for (struct dirent *e = readdir(directory); e != NULL;
+         e = readdir(directory)) {
+        const char *digits = NULL;
+        if (numbered_has(&n, e->d_name, &digits)) {
+            const unsigned long long number = strtoull(digits, NULL, 10);
+            top = number <= LEDGER_NUMBER_MAX && number > top ? (unsigned)number
+                                                              : top;
+        }
+    }
+    (void)closedir(directory);
+    return top;
+}
+
+/* --- What is over the limit --- */
+
+/* What the list has. Of bytes there has to be room for one more as large as the
+ * largest: the one that is being written. */
+struct tally {
+    unsigned newest;   /* the number of the newest whole file; 0: none */
+    int64_t newest_ns; /* its time */
+    uint64_t bytes;
+    uint64_t largest;
+};
+
+/* A size that a list gives may be anything. */
+static uint64_t add(uint64_t a, uint64_t b)
+{
+    return a > UINT64_MAX - b ? UINT64_MAX : a + b;
+}
+
+static struct tally tally_of(const struct ledger *list)
+{
+    struct tally t = {0};
+    for (size_t i = 0; i < list->count; i++) {
+        const struct ledger_file *f = &list->files[i];
+        if (f->is_whole) {
+            t.newest = f->number;
+            t.newest_ns = f->last_ns;
+            t.bytes = add(t.bytes, f->bytes);
+            t.largest = f->bytes > t.largest ? f->bytes : t.largest;
+        }
+    }
+    return t;
+}
+
+static bool is_over(const struct kept *k, const struct tally *t,
+                    const struct ledger_file *file)
+{
+    if (!file->is_whole || file->number == t->newest) {
+        return false;
+    }
+    return k->limit.bytes != 0 ? add(t->bytes, t->largest) > k->limit.bytes
+                               : t->newest_ns - file->last_ns > k->limit.ns;
+}
+
+/* Whether it has gone from the list. */
+static bool remove_file(struct kept *k, const struct ledger_file *file)
+{
+    char name[NAME_BYTES];
+    struct file_look look;
+    (void)name_of(k, file->number, name);
+    if (!file_look_itself(name, &look)) {
+        return true;
+    }
+    if (look.kind != FILE_REGULAR || look.bytes != file->bytes) {
+        tell(k, NOTE_CHANGED, name, "others have changed it",
+             ": --keep leaves it, and forgets it");
+        return true;
+    }
+    if (unlink(name) == 0) {
+        k->removed++;
+        return true;
+    }
+    k->stuck++;
+    tell(k, NOTE_STUCK, name,
+         "--keep cannot remove it, and tries again at each new file: ",
+         strerror(errno));
+    return false;
+}
+
+/* The newest whole file stays whatever its size. */
+static void remove_old(struct kept *k)
+{
+    struct tally t = tally_of(&k->list);
+    size_t i = 0;
+    k->stuck = 0;
+    while (i < k->list.count) {
+        const struct ledger_file file = k->list.files[i];
+        if (is_over(k, &t, &file) && remove_file(k, &file)) {
+            ledger_forget(&k->list, file.number);
+            t.bytes -= file.bytes;
+            if (file.bytes == t.largest) {
+                t = tally_of(&k->list);
+            }
+        } else {
+            i++;
+        }
+    }
+}
+
+/* --- Numbers --- */
+
+/* The lock is held. What others have put under a planned name is theirs. */
+static void drop_taken(struct kept *k)
+{
+    if (k->planned != 0 && is_there(k, k->planned)) {
+        ledger_forget(&k->list, k->planned);
+        k->planned = 0;
+    }
+}
+
+/* The lock is held. */
+static int plan(struct kept *k, lum_error *error)
+{
+    struct ledger_file next = {.number = k->top};
+    drop_taken(k);
+    if (k->planned != 0) {
+        return 0;
+    }
+    do {
+        next.number++;
+    } while (next.number <= LEDGER_NUMBER_MAX && is_there(k, next.number));
+    if (next.number > LEDGER_NUMBER_MAX) {
+        return fail(k->name, "its numbers are used up: choose another name",
+                    ERANGE, error);
+    }
+    if (!ledger_add(&k->list, &next)) {
+        return fail(k->name, "cannot list its files", ENOMEM, error);
+    }
+    k->top = next.number;
+    if (save(k, error) != 0) {
+        ledger_forget(&k->list, next.number);
+        return -1;
+    }
+    k->planned = next.number;
+    return 0;
+}
+
+int kept_plan(struct kept *kept, lum_error *error)
+{
+    (void)pthread_mutex_lock(&kept->lock);
+    const int result = plan(kept, error);
+    const int code = errno;
+    (void)pthread_mutex_unlock(&kept->lock);
+    errno = code;
+    return result;
+}
+
+/* Whoever waits for the disk holds the lock. */
+bool kept_is_planned(struct kept *kept)
+{
+    if (pthread_mutex_trylock(&kept->lock) != 0) {
+        return false;
+    }
+    drop_taken(kept);
+    const bool is_planned = kept->planned != 0;
+    (void)pthread_mutex_unlock(&kept->lock);
+    return is_planned;
+}
+
+int kept_begin(struct kept *kept, unsigned *number, lum_error *error)
+{
+    (void)pthread_mutex_lock(&kept->lock);
+    const int result = plan(kept, error);
+    const int code = errno;
+    *number = kept->planned;
+    kept->planned = 0;
+    (void)pthread_mutex_unlock(&kept->lock);
+    errno = code;
+    return result;
+}
+
+/* --- From the beginning to the end --- */
+
+static struct kept *new_kept(const char *name, const struct rotation *limit)
+{
+    struct kept *k = calloc(1, sizeof *k);
+    if (k == NULL) {
+        return NULL;
+    }
+    const lum_claim_place place = lum_claim_place_of(name);
+    k->limit = *limit;
+    k->name = malloc(strlen(name) + 1u);
+    k->ledger = lum_claim_compose(name, &place, ".", ".kept.lumsdk");
+    if (k->name == NULL || k->ledger == NULL) {
+        free(k->name);
+        free(k->ledger);
+        free(k);
+        return NULL;
+    }
+    (void)memcpy(k->name, name, strlen(name) + 1u);
+    (void)pthread_mutex_init(&k->lock, NULL);
+    return k;
+}
+
+static void free_kept(struct kept *k)
+{
+    ledger_free(&k->list);
+    (void)pthread_mutex_destroy(&k->lock);
+    free(k->name);
+    free(k->ledger);
+    free(k);
+}
+
+/* Old files go first, so that a full disk has room for the list. */
+static int begin(struct kept *k, lum_error *error)
+{
+    char longest[NAME_BYTES];
+    if (numbered_name(k->name, LEDGER_NUMBER_MAX, longest, sizeof longest,
+                      error) != 0 ||
+        load(k, error) != 0) {
+        return -1;
+    }
+    const unsigned listed = ledger_top(&k->list);
+    const unsigned found = find_top(k);
+    k->top = listed > found ? listed : found;
+    adopt_all(k);
+    remove_old(k);
+    return plan(k, error);
+}
+
+int kept_open(const char *name, const struct rotation *limit, struct kept **out,
+              lum_error *error)
+{
+    struct kept *k = new_kept(name, limit);
+    if (k == NULL) {
+        return fail(name, "cannot list its files", ENOMEM, error);
+    }
+    if (begin(k, error) != 0) {
+        const int code = errno;
+        free_kept(k);
+        errno = code;
+        return -1;
+    }
+    *out = k;
+    return 0;
+}
+
+/* The lock is held. */
+static int finish(struct kept *k, unsigned number, int64_t last_ns,
+                  lum_error *error)
+{
+    char name[NAME_BYTES];
+    struct file_look look;
+    struct ledger_file *file = ledger_find(&k->list, number);
+    if (file != NULL && file_look_itself(name_of(k, number, name), &look) &&
+        look.kind == FILE_REGULAR) {
+        file->is_whole = true;
+        file->bytes = look.bytes;
+        file->last_ns = last_ns > 0 ? last_ns : 0;
+    } else {
+        ledger_forget(&k->list, number);
+    }
+    remove_old(k);
+    return save(k, error);
+}
+
+int kept_finish(struct kept *kept, unsigned number, int64_t last_ns,
+                lum_error *error)
+{
+    (void)pthread_mutex_lock(&kept->lock);
+    const int result = finish(kept, number, last_ns, error);
+    const int code = errno;
+    (void)pthread_mutex_unlock(&kept->lock);
+    errno = code;
+    return result;
+}
+
+bool kept_take_note(struct kept *kept, lum_error *out)
+{
+    if (pthread_mutex_trylock(&kept->lock) != 0) {
+        return false;
+    }
+    const bool is_taken = kept->note_count > 0;
+    if (is_taken) {
+        *out = kept->notes[0];
+        kept->note_count--;
+        memmove(kept->notes, kept->notes + 1,
+                kept->note_count * sizeof kept->notes[0]);
+    }
+    (void)pthread_mutex_unlock(&kept->lock);
+    return is_taken;
+}
+
+void kept_count(struct kept *kept, struct kept_counts *out)
+{
+    (void)pthread_mutex_lock(&kept->lock);
+    *out = (struct kept_counts){
+        .is_used = true, .removed = kept->removed, .stuck = kept->stuck};
+    (void)pthread_mutex_unlock(&kept->lock);
+}
+
+/* A number without a file could otherwise be given to a file of others. */
+static void forget_unused(struct kept *k)
+{
+    const size_t before = k->list.count;
+    size_t n = 0;
+    for (size_t i = 0; i < before; i++) {
+        const struct ledger_file file = k->list.files[i];
+        if (file.is_whole ||
+            (file.number != k->planned && is_there(k, file.number))) {
+            k->list.files[n++] = file;
+        }
+    }
+    k->list.count = n;
+    if (n != before) {
+        (void)!save(k, NULL);
+    }
+}
+
+void kept_close(struct kept *kept)
+{
+    if (kept != NULL) {
+        forget_unused(kept);
+        free_kept(kept);
+    }
+}

@@ -1,0 +1,66 @@
+/* The files of an output with --rotate and --keep: which of them are its own,
+ * also of earlier runs, and which of those are to go.
+ *
+ * They are listed in `.NAME.EXT.kept.lumsdk` beside them (ledger.h). A number
+ * is in the list, on the disk, before a file of this number is begun, and no
+ * file is begun under a name that exists: what then has a listed number is our
+ * own. Only what is listed is removed, and only while it has the size that was
+ * written. The caller has the right to the output's name (base/claim.h), so
+ * nobody else changes the list.
+ *
+ * One thread begins files, another may finish them and wait for the disk. */
+#ifndef LUMDUMP_KEPT_H
+#define LUMDUMP_KEPT_H
+
+#include "options.h"
+
+#include "lum/base/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define KEPT_NOTES 3u
+
+struct kept;
+
+struct kept_counts {
+    bool is_used;     /* the output has --keep */
+    uint64_t removed; /* files */
+    uint64_t stuck;   /* that were to go at last, and could not be removed */
+};
+
+/* Read the list of an output NAME.EXT, remove what is over the limit and what a
+ * killed run has left unfinished, and list the number of the first file.
+ * limit: bytes or ns; the other is 0. 0, or -1 with the reason in error and
+ * errno. */
+int kept_open(const char *name, const struct rotation *limit, struct kept **out,
+              lum_error *error);
+
+/* List the number of the next file, unless that was done. Waits for the disk.
+ * 0, or -1 with the reason in error and errno. */
+int kept_plan(struct kept *kept, lum_error *error);
+
+/* Whether that was done. Does not wait. */
+bool kept_is_planned(struct kept *kept);
+
+/* The number of a file to be begun now. Waits only where none is planned. 0, or
+ * -1 with the reason in error and errno. */
+int kept_begin(struct kept *kept, unsigned *number, lum_error *error);
+
+/* A file was finished: list its size, and remove what is over the limit. Waits
+ * for the disk.
+ * last_ns: the time of its last data, since 1970. 0, or -1 with the reason in
+ * error and errno, which is not ENOENT. */
+int kept_finish(struct kept *kept, unsigned number, int64_t last_ns,
+                lum_error *error);
+
+/* What happened to files, each kind once. False: nothing more, or not now. */
+bool kept_take_note(struct kept *kept, lum_error *out);
+
+void kept_count(struct kept *kept, struct kept_counts *out);
+
+/* Free it. Numbers without a file are taken from the list. NULL is allowed. */
+void kept_close(struct kept *kept);
+
+#endif

@@ -1,0 +1,32 @@
+/* Names of files that differ only in a number. */
+#ifndef LUMDUMP_NUMBERED_H
+#define LUMDUMP_NUMBERED_H
+
+#include "lum/base/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* The text before the number, the separator, and the text after it. */
+struct numbered {
+    const char *head;
+    size_t head_len;
+    const char *divider;
+    const char *tail;
+};
+
+/* How the files of an output are named. base: the last part of its name, with
+ * %d for the number, else it is NAME-0001.EXT; kept. */
+struct numbered numbered_of(const char *base);
+
+/* Whether base, the last part of a path, is one of them. digits: where its
+ * number begins; may be NULL. */
+bool numbered_has(const struct numbered *n, const char *base,
+                  const char **digits);
+
+/* NAME-0001.EXT of an output NAME.EXT. 0, or -1 with the reason in error: it is
+ * too long. */
+int numbered_name(const char *name, unsigned number, char *out, size_t room,
+                  lum_error *error);
+
+#endif
