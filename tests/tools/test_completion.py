@@ -79,9 +79,25 @@ class Bash(unittest.TestCase):
     def test_words_of_commands(self):
         self.assertEqual(complete("lumctl", "laser", "o"), ["on", "off"])
         self.assertEqual(complete("lumctl", "--json", "threshold", ""), ["green", "blue"])
+        self.assertEqual(complete("lumctl", "wait", ""), ["answers", "up", "down", "clear"])
+        self.assertEqual(complete("lumctl", "lines", ""), ["640", "64"])
+        for command in "power", "send", "yscan", "status":
+            self.assertEqual(complete("lumctl", command, ""), [], command)
         self.assertEqual(complete("lumctl", "sta"), ["status"])
-        for words in (["threshold", "green"], ["laser", "on"], ["lines", "64"], ["offset", "blue"], ["apply", "a.yaml"]):
+        for words in (["threshold", "green"], ["laser", "on"], ["lines", "64"], ["offset", "blue"], ["apply", "a.yaml"], ["wait", "up"],
+                      ["sweep", "a.yaml"]):
             self.assertEqual(complete("lumctl", *words, ""), [], words)
+
+    def test_files_and_folders(self):
+        folder = Folder(self)
+        plan = str(folder.write("plan.yaml", ""))
+        (folder / "plans").mkdir()
+        begin = str(folder / "pl")
+        for words in (["apply"], ["sweep"], ["status", "--csv"], ["status", "--prometheus"], ["--calibration"]):
+            self.assertEqual(sorted(complete("lumctl", *words, begin)), [plan, str(folder / "plans")], words)
+        for option in "-o", "--output":
+            self.assertEqual(complete("lumctl", "sweep", plan, option, begin), [str(folder / "plans")])
+            self.assertIn(plan, complete("lumdump", option, begin))
 
     def test_options_are_those_of_the_help(self):
         for tool in ("lumctl", "lumdump", "lumsim", "lumtable"):
@@ -114,6 +130,7 @@ class Bash(unittest.TestCase):
 
     def test_words_of_options(self):
         self.assertEqual(complete("lumdump", "--edge", ""), ["rising", "falling", "both"])
+        self.assertEqual(complete("lumctl", "status", "--until", ""), ["hazard", "up", "down"])
         self.assertEqual(complete("lumsim", "--lines", ""), ["64", "640"])
         self.assertEqual(complete("lumdump", "--format", ""), "csv ply pcd las xyz png mcap pcap pcapng rosbag2".split())
         self.assertEqual(complete("lumdump", "--compression", ""), ["zstd", "none"])
@@ -171,11 +188,12 @@ class Zsh(unittest.TestCase):
 
     def test_options_come_from_the_help(self):
         script = "fpath=($1 $fpath); autoload -U compinit; compinit -D -u; autoload +X _lumsdk; _lumsdk_options=; " \
-                 "source $1/_lumsdk 2>/dev/null; _lumsdk_options lumdump; _lumsdk_words lumdump --preset"
+                 "source $1/_lumsdk 2>/dev/null; _lumsdk_options lumdump; _lumsdk_words lumdump --preset; _lumctl_takes lumctl wait"
         r = subprocess.run(["zsh", "-fc", script, "zsh", str(FOLDER)], capture_output=True, text=True, timeout=PATIENCE_S,
                            env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
         self.assertIn("--laser", r.stdout)
         self.assertIn("\nlio-sam\n", r.stdout)
+        self.assertIn("\nanswers|up|down|clear\n", r.stdout)
 
 
 if __name__ == "__main__":

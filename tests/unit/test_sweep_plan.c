@@ -220,6 +220,26 @@ static void a_file_that_is_not_there_is_named(void **state)
     assert_null(plan.steps);
 }
 
+static void the_sample_has_each_threshold_at_two_powers(void **state)
+{
+    lum_sweep plan;
+    lum_error error = {""};
+    (void)state;
+    if (lum_sweep_load(LUM_SOURCE_DIR "/calib/sweep.yaml", &plan, &error) !=
+        0) {
+        fail_msg("%s", error.text);
+    }
+    assert_int_equal(plan.count, 8);
+    for (unsigned i = 0; i < 8; i++) {
+        const lum_sweep_step *step = &plan.steps[i];
+        assert_has(&step->all, LUM_COMMAND_POWER, i < 4 ? 40 : 80);
+        assert_has(&step->all, LUM_COMMAND_THRESHOLD_GREEN, 20 + i % 4 * 20);
+        assert_has(&step->all, LUM_COMMAND_THRESHOLD_BLUE, 20 + i % 4 * 20);
+        assert_int_equal(step->record_ns, INT64_C(5000000000));
+    }
+    lum_sweep_free(&plan);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -230,6 +250,7 @@ int main(void)
         cmocka_unit_test(limits_are_allowed),
         cmocka_unit_test(at_most_1000_steps_are_read),
         cmocka_unit_test(every_cut_is_a_plan_or_an_error),
-        cmocka_unit_test(a_file_that_is_not_there_is_named)};
+        cmocka_unit_test(a_file_that_is_not_there_is_named),
+        cmocka_unit_test(the_sample_has_each_threshold_at_two_powers)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

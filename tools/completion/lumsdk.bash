@@ -47,9 +47,14 @@ _lumctl_commands() {
     "$1" --help 2>/dev/null | sed -nE 's/^  ([a-z][a-z-]*) .*/\1/p' | grep -vx 'lumctl' | sort -u
 }
 
+# What its help says may follow a command: "on|off", "FILE", "[a|b|c]".
+_lumctl_takes() {
+    "$1" "$2" --help 2>/dev/null | sed -nE "s/^Usage: lumctl \[OPTION\]\.\.\. $2 \[?([^] ]*).*/\1/p"
+}
+
 # What is open behind a command: its own options, and its words once.
 _lumctl_words() {
-    local tool=$1 current=$2 commands word command='' behind=0
+    local tool=$1 current=$2 commands word command='' behind=0 takes=''
     commands=" $(_lumctl_commands "$tool" | tr '\n' ' ') "
     for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
         if [ -n "$command" ]; then
@@ -63,12 +68,16 @@ _lumctl_words() {
         return
     fi
     case $command:$behind in
-    :*) _lumsdk_choose "$commands" "$current" ;;
-    help:0) _lumsdk_choose "$commands" "$current" ;;
-    laser:0) _lumsdk_choose 'on off' "$current" ;;
-    lines:0) _lumsdk_choose '640 64' "$current" ;;
-    threshold:0 | offset:0) _lumsdk_choose 'green blue' "$current" ;;
-    apply:0) _lumsdk_files "$current" ;;
+    :* | help:0)
+        _lumsdk_choose "$commands" "$current"
+        return
+        ;;
+    *:0) takes=$(_lumctl_takes "$tool" "$command") ;;
+    esac
+    case $takes in
+    FILE | PLAN) _lumsdk_files "$current" ;;
+    *[A-Z]*) ;;
+    *'|'*) _lumsdk_choose "${takes//|/ }" "$current" ;;
     esac
 }
 
@@ -79,8 +88,13 @@ _lumsdk() {
         _lumsdk_files "${current#:}"
         return
     fi
+    if [[ ${tool##*/} == lumctl* && $previous == @(-o|--output) ]]; then
+        compopt -o filenames 2>/dev/null
+        mapfile -t COMPREPLY < <(compgen -d -- "$current")
+        return
+    fi
     case $previous in
-    --out | --output | -o | --calibration | --profile | --log | --report | --truth | --replay)
+    --out | --output | -o | --calibration | --profile | --log | --report | --truth | --replay | --csv | --prometheus)
         _lumsdk_files "$current"
         return
         ;;

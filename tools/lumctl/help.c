@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#define LEFT_CHARS 23 /* of the left column */
+
 static const char begin[] = "Usage: lumctl [OPTION]... COMMAND [WORD]...\n"
                             "Talk to a Luminar Model G2: look, set, switch.\n"
                             "\n"
@@ -15,7 +17,8 @@ static const char end[] =
     "The environment variable LUM_HOST does the same as --host.\n"
     "\n"
     "Exit status: 0 done; 1 it failed; 2 bad arguments or configuration;\n"
-    "3 the sensor does not answer; 4 it reports a hazard (status, laser on).\n"
+    "3 the sensor does not answer; 4 it reports a hazard (status, wait,\n"
+    "laser on, heartbeat, sweep).\n"
     "\n"
     "Examples:\n"
     "  lumctl status                              is it there, is it well\n"
@@ -32,7 +35,18 @@ static const struct {
      "Bits 0 to 8 are hazards: exit status 4. HEARTBEAT_TIMEOUT alone means\n"
      "that nobody owns the session: the sensor is idle, exit status 0.\n"
      "--watch asks twice a second; on a terminal it redraws, otherwise it\n"
-     "writes a line for each change.\n"},
+     "writes a line for each change.\n"
+     "--every writes a line each time; a hazard that came and went in\n"
+     "between also gives exit status 4. Several runs may share a CSV file.\n"
+     "\n"
+     "  lumctl status --every 10 --csv night.csv --until hazard\n"
+     "  lumctl status --every 15 --prometheus lumsdk.prom\n"},
+    {"wait",
+     "answers is the usual one; clear: no hazard. Without --for it ends only\n"
+     "then, or by Ctrl-C (exit status 1). Exit status 3: not in time; 4: not\n"
+     "in time, and there is a hazard.\n"
+     "\n"
+     "  lumctl wait --for 60 && lumctl status\n"},
     {"time", "Eight exchanges, or with --watch one each second, with a line "
              "for each.\n"},
     {"set-ip",
@@ -66,6 +80,16 @@ static const struct {
      "TYPE is 0 to 65535, HEX the bytes of the value: 1:75 is the command u.\n"
      "The answer is shown.\n"},
     {"apply", "--dry-run shows the plan and sends nothing.\n"},
+    {"sweep",
+     "PLAN is YAML: steps of settings as apply takes them, each with what to\n"
+     "record. The sample calib/sweep.yaml explains every key. The folder gets\n"
+     "a recording for each step and manifest.json, which says what was done;\n"
+     "it has the plan's name unless -o names it. Anything that goes wrong\n"
+     "ends the sweep; --continue does what is missing.\n"
+     "With --laser keep people's eyes away from the beam.\n"
+     "\n"
+     "  lumctl sweep plan.yaml --dry-run\n"
+     "  lumctl sweep plan.yaml -o night --laser --continue\n"},
     {"find",
      "Asks each address of the subnets of each interface that is up for a\n"
      "time stamp; in a subnet larger than a /22, only the part around this\n"
@@ -80,7 +104,12 @@ static const struct {
              "cannot be written are left out and named.\n"},
     {"heartbeat",
      "Until Ctrl-C, or for --duration. The sensor sends its data here; it\n"
-     "switches its laser off 3 s after the last heartbeat.\n"},
+     "switches its laser off 3 s after the last heartbeat. With --laser it is\n"
+     "switched on, and off before the command ends: keep people's eyes away\n"
+     "from the beam. --every writes lines as with status, with what is lost\n"
+     "of the data.\n"
+     "\n"
+     "  lumctl heartbeat --laser --duration 60 --every 10 --csv warm.csv\n"},
     {"doctor",
      "Checks the host, the way to the sensor and the sensor, in order,\n"
      "and prints the command that fixes what is wrong. --trace, as root,\n"
@@ -92,9 +121,12 @@ static const struct {
 void help_row(const char *name, const char *takes, const char *text)
 {
     char left[48];
-    (void)snprintf(left, sizeof left, "%s%s%s", name, takes != NULL ? " " : "",
-                   takes != NULL ? takes : "");
-    (void)printf("  %-23s  %s\n", left, text);
+    const int n =
+        snprintf(left, sizeof left, "%s%s%s", name, takes != NULL ? " " : "",
+                 takes != NULL ? takes : "");
+    (void)printf("  %-*s%s%*s  %s\n", LEFT_CHARS, left,
+                 n > LEFT_CHARS ? "\n" : "", n > LEFT_CHARS ? LEFT_CHARS + 2 : 0,
+                 "", text);
 }
 
 void help_begin(void)
