@@ -39,7 +39,9 @@ static bool has_to_succeed(const record_tool *tool)
     if (is_word(tool, "laser")) {
         return strcmp(record_word(tool, 1), "off") == 0;
     }
-    return record_owns(tool) && record_option(tool, "--duration") != NULL;
+    return record_owns(tool) && record_option(tool, "--duration") != NULL &&
+           (!record_is_program(tool, "lumctl") ||
+            record_option(tool, "--laser") == NULL);
 }
 
 static bool is_in_calm(const struct record *record, const record_tool *tool)

@@ -94,7 +94,7 @@ static shell_kind kind_of(const record_tool *as)
         {"set-ip", SHELL_MOVE},   {"time", SHELL_TIME},
     };
     if (record_option(as, "--dry-run") != NULL ||
-        record_option(as, "--watch") != NULL ||
+        record_watches(as) ||
         record_option(as, "--shape") != NULL) {
         return SHELL_OTHER;
     }

@@ -62,7 +62,7 @@ static bool is_single(const record_tool *tool)
                                         "offset", "send",  "tlv"};
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
         if (is_word(tool, words[i])) {
-            return record_option(tool, "--watch") == NULL;
+            return !record_watches(tool);
         }
     }
     return false;
@@ -130,6 +130,7 @@ static bool is_answer(const struct record *record, int index,
                sent_sequence(record, index, d->sequence);
     }
     return record_owns(tool) && !is_word(tool, "shell") &&
+           !is_word(tool, "sweep") &&
            d->packet == RECORD_IS_DATA &&
            d->fate_ns < tool->began_ns + 4900 * RECORD_MS &&
            d->fate_ns < record_asked_to_end(tool);
@@ -254,7 +255,7 @@ static void judge_hazard(const struct record *record, const record_tool *tool,
                            record_word(tool, 0), tool->id);
         }
     } else if (status == 0 && is_word(tool, "status") &&
-               record_option(tool, "--watch") == NULL) {
+               !record_watches(tool)) {
         verdict_asked(out, fine);
         if (record->device_count > 0 &&
             had(record, tool, HAZARDS & ~IDLE_BIT, true)) {
