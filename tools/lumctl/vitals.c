@@ -36,7 +36,9 @@ enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl)
         .begun_ns = now,
         .row_ns = now + (int64_t)(o->every_s * 1e9),
         .clock_ns = now,
+        .was_idle = true,
         .writes_rows = o->json || (o->csv == NULL && o->prometheus == NULL)};
+    ctl->is_lasting = !ctl->in_shell;
     lum_clock_sync_init(&v->sync);
     if (o->csv != NULL || o->prometheus != NULL) {
         v->scribe = scribe_new(o->csv, gauge_csv_header, o->prometheus, &error);
@@ -61,9 +63,12 @@ lum_result vitals_ask(struct ctl *ctl, void *context)
 
 /* --- What comes --- */
 
+/* An owner's first heartbeat may be under way yet: that none has come is a
+ * hazard only if the status before was not idle. */
 static uint16_t hazards_of(const struct vitals *v, uint16_t status)
 {
-    return report_is_idle(status, session_is_owned(v->ctl, status))
+    return report_is_idle(status,
+                          !v->was_idle && session_is_owned(v->ctl, status))
                ? 0
                : (uint16_t)(status & LUM_LASER_HAZARDS);
 }
@@ -71,6 +76,7 @@ static uint16_t hazards_of(const struct vitals *v, uint16_t status)
 static void take_status(struct vitals *v, uint16_t status)
 {
     const uint16_t hazards = hazards_of(v, status);
+    v->was_idle = report_is_idle(status, session_is_owned(v->ctl, status));
     v->has_status = true;
     v->status = status;
     v->since |= hazards;

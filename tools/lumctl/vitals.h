@@ -20,6 +20,7 @@ struct vitals {
     bool has_status;
     uint16_t status;       /* the last */
     bool was_up;           /* at the row before */
+    bool was_idle;         /* nobody owned it then */
     uint16_t since;        /* hazards of any status since the row before */
     uint16_t ever;         /* and since the beginning */
     int64_t answered_ns;   /* monotonic; 0: never */
