@@ -360,8 +360,7 @@ static bool find_status(const record_tool *tool, unsigned *out)
 static void judge_status_said(const struct deed *d)
 {
     unsigned status = 0;
-    if (record_watches(d->tool) ||
-        !find_status(d->tool, &status)) {
+    if (record_watches(d->tool) || !find_status(d->tool, &status)) {
         return;
     }
     verdict_asked(d->out, said);
@@ -417,13 +416,12 @@ static bool was_so(const struct deed *d, const record_device *device,
 {
     bool is_so = false;
     for (int64_t i = -1; i < (int64_t)device->count && !is_so; i++) {
-        const int64_t t_ns =
-            i < 0 ? d->tool->began_ns : device->lines[i].t_ns;
+        const int64_t t_ns = i < 0 ? d->tool->began_ns : device->lines[i].t_ns;
         const unsigned status = record_status_at(device, t_ns);
         is_so = t_ns >= d->tool->began_ns && t_ns <= d->tool->ended_ns &&
                 (strcmp(goal, "clear") != 0 || (status & HAZARDS) == 0);
-        is_so = is_so && (strcmp(goal, "up") != 0 ||
-                          record_laser_is_up(device, t_ns));
+        is_so = is_so &&
+                (strcmp(goal, "up") != 0 || record_laser_is_up(device, t_ns));
         is_so = is_so && (strcmp(goal, "down") != 0 ||
                           !record_laser_is_up(device, t_ns));
     }

@@ -28,8 +28,8 @@ static const char told[] = "limit-after-signal";
  * a minute, a file after 30 s (docs/man/lumdump.1, A SENSOR). */
 #define OUTPUT_NS (60 * RECORD_S)
 
-/* A dropped recording and the manifest of a sweep, or the last lines of --every,
- * 3 s each (tools/lumctl/sweep.c, scribe.c). */
+/* A dropped recording and the manifest of a sweep, or the last lines of
+ * --every, 3 s each (tools/lumctl/sweep.c, scribe.c). */
 #define FILES_NS (6 * RECORD_S)
 
 /* doctor: each of its checks waits for some answers, two seconds for data

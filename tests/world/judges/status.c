@@ -130,8 +130,7 @@ static bool is_answer(const struct record *record, int index,
                sent_sequence(record, index, d->sequence);
     }
     return record_owns(tool) && !is_word(tool, "shell") &&
-           !is_word(tool, "sweep") &&
-           d->packet == RECORD_IS_DATA &&
+           !is_word(tool, "sweep") && d->packet == RECORD_IS_DATA &&
            d->fate_ns < tool->began_ns + 4900 * RECORD_MS &&
            d->fate_ns < record_asked_to_end(tool);
 }
