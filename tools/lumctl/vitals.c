@@ -26,13 +26,14 @@ static enum exit_status begin_counts(struct vitals *v)
                              : ctl_complain(EXIT_FAILED, "%s", error.text);
 }
 
-enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl)
+enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl, bool asks)
 {
     const struct ctl_options *o = &ctl->options;
     const int64_t now = lum_time_monotonic_ns();
     lum_error error = {""};
     *v = (struct vitals){
         .ctl = ctl,
+        .asks = asks,
         .begun_ns = now,
         .row_ns = now + (int64_t)(o->every_s * 1e9),
         .clock_ns = now,
@@ -53,12 +54,12 @@ lum_result vitals_ask(struct ctl *ctl, void *context)
 {
     struct vitals *v = context;
     const int64_t now = lum_time_monotonic_ns();
-    const bool has_first = v->has_status || ctl->owns;
+    const bool has_first = v->has_status || !v->asks;
     if (ctl->options.every_s > 0.0 && has_first && now >= v->clock_ns) {
         v->clock_ns = now + CLOCK_NS;
         return session_request_time(ctl);
     }
-    return ctl->owns ? LUM_OK : session_request(ctl, NULL, 0);
+    return v->asks ? session_request(ctl, NULL, 0) : LUM_OK;
 }
 
 /* --- What comes --- */
