@@ -8,6 +8,7 @@
 
 #include <pthread.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define RING_BYTES (32u << 20) /* some seconds of data */
 
@@ -18,7 +19,9 @@ struct recorder {
     uint64_t dropped; /* the giving side's */
 
     /* the thread's, until it has ended */
-    lum_capture_writer *writer;
+    char *path;
+    const struct provenance *about;
+    lum_capture_writer *writer; /* NULL: it could not be opened */
     struct losses *losses;
     struct recorder_counts counts;
 
@@ -68,7 +71,9 @@ static void finish(struct recorder *r, int result, lum_error *error)
     const bool drops = r->drops;
     (void)pthread_mutex_unlock(&r->lock);
     losses_end(r->losses);
-    if (result != 0 || drops) {
+    if (r->writer == NULL) {
+        result = -1;
+    } else if (result != 0 || drops) {
         lum_capture_writer_abort(r->writer);
     } else {
         result = lum_capture_writer_close(r->writer, error);
@@ -80,7 +85,11 @@ static void *run(void *context)
 {
     struct recorder *r = context;
     lum_error error = {""};
-    int result = 0;
+    int result = capture_file_open(r->path, r->about, &r->writer, &error);
+    if (result != 0) {
+        r->writer = NULL;
+        set(r, RECORDER_BREAKS, &error);
+    }
     while (ring_take(r->ring)) {
         struct ring_item item;
         while (ring_next(r->ring, &item)) {
@@ -100,6 +109,7 @@ static void free_all(struct recorder *r)
 {
     ring_free(r->ring);
     losses_free(r->losses);
+    free(r->path);
     free(r);
 }
 
@@ -109,10 +119,11 @@ static int prepare(struct recorder *r, const struct recorder_options *options,
 {
     r->ring = ring_new(RING_BYTES);
     r->losses = losses_new(options->layout, error);
-    if (r->ring == NULL || r->losses == NULL) {
-        return lum_error_set(error, "out of memory");
-    }
-    return capture_file_open(options->path, options->about, &r->writer, error);
+    r->path = strdup(options->path);
+    r->about = options->about;
+    return r->ring != NULL && r->losses != NULL && r->path != NULL
+               ? 0
+               : lum_error_set(error, "out of memory");
 }
 
 struct recorder *recorder_new(const struct recorder_options *options,
@@ -132,7 +143,6 @@ struct recorder *recorder_new(const struct recorder_options *options,
     }
     (void)pthread_mutex_init(&r->lock, NULL);
     if (lum_thread_start(&thread, run, r) != 0) {
-        lum_capture_writer_abort(r->writer);
         (void)lum_error_set(error, "%s: no thread to write it", options->path);
         free_all(r);
         return NULL;

@@ -17,8 +17,8 @@ struct recorder;
 
 struct recorder_options {
     const char *path;               /* a pcapng file; no longer needed after */
-    const struct provenance *about; /* likewise */
-    const lum_layout *layout;       /* must live on */
+    const struct provenance *about; /* must live on, as the next */
+    const lum_layout *layout;
     lum_endpoint sensor;
     lum_endpoint host;
 };
@@ -39,8 +39,8 @@ struct recorder_counts {
     struct loss_counts losses;
 };
 
-/* Begins. The file gets its name when it is whole; one of that name is then
- * replaced. NULL with the reason in error. */
+/* Begins; the thread opens the file. It gets its name when it is whole; one of
+ * that name is then replaced. NULL with the reason in error. */
 struct recorder *recorder_new(const struct recorder_options *options,
                               lum_error *error);
 

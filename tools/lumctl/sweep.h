@@ -14,6 +14,7 @@ struct sweep {
     struct manifest *manifest;
     struct geometry geometry;      /* what recordings say of themselves */
     struct memory expected;        /* what the steps so far have set */
+    struct memory_clock clock;     /* the latest look at the sensor's */
     struct settings_plan settings; /* what the step at hand sends */
     struct settings_plan in_force; /* and what the steps so far come to */
     struct recorder *dropped;      /* its file is not wanted; NULL: none */
