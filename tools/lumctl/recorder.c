@@ -3,6 +3,7 @@
 
 #include "../common/capture_file.h"
 #include "../common/ring.h"
+#include "store.h"
 
 #include "base/thread.h"
 
@@ -180,6 +181,15 @@ enum recorder_state recorder_look(struct recorder *recorder, lum_error *error)
     *error = recorder->error;
     (void)pthread_mutex_unlock(&recorder->lock);
     return state;
+}
+
+void recorder_discard(struct recorder *recorder)
+{
+    lum_error error;
+    if (recorder != NULL && recorder_look(recorder, &error) == RECORDER_WHOLE) {
+        store_remove(recorder->path);
+    }
+    recorder_free(recorder, NULL);
 }
 
 void recorder_free(struct recorder *recorder, struct recorder_counts *counts)

@@ -200,7 +200,7 @@ static void let_go(struct sweep *s)
            lum_time_monotonic_ns() < end) {
         lum_time_sleep_until(lum_time_monotonic_ns() + AGAIN_NS);
     }
-    recorder_free(s->dropped, NULL);
+    recorder_discard(s->dropped);
     s->dropped = NULL;
 }
 
@@ -215,9 +215,10 @@ static enum exit_status run(struct sweep *s)
     ctl->trouble.kind = 0;
     ctl->trouble.struct_size = sizeof ctl->trouble;
     status = do_steps(s);
-    if (ctl->options.laser) {
-        const enum exit_status left = laser_leave(ctl);
-        status = status == EXIT_DONE ? left : status;
+    s->is_whole = status == EXIT_DONE;
+    if (ctl->options.laser && laser_leave(ctl) != EXIT_DONE && s->is_whole) {
+        (void)snprintf(s->why, sizeof s->why, "the laser was not seen off");
+        status = EXIT_FAILED;
     }
     let_go(s);
     return status;
@@ -231,9 +232,11 @@ static enum exit_status conclude(struct sweep *s, enum exit_status status)
     if (status == EXIT_DONE) {
         return status;
     }
-    (void)ctl_complain(status, "%s: not all steps are done: %s", s->file,
+    (void)ctl_complain(status, "%s: %s %s", s->file,
+                       s->is_whole ? "all steps are done, but"
+                                   : "not all steps are done:",
                        s->why);
-    if (strcmp(s->file, "-") != 0) {
+    if (!s->is_whole && strcmp(s->file, "-") != 0) {
         ctl_note(s->ctl, "%s sweep %s -o %s%s --continue does what is missing",
                  session_ctl(s->ctl, session_host(s->ctl), at), s->file,
                  s->folder, s->ctl->options.laser ? " --laser" : "");

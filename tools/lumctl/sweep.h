@@ -18,7 +18,8 @@ struct sweep {
     struct settings_plan settings; /* what the step at hand sends */
     struct settings_plan in_force; /* and what the steps so far come to */
     struct recorder *dropped;      /* its file is not wanted; NULL: none */
-    char why[LUM_ERROR_BYTES];     /* it ended before its end */
+    bool is_whole;                 /* all steps are done */
+    char why[LUM_ERROR_BYTES];     /* its status is not EXIT_DONE */
 };
 
 /* Sets, settles, records and proves a step, and notes it in the manifest.

@@ -442,14 +442,11 @@ static enum exit_status record_step(struct sweep *s, size_t step,
     }
     enum exit_status status = record(&r);
     status = status == EXIT_DONE ? prove(s) : status;
-    if (status == EXIT_DONE) {
-        status = finish(&r);
-    } else {
-        recorder_close(r.recorder, true);
-    }
+    status = status == EXIT_DONE ? finish(&r) : status;
     if (status == EXIT_DONE) {
         recorder_free(r.recorder, &result->counts);
     } else {
+        recorder_close(r.recorder, true);
         s->dropped = r.recorder; /* laser off comes first */
     }
     return status;
