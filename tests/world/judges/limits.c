@@ -201,7 +201,8 @@ static int64_t told_ns(const record_tool *tool)
     }
     if (record_is_program(tool, "lumctl")) {
         return is_about_laser(tool) ? request_ns(tool) + OFF_NS
-                                    : TOLD_NS + end_ns(tool) + files_ns(tool);
+                                    : TOLD_NS + end_ns(tool) + files_ns(tool) +
+                                          (tool->has_stalled ? OUTPUT_NS : 0);
     }
     if (record_owns(tool)) {
         return DRAIN_NS + end_ns(tool) + (tool->has_stalled ? OUTPUT_NS : 0);

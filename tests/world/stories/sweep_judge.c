@@ -575,7 +575,9 @@ void sweep_judge_run(user_tool *tool, bool had_disk_fault)
         user_expect_equal(sweep_judge_done(), j.plan->count);
     }
     const char *said = json != NULL ? user_value(json, "exit_status") : NULL;
-    if (said != NULL && status >= 0 && !may_be_late) {
+    if (said != NULL && status >= 0 && !may_be_late &&
+        !user_has(user_err(tool), user_format("%u of %u steps were done before",
+                                              j.plan->count, j.plan->count))) {
         user_expect_equal(strtol(said, NULL, 10), status);
     }
 }
