@@ -152,15 +152,10 @@ static enum exit_status prepare(struct sweep *s, size_t *todo)
 static enum exit_status light(struct sweep *s)
 {
     struct ctl *ctl = s->ctl;
-    const int64_t end = lum_time_monotonic_ns() + LASER_NS;
     lum_laser_session_view view = {.struct_size = sizeof view};
-    enum exit_status status = EXIT_DONE;
     lum_laser_session_want(ctl->laser, LUM_WANT_ON, lum_time_monotonic_ns());
-    do {
-        status = sweep_rest(s, INT64_C(100000000));
-        (void)lum_laser_session_look(ctl->laser, &view);
-    } while (status == EXIT_DONE && view.laser == LUM_LASER_ASKED &&
-             lum_time_monotonic_ns() < end);
+    const enum exit_status status = sweep_await_laser(s, LASER_NS);
+    (void)lum_laser_session_look(ctl->laser, &view);
     if (status == EXIT_DONE && view.laser != LUM_LASER_UP) {
         (void)snprintf(s->why, sizeof s->why, "the laser did not come up");
         return EXIT_FAILED;

@@ -31,6 +31,9 @@ enum exit_status sweep_step(struct sweep *sweep, size_t step);
  * signal: EXIT_DONE, or a status and why. */
 enum exit_status sweep_rest(struct sweep *sweep, int64_t ns);
 
+/* The same, at most until it is known what became of laser on. */
+enum exit_status sweep_await_laser(struct sweep *sweep, int64_t ns);
+
 /* EXIT_DONE while all is well; else the status of what is not, and why. */
 enum exit_status sweep_check(struct sweep *sweep);
 

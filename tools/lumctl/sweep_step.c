@@ -109,17 +109,37 @@ static bool take_rest(void *context, const lum_sensor_event *event)
            lum_time_monotonic_ns() < r->end_ns;
 }
 
-enum exit_status sweep_rest(struct sweep *sweep, int64_t ns)
+static bool take_laser(void *context, const lum_sensor_event *event)
+{
+    const struct rest *r = context;
+    lum_laser_session_view view = {.struct_size = sizeof view};
+    (void)lum_laser_session_look(r->sweep->ctl->laser, &view);
+    return view.laser == LUM_LASER_ASKED && take_rest(context, event);
+}
+
+static enum exit_status rest(struct sweep *sweep, int64_t ns,
+                             bool (*take)(void *context,
+                                          const lum_sensor_event *event))
 {
     struct rest r = {sweep, lum_time_monotonic_ns() + ns};
     const struct watch watch = {.looks = true,
                                 .period_ns = ns < LOOK_NS ? ns : LOOK_NS,
                                 .ask = ask_nothing,
-                                .take = take_rest,
+                                .take = take,
                                 .context = &r};
     const enum exit_status status = watch_run(sweep->ctl, &watch);
     return status != EXIT_DONE ? fail(sweep, status, BROKEN)
                                : sweep_check(sweep);
+}
+
+enum exit_status sweep_rest(struct sweep *sweep, int64_t ns)
+{
+    return rest(sweep, ns, take_rest);
+}
+
+enum exit_status sweep_await_laser(struct sweep *sweep, int64_t ns)
+{
+    return rest(sweep, ns, take_laser);
 }
 
 /* --- A recording --- */
