@@ -54,12 +54,11 @@ static void judge_both(const struct record *record, int a, int b,
     }
 }
 
-/* A sweep looks at its plan and its folder first. */
+/* A sweep looks at its plan and its folder first, which may be all that it
+ * comes to. */
 static bool is_elsewhere(const record_tool *tool)
 {
-    return strcmp(record_word(tool, 0), "sweep") == 0 &&
-           (record_exit_status(tool) == 0 ||
-            strstr(tool->err, "another run is writing it") != NULL);
+    return strcmp(record_word(tool, 0), "sweep") == 0;
 }
 
 /* b begins while a has the session, and until it ends. */

@@ -379,8 +379,8 @@ static uint64_t end_line(line *l, int64_t from_ns, int64_t to_ns)
     const bool is_within =
         l->first_ns > from_ns + LINE_NS && l->last_ns + LINE_NS < to_ns;
     const bool is_hurt =
-        l->lost > 0 && l->came > 0 &&
-        (l->lost_angles > 0 || (l->lost_ranges > 0 && !l->is_last_lost));
+        l->lost > 0 && (l->came == 0 || l->lost_angles > 0 ||
+                        (l->lost_ranges > 0 && !l->is_last_lost));
     memset(l, 0, sizeof *l);
     return is_within && is_hurt ? 1 : 0;
 }
