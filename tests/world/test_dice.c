@@ -274,7 +274,7 @@ static void scripts_are_in_order_and_name_tools_that_they_run(void **state)
 
 #define SEEDS 4000u
 
-/* Words that one scene alone has, and its share of 15 (draw.c). */
+/* Words that one scene alone has, and its share of 17 (draw.c). */
 static const struct {
     const char *words;
     unsigned share;
@@ -293,7 +293,7 @@ static void count_scenes(const struct script *script, unsigned counts[SCENES])
     }
 }
 
-/* A session has 2 to 5 scenes, each of 15 as likely as any other. */
+/* A session has 2 to 5 scenes, each of 17 as likely as any other. */
 static void scenes_come_as_often_as_their_weight_says(void **state)
 {
     unsigned counts[SCENES] = {0};
@@ -303,7 +303,7 @@ static void scenes_come_as_often_as_their_weight_says(void **state)
         count_scenes(&one, counts);
     }
     for (size_t k = 0; k < SCENES; k++) {
-        const double expected = SEEDS * 3.5 * scenes[k].share / 15.0;
+        const double expected = SEEDS * 3.5 * scenes[k].share / 17.0;
         assert_true(counts[k] > 0.85 * expected);
         assert_true(counts[k] < 1.15 * expected);
     }

@@ -382,6 +382,29 @@ static void a_sensor_that_looked_before_a_command_was_sent_did_it(void **state)
     assert_true(was_asked(run, "done-true"));
 }
 
+#define UP "{\"t\": 1.500000, \"event\": \"laser\", \"up\": true}\n"
+
+static void a_wait_for_what_was_so_is_fine(void **state)
+{
+    struct run *run = *state;
+    (void)tool(run, "lumctl wait up --for 3", 1 * S, 2 * S, 0);
+    (void)tool(run, "lumctl wait down", 1 * S, 2 * S, 0);
+    (void)tool(run, "lumctl wait clear", 1 * S, 2 * S, 0);
+    say(run, BOOT UP);
+    run->verdict.count = 0;
+    judge_done(&run->record, &run->verdict);
+    assert_int_equal(run->verdict.count, 0);
+    assert_true(was_asked(run, "wait-true"));
+}
+
+static void a_wait_for_what_never_was_is_found(void **state)
+{
+    struct run *run = *state;
+    (void)tool(run, "lumctl wait up --for 3", 1 * S, 2 * S, 0);
+    say(run, BOOT);
+    assert_breaks(run, "wait-true");
+}
+
 static void switch_off(struct run *run)
 {
     (void)tool(run, "lumctl laser off", 1 * S, 2 * S, 0);
@@ -643,8 +666,8 @@ static void heartbeats_of_lumctl_are_counted(void **state)
     struct run *run = *state;
     record_tool *t =
         tool(run, "lumctl heartbeat --json --duration 1", 1 * S, 2 * S, 0);
-    t->out = copy("{\"heartbeats\": 1, \"packets\": 1, \"bytes\": 3, "
-                  "\"kernel_drops\": 0}");
+    t->out = copy("{\"duration_s\": 1.000, \"heartbeats\": 1, "
+                  "\"packets\": 1, \"bytes\": 3, \"kernel_drops\": 0}");
     beat(run, 0, 1100 * MS);
     data(run, 0, 1200 * MS, "one");
     assert_fine(run);
@@ -979,6 +1002,11 @@ static void files_of_points_are_whole_or_not(void **state)
     assert_whole(run, "a.pcd", PCD "12345", false);
     assert_whole(run, "a.las", "LASF", false);
     assert_whole(run, "a.png", "PNG, and no end of it", false);
+    assert_whole(run, "a.json", "{\"a\": [\"}\\\"\", 1]}\n", true);
+    assert_whole(run, "a.json", "{\"a\": [1}\n", false);
+    assert_whole(run, "a.json", "{\"a\": \"1}\n", false);
+    assert_whole(run, "a.json", "{\"a\": 1}", false);
+    assert_whole(run, "a.prom", "a 1\nb", false);
 }
 
 static void las_counts_its_points(void **state)
@@ -1208,6 +1236,8 @@ static const struct CMUnitTest tests[] = {
     FACT(an_off_that_looked_once_is_found),
     FACT(an_off_that_looked_at_once_is_found),
     FACT(an_off_whose_laser_is_on_is_found),
+    FACT(a_wait_for_what_was_so_is_fine),
+    FACT(a_wait_for_what_never_was_is_found),
     FACT(an_on_that_was_not_taken_back_is_found),
     FACT(a_sensor_that_did_not_move_is_found),
     FACT(a_sensor_that_moved_is_fine),

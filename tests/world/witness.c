@@ -536,6 +536,18 @@ static void note_name(const world_name_event *event, void *context)
     stop_if_broken();
 }
 
+/* Lines are added to it one by one. */
+static bool is_of_rows(const char *name)
+{
+    for (size_t i = 0; i < w.record.tool_count; i++) {
+        const char *rows = record_option(&w.record.tools[i], "--csv");
+        if (rows != NULL && strcmp(rows, name) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* A capture that grew may have holes then: it is not synced while it grows. */
 void witness_blackout(world_host *host)
 {
@@ -545,7 +557,8 @@ void witness_blackout(world_host *host)
     for (unsigned n = 0; (name = world_disk_name(disk, "/home", n)) != NULL;
          n++) {
         size_t size = 0;
-        char *bytes = is_of_own_name(name) && strstr(name, ".pcap") == NULL
+        char *bytes = is_of_own_name(name) && strstr(name, ".pcap") == NULL &&
+                              !is_of_rows(name)
                           ? world_disk_read(disk, user_path(name), &size)
                           : NULL;
         if (bytes != NULL) {
@@ -611,10 +624,29 @@ static void look_at_output(size_t index, const char *name)
     free(bytes);
 }
 
+/* Lines of --csv: each whole, as long as no program was killed at one. */
+static void look_at_rows(size_t index)
+{
+    const record_tool *tool = &w.record.tools[index];
+    const char *name = record_option(tool, "--csv");
+    size_t size = 0;
+    char *bytes =
+        name != NULL && record_exit_status(tool) >= 0 &&
+                w.dark_ns < tool->began_ns
+            ? world_disk_read(world_disk_of(w.tools[index]->process->host),
+                              user_path(name), &size)
+            : NULL;
+    if (bytes != NULL && size > 0) {
+        look_at_file(name, bytes, size, true);
+    }
+    free(bytes);
+}
+
 static void look_at_outputs(void)
 {
     for (size_t i = 0; i < w.record.tool_count; i++) {
         const record_tool *tool = &w.record.tools[i];
+        look_at_rows(i);
         for (unsigned a = 1; a + 1 < tool->count; a++) {
             if (strcmp(tool->arguments[0], "lumdump") == 0 &&
                 strcmp(tool->arguments[a], "-o") == 0 &&

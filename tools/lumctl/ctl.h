@@ -78,6 +78,7 @@ struct ctl {
     bool owns;        /* the session sends heartbeats and gets the data */
     bool in_shell;    /* a prompt follows; the session stays open */
     size_t shell_set; /* settings by key that the shell was given */
+    bool is_lasting;  /* a signal is the command's usual end */
     bool has_status;  /* a status has been seen */
     uint16_t status;  /* the last one */
     bool was_up;      /* the laser, in the session before; not seen since */

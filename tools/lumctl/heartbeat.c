@@ -208,7 +208,7 @@ static enum exit_status beat(struct ctl *ctl)
         announce(ctl);
     }
     ctl->has_status = false;
-    enum exit_status status = vitals_begin(&b.vitals, ctl);
+    enum exit_status status = vitals_begin(&b.vitals, ctl, false);
     if (status == EXIT_DONE && ctl->options.laser) {
         lum_laser_session_want(ctl->laser, LUM_WANT_ON, now);
     }

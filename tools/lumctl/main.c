@@ -44,7 +44,7 @@ int main(int argc, char **argv)
     session_end(&ctl);
     interrupt_attach(NULL);
     lum_cancel_free(ctl.cancel);
-    if (status == EXIT_FAILED && interrupt_signal() != 0) {
+    if (status == EXIT_FAILED && interrupt_signal() != 0 && !ctl.is_lasting) {
         interrupt_die();
     }
     return (int)status;

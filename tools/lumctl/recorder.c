@@ -3,11 +3,13 @@
 
 #include "../common/capture_file.h"
 #include "../common/ring.h"
+#include "store.h"
 
 #include "base/thread.h"
 
 #include <pthread.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define RING_BYTES (32u << 20) /* some seconds of data */
 
@@ -18,7 +20,9 @@ struct recorder {
     uint64_t dropped; /* the giving side's */
 
     /* the thread's, until it has ended */
-    lum_capture_writer *writer;
+    char *path;
+    const struct provenance *about;
+    lum_capture_writer *writer; /* NULL: it could not be opened */
     struct losses *losses;
     struct recorder_counts counts;
 
@@ -68,7 +72,9 @@ static void finish(struct recorder *r, int result, lum_error *error)
     const bool drops = r->drops;
     (void)pthread_mutex_unlock(&r->lock);
     losses_end(r->losses);
-    if (result != 0 || drops) {
+    if (r->writer == NULL) {
+        result = -1;
+    } else if (result != 0 || drops) {
         lum_capture_writer_abort(r->writer);
     } else {
         result = lum_capture_writer_close(r->writer, error);
@@ -80,7 +86,11 @@ static void *run(void *context)
 {
     struct recorder *r = context;
     lum_error error = {""};
-    int result = 0;
+    int result = capture_file_open(r->path, r->about, &r->writer, &error);
+    if (result != 0) {
+        r->writer = NULL;
+        set(r, RECORDER_BREAKS, &error);
+    }
     while (ring_take(r->ring)) {
         struct ring_item item;
         while (ring_next(r->ring, &item)) {
@@ -100,6 +110,7 @@ static void free_all(struct recorder *r)
 {
     ring_free(r->ring);
     losses_free(r->losses);
+    free(r->path);
     free(r);
 }
 
@@ -109,10 +120,11 @@ static int prepare(struct recorder *r, const struct recorder_options *options,
 {
     r->ring = ring_new(RING_BYTES);
     r->losses = losses_new(options->layout, error);
-    if (r->ring == NULL || r->losses == NULL) {
-        return lum_error_set(error, "out of memory");
-    }
-    return capture_file_open(options->path, options->about, &r->writer, error);
+    r->path = strdup(options->path);
+    r->about = options->about;
+    return r->ring != NULL && r->losses != NULL && r->path != NULL
+               ? 0
+               : lum_error_set(error, "out of memory");
 }
 
 struct recorder *recorder_new(const struct recorder_options *options,
@@ -132,7 +144,6 @@ struct recorder *recorder_new(const struct recorder_options *options,
     }
     (void)pthread_mutex_init(&r->lock, NULL);
     if (lum_thread_start(&thread, run, r) != 0) {
-        lum_capture_writer_abort(r->writer);
         (void)lum_error_set(error, "%s: no thread to write it", options->path);
         free_all(r);
         return NULL;
@@ -170,6 +181,15 @@ enum recorder_state recorder_look(struct recorder *recorder, lum_error *error)
     *error = recorder->error;
     (void)pthread_mutex_unlock(&recorder->lock);
     return state;
+}
+
+void recorder_discard(struct recorder *recorder)
+{
+    lum_error error;
+    if (recorder != NULL && recorder_look(recorder, &error) == RECORDER_WHOLE) {
+        store_remove(recorder->path);
+    }
+    recorder_free(recorder, NULL);
 }
 
 void recorder_free(struct recorder *recorder, struct recorder_counts *counts)

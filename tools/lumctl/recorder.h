@@ -17,8 +17,8 @@ struct recorder;
 
 struct recorder_options {
     const char *path;               /* a pcapng file; no longer needed after */
-    const struct provenance *about; /* likewise */
-    const lum_layout *layout;       /* must live on */
+    const struct provenance *about; /* must live on, as the next */
+    const lum_layout *layout;
     lum_endpoint sensor;
     lum_endpoint host;
 };
@@ -39,8 +39,8 @@ struct recorder_counts {
     struct loss_counts losses;
 };
 
-/* Begins. The file gets its name when it is whole; one of that name is then
- * replaced. NULL with the reason in error. */
+/* Begins; the thread opens the file. It gets its name when it is whole; one of
+ * that name is then replaced. NULL with the reason in error. */
 struct recorder *recorder_new(const struct recorder_options *options,
                               lum_error *error);
 
@@ -48,7 +48,8 @@ struct recorder *recorder_new(const struct recorder_options *options,
 void recorder_put(struct recorder *recorder, const lum_received *datagram);
 void recorder_publish(struct recorder *recorder);
 
-/* No more will come: the thread ends the file. drop: it gets no name. */
+/* No more will come: the thread ends the file. drop: it gets no name, unless it
+ * is just getting it; may be said after a close without. */
 void recorder_close(struct recorder *recorder, bool drop);
 
 /* error: of RECORDER_BREAKS and RECORDER_FAILED; empty: it was dropped. */
@@ -58,5 +59,9 @@ enum recorder_state recorder_look(struct recorder *recorder, lum_error *error);
  * NULL. Before that it hangs in a disk, and keeps its memory. NULL is allowed.
  */
 void recorder_free(struct recorder *recorder, struct recorder_counts *counts);
+
+/* After a drop: as recorder_free(), and what got its name all the same is
+ * removed. */
+void recorder_discard(struct recorder *recorder);
 
 #endif

@@ -183,7 +183,7 @@ static enum exit_status watch(struct ctl *ctl)
         .period_ns = POLL_NS, .ask = ask, .take = take, .context = &w};
     enum exit_status status = ctl_open(ctl, false);
     if (status == EXIT_DONE) {
-        status = vitals_begin(&w.vitals, ctl);
+        status = vitals_begin(&w.vitals, ctl, true);
     }
     if (status != EXIT_DONE) {
         return status;

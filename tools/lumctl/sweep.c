@@ -152,15 +152,10 @@ static enum exit_status prepare(struct sweep *s, size_t *todo)
 static enum exit_status light(struct sweep *s)
 {
     struct ctl *ctl = s->ctl;
-    const int64_t end = lum_time_monotonic_ns() + LASER_NS;
     lum_laser_session_view view = {.struct_size = sizeof view};
-    enum exit_status status = EXIT_DONE;
     lum_laser_session_want(ctl->laser, LUM_WANT_ON, lum_time_monotonic_ns());
-    do {
-        status = sweep_rest(s, INT64_C(100000000));
-        (void)lum_laser_session_look(ctl->laser, &view);
-    } while (status == EXIT_DONE && view.laser == LUM_LASER_ASKED &&
-             lum_time_monotonic_ns() < end);
+    const enum exit_status status = sweep_await_laser(s, LASER_NS);
+    (void)lum_laser_session_look(ctl->laser, &view);
     if (status == EXIT_DONE && view.laser != LUM_LASER_UP) {
         (void)snprintf(s->why, sizeof s->why, "the laser did not come up");
         return EXIT_FAILED;
@@ -200,7 +195,7 @@ static void let_go(struct sweep *s)
            lum_time_monotonic_ns() < end) {
         lum_time_sleep_until(lum_time_monotonic_ns() + AGAIN_NS);
     }
-    recorder_free(s->dropped, NULL);
+    recorder_discard(s->dropped);
     s->dropped = NULL;
 }
 
@@ -215,9 +210,10 @@ static enum exit_status run(struct sweep *s)
     ctl->trouble.kind = 0;
     ctl->trouble.struct_size = sizeof ctl->trouble;
     status = do_steps(s);
-    if (ctl->options.laser) {
-        const enum exit_status left = laser_leave(ctl);
-        status = status == EXIT_DONE ? left : status;
+    s->is_whole = status == EXIT_DONE;
+    if (ctl->options.laser && laser_leave(ctl) != EXIT_DONE && s->is_whole) {
+        (void)snprintf(s->why, sizeof s->why, "the laser was not seen off");
+        status = EXIT_FAILED;
     }
     let_go(s);
     return status;
@@ -231,9 +227,11 @@ static enum exit_status conclude(struct sweep *s, enum exit_status status)
     if (status == EXIT_DONE) {
         return status;
     }
-    (void)ctl_complain(status, "%s: not all steps are done: %s", s->file,
+    (void)ctl_complain(status, "%s: %s %s", s->file,
+                       s->is_whole ? "all steps are done, but"
+                                   : "not all steps are done:",
                        s->why);
-    if (strcmp(s->file, "-") != 0) {
+    if (!s->is_whole && strcmp(s->file, "-") != 0) {
         ctl_note(s->ctl, "%s sweep %s -o %s%s --continue does what is missing",
                  session_ctl(s->ctl, session_host(s->ctl), at), s->file,
                  s->folder, s->ctl->options.laser ? " --laser" : "");

@@ -14,10 +14,12 @@ struct sweep {
     struct manifest *manifest;
     struct geometry geometry;      /* what recordings say of themselves */
     struct memory expected;        /* what the steps so far have set */
+    struct memory_clock clock;     /* the latest look at the sensor's */
     struct settings_plan settings; /* what the step at hand sends */
     struct settings_plan in_force; /* and what the steps so far come to */
     struct recorder *dropped;      /* its file is not wanted; NULL: none */
-    char why[LUM_ERROR_BYTES];     /* it ended before its end */
+    bool is_whole;                 /* all steps are done */
+    char why[LUM_ERROR_BYTES];     /* its status is not EXIT_DONE */
 };
 
 /* Sets, settles, records and proves a step, and notes it in the manifest.
@@ -28,6 +30,9 @@ enum exit_status sweep_step(struct sweep *sweep, size_t step);
 /* Has the session go on for a time, or until there is trouble or an end by a
  * signal: EXIT_DONE, or a status and why. */
 enum exit_status sweep_rest(struct sweep *sweep, int64_t ns);
+
+/* The same, at most until it is known what became of laser on. */
+enum exit_status sweep_await_laser(struct sweep *sweep, int64_t ns);
 
 /* EXIT_DONE while all is well; else the status of what is not, and why. */
 enum exit_status sweep_check(struct sweep *sweep);

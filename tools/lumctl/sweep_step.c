@@ -23,6 +23,11 @@
 #define GAP_NS    SECOND_NS        /* data has to come */
 #define DISK_NS   (60 * SECOND_NS) /* a file has to be on the disk */
 
+/* The clocks of sensor and host drift against each other by less than 1/2000;
+ * a jump below this is not told from the looks' own error. */
+#define CLOCK_DRIFT_PER 2000
+#define CLOCK_SLACK_NS  (SECOND_NS / 50)
+
 /* If no frame begins for this long after its end was due, a recording ends at
  * any packet. */
 #define OVERDUE_NS (2 * SECOND_NS)
@@ -104,17 +109,37 @@ static bool take_rest(void *context, const lum_sensor_event *event)
            lum_time_monotonic_ns() < r->end_ns;
 }
 
-enum exit_status sweep_rest(struct sweep *sweep, int64_t ns)
+static bool take_laser(void *context, const lum_sensor_event *event)
+{
+    const struct rest *r = context;
+    lum_laser_session_view view = {.struct_size = sizeof view};
+    (void)lum_laser_session_look(r->sweep->ctl->laser, &view);
+    return view.laser == LUM_LASER_ASKED && take_rest(context, event);
+}
+
+static enum exit_status rest(struct sweep *sweep, int64_t ns,
+                             bool (*take)(void *context,
+                                          const lum_sensor_event *event))
 {
     struct rest r = {sweep, lum_time_monotonic_ns() + ns};
     const struct watch watch = {.looks = true,
                                 .period_ns = ns < LOOK_NS ? ns : LOOK_NS,
                                 .ask = ask_nothing,
-                                .take = take_rest,
+                                .take = take,
                                 .context = &r};
     const enum exit_status status = watch_run(sweep->ctl, &watch);
     return status != EXIT_DONE ? fail(sweep, status, BROKEN)
                                : sweep_check(sweep);
+}
+
+enum exit_status sweep_rest(struct sweep *sweep, int64_t ns)
+{
+    return rest(sweep, ns, take_rest);
+}
+
+enum exit_status sweep_await_laser(struct sweep *sweep, int64_t ns)
+{
+    return rest(sweep, ns, take_laser);
 }
 
 /* --- A recording --- */
@@ -263,20 +288,49 @@ static void expect(struct sweep *s)
     memory_merge(&s->expected, &s->ctl->changes, lum_time_utc_ns());
 }
 
-/* Whether another program of this host has set what a step has set. A shape's
- * value is its number of lines. */
+/* Whether another program of this host has set, later, what a step has set, be
+ * it to the same value: it may have been another one in between. Lines clear a
+ * table. */
+static bool is_of_other(const struct sweep *s, const struct memory *now,
+                        lum_command_id id)
+{
+    const struct memory_entry *mine = &s->expected.entries[id];
+    const struct memory_entry *scan = &s->expected.entries[LUM_COMMAND_YSCAN];
+    const struct memory_entry *last = &now->entries[id];
+    const bool is_mine = mine->standing == MEMORY_DONE;
+    const bool clears = id == LUM_COMMAND_LINE_MODE &&
+                        scan->standing == MEMORY_DONE &&
+                        s->expected.table.scan != MEMORY_DEGREES;
+    return last->standing != MEMORY_NOTHING &&
+           ((is_mine &&
+             (last->standing != MEMORY_DONE || last->value != mine->value ||
+              last->utc_ns > mine->utc_ns)) ||
+            (clears && last->utc_ns > scan->utc_ns));
+}
+
 static const char *find_other(const struct sweep *s, const struct memory *now)
 {
     for (size_t i = 0; i < SETTINGS; i++) {
-        const lum_command_id id = settings[i].id;
-        const struct memory_entry *mine = &s->expected.entries[id];
-        const struct memory_entry *last = &now->entries[id];
-        if (mine->standing == MEMORY_DONE && last->standing != MEMORY_NOTHING &&
-            (last->standing != MEMORY_DONE || last->value != mine->value)) {
+        if (is_of_other(s, now, settings[i].id)) {
             return settings[i].name;
         }
     }
     return NULL;
+}
+
+/* Whether a sensor's clock went on all the time: after a restart it begins at 0
+ * again. Closer than memory_compare(), which has to do with readings that are
+ * days apart. */
+static bool is_same_run(const struct memory_clock *before,
+                        const struct memory_clock *now)
+{
+    const int64_t passed = now->utc_ns - before->utc_ns;
+    const uint32_t ticks = now->clock_us - before->clock_us;
+    const int64_t jump = (int32_t)(ticks - (uint32_t)(passed / 1000));
+    const int64_t most = (before->error_ns + now->error_ns + CLOCK_SLACK_NS +
+                          passed / CLOCK_DRIFT_PER) /
+                         1000;
+    return passed >= 0 && jump <= most && jump >= -most;
 }
 
 /* Asks for the clock. */
@@ -294,8 +348,21 @@ static enum exit_status look(struct sweep *s, struct remembered *out)
                : fail(s, status, "the sensor does not answer");
 }
 
-/* That the settings were in force all the time since. */
-static enum exit_status prove(struct sweep *s, const struct remembered *before)
+/* Before the first setting. */
+static enum exit_status look_first(struct sweep *s)
+{
+    struct remembered now;
+    const enum exit_status status =
+        s->clock.is_known ? EXIT_DONE : look(s, &now);
+    if (status == EXIT_DONE && !s->clock.is_known) {
+        s->clock = now.clock;
+    }
+    return status;
+}
+
+/* That the sensor has not restarted since the sweep's first look, and nobody
+ * has set what it has set. */
+static enum exit_status prove(struct sweep *s)
 {
     struct remembered now;
     double missed = 0.0;
@@ -303,10 +370,11 @@ static enum exit_status prove(struct sweep *s, const struct remembered *before)
     if (status != EXIT_DONE) {
         return status;
     }
-    if (memory_compare(&before->clock, &now.clock, &missed) !=
-        MEMORY_SAME_RUN) {
+    if (memory_compare(&s->clock, &now.clock, &missed) != MEMORY_SAME_RUN ||
+        !is_same_run(&s->clock, &now.clock)) {
         return fail(s, EXIT_FAILED, "the sensor restarted, by its clock");
     }
+    s->clock = now.clock;
     const char *other = now.has_file ? find_other(s, &now.memory) : NULL;
     if (other != NULL) {
         (void)snprintf(s->why, sizeof s->why,
@@ -375,7 +443,6 @@ static lum_endpoint host_of(const struct ctl *ctl)
 
 /* Records, proves, and only then gives the file its name. */
 static enum exit_status record_step(struct sweep *s, size_t step,
-                                    const struct remembered *before,
                                     struct manifest_result *result)
 {
     char path[MANIFEST_PATH_BYTES];
@@ -394,15 +461,12 @@ static enum exit_status record_step(struct sweep *s, size_t step,
         return fail(s, EXIT_FAILED, error.text);
     }
     enum exit_status status = record(&r);
-    status = status == EXIT_DONE ? prove(s, before) : status;
-    if (status == EXIT_DONE) {
-        status = finish(&r);
-    } else {
-        recorder_close(r.recorder, true);
-    }
+    status = status == EXIT_DONE ? prove(s) : status;
+    status = status == EXIT_DONE ? finish(&r) : status;
     if (status == EXIT_DONE) {
         recorder_free(r.recorder, &result->counts);
     } else {
+        recorder_close(r.recorder, true);
         s->dropped = r.recorder; /* laser off comes first */
     }
     return status;
@@ -412,17 +476,16 @@ static enum exit_status do_step(struct sweep *s, size_t step,
                                 struct manifest_result *result)
 {
     const lum_sweep_step *what = &s->plan.steps[step];
-    struct remembered before;
     enum exit_status status = sweep_check(s);
+    status = status == EXIT_DONE ? look_first(s) : status;
     status = status == EXIT_DONE ? set(s, result) : status;
-    status = status == EXIT_DONE ? look(s, &before) : status;
     if (status == EXIT_DONE && what->settle_ns > 0) {
         status = sweep_rest(s, what->settle_ns);
     }
     if (status == EXIT_DONE) {
         status = what->record_ns > 0 || what->frames > 0
-                     ? record_step(s, step, &before, result)
-                     : prove(s, &before);
+                     ? record_step(s, step, result)
+                     : prove(s);
     }
     return status;
 }

@@ -26,17 +26,20 @@ static enum exit_status begin_counts(struct vitals *v)
                              : ctl_complain(EXIT_FAILED, "%s", error.text);
 }
 
-enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl)
+enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl, bool asks)
 {
     const struct ctl_options *o = &ctl->options;
     const int64_t now = lum_time_monotonic_ns();
     lum_error error = {""};
     *v = (struct vitals){
         .ctl = ctl,
+        .asks = asks,
         .begun_ns = now,
         .row_ns = now + (int64_t)(o->every_s * 1e9),
         .clock_ns = now,
+        .was_idle = true,
         .writes_rows = o->json || (o->csv == NULL && o->prometheus == NULL)};
+    ctl->is_lasting = !ctl->in_shell;
     lum_clock_sync_init(&v->sync);
     if (o->csv != NULL || o->prometheus != NULL) {
         v->scribe = scribe_new(o->csv, gauge_csv_header, o->prometheus, &error);
@@ -51,19 +54,22 @@ lum_result vitals_ask(struct ctl *ctl, void *context)
 {
     struct vitals *v = context;
     const int64_t now = lum_time_monotonic_ns();
-    const bool has_first = v->has_status || ctl->owns;
+    const bool has_first = v->has_status || !v->asks;
     if (ctl->options.every_s > 0.0 && has_first && now >= v->clock_ns) {
         v->clock_ns = now + CLOCK_NS;
         return session_request_time(ctl);
     }
-    return ctl->owns ? LUM_OK : session_request(ctl, NULL, 0);
+    return v->asks ? session_request(ctl, NULL, 0) : LUM_OK;
 }
 
 /* --- What comes --- */
 
+/* An owner's first heartbeat may be under way yet: that none has come is a
+ * hazard only if the status before was not idle. */
 static uint16_t hazards_of(const struct vitals *v, uint16_t status)
 {
-    return report_is_idle(status, session_is_owned(v->ctl, status))
+    return report_is_idle(status,
+                          !v->was_idle && session_is_owned(v->ctl, status))
                ? 0
                : (uint16_t)(status & LUM_LASER_HAZARDS);
 }
@@ -71,6 +77,7 @@ static uint16_t hazards_of(const struct vitals *v, uint16_t status)
 static void take_status(struct vitals *v, uint16_t status)
 {
     const uint16_t hazards = hazards_of(v, status);
+    v->was_idle = report_is_idle(status, session_is_owned(v->ctl, status));
     v->has_status = true;
     v->status = status;
     v->since |= hazards;

@@ -12,6 +12,7 @@
 
 struct vitals {
     struct ctl *ctl;
+    bool asks; /* for the status; else the laser session does (watch.looks) */
     int64_t begun_ns;
     int64_t row_ns;   /* when the next row is due */
     int64_t clock_ns; /* when the clock is asked for next */
@@ -20,6 +21,7 @@ struct vitals {
     bool has_status;
     uint16_t status;       /* the last */
     bool was_up;           /* at the row before */
+    bool was_idle;         /* nobody owned it then */
     uint16_t since;        /* hazards of any status since the row before */
     uint16_t ever;         /* and since the beginning */
     int64_t answered_ns;   /* monotonic; 0: never */
@@ -33,10 +35,10 @@ struct vitals {
 };
 
 /* Begins to look at the session's sensor, as its options say. Complains. */
-enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl);
+enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl, bool asks);
 
-/* Asks for the clock now and then, and where the laser session does not look
- * (watch.looks), for the status. For struct watch, with *v as context. */
+/* Asks for the clock now and then, and if it is said so, for the status. For
+ * struct watch, with *v as context. */
 lum_result vitals_ask(struct ctl *ctl, void *context);
 #define VITALS_ASK_NS INT64_C(250000000)
 

@@ -279,7 +279,9 @@ static void draw_fate(struct draw *d, int64_t at_ms, unsigned tool)
 static void draw_words(struct draw *d, char *out, size_t size)
 {
     const int64_t percent = between(d, 0, 100);
-    switch (between(d, 0, 11)) {
+    static const char *const goals[] = {"", " answers", " up", " down",
+                                        " clear"};
+    switch (between(d, 0, 13)) {
     case 0:
     case 1:
         (void)snprintf(out, size, "status --json");
@@ -312,6 +314,13 @@ static void draw_words(struct draw *d, char *out, size_t size)
         break;
     case 10:
         (void)snprintf(out, size, "yscan %" PRId64, between(d, 11, 30));
+        break;
+    case 11:
+        (void)snprintf(out, size, "wait%s --for %" PRId64, PICK(d, goals),
+                       between(d, 1, 9));
+        break;
+    case 12:
+        (void)snprintf(out, size, "status --every 0.5 --duration 2");
         break;
     default:
         (void)snprintf(out, size, "laser off --json");
@@ -537,23 +546,129 @@ static int64_t draw_view(struct draw *d, int64_t at_ms)
     return at_ms + length_ms + 4000;
 }
 
+/* What writes lines at times; into files or to standard output. */
+static const char *draw_every(struct draw *d, char *out, size_t size)
+{
+    const int64_t tenths = span(d, 1, 60);
+    char csv[32] = "";
+    char page[40] = "";
+    if (!one_in(d, 3)) {
+        (void)snprintf(csv, sizeof csv, " --csv c%u.csv", ++d->files);
+    }
+    if (one_in(d, 2)) {
+        (void)snprintf(page, sizeof page, " --prometheus p%u.prom", ++d->files);
+    }
+    (void)snprintf(out, size, " --every %" PRId64 ".%" PRId64 "%s%s",
+                   tenths / 10, tenths % 10, csv, page);
+    return out;
+}
+
 static int64_t draw_heartbeat(struct draw *d, int64_t at_ms)
 {
+    char every[96] = "";
     const int64_t length_ms = span(d, 1500, 20000);
     const bool is_told = one_in(d, 2);
+    if (one_in(d, 4)) {
+        (void)draw_every(d, every, sizeof every);
+    }
+    const char *rate = one_in(d, 3) ? " --rate 20" : "";
+    const char *laser = one_in(d, 3) ? " --laser" : "";
+    char lasts[32] = "";
+    if (!is_told) {
+        (void)snprintf(lasts, sizeof lasts, " --duration %.1f",
+                       (double)length_ms / 1000.0);
+    }
     const unsigned tool =
-        is_told ? run_lumctl(d, at_ms, "heartbeat --json")
-                : run(d, at_ms,
-                      "lumctl --host 10.42.0.%u heartbeat --json --duration "
-                      "%.1f%s",
-                      d->address, (double)length_ms / 1000.0,
-                      one_in(d, 3) ? " --rate 20" : "");
-    draw_laser(d, at_ms, at_ms + length_ms);
-    draw_session_life(d, tool, at_ms, at_ms + length_ms, false);
+        run(d, at_ms, "lumctl --host 10.42.0.%u heartbeat --json%s%s%s%s",
+            d->address, lasts, rate, laser, every);
+    if (*laser != '\0' && one_in(d, 8)) {
+        hold_up(d, at_ms, tool);
+    }
+    if (*laser == '\0' || one_in(d, 3)) {
+        draw_laser(d, at_ms, at_ms + length_ms);
+    }
+    draw_session_life(d, tool, at_ms, at_ms + length_ms, *every != '\0');
     if (is_told) {
         signal_to(d, at_ms + length_ms, tool, one_in(d, 2) ? SIGINT : SIGKILL);
     }
     return at_ms + length_ms + 3500;
+}
+
+/* Looks at a sensor for a while, beside an owner or not. */
+static int64_t draw_watch(struct draw *d, int64_t at_ms)
+{
+    static const char *const untils[] = {"", "", " --until hazard",
+                                         " --until up", " --until down"};
+    char every[96] = "";
+    const int64_t length_ms = span(d, 1500, 20000);
+    const char *until = PICK(d, untils);
+    (void)draw_every(d, every, sizeof every);
+    const unsigned tool =
+        run(d, at_ms, "lumctl --host 10.42.0.%u status%s%s%s", d->address,
+            every, until, one_in(d, 2) ? " --json" : "");
+    if (one_in(d, 2)) {
+        (void)run(d, at_ms + between(d, 0, 1000),
+                  "lumctl --host 10.42.0.%u heartbeat --laser --duration %.1f",
+                  d->address, (double)span(d, 1000, length_ms) / 1000.0);
+    }
+    if (one_in(d, 2)) {
+        (void)run(d, at_ms + between(d, -500, 3000),
+                  "lumctl --host 10.42.0.%u wait %s", d->address,
+                  one_in(d, 2) ? "up" : "clear");
+        signal_to(d, at_ms + length_ms, d->tools, SIGINT);
+    }
+    draw_session_life(d, tool, at_ms, at_ms + length_ms, true);
+    signal_to(d, at_ms + length_ms, tool, one_in(d, 3) ? SIGKILL : SIGINT);
+    return at_ms + length_ms + 8000;
+}
+
+/* A few steps, each on a line or two. */
+static void draw_plan(struct draw *d, int64_t at_ms, unsigned number)
+{
+    static const char *const items[] = {"  - power: 30\n", "  - holdoff: 200\n",
+                                        "  - yscan: 15\n",
+                                        "  - threshold: {blue: 40}\n"};
+    static const char *const records[] = {
+        "", "    record: 0.5\n", "    record: 2\n", "    record: {frames: 1}\n",
+        "    settle: 1.5\n"};
+    script_step *step = add(d, SCRIPT_PLAN, at_ms);
+    size_t used = 0;
+    step->n = number;
+    for (int64_t n = between(d, 1, 4); n > 0; n--) {
+        const char *item = PICK(d, items);
+        const char *record = PICK(d, records);
+        used += (size_t)snprintf(step->text + used, sizeof step->text - used,
+                                 "%s%s", item, record);
+    }
+}
+
+static unsigned run_sweep(struct draw *d, int64_t at_ms, unsigned number,
+                          const char *laser, const char *again)
+{
+    return run(d, at_ms,
+               "lumctl --host 10.42.0.%u sweep plan%u.yaml -o f%u%s%s",
+               d->address, number, number, laser, again);
+}
+
+static int64_t draw_sweep(struct draw *d, int64_t at_ms)
+{
+    const unsigned number = ++d->files;
+    const char *laser = one_in(d, 3) ? "" : " --laser";
+    draw_plan(d, at_ms - 1, number);
+    for (int64_t n = between(d, 1, 3); n > 0; n--) {
+        const int64_t length_ms = span(d, 1000, 30000);
+        const unsigned tool = run_sweep(d, at_ms, number, laser, " --continue");
+        if (one_in(d, 8)) {
+            hold_up(d, at_ms, tool);
+        }
+        draw_session_life(d, tool, at_ms, at_ms + length_ms, true);
+        if (one_in(d, 2)) {
+            draw_fate(d, at_ms + span(d, 1, length_ms), tool);
+        }
+        signal_to(d, at_ms + length_ms, tool, one_in(d, 2) ? SIGINT : SIGKILL);
+        at_ms += length_ms + between(d, 100, 20000);
+    }
+    return at_ms + 8000;
 }
 
 static int64_t draw_shell(struct draw *d, int64_t at_ms)
@@ -754,7 +869,8 @@ void script_draw(struct script *out, uint64_t seed)
         draw_command,   draw_command,   draw_command,   draw_recording,
         draw_recording, draw_recording, draw_heartbeat, draw_heartbeat,
         draw_shell,     draw_pipe,      draw_view,      draw_move,
-        draw_move,      draw_find,      draw_doctor};
+        draw_move,      draw_find,      draw_doctor,    draw_watch,
+        draw_sweep};
     struct draw d = {.script = out,
                      .random = world_stream_under(seed, "dice", 0),
                      .address = 37};

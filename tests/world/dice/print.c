@@ -86,6 +86,16 @@ static void print_of_bench(const script_step *step, FILE *out)
     }
 }
 
+static void print_plan(const script_step *step, FILE *out)
+{
+    (void)fprintf(out, "writes plan%u.yaml:", step->n);
+    for (const char *at = step->text; *at != '\0';) {
+        const size_t len = strcspn(at, "\n");
+        (void)fprintf(out, "\n                 %.*s", (int)len, at);
+        at += len + (at[len] == '\n' ? 1 : 0);
+    }
+}
+
 static void print_own(const script_step *step, FILE *out)
 {
     switch (step->kind) {
@@ -97,6 +107,9 @@ static void print_own(const script_step *step, FILE *out)
     case SCRIPT_STOP:
     case SCRIPT_AT_CALL:
         print_of_tool(step, out);
+        break;
+    case SCRIPT_PLAN:
+        print_plan(step, out);
         break;
     case SCRIPT_WIRE:
         print_faults(step, out);

@@ -30,6 +30,7 @@ typedef enum script_kind {
     SCRIPT_SLOW,    /* its calls take value times as long */
     SCRIPT_SENSOR,  /* text: a fault of the sensor's own, as lumsim --fault */
     SCRIPT_POWER,   /* the sensor's is off */
+    SCRIPT_PLAN,    /* text: steps of a sweep, into plan<n>.yaml */
     SCRIPT_BLACKOUT /* that of the bench is cut, value % of what was not
                        synced are kept */
 } script_kind;

@@ -278,6 +278,12 @@ static void blackout(const script_step *step)
 
 /* --- Steps --- */
 
+static void write_plan(const script_step *step)
+{
+    user_write_file(now.bench.host, user_format("plan%u.yaml", step->n),
+                    user_format("version: 1\nsteps:\n%s", step->text));
+}
+
 /* What was met. Behind the ':' the name of a fault, for the judges. */
 static const char *name_step(const script_step *step)
 {
@@ -289,7 +295,8 @@ static const char *name_step(const script_step *step)
         [SCRIPT_ADDRESS] = "step:address", [SCRIPT_DISK] = "step:disk",
         [SCRIPT_CLOCK] = "step:clock",     [SCRIPT_DRIFT] = "step:drift",
         [SCRIPT_SLOW] = "step:slow-host",  [SCRIPT_SENSOR] = "step:hazard",
-        [SCRIPT_POWER] = "step:power",     [SCRIPT_BLACKOUT] = "step:blackout"};
+        [SCRIPT_POWER] = "step:power",     [SCRIPT_BLACKOUT] = "step:blackout",
+        [SCRIPT_PLAN] = "step:plan"};
     if (step->kind == SCRIPT_RUN && step->is_far) {
         return "step:far";
     }
@@ -447,6 +454,8 @@ static void take_turn(const struct turn *turn)
         run(step);
     } else if (step->kind == SCRIPT_TYPE) {
         type(step);
+    } else if (step->kind == SCRIPT_PLAN) {
+        write_plan(step);
     } else if (step->kind == SCRIPT_SIGNAL) {
         signal_to(step, step->number);
     } else if (step->kind == SCRIPT_CLOCK || step->kind == SCRIPT_DRIFT) {

@@ -14,6 +14,7 @@ static const char taken[] = "taken-back";
 static const char moved[] = "move-true";
 static const char said[] = "status-true";
 static const char same[] = "done-as-status";
+static const char waited[] = "wait-true";
 
 /* Between the two looks of laser off (docs/man/lumctl.1, laser off); the clocks
  * of two hosts may differ by their drift. */
@@ -24,6 +25,7 @@ static const char same[] = "done-as-status";
 #define LOG_NS (1 * RECORD_MS)
 
 #define LASER_CMD_ON 0x0800u /* docs/protocol.md, section 5 */
+#define HAZARDS      0x01efu /* but for HEARTBEAT_TIMEOUT alone: idle */
 
 /* What one tool did at devices. */
 struct deed {
@@ -358,8 +360,7 @@ static bool find_status(const record_tool *tool, unsigned *out)
 static void judge_status_said(const struct deed *d)
 {
     unsigned status = 0;
-    if (record_option(d->tool, "--watch") != NULL ||
-        !find_status(d->tool, &status)) {
+    if (record_watches(d->tool) || !find_status(d->tool, &status)) {
         return;
     }
     verdict_asked(d->out, said);
@@ -402,6 +403,46 @@ static void judge_json(const struct deed *d)
     }
 }
 
+/* A session with --laser that a sensor heard. */
+static bool has_switched(const struct deed *d)
+{
+    const record_device *device = NULL;
+    return find_last(d, "u", &device) != NULL;
+}
+
+/* Whether a sensor was at any time as `wait` says. */
+static bool was_so(const struct deed *d, const record_device *device,
+                   const char *goal)
+{
+    bool is_so = false;
+    for (int64_t i = -1; i < (int64_t)device->count && !is_so; i++) {
+        const int64_t t_ns = i < 0 ? d->tool->began_ns : device->lines[i].t_ns;
+        const unsigned status = record_status_at(device, t_ns);
+        is_so = t_ns >= d->tool->began_ns && t_ns <= d->tool->ended_ns &&
+                (strcmp(goal, "clear") != 0 || (status & HAZARDS) == 0);
+        is_so = is_so &&
+                (strcmp(goal, "up") != 0 || record_laser_is_up(device, t_ns));
+        is_so = is_so && (strcmp(goal, "down") != 0 ||
+                          !record_laser_is_up(device, t_ns));
+    }
+    return is_so;
+}
+
+static void judge_wait(const struct deed *d)
+{
+    const char *goal = record_word(d->tool, 1);
+    bool is_so = false;
+    for (size_t i = 0; i < d->record->device_count; i++) {
+        is_so = is_so || was_so(d, &d->record->devices[i], goal);
+    }
+    verdict_asked(d->out, waited);
+    if (!is_so) {
+        verdict_broken(d->out, waited, d->tool->ended_ns,
+                       "lumctl wait %s [%ld] ends with 0, and no sensor was so",
+                       goal, d->tool->id);
+    }
+}
+
 static void judge_done_command(const struct deed *d)
 {
     char command[32];
@@ -412,6 +453,8 @@ static void judge_done_command(const struct deed *d)
         require_each(d, record_word(d->tool, 1));
     } else if (strcmp(word, "set-ip") == 0) {
         judge_move(d);
+    } else if (strcmp(word, "wait") == 0) {
+        judge_wait(d);
     }
 }
 
@@ -424,6 +467,10 @@ static void judge_lumctl(const struct deed *d)
         judge_status_said(d);
     } else if (record_exit_status(d->tool) == 0) {
         judge_done_command(d);
+    }
+    if (record_option(d->tool, "--laser") != NULL &&
+        record_exit_status(d->tool) == 0 && has_switched(d)) {
+        judge_off(d);
     }
     judge_json(d);
 }

@@ -51,7 +51,8 @@ static bool is_for_on(const record_tool *tool, int64_t until_ns)
         return (strcmp(command, "laser") == 0 && strcmp(word, "on") == 0) ||
                (strcmp(command, "send") == 0 && record_has_word(word, "u")) ||
                (strcmp(command, "tlv") == 0 && strcmp(word, "1:75") == 0) ||
-               (strcmp(command, "shell") == 0 && typed_on(tool, until_ns));
+               (strcmp(command, "shell") == 0 && typed_on(tool, until_ns)) ||
+               record_option(tool, "--laser") != NULL;
     }
     return record_option(tool, "--laser") != NULL;
 }

@@ -28,6 +28,10 @@ static const char told[] = "limit-after-signal";
  * a minute, a file after 30 s (docs/man/lumdump.1, A SENSOR). */
 #define OUTPUT_NS (60 * RECORD_S)
 
+/* A dropped recording and the manifest of a sweep, or the last lines of
+ * --every, 3 s each (tools/lumctl/sweep.c, scribe.c). */
+#define FILES_NS (6 * RECORD_S)
+
 /* doctor: each of its checks waits for some answers, two seconds for data
  * (docs/troubleshooting.md: a run takes a few seconds; up to five on a busy
  * host for the trace). */
@@ -97,10 +101,23 @@ static bool is_word(const record_tool *tool, const char *word)
     return strcmp(record_word(tool, 0), word) == 0;
 }
 
-static int64_t duration_ns(const record_tool *tool)
+static int64_t duration_ns(const record_tool *tool, const char *option)
 {
-    const double s = record_number(tool, "--duration", 0.0);
+    const double s = record_number(tool, option, 0.0);
     return s > 0.0 ? seconds(s) : RECORD_NEVER;
+}
+
+static int64_t end_ns(const record_tool *tool)
+{
+    return record_option(tool, "--laser") != NULL ? OFF_NS : 0;
+}
+
+/* What waits for its files at the end. */
+static int64_t files_ns(const record_tool *tool)
+{
+    return is_word(tool, "sweep") || record_option(tool, "--every") != NULL
+               ? FILES_NS
+               : 0;
 }
 
 static bool is_about_laser(const record_tool *tool)
@@ -110,11 +127,17 @@ static bool is_about_laser(const record_tool *tool)
 
 int64_t limits_of_lumctl(const record_tool *tool)
 {
-    if (is_word(tool, "shell")) {
+    if (is_word(tool, "shell") || is_word(tool, "sweep")) {
         return RECORD_NEVER;
     }
-    if (is_word(tool, "heartbeat") || record_option(tool, "--watch") != NULL) {
-        return duration_ns(tool);
+    if (is_word(tool, "heartbeat") || record_watches(tool)) {
+        const int64_t lasts_ns = duration_ns(tool, "--duration");
+        return lasts_ns != RECORD_NEVER
+                   ? lasts_ns + end_ns(tool) + files_ns(tool)
+                   : RECORD_NEVER;
+    }
+    if (is_word(tool, "wait")) {
+        return duration_ns(tool, "--for");
     }
     if (is_about_laser(tool)) {
         return request_ns(tool) + OFF_NS;
@@ -146,16 +169,11 @@ static int64_t first_data_ns(const struct record *record, int index)
     return RECORD_NEVER;
 }
 
-static int64_t end_ns(const record_tool *tool)
-{
-    return record_option(tool, "--laser") != NULL ? OFF_NS : 0;
-}
-
 static int64_t session_ns(const struct record *record, int index)
 {
     const record_tool *tool = &record->tools[index];
     const int64_t data_ns = first_data_ns(record, index);
-    const int64_t lasts_ns = duration_ns(tool);
+    const int64_t lasts_ns = duration_ns(tool, "--duration");
     if (data_ns == RECORD_NEVER) {
         return FIRST_DATA_NS + end_ns(tool);
     }
@@ -171,7 +189,7 @@ static int64_t alone_ns(const struct record *record, int index)
         return limits_of_lumctl(tool);
     }
     return record_is_program(tool, "lumdump") ? session_ns(record, index)
-                                              : duration_ns(tool);
+                                              : duration_ns(tool, "--duration");
 }
 
 /* A shell first ends the command that it is at, which may take a laser on back,
@@ -182,7 +200,9 @@ static int64_t told_ns(const record_tool *tool)
         return request_ns(tool) + 2 * OFF_NS;
     }
     if (record_is_program(tool, "lumctl")) {
-        return is_about_laser(tool) ? request_ns(tool) + OFF_NS : TOLD_NS;
+        return is_about_laser(tool) ? request_ns(tool) + OFF_NS
+                                    : TOLD_NS + end_ns(tool) + files_ns(tool) +
+                                          (tool->has_stalled ? OUTPUT_NS : 0);
     }
     if (record_owns(tool)) {
         return DRAIN_NS + end_ns(tool) + (tool->has_stalled ? OUTPUT_NS : 0);

@@ -54,6 +54,13 @@ static void judge_both(const struct record *record, int a, int b,
     }
 }
 
+/* A sweep looks at its plan and its folder first, which may be all that it
+ * comes to. */
+static bool is_elsewhere(const record_tool *tool)
+{
+    return strcmp(record_word(tool, 0), "sweep") == 0;
+}
+
 /* b begins while a has the session, and until it ends. */
 static void judge_second(const struct record *record, int a, int b,
                          struct verdict *out)
@@ -63,7 +70,8 @@ static void judge_second(const struct record *record, int a, int b,
         beats_of(record, a, record_host_of(&record->tools[a]));
     if (tool->ended_ns == RECORD_NEVER || record_exit_status(tool) < 0 ||
         tool->is_wrong || tool->err == NULL ||
-        first.first_ns > tool->began_ns || first.last_ns < tool->ended_ns) {
+        first.first_ns > tool->began_ns || first.last_ns < tool->ended_ns ||
+        is_elsewhere(tool)) {
         return;
     }
     verdict_asked(out, told);

@@ -19,7 +19,9 @@ static const char *const valued[] = {
     "--range",       "--time",         "--log",
     "--fault",       "--address",      "--clock",
     "--jitter",      "--answer-delay", "--answer-loss",
-    "--loss",        "--seed",         "--receive-buffer"};
+    "--loss",        "--seed",         "--receive-buffer",
+    "--for",         "--every",        "--until",
+    "--csv",         "--prometheus"};
 
 /* --- What a user asked for --- */
 
@@ -131,12 +133,19 @@ bool record_owns(const record_tool *tool)
 {
     if (record_is_program(tool, "lumctl")) {
         return strcmp(record_word(tool, 0), "heartbeat") == 0 ||
+               strcmp(record_word(tool, 0), "sweep") == 0 ||
                (strcmp(record_word(tool, 0), "shell") == 0 &&
                 record_option(tool, "--heartbeat") != NULL);
     }
     return (record_is_program(tool, "lumdump") ||
             record_is_program(tool, "lumview")) &&
            record_host_of(tool) != 0;
+}
+
+bool record_watches(const record_tool *tool)
+{
+    return record_option(tool, "--watch") != NULL ||
+           record_option(tool, "--every") != NULL;
 }
 
 bool record_is_shared(const struct record *record, const record_tool *tool)

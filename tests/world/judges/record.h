@@ -254,6 +254,8 @@ uint32_t record_host_of(const record_tool *tool);
 unsigned record_port_of(const record_tool *tool);
 /* Whether it sends heartbeats when all is well. */
 bool record_owns(const record_tool *tool);
+/* Whether it asks again and again: --watch, --every. */
+bool record_watches(const record_tool *tool);
 /* By an owner on another host: the sensor sends its data to whom it heard last,
  * and nobody is told (docs/protocol.md, section 6). */
 bool record_is_shared(const struct record *record, const record_tool *tool);

@@ -18,8 +18,7 @@ static bool is_single(const record_tool *tool)
     static const char *const words[] = {
         "status",  "power",  "threshold", "lines", "yscan",
         "holdoff", "offset", "send",      "tlv",   "laser"};
-    if (!record_is_program(tool, "lumctl") ||
-        record_option(tool, "--watch") != NULL ||
+    if (!record_is_program(tool, "lumctl") || record_watches(tool) ||
         strcmp(record_word(tool, 1), "off") == 0) {
         return false;
     }

@@ -93,8 +93,7 @@ static shell_kind kind_of(const record_tool *as)
         {"laser", SHELL_LASER},   {"status", SHELL_STATUS},
         {"set-ip", SHELL_MOVE},   {"time", SHELL_TIME},
     };
-    if (record_option(as, "--dry-run") != NULL ||
-        record_option(as, "--watch") != NULL ||
+    if (record_option(as, "--dry-run") != NULL || record_watches(as) ||
         record_option(as, "--shape") != NULL) {
         return SHELL_OTHER;
     }

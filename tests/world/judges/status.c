@@ -36,7 +36,8 @@ static bool is_word(const record_tool *tool, const char *word)
 /* --- 2: bad arguments --- */
 
 /* set-ip refuses what would strand the sensor, which depends on the network; a
- * shell ends with the status of a line. */
+ * shell ends with the status of a line; a sweep may not be able to read its
+ * plan. */
 static void judge_refused(const record_tool *tool, int status,
                           struct verdict *out)
 {
@@ -44,7 +45,8 @@ static void judge_refused(const record_tool *tool, int status,
         verdict_asked(out, refused);
     }
     if (tool->is_wrong != (status == 2) &&
-        !(status == 2 && (is_word(tool, "set-ip") || is_word(tool, "shell")))) {
+        !(status == 2 && (is_word(tool, "set-ip") || is_word(tool, "shell") ||
+                          is_word(tool, "sweep")))) {
         verdict_broken(out, refused, tool->ended_ns,
                        "%s %s [%ld] ends with %d: its arguments are %s",
                        tool->arguments[0], record_word(tool, 0), tool->id,
@@ -62,7 +64,7 @@ static bool is_single(const record_tool *tool)
                                         "offset", "send",  "tlv"};
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
         if (is_word(tool, words[i])) {
-            return record_option(tool, "--watch") == NULL;
+            return !record_watches(tool);
         }
     }
     return false;
@@ -120,6 +122,16 @@ static int64_t gave_up(const struct record *record, int index)
     return until_ns;
 }
 
+/* Until when data would have ended a session's wait for it; what comes during
+ * laser off is too late. */
+static int64_t waits_until(const record_tool *tool)
+{
+    const double s = record_is_program(tool, "lumctl")
+                         ? record_number(tool, "--duration", 4.9)
+                         : 4.9;
+    return tool->began_ns + (int64_t)((s < 4.9 ? s : 4.9) * 1e9);
+}
+
 static bool is_answer(const struct record *record, int index,
                       const record_datagram *d)
 {
@@ -130,8 +142,8 @@ static bool is_answer(const struct record *record, int index,
                sent_sequence(record, index, d->sequence);
     }
     return record_owns(tool) && !is_word(tool, "shell") &&
-           d->packet == RECORD_IS_DATA &&
-           d->fate_ns < tool->began_ns + 4900 * RECORD_MS &&
+           !is_word(tool, "sweep") && d->packet == RECORD_IS_DATA &&
+           d->fate_ns < waits_until(tool) &&
            d->fate_ns < record_asked_to_end(tool);
 }
 
@@ -254,7 +266,7 @@ static void judge_hazard(const struct record *record, const record_tool *tool,
                            record_word(tool, 0), tool->id);
         }
     } else if (status == 0 && is_word(tool, "status") &&
-               record_option(tool, "--watch") == NULL) {
+               !record_watches(tool)) {
         verdict_asked(out, fine);
         if (record->device_count > 0 &&
             had(record, tool, HAZARDS & ~IDLE_BIT, true)) {

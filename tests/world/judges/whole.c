@@ -177,6 +177,28 @@ static void judge_png(const judge_file *file, struct verdict *out)
     }
 }
 
+/* One object, or one for each line: brackets that fit. */
+static void judge_json(const judge_file *file, struct verdict *out)
+{
+    int64_t depth = 0;
+    bool in_text = false;
+    for (size_t i = 0; i < file->size; i++) {
+        const uint8_t c = file->bytes[i];
+        if (in_text) {
+            i += c == '\\' ? 1 : 0;
+            in_text = c != '"';
+            continue;
+        }
+        in_text = c == '"';
+        depth += c == '{' || c == '[' ? 1 : 0;
+        depth -= c == '}' || c == ']' ? 1 : 0;
+    }
+    judge_text(file, out);
+    if (file->size == 0 || depth != 0 || in_text) {
+        broken(file, "it breaks off", out);
+    }
+}
+
 /* A recording has its name while it grows. */
 static void judge_capture(const judge_file *file, struct verdict *out)
 {
@@ -207,6 +229,7 @@ void judge_whole(const judge_file *file, struct verdict *out)
                  {".yaml", judge_text},      {".ply", judge_ply},
                  {".pcd", judge_pcd},        {".las", judge_las},
                  {".png", judge_png},        {".pcap", judge_capture},
+                 {".json", judge_json},      {".prom", judge_text},
                  {".pcapng", judge_capture}, {".mcap", judge_capture}};
     const size_t len = strlen(file->name);
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
