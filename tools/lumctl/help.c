@@ -125,8 +125,8 @@ void help_row(const char *name, const char *takes, const char *text)
         snprintf(left, sizeof left, "%s%s%s", name, takes != NULL ? " " : "",
                  takes != NULL ? takes : "");
     (void)printf("  %-*s%s%*s  %s\n", LEFT_CHARS, left,
-                 n > LEFT_CHARS ? "\n" : "", n > LEFT_CHARS ? LEFT_CHARS + 2 : 0,
-                 "", text);
+                 n > LEFT_CHARS ? "\n" : "",
+                 n > LEFT_CHARS ? LEFT_CHARS + 2 : 0, "", text);
 }
 
 void help_begin(void)

@@ -245,10 +245,22 @@ static enum exit_status end_files(struct vitals *v, enum exit_status status)
     return status;
 }
 
-enum exit_status vitals_end(struct vitals *v, enum exit_status status)
+/* Hazards of before, by name; without HEARTBEAT_TIMEOUT where it is still there
+ * and only says that nobody owns the sensor. */
+static void tell_passed(const struct vitals *v, uint16_t passed)
 {
     char bits[LUM_LASER_BITS_TEXT];
-    if (v->ctl->options.every_s > 0.0 && (v->since != 0 || !v->has_row)) {
+    const unsigned shown = v->answers && v->has_status ? v->status : 0u;
+    const uint16_t gone = (uint16_t)(passed & ~shown);
+    (void)ctl_complain(EXIT_HAZARD, "hazards that came and went: %s",
+                       lum_laser_bits_name(gone != 0 ? gone : passed, ", ",
+                                           bits, sizeof bits));
+}
+
+enum exit_status vitals_end(struct vitals *v, enum exit_status status)
+{
+    const struct ctl_options *o = &v->ctl->options;
+    if (o->every_s > 0.0 && (v->since != 0 || !v->has_row)) {
         (void)write_row(v);
     }
     if (v->scribe != NULL) {
@@ -258,16 +270,14 @@ enum exit_status vitals_end(struct vitals *v, enum exit_status status)
     v->losses = NULL;
     const uint16_t now =
         v->answers && v->has_status ? hazards_of(v, v->status) : 0;
-    const uint16_t passed = (uint16_t)(v->ever & ~(unsigned)now);
-    const bool counts_all =
-        v->ctl->options.every_s > 0.0 || v->ctl->options.until == UNTIL_HAZARD;
-    if (status != EXIT_DONE || (now == 0 && (passed == 0 || !counts_all))) {
-        return status;
+    const bool counts_all = o->every_s > 0.0 || o->until == UNTIL_HAZARD;
+    const uint16_t passed =
+        counts_all ? (uint16_t)(v->ever & ~(unsigned)now) : 0;
+    if (passed != 0) {
+        tell_passed(v, passed);
     }
-    if (passed != 0 && counts_all) {
-        (void)ctl_complain(
-            EXIT_HAZARD, "hazards that came and went: %s",
-            lum_laser_bits_name(passed, ", ", bits, sizeof bits));
-    }
-    return EXIT_HAZARD;
+    return (now != 0 || passed != 0) &&
+                   (status == EXIT_DONE || status == EXIT_NO_ANSWER)
+               ? EXIT_HAZARD
+               : status;
 }

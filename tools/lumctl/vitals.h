@@ -49,8 +49,8 @@ bool vitals_take(struct vitals *v, const lum_sensor_event *event);
 bool vitals_is_met(const struct vitals *v);
 
 /* Ends the files, and says what is missing in them. status: of the command so
- * far. EXIT_HAZARD if nothing worse happened, and the last status has a hazard,
- * or, with --every or --until hazard, any had. */
+ * far. EXIT_HAZARD if that is EXIT_DONE or EXIT_NO_ANSWER and the last status
+ * has a hazard, or, with --every or --until hazard, any had. */
 enum exit_status vitals_end(struct vitals *v, enum exit_status status);
 
 /* gauge.c */
