@@ -252,10 +252,9 @@ STORY(a_sweep_and_a_slow_disk,
                      world_now() + user_any(200, 900) * WORLD_MS);
     user_expect_status(now.sweep, DONE);
     for (size_t i = 1; i < user_events(now.s, "heartbeat"); i++) {
-        user_expect_at_most(
-            user_event_at(now.s, "heartbeat", i)->t_ns -
-                user_event_at(now.s, "heartbeat", i - 1)->t_ns,
-            WORLD_S);
+        user_expect_at_most(user_event_at(now.s, "heartbeat", i)->t_ns -
+                                user_event_at(now.s, "heartbeat", i - 1)->t_ns,
+                            WORLD_S);
     }
     sweep_judge_run(now.sweep, true);
 }
