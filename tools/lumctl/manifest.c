@@ -204,6 +204,7 @@ static void put_counts(struct json *json, const struct recorder_counts *c)
 {
     put_time(json, "first_packet", c->first_utc_ns);
     put_time(json, "last_packet", c->last_utc_ns);
+    json_real(json, "longest_gap_s", (double)c->longest_gap_ns / 1e9, 3);
     json_uint(json, "packets", c->packets);
     json_uint(json, "packets_not_written", c->dropped);
     json_uint(json, "lines", c->losses.lines);

@@ -49,8 +49,11 @@ static int write_item(struct recorder *r, const struct ring_item *item,
                               .source_port = LUM_PORT,
                               .destination_port = r->host.port};
     losses_take(r->losses, r->sensor, &datagram);
+    const int64_t gap_ns = item->time_ns - r->counts.last_utc_ns;
     if (r->counts.packets++ == 0) {
         r->counts.first_utc_ns = item->time_ns;
+    } else if (gap_ns > r->counts.longest_gap_ns) {
+        r->counts.longest_gap_ns = gap_ns;
     }
     r->counts.last_utc_ns = item->time_ns;
     return lum_capture_writer_add(r->writer, &out, error);

