@@ -69,8 +69,8 @@ static int fail(const char *name, const char *doing, int code, lum_error *error)
 }
 
 /* Each kind is told once. what, why: about the file of this name. */
-static void tell(struct kept *k, enum note kind, const char *name,
-                 const char *what, const char *why)
+static void say_once(struct kept *k, enum note kind, const char *name,
+                     const char *what, const char *why)
 {
     if (!k->is_told[kind]) {
         k->is_told[kind] = true;
@@ -126,9 +126,10 @@ static int read_text(struct kept *k, FILE *file, size_t room, lum_error *error)
     case LEDGER_NO_MEMORY:
         return fail(k->ledger, "cannot be read", ENOMEM, error);
     case LEDGER_DAMAGED:
-        tell(k, NOTE_DAMAGED, k->ledger, "is damaged",
-             ": --keep has forgotten some files and leaves them; remove those "
-             "that you do not need");
+        say_once(
+            k, NOTE_DAMAGED, k->ledger, "is damaged",
+            ": --keep has forgotten some files and leaves them; remove those "
+            "that you do not need");
         return 0;
     case LEDGER_WHOLE:
     default:
@@ -297,8 +298,8 @@ static bool remove_file(struct kept *k, const struct ledger_file *file)
         return true;
     }
     if (look.kind != FILE_REGULAR || look.bytes != file->bytes) {
-        tell(k, NOTE_CHANGED, name, "others have changed it",
-             ": --keep leaves it, and forgets it");
+        say_once(k, NOTE_CHANGED, name, "others have changed it",
+                 ": --keep leaves it, and forgets it");
         return true;
     }
     if (unlink(name) == 0) {
@@ -306,9 +307,9 @@ static bool remove_file(struct kept *k, const struct ledger_file *file)
         return true;
     }
     k->stuck++;
-    tell(k, NOTE_STUCK, name,
-         "--keep cannot remove it, and tries again at each new file: ",
-         strerror(errno));
+    say_once(k, NOTE_STUCK, name,
+             "--keep cannot remove it, and tries again at each new file: ",
+             strerror(errno));
     return false;
 }
 
