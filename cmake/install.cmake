@@ -125,7 +125,7 @@ endif()
 # Nothing enables it. Its path of lumdump is that of this installation.
 if(TARGET lumdump AND CMAKE_SYSTEM_NAME STREQUAL "Linux")
   install(CODE "set(bindir \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}\")
-                configure_file(\"${PROJECT_SOURCE_DIR}/tools/lumdump/lumdump@.service.in\"
+                configure_file(\"${PROJECT_SOURCE_DIR}/tools/lumdump/lumdump.service.in\"
                                \"${PROJECT_BINARY_DIR}/lumdump@.service\" @ONLY)
                 file(INSTALL \"${PROJECT_BINARY_DIR}/lumdump@.service\"
                      DESTINATION \"\${CMAKE_INSTALL_PREFIX}/lib/systemd/system\")")

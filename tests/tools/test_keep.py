@@ -15,7 +15,7 @@ from live import Process, Sensor, tool, wait_until
 from support import BIN, PATIENCE_S, Folder, run, simulate, summary
 
 ADDRESSES = (f"127.78.0.{i}" for i in itertools.count(1))
-UNIT = pathlib.Path(__file__).resolve().parents[2] / "tools" / "lumdump" / "lumdump@.service.in"
+UNIT = pathlib.Path(__file__).resolve().parents[2] / "tools" / "lumdump" / "lumdump.service.in"
 VERIFIER = shutil.which("systemd-analyze")
 
 

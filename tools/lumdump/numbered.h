@@ -16,7 +16,8 @@ struct numbered {
 };
 
 /* How the files of an output are named. base: the last part of its name, with
- * %d for the number, else it is NAME-0001.EXT; kept. */
+ * %d for the number as options_pattern() wants it, else it is NAME-0001.EXT;
+ * kept. */
 struct numbered numbered_of(const char *base);
 
 /* Whether base, the last part of a path, is one of them. digits: where its
