@@ -50,6 +50,21 @@ class Every(unittest.TestCase):
         for line in lines:
             self.assertRegex(line, r"^\d{4}-\d\d-\d\dT[\d:.]+Z 127\.31\.3\.1: laser down, idle: HEARTBEAT_TIMEOUT, round trip ")
 
+    def test_lines_come_more_often_than_looks(self):
+        self.start_sensor(10)
+        p = self.start("status", "--every", "0.1")
+        wait_until(lambda: len(p.stdout().splitlines()) >= LINES, f"{LINES} lines")
+        self.assertEqual(p.end(), 0)
+        self.assertLess(len(self.sensor.events("tlv")), LINES / 2)  # twice a second
+
+    def test_a_hazard_is_no_failure_of_a_plain_heartbeat(self):
+        self.start_sensor(11, "--fault", "fan@USR1")
+        self.sensor.cue(signal.SIGUSR1)
+        for words, status in (((), 0), (("--every", "0.1"), 4), (("--until", "up"), 4)):
+            p = self.start("heartbeat", *words)
+            wait_until(lambda p=p: "FAN_PWM_BAD" in p.stdout(), "the hazard")
+            self.assertEqual(p.end(), status, (words, p.stderr()))
+
     def test_silence_is_a_line_and_status_3(self):
         csv_file, page = self.folder / "silent.csv", self.folder / "silent.prom"
         r = run("lumctl", "--host", f"{ADDRESS}2", "status", "--every", "0.2", "--duration", "2.5", "--csv", csv_file, "--prometheus",

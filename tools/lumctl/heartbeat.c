@@ -189,6 +189,13 @@ static enum exit_status conclude(struct beating *b, enum exit_status status)
     return status;
 }
 
+/* A plain heartbeat is done when it has ended, whatever the sensor says. */
+static bool judges_hazards(const struct ctl *ctl)
+{
+    const struct ctl_options *o = &ctl->options;
+    return o->laser || o->every_s > 0.0 || o->until != UNTIL_NOTHING;
+}
+
 static enum exit_status beat(struct ctl *ctl)
 {
     const int64_t now = lum_time_monotonic_ns();
@@ -197,11 +204,13 @@ static enum exit_status beat(struct ctl *ctl)
                         .begun_ns = now,
                         .shown_ns = now,
                         .begun.struct_size = sizeof b.begun};
-    const struct watch watch = {.looks = true,
-                                .period_ns = VITALS_ASK_NS,
-                                .ask = ask,
-                                .take = take,
-                                .context = &b};
+    const struct watch watch = {
+        .looks = true,
+        .period_ns = VITALS_ASK_NS,
+        .wake_ns = ctl->options.every_s > 0.0 ? &b.vitals.row_ns : NULL,
+        .ask = ask,
+        .take = take,
+        .context = &b};
     lum_sensor_count(ctl->sensor, &b.begun);
     b.shown = b.begun;
     if (writable(stderr, 0)) {
@@ -217,9 +226,9 @@ static enum exit_status beat(struct ctl *ctl)
     }
     clear_line(&b);
     status = conclude(&b, status);
-    status = vitals_end(&b.vitals, status);
+    const enum exit_status seen = vitals_end(&b.vitals, status);
     sum_up(&b);
-    return status;
+    return judges_hazards(ctl) || seen != EXIT_HAZARD ? seen : status;
 }
 
 enum exit_status command_heartbeat(struct ctl *ctl, int count, char **words)

@@ -180,7 +180,11 @@ static enum exit_status watch(struct ctl *ctl)
                          .redraws =
                              !ctl->options.json && report_is_terminal(stdout)};
     const struct watch watch = {
-        .period_ns = POLL_NS, .ask = ask, .take = take, .context = &w};
+        .period_ns = POLL_NS,
+        .wake_ns = ctl->options.every_s > 0.0 ? &w.vitals.row_ns : NULL,
+        .ask = ask,
+        .take = take,
+        .context = &w};
     enum exit_status status = ctl_open(ctl, false);
     if (status == EXIT_DONE) {
         status = vitals_begin(&w.vitals, ctl, true);

@@ -44,6 +44,19 @@ static void ask_when_due(struct ctl *ctl, const struct watch *watch,
     }
 }
 
+/* When take is called at the latest. */
+static int64_t next_look(const struct watch *watch, int64_t now, int64_t due)
+{
+    int64_t look = now + LOOK_NS;
+    if (due > now) {
+        look = earlier(look, due);
+    }
+    if (watch->wake_ns != NULL && *watch->wake_ns > now) {
+        look = earlier(look, *watch->wake_ns);
+    }
+    return look;
+}
+
 enum exit_status watch_run(struct ctl *ctl, const struct watch *watch)
 {
     int64_t now = lum_time_monotonic_ns();
@@ -53,9 +66,7 @@ enum exit_status watch_run(struct ctl *ctl, const struct watch *watch)
     for (; now < end; now = lum_time_monotonic_ns()) {
         lum_sensor_event event;
         ask_when_due(ctl, watch, now, &due);
-        const int64_t look =
-            due > now ? earlier(due, now + LOOK_NS) : now + LOOK_NS;
-        session_receive(ctl, earlier(end, look), &event);
+        session_receive(ctl, earlier(end, next_look(watch, now, due)), &event);
         if (event.kind == LUM_SENSOR_CANCELLED) {
             break;
         }

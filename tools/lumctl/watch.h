@@ -7,6 +7,8 @@
 struct watch {
     bool looks;        /* the laser session asks for the status, as it does */
     int64_t period_ns; /* between two requests of ask */
+    const int64_t *wake_ns; /* take is called then, too, monotonic; NULL, or in
+                               the past: it need not */
     lum_result (*ask)(struct ctl *ctl, void *context); /* begins one; may be
                                                           NULL beside looks */
     bool (*take)(void *context, const lum_sensor_event *event); /* false: end */
