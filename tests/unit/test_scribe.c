@@ -9,6 +9,7 @@
 
 #include "lumctl/scribe.h"
 
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -58,9 +59,10 @@ static struct scribe *begin(const char *rows, const char *page)
 
 static void end(struct scribe *scribe, uint64_t lost, bool page_failed)
 {
-    bool has_failed = false;
-    assert_int_equal(scribe_end(scribe, &has_failed), lost);
-    assert_int_equal(has_failed, page_failed);
+    const struct scribe_rest rest = scribe_end(scribe);
+    assert_int_equal(rest.lost, lost);
+    assert_int_equal(rest.page_failed, page_failed);
+    assert_false(rest.hangs);
 }
 
 static void lines_follow_one_header(void **state)
@@ -87,11 +89,27 @@ static void half_a_line_is_cut_off(void **state)
     assert_string_equal(read_file(path), HEADER "1,a\n3,c\n");
 }
 
+static void half_a_header_is_written_anew(void **state)
+{
+    static const char *const texts[] = {"", "t", "time,valu"};
+    const char *path = in_folder("half");
+    (void)state;
+    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
+        write_file(path, texts[i]);
+        struct scribe *scribe = begin(path, NULL);
+        scribe_add(scribe, "3,c\n");
+        end(scribe, 0, false);
+        assert_string_equal(read_file(path), HEADER "3,c\n");
+    }
+}
+
 static void a_file_of_other_columns_is_refused(void **state)
 {
-    static const char *const texts[] = {"other\n1\n", "time,v", "\n"};
+    static char tail[3000] = HEADER;
+    const char *const texts[] = {"other\n1\n", "time,v\n", "\n", tail};
     const char *path = in_folder("other");
     (void)state;
+    memset(tail + sizeof HEADER - 1, 'x', 2000);
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
         lum_error error = {""};
         write_file(path, texts[i]);
@@ -141,36 +159,65 @@ static void the_last_page_counts(void **state)
     assert_string_equal(read_file(path), "page 99\n");
 }
 
-/* A pipe that nobody reads: what does not fit is counted. */
-static void lines_without_room_are_counted(void **state)
+static void a_pipe_is_refused(void **state)
 {
     const char *path = in_folder("pipe");
-    char row[SCRIBE_ROW_BYTES];
-    bool page_failed = false;
+    lum_error error = {""};
     (void)state;
     assert_int_equal(mkfifo(path, 0600), 0);
+    assert_null(scribe_new(path, HEADER, NULL, &error));
+    assert_non_null(strstr(error.text, "is a pipe"));
+}
+
+/* Its standard output is a full pipe that nobody reads. */
+static void write_in_vain(void)
+{
+    char row[SCRIBE_ROW_BYTES];
+    lum_error error = {""};
     memset(row, 'x', sizeof row);
     row[sizeof row - 2] = '\n';
     row[sizeof row - 1] = '\0';
-    struct scribe *scribe = begin(path, NULL);
+    struct scribe *scribe = scribe_new("-", HEADER, NULL, &error);
     for (unsigned i = 0; i < 1000; i++) {
         scribe_add(scribe, row);
     }
-    const uint64_t lost = scribe_end(scribe, &page_failed);
-    assert_in_range(lost, 800, 999);
+    const struct scribe_rest rest = scribe_end(scribe);
+    _exit(rest.hangs && rest.lost == 1000 ? 0 : 1);
+}
+
+static void lines_without_room_are_counted(void **state)
+{
+    int ends[2];
+    int status = -1;
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    assert_int_equal(fcntl(ends[1], F_SETFL, O_NONBLOCK), 0);
+    while (write(ends[1], HEADER, 1) == 1) {
+    }
+    assert_int_equal(fcntl(ends[1], F_SETFL, 0), 0);
+    const pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        (void)dup2(ends[1], STDOUT_FILENO);
+        write_in_vain();
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    (void)close(ends[0]);
+    (void)close(ends[1]);
+    assert_int_equal(status, 0);
 }
 
 static void write_many(const char *path, unsigned run)
 {
     struct scribe *scribe = begin(path, NULL);
-    bool page_failed = false;
+
     for (unsigned i = 0; i < ROWS; i++) {
         char row[64];
         (void)snprintf(row, sizeof row, "%u,%u\n", run, i);
         scribe_add(scribe, row);
         (void)usleep(100);
     }
-    _exit(scribe_end(scribe, &page_failed) == 0 ? 0 : 1);
+    _exit(scribe_end(scribe).lost == 0 ? 0 : 1);
 }
 
 static void runs_that_write_one_file_tear_no_line(void **state)
@@ -227,10 +274,12 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lines_follow_one_header),
         cmocka_unit_test(half_a_line_is_cut_off),
+        cmocka_unit_test(half_a_header_is_written_anew),
         cmocka_unit_test(a_file_of_other_columns_is_refused),
         cmocka_unit_test(a_folder_that_is_not_there_is_named),
         cmocka_unit_test(a_page_that_cannot_be_written_is_news_once),
         cmocka_unit_test(the_last_page_counts),
+        cmocka_unit_test(a_pipe_is_refused),
         cmocka_unit_test(lines_without_room_are_counted),
         cmocka_unit_test(runs_that_write_one_file_tear_no_line)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -54,6 +54,10 @@ static char *read_text(const char *path)
         len = fread(text, 1, FILE_BYTES_MAX, file);
         text[len] = '\0';
     }
+    if (text != NULL && ferror(file) != 0) {
+        free(text);
+        text = NULL;
+    }
     if (file != NULL) {
         (void)fclose(file);
     }
@@ -341,21 +345,22 @@ bool manifest_tell(struct manifest *m, lum_error *out)
 
 bool manifest_end(struct manifest *m, const char *why, enum exit_status status)
 {
-    bool has_failed = false;
     if (m == NULL) {
         return true;
     }
     if (m->has_begun) {
         write_all(m, why, (int)status);
     }
-    (void)scribe_end(m->scribe, &has_failed);
+    const struct scribe_rest rest = scribe_end(m->scribe);
     for (size_t i = 0; m->lines != NULL && i < m->count; i++) {
         free(m->lines[i].begin);
         free(m->lines[i].text);
     }
-    lum_claim_drop(&m->claim);
+    if (!rest.hangs) { /* else it may write yet */
+        lum_claim_drop(&m->claim);
+    }
     free(m->lines);
     free(m->earlier);
     free(m);
-    return !has_failed;
+    return !rest.page_failed;
 }

@@ -3,11 +3,11 @@
 
 #include "../common/capture_file.h"
 #include "../common/ring.h"
-#include "store.h"
 
 #include "base/thread.h"
 
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,7 +21,7 @@ struct recorder {
 
     /* the thread's, until it has ended */
     char *path;
-    const struct provenance *about;
+    struct provenance about;
     lum_capture_writer *writer; /* NULL: it could not be opened */
     struct losses *losses;
     struct recorder_counts counts;
@@ -89,7 +89,7 @@ static void *run(void *context)
 {
     struct recorder *r = context;
     lum_error error = {""};
-    int result = capture_file_open(r->path, r->about, &r->writer, &error);
+    int result = capture_file_open(r->path, &r->about, &r->writer, &error);
     if (result != 0) {
         r->writer = NULL;
         set(r, RECORDER_BREAKS, &error);
@@ -124,7 +124,7 @@ static int prepare(struct recorder *r, const struct recorder_options *options,
     r->ring = ring_new(RING_BYTES);
     r->losses = losses_new(options->layout, error);
     r->path = strdup(options->path);
-    r->about = options->about;
+    r->about = *options->about;
     return r->ring != NULL && r->losses != NULL && r->path != NULL
                ? 0
                : lum_error_set(error, "out of memory");
@@ -190,7 +190,7 @@ void recorder_discard(struct recorder *recorder)
 {
     lum_error error;
     if (recorder != NULL && recorder_look(recorder, &error) == RECORDER_WHOLE) {
-        store_remove(recorder->path);
+        (void)remove(recorder->path);
     }
     recorder_free(recorder, NULL);
 }

@@ -16,9 +16,9 @@
 struct recorder;
 
 struct recorder_options {
-    const char *path;               /* a pcapng file; no longer needed after */
-    const struct provenance *about; /* must live on, as the next */
-    const lum_layout *layout;
+    const char *path; /* a pcapng file; no longer needed after, as the next */
+    const struct provenance *about;
+    const lum_layout *layout; /* must live on */
     lum_endpoint sensor;
     lum_endpoint host;
 };

@@ -4,8 +4,8 @@
 #include "../common/text_file.h"
 #include "rows_file.h"
 
+#include "base/text.h"
 #include "base/thread.h"
-
 #include "lum/base/time.h"
 
 #include <errno.h>
@@ -13,14 +13,13 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #define ROWS_BYTES   16384u
 #define HEADER_BYTES 512
 #define LOCK_NS      INT64_C(2000000000) /* for another run's line */
 #define AGAIN_NS     INT64_C(5000000)
-#define END_S        3
+#define END_NS       INT64_C(3000000000)
 
 /* What waits to be written. */
 struct work {
@@ -30,9 +29,9 @@ struct work {
 };
 
 struct scribe {
-    const char *rows;
-    const char *header;
-    const char *page;
+    char *rows;
+    char *header;
+    char *page;
     struct work writing; /* the thread's, as the next */
     bool has_begun;      /* to write to standard output */
 
@@ -51,10 +50,11 @@ struct scribe {
 
 static int fail(const char *path, lum_error *error)
 {
-    return lum_error_set(error, "%s: %s", path,
-                         errno == EEXIST
-                             ? "holds other columns; give another file"
-                             : strerror(errno));
+    return lum_error_set(
+        error, "%s: %s", path,
+        errno == EEXIST   ? "holds other columns; give another file"
+        : errno == ESPIPE ? "is a pipe; give - and let standard output be one"
+                          : strerror(errno));
 }
 
 /* Another run holds it only while it adds a line. */
@@ -69,43 +69,52 @@ static int open_rows(const char *path)
     return fd;
 }
 
-/* Whether a file that is not empty begins with the header. */
-static bool has_header(const struct scribe *s, int fd)
+/* How much of the header a file begins with; -1: with something else. A full
+ * disk, or a lost power, may have left a part of it. */
+static int find_header(const struct scribe *s, int fd)
 {
     char begin[HEADER_BYTES];
-    const unsigned len = (unsigned)strlen(s->header);
-    return len <= sizeof begin && lseek(fd, 0, SEEK_SET) == 0 &&
-           read(fd, begin, len) == (int)len &&
-           memcmp(begin, s->header, len) == 0;
+    const size_t len = strlen(s->header);
+    const int n =
+        lseek(fd, 0, SEEK_SET) == 0 ? (int)read(fd, begin, (unsigned)len) : -1;
+    return n >= 0 && memcmp(begin, s->header, (size_t)n) == 0 ? n : -1;
 }
 
-/* Cuts off the half line that a run may have left that was killed. */
+/* Cuts off the half line that a run may have left that was killed. A longer one
+ * is of others: EEXIST. */
 static int mend_end(int fd, off_t *size)
 {
     char end[SCRIBE_ROW_BYTES];
     const off_t from =
         *size > (off_t)sizeof end ? *size - (off_t)sizeof end : 0;
-    const ssize_t n =
-        lseek(fd, from, SEEK_SET) == from ? read(fd, end, sizeof end) : -1;
-    ssize_t whole = n;
+    const int n =
+        lseek(fd, from, SEEK_SET) == from ? (int)read(fd, end, sizeof end) : -1;
+    int whole = n;
     while (whole > 0 && end[whole - 1] != '\n') {
         whole--;
     }
+    if (n <= 0 || whole == 0) {
+        errno = n < 0 ? errno : EEXIST;
+        return -1;
+    }
     *size = from + whole;
-    return n < 0 ? -1 : whole == n ? 0 : rows_file_cut(fd, *size);
+    return whole == n ? 0 : rows_file_cut(fd, *size);
 }
 
-/* Before a line is added to a file of a size: the header, if it is empty. */
+/* Before a line is added to a file of a size: the header, if it has none. */
 static int prepare(const struct scribe *s, int fd, off_t *size)
 {
-    if (*size == 0) {
-        return rows_file_put(fd, s->header, strlen(s->header));
-    }
-    if (!has_header(s, fd)) {
+    const size_t len = strlen(s->header);
+    const int found = find_header(s, fd);
+    if (found < 0 || (found < (int)len && found < *size)) {
         errno = EEXIST;
         return -1;
     }
-    return mend_end(fd, size);
+    if (found == (int)len) {
+        return mend_end(fd, size);
+    }
+    *size = 0;
+    return rows_file_cut(fd, 0) == 0 ? rows_file_put(fd, s->header, len) : -1;
 }
 
 /* Lines are added whole or not at all: what a full disk took of them is cut off
@@ -125,7 +134,7 @@ static int add_to_file(const struct scribe *s, int fd, const struct work *work,
     return -1;
 }
 
-/* Standard output, or a pipe: the header comes once. */
+/* Standard output, or a terminal: the header comes once. */
 static int add_to_stream(struct scribe *s, int fd, const struct work *work)
 {
     const bool is_first = !s->has_begun;
@@ -135,14 +144,21 @@ static int add_to_stream(struct scribe *s, int fd, const struct work *work)
                : rows_file_put(fd, work->rows, work->rows_len);
 }
 
+/* A pipe would lose lines that nobody reads before it is closed. */
 static int add_rows(struct scribe *s, int fd, const struct work *work)
 {
     struct stat look;
     if (fstat(fd, &look) != 0) {
         return -1;
     }
-    return S_ISREG(look.st_mode) ? add_to_file(s, fd, work, look.st_size)
-                                 : add_to_stream(s, fd, work);
+    if (S_ISREG(look.st_mode)) {
+        return add_to_file(s, fd, work, look.st_size);
+    }
+    if (!S_ISCHR(look.st_mode)) {
+        errno = ESPIPE;
+        return -1;
+    }
+    return add_to_stream(s, fd, work);
 }
 
 static int write_rows(struct scribe *s, const struct work *work,
@@ -204,6 +220,7 @@ static void do_work(struct scribe *s)
         const int result = write_rows(s, work, &error);
         (void)pthread_mutex_lock(&s->lock);
         s->lost += result != 0 ? count_rows(work) : 0;
+        work->rows_len = 0;
         note(s, 0, result, &error);
         (void)pthread_mutex_unlock(&s->lock);
     }
@@ -243,6 +260,21 @@ static void *run(void *context)
 
 /* --- Its user's side --- */
 
+static void free_all(struct scribe *s)
+{
+    free(s->rows);
+    free(s->header);
+    free(s->page);
+    free(s);
+}
+
+/* A copy, or NULL of NULL. False: no memory. */
+static bool copy(const char *text, char **out)
+{
+    *out = text != NULL ? lum_text_copy(text) : NULL;
+    return text == NULL || *out != NULL;
+}
+
 struct scribe *scribe_new(const char *rows, const char *header,
                           const char *page, lum_error *error)
 {
@@ -252,18 +284,22 @@ struct scribe *scribe_new(const char *rows, const char *header,
         (void)lum_error_set(error, "out of memory");
         return NULL;
     }
-    s->rows = rows;
-    s->header = header;
-    s->page = page;
+    const bool has_rows = copy(rows, &s->rows);
+    const bool has_header = copy(header, &s->header);
+    if (!copy(page, &s->page) || !has_rows || !has_header) {
+        (void)lum_error_set(error, "out of memory");
+        free_all(s);
+        return NULL;
+    }
     if (check_rows(s, error) != 0) {
-        free(s);
+        free_all(s);
         return NULL;
     }
     (void)pthread_mutex_init(&s->lock, NULL);
     (void)pthread_cond_init(&s->changed, NULL);
     if (lum_thread_start(&thread, run, s) != 0) {
         (void)lum_error_set(error, "no thread to write files with");
-        free(s);
+        free_all(s);
         return NULL;
     }
     (void)pthread_detach(thread);
@@ -312,35 +348,41 @@ bool scribe_tell(struct scribe *scribe, lum_error *out)
     return has_news;
 }
 
-/* One that hangs in a disk keeps its memory: it may wake up yet. */
-uint64_t scribe_end(struct scribe *scribe, bool *page_failed)
+static bool has_ended(struct scribe *s)
 {
-    struct timespec end;
-    int result = 0;
-    *page_failed = false;
+    (void)pthread_mutex_lock(&s->lock);
+    const bool has = s->has_ended;
+    (void)pthread_mutex_unlock(&s->lock);
+    return has;
+}
+
+/* One that hangs in a disk keeps its memory: it may wake up yet. */
+struct scribe_rest scribe_end(struct scribe *scribe)
+{
+    struct scribe_rest rest = {.lost = 0};
+    const int64_t end = lum_time_monotonic_ns() + END_NS;
     if (scribe == NULL) {
-        return 0;
+        return rest;
     }
-    (void)clock_gettime(CLOCK_REALTIME, &end);
-    end.tv_sec += END_S;
     (void)pthread_mutex_lock(&scribe->lock);
     scribe->is_ending = true;
     (void)pthread_cond_broadcast(&scribe->changed);
-    while (!scribe->has_ended && result == 0) {
-        result = pthread_cond_timedwait(&scribe->changed, &scribe->lock, &end);
-    }
-    const bool has_ended = scribe->has_ended;
-    const uint64_t lost =
-        scribe->lost +
-        (has_ended ? 0
-                   : count_rows(&scribe->writing) + count_rows(&scribe->next));
-    *page_failed =
-        scribe->page != NULL && (scribe->has_failed[1] || !has_ended);
     (void)pthread_mutex_unlock(&scribe->lock);
-    if (has_ended) {
+    while (!has_ended(scribe) && lum_time_monotonic_ns() < end) {
+        lum_time_sleep_until(lum_time_monotonic_ns() + AGAIN_NS);
+    }
+    (void)pthread_mutex_lock(&scribe->lock);
+    rest.hangs = !scribe->has_ended;
+    rest.lost = scribe->lost + (rest.hangs ? count_rows(&scribe->writing) +
+                                                 count_rows(&scribe->next)
+                                           : 0);
+    rest.page_failed =
+        scribe->page != NULL && (scribe->has_failed[1] || rest.hangs);
+    (void)pthread_mutex_unlock(&scribe->lock);
+    if (!rest.hangs) {
         (void)pthread_mutex_destroy(&scribe->lock);
         (void)pthread_cond_destroy(&scribe->changed);
-        free(scribe);
+        free_all(scribe);
     }
-    return lost;
+    return rest;
 }

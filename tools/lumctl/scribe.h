@@ -16,8 +16,8 @@ struct scribe;
 /* Begins. rows: a file to which lines are added, after header where it is
  * empty; one that begins with something else is refused. Lines of several runs
  * may go into one, each stays whole. page: a file
- * that is replaced as a whole. Either may be NULL. The texts are not copied.
- * NULL with the reason in error. */
+ * that is replaced as a whole. Either may be NULL. NULL with the reason in
+ * error. */
 struct scribe *scribe_new(const char *rows, const char *header,
                           const char *page, lum_error *error);
 
@@ -32,9 +32,14 @@ void scribe_turn(struct scribe *scribe, const char *page);
 /* A failure, once for each that begins. False: there is none. */
 bool scribe_tell(struct scribe *scribe, lum_error *out);
 
-/* Writes what waits, for a few seconds at most, and ends. How many lines were
- * lost, and in *page_failed whether the last page was not written. NULL is
- * allowed. */
-uint64_t scribe_end(struct scribe *scribe, bool *page_failed);
+/* What was not written at the end. */
+struct scribe_rest {
+    uint64_t lost;    /* lines */
+    bool page_failed; /* the last page */
+    bool hangs;       /* the thread still waits for a disk, and may write yet */
+};
+
+/* Writes what waits, for 3 s at most, and ends. NULL is allowed. */
+struct scribe_rest scribe_end(struct scribe *scribe);
 
 #endif

@@ -230,15 +230,14 @@ bool vitals_is_met(const struct vitals *v)
 /* The last row, and what was never written. */
 static enum exit_status end_files(struct vitals *v, enum exit_status status)
 {
-    bool page_failed = false;
     tell_failure(v);
-    const uint64_t lost = scribe_end(v->scribe, &page_failed);
+    const struct scribe_rest rest = scribe_end(v->scribe);
     v->scribe = NULL;
-    if (lost > 0) {
+    if (rest.lost > 0) {
         status = ctl_complain(EXIT_FAILED, "%s lacks %" PRIu64 " lines",
-                              v->ctl->options.csv, lost);
+                              v->ctl->options.csv, rest.lost);
     }
-    if (page_failed) {
+    if (rest.page_failed) {
         status = ctl_complain(EXIT_FAILED, "%s is not up to date",
                               v->ctl->options.prometheus);
     }
