@@ -10,10 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A file in memory; a byte more than is accepted shows that it is longer. */
+/* A file in memory; a byte more than is accepted of any shows that it is
+ * longer. */
 typedef struct config_text {
     size_t len;
-    char bytes[LUM_CONFIG_BYTES_MAX + 1u];
+    char bytes[LUM_YAML_LIST_BYTES_MAX + 1u];
 } config_text;
 
 static int refuse_file(const char *name, int cause, lum_error *error)

@@ -413,8 +413,9 @@ int lum_settings_parse(const char *text, size_t len, const char *name,
     lum_settings_keys keys;
     memset(values, 0, sizeof values);
     lum_settings_keys_init(&keys);
-    keys.entries[keys.count++] =
-        (lum_key_entry){"version", VERSION, &lum_key_version};
+    memmove(keys.entries + 1, keys.entries,
+            keys.count++ * sizeof keys.entries[0]);
+    keys.entries[0] = (lum_key_entry){"version", VERSION, &lum_key_version};
     const lum_key_table table = {keys.entries, keys.count};
     return lum_yaml_read(&source, &table, values, error) == 0
                ? lum_settings_keys_take(&keys, name, "", values, out, error)

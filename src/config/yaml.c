@@ -505,11 +505,13 @@ int lum_yaml_read_list(const lum_yaml_source *source,
 {
     const lum_yaml_source rest = without_mark(source);
     const char *text = rest.len > 0 ? rest.text : "";
+    const unsigned most =
+        list != NULL ? LUM_YAML_LIST_BYTES_MAX : LUM_CONFIG_BYTES_MAX;
     reader r;
-    if (source->len > LUM_CONFIG_BYTES_MAX) {
+    if (source->len > most) {
         return lum_yaml_fail(error, source->name, 0, NULL,
                              "longer than the %u bytes that are accepted",
-                             LUM_CONFIG_BYTES_MAX);
+                             most);
     }
     memset(&r, 0, sizeof r);
     r.source = &rest;

@@ -21,6 +21,9 @@ typedef struct lum_yaml_source {
     const char *name; /**< for messages */
 } lum_yaml_source;
 
+/** Most bytes of a file with a list; of others, LUM_CONFIG_BYTES_MAX. */
+#define LUM_YAML_LIST_BYTES_MAX (1u << 20)
+
 /** Read a file's values.
  * @param values one for each index of the table; each is set as it is read,
  *               its place the line of its key. On failure some may have been.

@@ -285,6 +285,12 @@ static enum exit_status check_company(const struct ctl *ctl,
         return ctl_complain(EXIT_BAD, "--laser: a shell has 'laser on' and "
                                       "'laser off' for that");
     }
+    if (ctl->in_shell && (o->csv != NULL || o->prometheus != NULL)) {
+        return ctl_complain(EXIT_BAD,
+                            "--%s: a shell writes no files, so that it never "
+                            "waits for a disk; run lumctl status beside it",
+                            o->csv != NULL ? "csv" : "prometheus");
+    }
     if (o->watch && o->every_s > 0.0) {
         return ctl_complain(EXIT_BAD,
                             "--watch writes a line for each change, --every "

@@ -1,11 +1,29 @@
 #include "ctl.h"
 
+#include "../common/writable.h"
+
 #include <stdarg.h>
 #include <stdio.h>
+
+/* Whoever owns a sensor waits for no reader: its heartbeats come first. */
+static bool is_hurried;
+
+void ctl_complain_hurry(bool is)
+{
+    is_hurried = is;
+}
+
+static bool may_write(void)
+{
+    return !is_hurried || writable(stderr, 0);
+}
 
 enum exit_status ctl_complain(enum exit_status status, const char *format, ...)
 {
     va_list arguments;
+    if (!may_write()) {
+        return status;
+    }
     va_start(arguments, format);
     (void)fputs("lumctl: ", stderr);
     (void)vfprintf(stderr, format, arguments);
@@ -17,7 +35,7 @@ enum exit_status ctl_complain(enum exit_status status, const char *format, ...)
 void ctl_note(const struct ctl *ctl, const char *format, ...)
 {
     va_list arguments;
-    if (ctl->options.quiet) {
+    if (ctl->options.quiet || !may_write()) {
         return;
     }
     va_start(arguments, format);

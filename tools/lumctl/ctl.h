@@ -8,6 +8,7 @@
 #include "memory.h"
 
 #include "lum/base/error.h"
+#include "lum/calibration.h"
 #include "lum/live/laser_session.h"
 #include "lum/net/sensor.h"
 
@@ -85,6 +86,7 @@ struct ctl {
     uint16_t refused; /* with what the laser session just refused laser on */
     lum_news trouble; /* the first news by which data is no longer what was
                          asked for; kind 0: none */
+    const lum_calibration *calibration; /* read before; NULL: it is not */
     bool has_packets; /* of a dry run, in JSON: the array is open */
     struct json packets;
     struct memory changes;     /* of settings, by this command */
@@ -149,6 +151,10 @@ void ctl_end_packets(struct ctl *ctl);
  * Returns status. */
 LUM_PRINTF(2, 3)
 enum exit_status ctl_complain(enum exit_status status, const char *format, ...);
+
+/* From now on complaints and notes that have to wait for a reader are left
+ * out. */
+void ctl_complain_hurry(bool is);
 
 /* Notes on standard error, unless --quiet. */
 LUM_PRINTF(2, 3)

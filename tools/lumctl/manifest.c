@@ -9,11 +9,13 @@
 #include "session.h"
 
 #include "base/claim.h"
+#include "base/crc32.h"
 #include "base/system.h"
 #include "lum/base/time.h"
 #include "lum/version.h"
 
 #include <errno.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -37,6 +39,7 @@ struct manifest {
     char *earlier; /* the text of an earlier one; NULL: none */
     struct line *lines;
     size_t count;
+    size_t known; /* steps that the earlier one has as done, by their begin */
     lum_claim claim; /* to the folder's sweep */
     bool has_begun;  /* to be written */
     struct scribe *scribe;
@@ -64,15 +67,17 @@ static char *read_text(const char *path)
     return text;
 }
 
+/* In the line of a step; in a text its quotes would be escaped. */
+static const char is_done[] = ", \"done\": true";
+
 /* The earlier line of a step that is the same in this plan, up to its end;
  * NULL: none, or it was not done. */
 static char *find_earlier(const struct manifest *m, const char *begin)
 {
-    static const char done[] = ", \"done\": true";
     const char *at = m->earlier;
     const char *found = at != NULL ? strstr(at, begin) : NULL;
     if (found == NULL ||
-        strncmp(found + strlen(begin), done, sizeof done - 1) != 0) {
+        strncmp(found + strlen(begin), is_done, sizeof is_done - 1) != 0) {
         return NULL;
     }
     const size_t len = strcspn(found, "\n");
@@ -141,19 +146,38 @@ enum exit_status manifest_open(struct ctl *ctl, const char *folder,
 
 /* --- The lines --- */
 
-static void put_begin(FILE *out, size_t step,
+/* The table that an elevation comes to depends on the calibration. */
+static void put_table(struct json *json, const struct settings_plan *settings)
+{
+    char text[16];
+    lum_crc32 crc;
+    if (settings->has_table) {
+        const struct yscan_table *table = &settings->table;
+        lum_crc32_init(&crc);
+        (void)snprintf(text, sizeof text, "%08" PRIx32,
+                       lum_crc32_add(&crc, 0, table->raw,
+                                     table->count * sizeof table->raw[0]));
+        json_text(json, "table_crc", text);
+    }
+}
+
+static void put_begin(const struct manifest *m, FILE *out, size_t step,
                       const struct settings_plan *settings,
                       const lum_sweep_step *what)
 {
     struct json json;
+    char name[SESSION_NAME_BYTES];
     json_init(&json, out);
     json_open_object(&json, NULL);
     json_uint(&json, "step", step + 1u);
+    json_text(&json, "sensor", session_name(session_host(m->ctl), name));
+    json_bool(&json, "laser", m->ctl->options.laser);
     json_open_object(&json, "settings");
     for (size_t i = 0; i < settings->count; i++) {
         json_text(&json, settings->items[i].setting, settings->items[i].value);
     }
     json_close_object(&json);
+    put_table(&json, settings);
     json_real(&json, "record_s", (double)what->record_ns / 1e9, 3);
     json_uint(&json, "record_frames", what->frames);
     json_real(&json, "settle_s", (double)what->settle_ns / 1e9, 3);
@@ -169,7 +193,7 @@ bool manifest_name(struct manifest *m, size_t step,
     if (out == NULL) {
         return false;
     }
-    put_begin(out, step, settings, what);
+    put_begin(m, out, step, settings, what);
     if (fclose(out) != 0) {
         return false;
     }
@@ -177,11 +201,33 @@ bool manifest_name(struct manifest *m, size_t step,
     char path[MANIFEST_PATH_BYTES];
     manifest_file(m, step, name, path);
     const bool records = what->record_ns > 0 || what->frames > 0;
-    line->text = !records || access(path, R_OK) == 0
-                     ? find_earlier(m, line->begin)
-                     : NULL;
-    line->was_done = line->text != NULL;
+    char *earlier = find_earlier(m, line->begin);
+    m->known += earlier != NULL ? 1u : 0u;
+    line->was_done = earlier != NULL && (!records || access(path, R_OK) == 0);
+    if (line->was_done) {
+        line->text = earlier;
+    } else {
+        free(earlier);
+    }
     return true;
+}
+
+/* Else what is there would be replaced, or stay beside what is another's. */
+enum exit_status manifest_check(const struct manifest *m)
+{
+    size_t done = 0;
+    const char *at = m->earlier != NULL ? strstr(m->earlier, is_done) : NULL;
+    while (at != NULL) {
+        done++;
+        at = strstr(at + 1, is_done);
+    }
+    return done == m->known
+               ? EXIT_DONE
+               : ctl_complain(EXIT_BAD,
+                              "%s: %u steps that are done are of another plan, "
+                              "sensor or calibration, or differ in --laser: "
+                              "name another folder with -o",
+                              m->path, (unsigned)(done - m->known));
 }
 
 bool manifest_is_done(const struct manifest *m, size_t step)

@@ -41,6 +41,10 @@ bool manifest_name(struct manifest *m, size_t step,
                    const struct settings_plan *settings,
                    const lum_sweep_step *what);
 
+/* After all are named: EXIT_BAD with a complaint if the earlier manifest has
+ * steps as done that are not of this plan, sensor, calibration and --laser. */
+enum exit_status manifest_check(const struct manifest *m);
+
 /* Whether it was done by an earlier run, and its file is there. */
 bool manifest_is_done(const struct manifest *m, size_t step);
 

@@ -123,6 +123,7 @@ void session_end(struct ctl *ctl)
     lum_sensor_close(ctl->sensor);
     ctl->laser = NULL;
     ctl->sensor = NULL;
+    ctl_complain_hurry(false);
 }
 
 enum exit_status session_change(struct ctl *ctl, lum_endpoint host, bool owns)
@@ -139,6 +140,7 @@ enum exit_status session_change(struct ctl *ctl, lum_endpoint host, bool owns)
     ctl->sensor = sensor;
     ctl->laser = laser;
     ctl->owns = owns;
+    ctl_complain_hurry(owns);
     return EXIT_DONE;
 }
 

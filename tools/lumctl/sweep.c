@@ -35,8 +35,7 @@ static const char *name_folder(const struct ctl *ctl, const char *plan,
     return strcmp(plan, "-") == 0 ? "sweep" : out;
 }
 
-static enum exit_status check_words(const struct ctl *ctl, int count,
-                                    char **words)
+static enum exit_status check_words(const struct ctl *ctl, int count)
 {
     if (count != 2) {
         return ctl_complain(EXIT_BAD, count < 2
@@ -44,14 +43,10 @@ static enum exit_status check_words(const struct ctl *ctl, int count,
                                             "sample calib/sweep.yaml"
                                           : "sweep: one plan, not more");
     }
-    if (ctl->in_shell && strcmp(words[1], "-") == 0) {
-        return ctl_complain(EXIT_BAD, "sweep: '-' would read what is typed "
-                                      "here; give a file");
-    }
-    if (ctl->options.calibration != NULL &&
-        strcmp(ctl->options.calibration, "-") == 0) {
-        return ctl_complain(EXIT_BAD, "sweep: the calibration is read more "
-                                      "than once: give a file");
+    if (ctl->in_shell) {
+        return ctl_complain(EXIT_BAD,
+                            "sweep: a shell has a session of its own; "
+                            "run lumctl sweep beside it");
     }
     return EXIT_DONE;
 }
@@ -67,6 +62,7 @@ static enum exit_status load(struct sweep *s)
                                &s->geometry.calibration, &error) != 0) {
         return ctl_complain(EXIT_BAD, "%s", error.text);
     }
+    s->ctl->calibration = &s->geometry.calibration;
     s->geometry.profile = s->ctl->layout.profile;
     s->geometry.has_profile =
         o->profile != NULL || set_keys_first(&o->set, true) != NULL;
@@ -143,7 +139,7 @@ static enum exit_status prepare(struct sweep *s, size_t *todo)
             *todo += manifest_is_done(s->manifest, i) ? 0 : 1u;
         }
     }
-    return status;
+    return status == EXIT_DONE ? manifest_check(s->manifest) : status;
 }
 
 /* --- The session --- */
@@ -211,7 +207,9 @@ static enum exit_status run(struct sweep *s)
     ctl->trouble.struct_size = sizeof ctl->trouble;
     status = do_steps(s);
     s->is_whole = status == EXIT_DONE;
-    if (ctl->options.laser && laser_leave(ctl) != EXIT_DONE && s->is_whole) {
+    status = s->is_whole ? sweep_check(s) : status;
+    if (ctl->options.laser && laser_leave(ctl) != EXIT_DONE &&
+        status == EXIT_DONE) {
         (void)snprintf(s->why, sizeof s->why, "the laser was not seen off");
         status = EXIT_FAILED;
     }
@@ -223,7 +221,6 @@ static enum exit_status run(struct sweep *s)
 
 static enum exit_status conclude(struct sweep *s, enum exit_status status)
 {
-    char at[SESSION_CTL_BYTES];
     if (status == EXIT_DONE) {
         return status;
     }
@@ -231,10 +228,9 @@ static enum exit_status conclude(struct sweep *s, enum exit_status status)
                        s->is_whole ? "all steps are done, but"
                                    : "not all steps are done:",
                        s->why);
-    if (!s->is_whole && strcmp(s->file, "-") != 0) {
-        ctl_note(s->ctl, "%s sweep %s -o %s%s --continue does what is missing",
-                 session_ctl(s->ctl, session_host(s->ctl), at), s->file,
-                 s->folder, s->ctl->options.laser ? " --laser" : "");
+    if (!s->is_whole) {
+        ctl_note(s->ctl,
+                 "the same command with --continue does what is missing");
     }
     return status;
 }
@@ -263,7 +259,7 @@ enum exit_status command_sweep(struct ctl *ctl, int count, char **words)
 {
     struct sweep *s = calloc(1, sizeof *s);
     char folder[FOLDER_BYTES];
-    enum exit_status status = check_words(ctl, count, words);
+    enum exit_status status = check_words(ctl, count);
     if (s == NULL) {
         return ctl_complain(EXIT_FAILED, "out of memory");
     }
@@ -276,6 +272,7 @@ enum exit_status command_sweep(struct ctl *ctl, int count, char **words)
     if (status == EXIT_DONE) {
         status = ctl->options.dry_run ? print_dry(s) : sweep(s);
     }
+    ctl->calibration = NULL;
     if (!manifest_end(s->manifest, s->why, status)) {
         status = ctl_complain(status != EXIT_DONE ? status : EXIT_FAILED,
                               "%s/manifest.json is not up to date", s->folder);

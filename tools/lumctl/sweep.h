@@ -14,12 +14,15 @@ struct sweep {
     struct manifest *manifest;
     struct geometry geometry;      /* what recordings say of themselves */
     struct memory expected;        /* what the steps so far have set */
-    struct memory_clock clock;     /* the latest look at the sensor's */
+    struct memory_clock clock;     /* the latest look at the sensor's, */
+    int64_t looked_ns;             /* monotonic */
     struct settings_plan settings; /* what the step at hand sends */
     struct settings_plan in_force; /* and what the steps so far come to */
-    struct recorder *dropped;      /* its file is not wanted; NULL: none */
-    bool is_whole;                 /* all steps are done */
-    char why[LUM_ERROR_BYTES];     /* its status is not EXIT_DONE */
+    bool has_status;               /* of the last proof */
+    uint16_t status;
+    struct recorder *dropped;  /* its file is not wanted; NULL: none */
+    bool is_whole;             /* all steps are done */
+    char why[LUM_ERROR_BYTES]; /* its status is not EXIT_DONE */
 };
 
 /* Sets, settles, records and proves a step, and notes it in the manifest.

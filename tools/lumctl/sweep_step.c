@@ -44,10 +44,10 @@ struct recording {
     int64_t asked_ns; /* monotonic */
     bool has_begun;
     bool has_ended;
-    int64_t first_utc_ns;
-    int64_t last_utc_ns;
-    int64_t frame_utc_ns; /* the latest that began */
-    uint32_t count;       /* frames that are whole */
+    int64_t begun_ns; /* monotonic, as the next: the calendar may be set */
+    int64_t last_ns;  /* the latest packet */
+    int64_t frame_ns; /* the latest frame that began */
+    uint32_t count;   /* frames that are whole */
     enum exit_status status;
 };
 
@@ -152,10 +152,10 @@ static bool end_recording(struct recording *r, enum exit_status status,
     return false;
 }
 
-static bool is_over(const struct recording *r, int64_t utc_ns,
+static bool is_over(const struct recording *r, int64_t now_ns,
                     bool begins_frame)
 {
-    const int64_t since_ns = utc_ns - r->first_utc_ns;
+    const int64_t since_ns = now_ns - r->begun_ns;
     return r->what->frames > 0
                ? r->count == r->what->frames
                : since_ns >= r->what->record_ns + OVERDUE_NS ||
@@ -163,27 +163,27 @@ static bool is_over(const struct recording *r, int64_t utc_ns,
 }
 
 /* Begins and ends with a frame. */
-static bool take_datagram(struct recording *r, const lum_received *datagram)
+static bool take_datagram(struct recording *r, const lum_received *datagram,
+                          int64_t now_ns)
 {
     const bool begins_frame = frame_watch_begins(
         &r->frames, &r->sweep->ctl->layout, datagram->bytes, datagram->len);
-    const int64_t utc_ns = datagram->utc_ns;
     if (!r->has_begun) {
         r->has_begun = begins_frame;
-        r->first_utc_ns = utc_ns;
-        r->frame_utc_ns = utc_ns;
+        r->begun_ns = now_ns;
+        r->frame_ns = now_ns;
     } else {
         r->count += begins_frame ? 1u : 0u;
-        r->frame_utc_ns = begins_frame ? utc_ns : r->frame_utc_ns;
-        if (utc_ns - r->last_utc_ns > GAP_NS) {
+        r->frame_ns = begins_frame ? now_ns : r->frame_ns;
+        if (now_ns - r->last_ns > GAP_NS) {
             return end_recording(r, EXIT_NO_ANSWER,
                                  "no data came for more than 1 s");
         }
-        if (is_over(r, utc_ns, begins_frame)) {
+        if (is_over(r, now_ns, begins_frame)) {
             return end_recording(r, EXIT_DONE, "");
         }
     }
-    r->last_utc_ns = utc_ns;
+    r->last_ns = now_ns;
     if (r->has_begun) {
         recorder_put(r->recorder, datagram);
     }
@@ -191,19 +191,17 @@ static bool take_datagram(struct recording *r, const lum_received *datagram)
 }
 
 /* What did not come in time. */
-static bool is_in_time(struct recording *r)
+static bool is_in_time(struct recording *r, int64_t now_ns)
 {
-    const int64_t now_ns = lum_time_monotonic_ns();
-    const int64_t utc_ns = lum_time_utc_ns();
     if (!r->has_begun) {
         return now_ns - r->asked_ns < FIRST_NS ||
                end_recording(r, EXIT_NO_ANSWER, "no frame began within 5 s");
     }
-    if (utc_ns - r->last_utc_ns > GAP_NS) {
+    if (now_ns - r->last_ns > GAP_NS) {
         return end_recording(r, EXIT_NO_ANSWER,
                              "no data came for more than 1 s");
     }
-    return r->what->frames == 0 || utc_ns - r->frame_utc_ns < FRAME_NS ||
+    return r->what->frames == 0 || now_ns - r->frame_ns < FRAME_NS ||
            end_recording(r, EXIT_FAILED, "no frame began within 10 s");
 }
 
@@ -212,6 +210,7 @@ static bool take_recording(void *context, const lum_sensor_event *event)
     struct recording *r = context;
     lum_error error;
     const enum exit_status trouble = sweep_check(r->sweep);
+    const int64_t now_ns = lum_time_monotonic_ns();
     bool goes_on = true;
     if (trouble != EXIT_DONE) {
         r->has_ended = true;
@@ -220,11 +219,11 @@ static bool take_recording(void *context, const lum_sensor_event *event)
     }
     if (event->kind == LUM_SENSOR_DATAGRAMS) {
         for (size_t i = 0; i < event->datagram_count && goes_on; i++) {
-            goes_on = take_datagram(r, &event->datagrams[i]);
+            goes_on = take_datagram(r, &event->datagrams[i], now_ns);
         }
         recorder_publish(r->recorder);
     } else {
-        goes_on = is_in_time(r);
+        goes_on = is_in_time(r, now_ns);
     }
     return goes_on && (recorder_look(r->recorder, &error) == RECORDER_WRITES ||
                        end_recording(r, EXIT_FAILED, error.text));
@@ -320,17 +319,16 @@ static const char *find_other(const struct sweep *s, const struct memory *now)
 
 /* Whether a sensor's clock went on all the time: after a restart it begins at 0
  * again. Closer than memory_compare(), which has to do with readings that are
- * days apart. */
+ * days apart, and not by the calendar, which may be set. */
 static bool is_same_run(const struct memory_clock *before,
-                        const struct memory_clock *now)
+                        const struct memory_clock *now, int64_t passed)
 {
-    const int64_t passed = now->utc_ns - before->utc_ns;
     const uint32_t ticks = now->clock_us - before->clock_us;
     const int64_t jump = (int32_t)(ticks - (uint32_t)(passed / 1000));
     const int64_t most = (before->error_ns + now->error_ns + CLOCK_SLACK_NS +
                           passed / CLOCK_DRIFT_PER) /
                          1000;
-    return passed >= 0 && jump <= most && jump >= -most;
+    return jump <= most && jump >= -most;
 }
 
 /* Asks for the clock. */
@@ -348,6 +346,12 @@ static enum exit_status look(struct sweep *s, struct remembered *out)
                : fail(s, status, "the sensor does not answer");
 }
 
+/* When a reading was made, monotonic. */
+static int64_t time_of(const struct memory_clock *clock)
+{
+    return lum_time_monotonic_ns() - (lum_time_utc_ns() - clock->utc_ns);
+}
+
 /* Before the first setting. */
 static enum exit_status look_first(struct sweep *s)
 {
@@ -356,29 +360,56 @@ static enum exit_status look_first(struct sweep *s)
         s->clock.is_known ? EXIT_DONE : look(s, &now);
     if (status == EXIT_DONE && !s->clock.is_known) {
         s->clock = now.clock;
+        s->looked_ns = time_of(&now.clock);
     }
     return status;
 }
 
-/* That the sensor has not restarted since the sweep's first look, and nobody
- * has set what it has set. */
+/* The laser session looks once a second: another program may have switched the
+ * laser off since. */
+static enum exit_status look_at_laser(struct sweep *s)
+{
+    struct ctl_answer answer = {.has_status = false};
+    bool was_sent = false;
+    const enum exit_status status =
+        ctl_request(s->ctl, NULL, 0, &answer, &was_sent);
+    if (sweep_check(s) != EXIT_DONE) {
+        return sweep_check(s);
+    }
+    if (status != EXIT_DONE) {
+        return fail(s, status, "the sensor does not answer");
+    }
+    s->has_status = answer.has_status;
+    s->status = answer.status;
+    if (!s->ctl->options.laser ||
+        (answer.has_status && lum_laser_is_on(answer.status))) {
+        return EXIT_DONE;
+    }
+    return fail(s,
+                lum_laser_has_hazard(answer.status) ? EXIT_HAZARD : EXIT_FAILED,
+                "the laser is no longer up");
+}
+
+/* That the laser is as it was, the sensor has not restarted since the sweep's
+ * first look, and no lumctl of this user has set what it has set. */
 static enum exit_status prove(struct sweep *s)
 {
     struct remembered now;
-    double missed = 0.0;
-    const enum exit_status status = look(s, &now);
+    enum exit_status status = look_at_laser(s);
+    status = status == EXIT_DONE ? look(s, &now) : status;
     if (status != EXIT_DONE) {
         return status;
     }
-    if (memory_compare(&s->clock, &now.clock, &missed) != MEMORY_SAME_RUN ||
-        !is_same_run(&s->clock, &now.clock)) {
+    const int64_t now_ns = time_of(&now.clock);
+    if (!is_same_run(&s->clock, &now.clock, now_ns - s->looked_ns)) {
         return fail(s, EXIT_FAILED, "the sensor restarted, by its clock");
     }
     s->clock = now.clock;
+    s->looked_ns = now_ns;
     const char *other = now.has_file ? find_other(s, &now.memory) : NULL;
     if (other != NULL) {
         (void)snprintf(s->why, sizeof s->why,
-                       "another program of this host set %s meanwhile", other);
+                       "another lumctl has set %s meanwhile", other);
         return EXIT_FAILED;
     }
     return EXIT_DONE;
@@ -446,7 +477,7 @@ static enum exit_status record_step(struct sweep *s, size_t step,
                                     struct manifest_result *result)
 {
     char path[MANIFEST_PATH_BYTES];
-    static struct provenance about; /* large */
+    static struct provenance about; /* large, and copied */
     struct recording r = {.sweep = s, .what = &s->plan.steps[step]};
     lum_error error = {""};
     say_about(s, step, &about);
@@ -518,18 +549,24 @@ static void tell_done(const struct sweep *s, size_t step,
     (void)fflush(stdout);
 }
 
+/* The last: of the proof, or of the laser session. */
+static void take_status(const struct sweep *s, struct manifest_result *result)
+{
+    lum_laser_session_view view = {.struct_size = sizeof view};
+    (void)lum_laser_session_look(s->ctl->laser, &view);
+    result->has_status = s->has_status || view.has_status;
+    result->status = s->has_status ? s->status : view.status;
+}
+
 enum exit_status sweep_step(struct sweep *sweep, size_t step)
 {
-    struct ctl *ctl = sweep->ctl;
     struct manifest_result result = {.why = "it was under way"};
-    lum_laser_session_view view = {.struct_size = sizeof view};
     lum_error error = {""};
+    sweep->has_status = false;
     manifest_note(sweep->manifest, step, &result);
     const enum exit_status status = do_step(sweep, step, &result);
     result.is_done = status == EXIT_DONE;
-    (void)lum_laser_session_look(ctl->laser, &view);
-    result.has_status = view.has_status;
-    result.status = view.status;
+    take_status(sweep, &result);
     (void)snprintf(result.why, sizeof result.why, "%s", sweep->why);
     manifest_note(sweep->manifest, step, &result);
     if (result.is_done) {

@@ -21,6 +21,10 @@ enum exit_status yscan_load_calibration(const struct ctl *ctl,
                                         lum_calibration *out)
 {
     lum_error error = {""};
+    if (ctl->calibration != NULL) {
+        *out = *ctl->calibration;
+        return EXIT_DONE;
+    }
     lum_calibration_default(out);
     if (files_load_calibration(ctl->options.calibration, &ctl->options.set, out,
                                &error) != 0) {
