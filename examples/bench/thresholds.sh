@@ -4,7 +4,7 @@
 set -euo pipefail
 folder=${1:-thresholds}
 plan=${2:-$(dirname "$0")/../../calib/sweep.yaml}
-trap 'if [ $? -eq 4 ]; then ${ALARM:-echo} "hazard: see $folder/manifest.json" >&2; fi' EXIT
+trap 'if [ $? -eq 4 ]; then ${ALARM:-echo} "hazard: $folder is not done" >&2; fi' EXIT
 
 lumctl wait clear --for 60
 # If this shell is killed, lumctl gets a signal, and switches the laser off.

@@ -141,12 +141,15 @@ class Every(unittest.TestCase):
         self.assertEqual((r.returncode, "other columns" in r.stderr, other.read_text()), (1, True, "a,b\n1,2\n"))
 
     def test_the_documents_have_each_column_and_metric(self):
-        self.start_sensor(9)
+        self.start_sensor(9, "--fault", "fan@USR1")
         lines, page = self.folder / "all.csv", self.folder / "all.prom"
-        p = self.start("heartbeat", "--laser", "--every", "0.1", "--csv", lines, "--prometheus", page)
+        p = self.start("heartbeat", "--every", "0.1", "--csv", lines, "--prometheus", page)
         # The drift takes a second look at the clock.
         wait_until(lambda: page.exists() and "lumsdk_clock_drift_ratio{" in page.read_text(), "a drift")
-        self.assertEqual(p.end(), 0, p.stderr())
+        self.assertIn("\nlumsdk_hazards_total{sensor=\"127.31.3.9\"} 0\n", page.read_text())
+        self.sensor.cue(signal.SIGUSR1)
+        wait_until(lambda: "\nlumsdk_hazards_total{sensor=\"127.31.3.9\"} 1\n" in page.read_text(), "a hazard")
+        self.assertEqual(p.end(), 4, p.stderr())
         self.assertEqual(lines.read_text().splitlines()[0].split(","), documented("`--csv` writes", "`--json` has"))
         self.assertEqual(set(re.findall(r"^# TYPE (\w+) ", page.read_text(), re.M)),
                          set(documented("`--prometheus` has", "## Elevations")))

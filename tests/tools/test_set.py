@@ -207,7 +207,7 @@ class Others(Case):
         self.assertEqual(by_file, self.done(*words, "--set", "eyes.blue.elevation.max_deg=-5").stdout)
 
     def test_commands_of_lumctl_that_use_no_calibration_refuse_it(self):
-        owners = "yscan, apply, shell"
+        owners = "yscan, apply, sweep, shell"
         commands = [("status",), ("time", "--watch"), ("set-ip", "10.42.0.38"), ("laser", "off"), ("power", 50), ("lines", 64),
                     ("send", "50p"), ("tlv", "1:00"), ("find",), ("show",), ("save",), ("heartbeat",), ("doctor",)]
         for command in commands:

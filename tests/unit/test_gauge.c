@@ -34,6 +34,8 @@ static struct vitals make_well(void)
                            .has_status = true,
                            .status = LUM_LASER_TLV_CMD_ON,
                            .since = LUM_LASER_FAN_PWM_BAD,
+                           .hazard_count = 3,
+                           .hazard_utc_ns = 1500000000,
                            .answered_ns = 1,
                            .round_trip_ns = 1234567};
 }
@@ -84,7 +86,7 @@ static void silence_is_said_in_every_form(void **state)
         row, "2026-11-28T03:31:57.809Z 10.42.0.37: does not answer\n");
     gauge_csv(&g, row);
     assert_string_equal(
-        row, "2026-11-28T03:31:57.809Z,10.42.0.37,0,,,,,,,,,,,,,,\n");
+        row, "2026-11-28T03:31:57.809Z,10.42.0.37,0,,,,,,,,,,,,,,,\n");
     assert_string_equal(json_of(&g),
                         "{\"time\": \"2026-11-28T03:31:57.809Z\", \"sensor\": "
                         "\"10.42.0.37\", \"answers\": false, "
@@ -94,10 +96,9 @@ static void silence_is_said_in_every_form(void **state)
         page, "# HELP lumsdk_up Whether the sensor answers.\n"
               "# TYPE lumsdk_up gauge\n"
               "lumsdk_up{sensor=\"10.42.0.37\"} 0\n"
-              "# HELP lumsdk_hazard_since Whether a hazard was seen since the "
-              "page before.\n"
-              "# TYPE lumsdk_hazard_since gauge\n"
-              "lumsdk_hazard_since{sensor=\"10.42.0.37\"} 0\n");
+              "# HELP lumsdk_hazards_total Times that a hazard began.\n"
+              "# TYPE lumsdk_hazards_total counter\n"
+              "lumsdk_hazards_total{sensor=\"10.42.0.37\"} 0\n");
 }
 
 static void all_that_is_known_is_in_every_form(void **state)
@@ -111,13 +112,14 @@ static void all_that_is_known_is_in_every_form(void **state)
                              "TLV_CMD_ON, round trip 1.23 ms, 5 packets, 11 "
                              "words lost; meanwhile: FAN_PWM_BAD\n");
     gauge_csv(&g, row);
-    assert_string_equal(
-        row, "2026-11-28T03:31:57.809Z,10.42.0.37,1,up,2048,,FAN_PWM_BAD,1.235,"
-             "-1.500000001,0.000150227,-7.210,5,6,7,9,10,11\n");
+    assert_string_equal(row, "2026-11-28T03:31:57.809Z,10.42.0.37,1,0.250,up,"
+                             "2048,,FAN_PWM_BAD,1.235,"
+                             "-1.500000001,0.000150227,-7.210,5,6,7,9,10,11\n");
     assert_string_equal(
         json_of(&g),
         "{\"time\": \"2026-11-28T03:31:57.809Z\", \"sensor\": \"10.42.0.37\", "
-        "\"answers\": true, \"status\": 2048, \"status_hex\": \"0x0800\", "
+        "\"answers\": true, \"answer_age_s\": 0.250, \"status\": 2048, "
+        "\"status_hex\": \"0x0800\", "
         "\"bits\": [\"TLV_CMD_ON\"], \"hazards\": [], \"laser\": \"up\", "
         "\"idle\": false, \"hazards_since\": \"FAN_PWM_BAD\", "
         "\"round_trip_ms\": 1.235, \"clock_us\": 77, \"offset_ns\": "
@@ -158,7 +160,8 @@ static void a_page_has_all_metrics(void **state)
     assert_metric(page, "round_trip_seconds", "0.001234567");
     assert_metric(page, "laser_up", "1");
     assert_metric(page, "hazard", "0");
-    assert_metric(page, "hazard_since", "1");
+    assert_metric(page, "hazards_total", "3");
+    assert_metric(page, "last_hazard_timestamp_seconds", "1.500000000");
     assert_metric(page, "clock_offset_seconds", "-1.500000001");
     assert_metric(page, "clock_error_seconds", "0.000150227");
     assert_metric(page, "clock_drift_ratio", "-7.21e-06");
@@ -190,7 +193,7 @@ static void a_silent_sensor_has_no_old_values(void **state)
     assert_null(find(page, "round_trip_seconds"));
     assert_null(find(page, "clock_offset_seconds"));
     gauge_csv(&g, row);
-    assert_non_null(strstr(row, ",0,,,,FAN_PWM_BAD,,"));
+    assert_non_null(strstr(row, ",0,0.250,,,,FAN_PWM_BAD,,"));
     v.status = LUM_LASER_FAN_PWM_BAD;
     gauge_text(&g, row);
     assert_non_null(strstr(row, "does not answer"));

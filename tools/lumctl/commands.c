@@ -37,7 +37,7 @@ static const struct command table[] = {
      .run = command_status},
     {.name = "wait",
      .arguments = "[answers|up|down|clear]",
-     .summary = "until it answers, or its laser is so",
+     .summary = "until it answers, its laser is so, or no hazard is left",
      .own = OWN_FOR,
      .words = {"answers", "up", "down", "clear"},
      .lacks = {"dry-run", "json"},
@@ -296,6 +296,10 @@ static enum exit_status check_company(const struct ctl *ctl,
                             "--watch writes a line for each change, --every "
                             "one each time: give one of them");
     }
+    if (o->every_s <= 0.0 && (o->csv != NULL || o->prometheus != NULL)) {
+        return ctl_complain(EXIT_BAD, "--%s goes with --every S",
+                            o->csv != NULL ? "csv" : "prometheus");
+    }
     if (needs_watch && o->duration_s > 0.0 && !goes_on) {
         return ctl_complain(
             EXIT_BAD,
@@ -304,10 +308,6 @@ static enum exit_status check_company(const struct ctl *ctl,
     }
     if (needs_watch && o->until != UNTIL_NOTHING && !goes_on) {
         return ctl_complain(EXIT_BAD, "--until goes with --watch or --every S");
-    }
-    if (o->every_s <= 0.0 && (o->csv != NULL || o->prometheus != NULL)) {
-        return ctl_complain(EXIT_BAD, "--%s goes with --every S",
-                            o->csv != NULL ? "csv" : "prometheus");
     }
     return EXIT_DONE;
 }

@@ -17,14 +17,6 @@ static bool has_trip(const struct gauge *g)
     return g->vitals->answers && g->vitals->round_trip_ns > 0;
 }
 
-static uint16_t hazards_of(const struct gauge *g)
-{
-    const struct vitals *v = g->vitals;
-    return !v->has_status || report_is_idle(v->status, g->is_owned)
-               ? 0
-               : (uint16_t)(v->status & LUM_LASER_HAZARDS);
-}
-
 /* Those that came, and that the row does not show otherwise. */
 static uint16_t passed(const struct gauge *g)
 {
@@ -107,6 +99,9 @@ void gauge_json(const struct gauge *g, FILE *out)
     json_text(&json, "time", report_utc(g->utc_ns, when));
     json_text(&json, "sensor", g->sensor);
     json_bool(&json, "answers", v->answers);
+    if (g->age_s >= 0.0) {
+        json_real(&json, "answer_age_s", g->age_s, 3);
+    }
     if (v->answers && v->has_status) {
         report_json(&json, v->status, g->is_owned);
     }
@@ -128,7 +123,8 @@ void gauge_json(const struct gauge *g, FILE *out)
 /* --- CSV --- */
 
 const char gauge_csv_header[] =
-    "time,sensor,answers,laser,status,hazards,hazards_since,round_trip_ms,"
+    "time,sensor,answers,answer_age_s,laser,status,hazards,hazards_since,round_"
+    "trip_ms,"
     "clock_offset_s,clock_error_s,drift_ppm,packets,bytes,kernel_drops,"
     "lines_incomplete,lines_missing,lost_words\n";
 
@@ -175,15 +171,18 @@ void gauge_csv(const struct gauge *g, char out[GAUGE_ROW_BYTES])
     const bool has_status = v->answers && v->has_status;
     char when[REPORT_UTC_BYTES];
     out[0] = '\0';
-    ADD(out, GAUGE_ROW_BYTES, "%s,%s,%d", report_utc(g->utc_ns, when),
+    ADD(out, GAUGE_ROW_BYTES, "%s,%s,%d,", report_utc(g->utc_ns, when),
         g->sensor, v->answers ? 1 : 0);
+    if (g->age_s >= 0.0) {
+        ADD(out, GAUGE_ROW_BYTES, "%.3f", g->age_s);
+    }
     if (has_status) {
         ADD(out, GAUGE_ROW_BYTES, ",%s,%u", lum_laser_status_name(v->status),
             (unsigned)v->status);
     } else {
         ADD(out, GAUGE_ROW_BYTES, ",,");
     }
-    add_bits(out, has_status ? hazards_of(g) : 0);
+    add_bits(out, has_status ? v->hazards : 0);
     add_bits(out, v->since);
     if (has_trip(g)) {
         ADD(out, GAUGE_ROW_BYTES, ",%.3f", (double)v->round_trip_ns / 1e6);
@@ -240,7 +239,7 @@ static void add_status(char out[GAUGE_PAGE_BYTES], const struct gauge *g)
     add_whole(out, g, "laser_up", "Whether the status shows the laser on.",
               lum_laser_is_on(v->status));
     add_whole(out, g, "hazard", "Whether the status shows a hazard.",
-              hazards_of(g) != 0);
+              v->hazards != 0);
     ADD(out, GAUGE_PAGE_BYTES,
         "# HELP lumsdk_status_bit The bits of the status.\n"
         "# TYPE lumsdk_status_bit gauge\n");
@@ -292,6 +291,7 @@ static void add_counts(char out[GAUGE_PAGE_BYTES], const struct gauge *g)
 void gauge_page(const struct gauge *g, char out[GAUGE_PAGE_BYTES])
 {
     const struct vitals *v = g->vitals;
+    char when[SECONDS_BYTES];
     out[0] = '\0';
     add_whole(out, g, "up", "Whether the sensor answers.", v->answers);
     if (g->age_s >= 0.0) {
@@ -306,9 +306,13 @@ void gauge_page(const struct gauge *g, char out[GAUGE_PAGE_BYTES])
     if (v->answers && v->has_status) {
         add_status(out, g);
     }
-    add_whole(out, g, "hazard_since",
-              "Whether a hazard was seen since the page before.",
-              v->since != 0);
+    add_whole(out, g, "hazards_total", "Times that a hazard began.",
+              v->hazard_count);
+    if (v->hazard_utc_ns != 0) {
+        add_metric(out, g, "last_hazard_timestamp_seconds", "gauge",
+                   "When a hazard was last seen.",
+                   seconds_text(v->hazard_utc_ns, when));
+    }
     if (v->answers && g->has_clock) {
         add_clock(out, g);
     }

@@ -42,9 +42,10 @@ static const struct {
      "  lumctl status --every 10 --csv night.csv --until hazard\n"
      "  lumctl status --every 15 --prometheus lumsdk.prom\n"},
     {"wait",
-     "answers is the usual one; clear: no hazard. Without --for it ends only\n"
-     "then, or by Ctrl-C (exit status 1). Exit status 3: not in time; 4: not\n"
-     "in time, and there is a hazard.\n"
+     "Without a word it waits until the sensor answers; clear: until no "
+     "hazard\n"
+     "is left. Without --for it ends only then, or by Ctrl-C. Exit status 3:\n"
+     "not in time; 4: not in time, and there is a hazard.\n"
      "\n"
      "  lumctl wait --for 60 && lumctl status\n"},
     {"time", "Eight exchanges, or with --watch one each second, with a line "

@@ -22,6 +22,8 @@
 #include <unistd.h>
 
 #define FILE_BYTES_MAX (8u << 20)
+#define CLAIM_NS       INT64_C(5000000000)
+#define AGAIN_NS       INT64_C(50000000)
 
 /* A step: how its line begins, by which it is known again, and the line. */
 struct line {
@@ -87,6 +89,20 @@ static char *find_earlier(const struct manifest *m, const char *begin)
 
 /* --- Its beginning --- */
 
+/* A run that was just told to end switches its laser off first. */
+static int claim(struct manifest *m, const char *mark, lum_error *error)
+{
+    const int64_t end = lum_time_monotonic_ns() + CLAIM_NS;
+    int result = lum_claim_take(mark, m->folder, &m->claim, error);
+    while (result != 0 && errno == EBUSY && lum_time_monotonic_ns() < end &&
+           !lum_cancel_is_raised(m->ctl->cancel)) {
+        lum_claim_drop(&m->claim);
+        lum_time_sleep_until(lum_time_monotonic_ns() + AGAIN_NS);
+        result = lum_claim_take(mark, m->folder, &m->claim, error);
+    }
+    return result;
+}
+
 static enum exit_status open_folder(struct manifest *m, bool goes_on)
 {
     lum_error error = {""};
@@ -99,7 +115,7 @@ static enum exit_status open_folder(struct manifest *m, bool goes_on)
         return ctl_complain(EXIT_BAD, "%s: the name is too long", m->folder);
     }
     (void)snprintf(mark, sizeof mark, "%.4000s/sweep", m->folder);
-    if (lum_claim_take(mark, m->folder, &m->claim, &error) != 0) {
+    if (claim(m, mark, &error) != 0) {
         return ctl_complain(EXIT_FAILED, "%s", error.text);
     }
     m->earlier = read_text(m->path);

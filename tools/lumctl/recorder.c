@@ -7,9 +7,9 @@
 #include "base/thread.h"
 
 #include <pthread.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #define RING_BYTES (32u << 20) /* some seconds of data */
 
@@ -190,7 +190,7 @@ void recorder_discard(struct recorder *recorder)
 {
     lum_error error;
     if (recorder != NULL && recorder_look(recorder, &error) == RECORDER_WHOLE) {
-        (void)remove(recorder->path);
+        (void)unlink(recorder->path);
     }
     recorder_free(recorder, NULL);
 }

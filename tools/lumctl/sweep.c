@@ -200,7 +200,7 @@ static enum exit_status run(struct sweep *s)
     struct ctl *ctl = s->ctl;
     enum exit_status status = ctl_open(ctl, true);
     if (status != EXIT_DONE) {
-        (void)snprintf(s->why, sizeof s->why, "there is no session");
+        (void)snprintf(s->why, sizeof s->why, "the session could not be begun");
         return status;
     }
     ctl->trouble.kind = 0;
@@ -249,6 +249,9 @@ static enum exit_status sweep(struct sweep *s)
     }
     if (todo == 0) {
         return EXIT_DONE;
+    }
+    if (!s->ctl->options.laser) {
+        ctl_note(s->ctl, "without --laser the laser is left as it is");
     }
     return manifest_begin(s->manifest, &error)
                ? conclude(s, run(s))

@@ -37,17 +37,20 @@ enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl, bool asks)
         .begun_ns = now,
         .row_ns = now + (int64_t)(o->every_s * 1e9),
         .clock_ns = now,
-        .was_idle = true,
         .writes_rows = o->json || (o->csv == NULL && o->prometheus == NULL)};
     ctl->is_lasting = !ctl->in_shell;
     lum_clock_sync_init(&v->sync);
-    if (o->csv != NULL || o->prometheus != NULL) {
-        v->scribe = scribe_new(o->csv, gauge_csv_header, o->prometheus, &error);
-        if (v->scribe == NULL) {
-            return ctl_complain(EXIT_FAILED, "%s", error.text);
-        }
+    const enum exit_status status = begin_counts(v);
+    if (status != EXIT_DONE || (o->csv == NULL && o->prometheus == NULL)) {
+        return status;
     }
-    return begin_counts(v);
+    v->scribe = scribe_new(o->csv, gauge_csv_header, o->prometheus, &error);
+    if (v->scribe == NULL) {
+        losses_free(v->losses);
+        v->losses = NULL;
+        return ctl_complain(EXIT_FAILED, "%s", error.text);
+    }
+    return EXIT_DONE;
 }
 
 lum_result vitals_ask(struct ctl *ctl, void *context)
@@ -64,22 +67,41 @@ lum_result vitals_ask(struct ctl *ctl, void *context)
 
 /* --- What comes --- */
 
-/* An owner's first heartbeat may be under way yet: that none has come is a
- * hazard only if the status before was not idle. */
-static uint16_t hazards_of(const struct vitals *v, uint16_t status)
+/* That no heartbeat comes is a hazard only if somebody owns the sensor, and did
+ * at the status before: an owner's first one may be under way yet. */
+static uint16_t hazards_of(const struct vitals *v, uint16_t status,
+                           bool is_owned)
 {
-    return report_is_idle(status,
-                          !v->was_idle && session_is_owned(v->ctl, status))
-               ? 0
-               : (uint16_t)(status & LUM_LASER_HAZARDS);
+    const unsigned hazards = status & LUM_LASER_HAZARDS;
+    return (uint16_t)(is_owned && v->was_owned
+                          ? hazards
+                          : hazards & ~(unsigned)LUM_LASER_HEARTBEAT_TIMEOUT);
+}
+
+/* Where lines go to files, a person is told at once. */
+static void tell_hazard(const struct vitals *v, uint16_t hazards)
+{
+    char when[REPORT_UTC_BYTES];
+    char bits[LUM_LASER_BITS_TEXT];
+    const unsigned begun = hazards & ~(unsigned)v->hazards;
+    if (v->scribe != NULL && begun != 0) {
+        (void)ctl_complain(
+            EXIT_HAZARD, "%s: %s", report_utc(v->hazard_utc_ns, when),
+            lum_laser_bits_name((uint16_t)begun, ", ", bits, sizeof bits));
+    }
 }
 
 static void take_status(struct vitals *v, uint16_t status)
 {
-    const uint16_t hazards = hazards_of(v, status);
-    v->was_idle = report_is_idle(status, session_is_owned(v->ctl, status));
+    const bool is_owned = session_is_owned(v->ctl, status);
+    const uint16_t hazards = hazards_of(v, status, is_owned);
+    v->was_owned = is_owned;
+    v->hazard_count += (hazards & ~(unsigned)v->hazards) != 0 ? 1u : 0u;
+    v->hazard_utc_ns = hazards != 0 ? lum_time_utc_ns() : v->hazard_utc_ns;
+    tell_hazard(v, hazards);
     v->has_status = true;
     v->status = status;
+    v->hazards = hazards;
     v->since |= hazards;
     v->ever |= hazards;
 }
@@ -126,20 +148,22 @@ static void fill(const struct vitals *v, struct gauge *out,
     }
 }
 
-/* An owner waits for no reader. */
-static bool print_row(const struct vitals *v, const struct gauge *g)
+/* An owner waits for no reader: then the next line tells of the hazards. */
+static bool print_row(struct vitals *v, const struct gauge *g)
 {
     char row[GAUGE_ROW_BYTES];
-    if (!v->writes_rows || (v->ctl->owns && !writable(stdout, 0))) {
+    if (v->writes_rows && v->ctl->owns && !writable(stdout, 0)) {
+        v->unprinted++;
         return true;
     }
-    if (v->ctl->options.json) {
+    if (v->writes_rows && v->ctl->options.json) {
         gauge_json(g, stdout);
-    } else {
+    } else if (v->writes_rows) {
         gauge_text(g, row);
         (void)fputs(row, stdout);
     }
-    return report_flush();
+    v->since = 0;
+    return !v->writes_rows || report_flush();
 }
 
 static void tell_failure(const struct vitals *v)
@@ -173,7 +197,6 @@ static bool write_row(struct vitals *v)
     const bool goes_on = print_row(v, &g);
     v->has_row = true;
     v->was_up = v->has_status && lum_laser_is_on(v->status);
-    v->since = 0;
     return goes_on;
 }
 
@@ -244,16 +267,11 @@ static enum exit_status end_files(struct vitals *v, enum exit_status status)
     return status;
 }
 
-/* Hazards of before, by name; without HEARTBEAT_TIMEOUT where it is still there
- * and only says that nobody owns the sensor. */
-static void tell_passed(const struct vitals *v, uint16_t passed)
+static void tell_passed(uint16_t passed)
 {
     char bits[LUM_LASER_BITS_TEXT];
-    const unsigned shown = v->answers && v->has_status ? v->status : 0u;
-    const uint16_t gone = (uint16_t)(passed & ~shown);
     (void)ctl_complain(EXIT_HAZARD, "hazards that came and went: %s",
-                       lum_laser_bits_name(gone != 0 ? gone : passed, ", ",
-                                           bits, sizeof bits));
+                       lum_laser_bits_name(passed, ", ", bits, sizeof bits));
 }
 
 enum exit_status vitals_end(struct vitals *v, enum exit_status status)
@@ -265,15 +283,20 @@ enum exit_status vitals_end(struct vitals *v, enum exit_status status)
     if (v->scribe != NULL) {
         status = end_files(v, status);
     }
+    if (v->unprinted > 0) {
+        (void)ctl_complain(EXIT_FAILED,
+                           "%" PRIu64 " lines were not printed: nobody read "
+                           "standard output",
+                           v->unprinted);
+    }
     losses_free(v->losses);
     v->losses = NULL;
-    const uint16_t now =
-        v->answers && v->has_status ? hazards_of(v, v->status) : 0;
+    const uint16_t now = v->answers && v->has_status ? v->hazards : 0;
     const bool counts_all = o->every_s > 0.0 || o->until == UNTIL_HAZARD;
     const uint16_t passed =
         counts_all ? (uint16_t)(v->ever & ~(unsigned)now) : 0;
     if (passed != 0) {
-        tell_passed(v, passed);
+        tell_passed(passed);
     }
     return (now != 0 || passed != 0) &&
                    (status == EXIT_DONE || status == EXIT_NO_ANSWER)

@@ -21,9 +21,12 @@ struct vitals {
     bool has_status;
     uint16_t status;       /* the last */
     bool was_up;           /* at the row before */
-    bool was_idle;         /* nobody owned it then */
+    bool was_owned;        /* at the status before */
+    uint16_t hazards;      /* of the last status */
     uint16_t since;        /* hazards of any status since the row before */
     uint16_t ever;         /* and since the beginning */
+    uint64_t hazard_count; /* times that a hazard began */
+    int64_t hazard_utc_ns; /* the last time that one was seen; 0: never */
     int64_t answered_ns;   /* monotonic; 0: never */
     int64_t round_trip_ns; /* of the last answer; 0: not known */
     lum_clock_sync sync;
@@ -32,6 +35,7 @@ struct vitals {
     struct scribe *scribe;     /* NULL: no files */
     bool writes_rows;          /* to standard output */
     bool has_row;              /* any was written */
+    uint64_t unprinted;        /* nobody read them */
 };
 
 /* Begins to look at the session's sensor, as its options say. Complains. */

@@ -13,7 +13,7 @@
 
 struct goal {
     const char *word;
-    const char *what; /* that it is not so */
+    const char *what; /* is said where it is not so in time */
 };
 
 enum {
@@ -88,15 +88,18 @@ static enum exit_status complain(const struct waiting *w)
     }
     if (!w->has_status) {
         return ctl_complain(EXIT_NO_ANSWER,
-                            "%s: its answers have no status; where the "
-                            "sensor's number of it differs, a profile says so "
-                            "(tlv: {status: N})",
+                            "%s: its answers contain no status; set tlv.status "
+                            "in a profile to the sensor's number",
                             name);
     }
+    const bool is_owned = session_is_owned(ctl, w->status);
     return ctl_complain(
-        has_hazard(w) ? EXIT_HAZARD : EXIT_NO_ANSWER, "%s: %s after %.6g s: %s",
-        name, goals[w->goal].what, ctl->options.duration_s,
-        report_line(w->status, session_is_owned(ctl, w->status), line));
+        has_hazard(w) ? EXIT_HAZARD : EXIT_NO_ANSWER,
+        "%s: %s after %.6g s: %s%s", name, goals[w->goal].what,
+        ctl->options.duration_s, report_line(w->status, is_owned, line),
+        w->goal == UP && report_is_idle(w->status, is_owned)
+            ? "; nobody sends heartbeats, as lumctl heartbeat --laser does"
+            : "");
 }
 
 enum exit_status command_wait(struct ctl *ctl, int count, char **words)
