@@ -35,6 +35,9 @@ void sweep_judge_sensor(const user_sensor *sensor);
 void sweep_judge_start(void);
 void sweep_judge_run(user_tool *tool, bool had_disk_fault);
 
+/* The sensor of the manifest; NULL: there is none. */
+const char *sweep_judge_address(void);
+
 /* How many steps the manifest says are done. */
 unsigned sweep_judge_done(void);
 

@@ -330,6 +330,19 @@ static void run_disturbed(bool has_laser, unsigned run)
     }
 }
 
+/* Steps are continued at the address where they were begun. */
+static void move_back(void)
+{
+    const char *begun = sweep_judge_address();
+    const char *present = address_now();
+    if (begun != NULL && sweep_judge_done() > 0 &&
+        strcmp(begun, present) != 0) {
+        user_expect_status(
+            user_run(now.b.host, "lumctl --host %s set-ip %s", present, begun),
+            DONE);
+    }
+}
+
 /* All is well again: what is missing is done. */
 static void run_in_calm(bool has_laser, unsigned run, bool has_faults)
 {
@@ -343,6 +356,7 @@ static void run_in_calm(bool has_laser, unsigned run, bool has_faults)
     user_expect_status(
         user_run(now.b.host, "lumctl --host %s wait --for 20", address_now()),
         DONE);
+    move_back();
     user_tool *tool = start_sweep(has_laser, run);
     user_expect_status(tool, DONE);
     sweep_judge_run(tool, false);
