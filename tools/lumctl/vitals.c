@@ -267,6 +267,14 @@ static enum exit_status end_files(struct vitals *v, enum exit_status status)
     return status;
 }
 
+/* Also of an owner that was silent at the only look. */
+static uint16_t hazards_at_end(const struct vitals *v)
+{
+    return v->answers && v->has_status
+               ? hazards_of(v, v->status, session_is_owned(v->ctl, v->status))
+               : 0;
+}
+
 static void tell_passed(uint16_t passed)
 {
     char bits[LUM_LASER_BITS_TEXT];
@@ -291,7 +299,7 @@ enum exit_status vitals_end(struct vitals *v, enum exit_status status)
     }
     losses_free(v->losses);
     v->losses = NULL;
-    const uint16_t now = v->answers && v->has_status ? v->hazards : 0;
+    const uint16_t now = hazards_at_end(v);
     const bool counts_all = o->every_s > 0.0 || o->until == UNTIL_HAZARD;
     const uint16_t passed =
         counts_all ? (uint16_t)(v->ever & ~(unsigned)now) : 0;
