@@ -376,7 +376,7 @@ STORY(a_signal_before_the_first_data,
         user_expect_end(dump, i < 3 ? SIGINT : SIGTERM, 3);
         user_expect_same(user_out(dump), "");
         user_expect_like(user_err(dump), "no data from 10.42.0.37 within "
-                                         "[0-9]+.[0-9] s, nor any answer");
+                                         "[0-9.]+ s, nor any answer");
         user_expect_lacks(user_err(dump), "5517");
         user_expect_equal(user_count(user_err(dump), "\n"), 1);
         for (size_t k = 0; k < 4; k++) {
