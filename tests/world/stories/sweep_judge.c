@@ -410,17 +410,33 @@ typedef struct line {
 #define GAP_S    0.05
 #define FRAME_NS (550 * WORLD_MS)
 
-static uint64_t end_line(line *l, int64_t from_ns, int64_t to_ns, bool has_gap)
+/* Lines that lost something. */
+typedef struct hurt {
+    uint64_t lines; /* that lost angles, or all */
+    uint64_t words; /* that lost ranges alone: of each, a word at least */
+} hurt;
+
+/* A span in which they are counted. */
+typedef struct span {
+    int64_t from_ns, to_ns;
+    bool has_gap;
+} span;
+
+static void end_line(line *l, const span *s, hurt *out)
 {
     const bool is_within =
-        l->first_ns > from_ns + LINE_NS && l->last_ns + LINE_NS < to_ns;
-    const bool is_hurt =
-        l->lost > 0 &&
-        (l->came > 0 || (!has_gap && l->first_ns > from_ns + FRAME_NS)) &&
-        (l->came == 0 || l->lost_angles > 0 ||
-         (l->lost_ranges > 0 && !l->is_last_lost));
+        l->first_ns > s->from_ns + LINE_NS && l->last_ns + LINE_NS < s->to_ns;
+    const bool is_whole = l->lost == 0;
+    const bool is_lost =
+        l->came == 0 && !s->has_gap && l->first_ns > s->from_ns + FRAME_NS;
+    const bool lacks_angles = l->came > 0 && l->lost_angles > 0;
+    const bool lacks_words =
+        l->came > 0 && l->lost_ranges > 0 && !l->is_last_lost;
+    if (is_within && !is_whole) {
+        out->lines += is_lost || lacks_angles ? 1 : 0;
+        out->words += !lacks_angles && lacks_words ? 1 : 0;
+    }
     memset(l, 0, sizeof *l);
-    return is_within && is_hurt ? 1 : 0;
 }
 
 static void take_line(line *l, const sent *s, bool has_come)
@@ -440,27 +456,27 @@ static void take_line(line *l, const sent *s, bool has_come)
 
 /* Lines of which something was sent to the bench in a span, and did not come:
  * a lower bound. */
-static uint64_t count_hurt(long pid, int64_t from_ns, int64_t to_ns,
-                           bool has_gap)
+static hurt count_hurt(long pid, const span *within)
 {
     static line lines[EYES][LINES];
     const uint32_t own = WORLD_ADDRESS(10, 42, 0, 1);
-    uint64_t count = 0;
+    hurt count = {.lines = 0};
     memset(lines, 0, sizeof lines);
     for (size_t i = j.seen; i < j.sent_count; i++) {
         const sent *s = &j.sent[i];
-        if (s->to != own || s->sent_ns < from_ns || s->sent_ns > to_ns ||
-            s->tag == 0 || s->eye >= EYES || s->line >= LINES) {
+        if (s->to != own || s->sent_ns < within->from_ns ||
+            s->sent_ns > within->to_ns || s->tag == 0 || s->eye >= EYES ||
+            s->line >= LINES) {
             continue;
         }
         line *l = &lines[s->eye][s->line];
         if (l->last_ns != 0 && s->sent_ns - l->last_ns > LINE_NS) {
-            count += end_line(l, from_ns, to_ns, has_gap);
+            end_line(l, within, &count);
         }
         take_line(l, s, s->reader == pid);
     }
     for (size_t i = 0; i < EYES * (size_t)LINES; i++) {
-        count += end_line(&lines[0][0] + i, from_ns, to_ns, has_gap);
+        end_line(&lines[0][0] + i, within, &count);
     }
     return count;
 }
@@ -468,18 +484,24 @@ static uint64_t count_hurt(long pid, int64_t from_ns, int64_t to_ns,
 static void judge_losses(const char *json, const char *at, long pid,
                          const held *file)
 {
-    const double told =
-        user_number(json, user_format("%s.lines_incomplete", at)) +
-        user_number(json, user_format("%s.lines_missing", at)) +
-        user_number(json, user_format("%s.lost_words", at)) +
+    const double dropped =
         user_number(json, user_format("%s.packets_not_written", at));
+    const double lines =
+        user_number(json, user_format("%s.lines_incomplete", at)) +
+        user_number(json, user_format("%s.lines_missing", at)) + dropped;
+    const double words =
+        user_number(json, user_format("%s.lost_words", at)) + dropped;
     const double gap_s = user_number(json, user_format("%s.longest_gap_s", at));
-    const uint64_t hurt = count_hurt(pid, true_of_utc(file->first_ns),
-                                     true_of_utc(file->last_ns), gap_s > GAP_S);
-    if ((double)hurt > told * SLACK) {
+    const span within = {true_of_utc(file->first_ns),
+                         true_of_utc(file->last_ns), gap_s > GAP_S};
+    const hurt found = count_hurt(pid, &within);
+    if ((double)found.lines > lines * SLACK ||
+        (double)found.words > words * SLACK) {
         user_fail(USER_HERE,
-                  "%s: %llu lines lost packets, and %.0f are told: %s", at,
-                  (unsigned long long)hurt, told, user_value(json, at));
+                  "%s: %llu lines lost angles and %.0f are told, %llu ranges "
+                  "and %.0f are told: %s",
+                  at, (unsigned long long)found.lines, lines,
+                  (unsigned long long)found.words, words, user_value(json, at));
     }
 }
 
@@ -584,6 +606,35 @@ static void judge_kept(const char *json, unsigned step, const user_tool *tool)
                                                   step + 1, j.plan->count));
 }
 
+#define SET_PARTS 20
+
+/* It held when the sensor had answered all: at some moment of the millisecond
+ * that is told. The next step may follow in the same one. */
+static bool was_set(const sweep_plan_step *step, int64_t set_ms)
+{
+    const int64_t set_ns = true_of_utc(set_ms * WORLD_MS);
+    for (unsigned i = 0; i <= SET_PARTS; i++) {
+        const int64_t t_ns = set_ns + i * (WORLD_MS / SET_PARTS);
+        if (find_lapse(step, t_ns, t_ns) < 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void judge_settings(const char *json, const char *at,
+                           const sweep_plan_step *step)
+{
+    const int64_t set_ms = utc_ms(user_value(json, user_format("%s.set", at)));
+    if (!was_set(step, set_ms)) {
+        user_fail(USER_HERE, "%s is done, and was not so when it was set", at);
+    }
+    if (j.has_laser) {
+        const int status = (int)user_number(json, user_format("%s.status", at));
+        user_expect_equal(status & 0x0bff, 0x0800);
+    }
+}
+
 static void judge_step(const char *json, unsigned step, const user_tool *tool,
                        bool may_be_late)
 {
@@ -596,7 +647,12 @@ static void judge_step(const char *json, unsigned step, const user_tool *tool,
         user_expect(why != NULL && *why != '\0');
         user_expect(may_be_late || j.before[step].has_file ||
                     user_size(j.bench.host, path_of(name_file(step))) < 0);
-    } else if (j.plan->steps[step].records) {
+        return;
+    }
+    if (j.before[step].line == NULL) {
+        judge_settings(json, at, &j.plan->steps[step]);
+    }
+    if (j.before[step].line == NULL && j.plan->steps[step].records) {
         judge_recording(json, at, tool->process->pid, &j.plan->steps[step]);
     }
 }

@@ -22,6 +22,7 @@ typedef enum action_kind {
     FAR_OWNER,
     NEAR_OWNER,
     OTHER_SETS,
+    OTHER_DARK,
     MOVE,
     POWER,
     SIGNAL,
@@ -245,6 +246,9 @@ static void act(const action *a, user_tool *tool)
     } else if (a->kind == OTHER_SETS) {
         (void)user_start(now.b.host, "lumctl --host %s %s", address,
                          one_in(2) ? "power 0" : "lines 64");
+    } else if (a->kind == OTHER_DARK) {
+        (void)user_start(one_in(2) ? now.b.host : now.other,
+                         "lumctl --host %s send d", address);
     } else if (a->kind == MOVE) {
         (void)user_start(now.other, "lumctl --host %s set-ip 10.42.0.%d",
                          address, (int)user_any(38, 40));
