@@ -277,3 +277,73 @@ STORY(a_sweep_of_a_sensor_that_answers_late,
     sweep_judge_run(now.sweep, false);
     user_expect_equal(user_heard(now.s, "u"), 1);
 }
+
+/* --- examples/bench/thresholds.sh --- */
+
+static const sweep_plan thresholds = {
+    8,
+    {{{"1f", "", "40p", "20g", "20b", "", "", "", ""}, true},
+     {{"1f", "", "40p", "40g", "40b", "", "", "", ""}, true},
+     {{"1f", "", "40p", "60g", "60b", "", "", "", ""}, true},
+     {{"1f", "", "40p", "80g", "80b", "", "", "", ""}, true},
+     {{"1f", "", "80p", "20g", "20b", "", "", "", ""}, true},
+     {{"1f", "", "80p", "40g", "40b", "", "", "", ""}, true},
+     {{"1f", "", "80p", "60g", "60b", "", "", "", ""}, true},
+     {{"1f", "", "80p", "80g", "80b", "", "", "", ""}, true}}};
+
+static void write_thresholds(world_host *host)
+{
+    const char *text = "steps:\n";
+    for (unsigned power = 40; power <= 80; power += 40) {
+        for (unsigned t = 20; t <= 80; t += 20) {
+            text = user_format("%s  - {lines: 64, power: %u, threshold: "
+                               "{green: %u, blue: %u}, settle: 1, record: 5}\n",
+                               text, power, t, t);
+        }
+    }
+    user_write_file(host, "plan.yaml", text);
+}
+
+/* Its commands. A run that is killed, or ended by a hazard, is followed by
+ * another. */
+STORY(thresholds_at_two_powers,
+      "a bench waits, sweeps thresholds, makes a cloud of each step, and after "
+      "each mishap does what is missing")
+{
+    scene now = {.b = user_bench_new()};
+    const char *options = " --laser --continue";
+    int status = -1;
+    user_limit(600, 60000000);
+    write_thresholds(now.b.host);
+    sweep_judge_begin(&now.b, "s", &thresholds, true);
+    user_tool *wait = user_start(now.b.host, "lumctl wait clear --for 60");
+    user_pause_between_ms(0, 10000);
+    now.s = user_sensor_start(now.b.sensor, "--rate 2 --fault fan@USR1-USR2");
+    sweep_judge_sensor(now.s);
+    user_expect_status(wait, DONE);
+    for (unsigned run = 0; status != DONE; run++) {
+        now.sweep = start(&now, options);
+        user_pause_between_ms(0, run < 2 ? 40000 : 1);
+        if (run == 0) {
+            user_signal(now.s->tool, SIGUSR1);
+            status = user_wait(now.sweep);
+            user_expect(status == HAZARD || status == DONE);
+            user_signal(now.s->tool, SIGUSR2);
+            user_expect_status(user_run(now.b.host, "lumctl wait clear"), DONE);
+        } else if (run == 1) {
+            user_signal(now.sweep, SIGKILL);
+        }
+        status = user_wait(now.sweep);
+        sweep_judge_run(now.sweep, false);
+        sweep_judge_dark(now.sweep->process->ended_ns);
+    }
+    user_expect_equal(sweep_judge_done(), thresholds.count);
+    for (unsigned i = 1; i <= thresholds.count; i++) {
+        user_expect_status(user_run(now.b.host,
+                                    "lumdump -q s/step-%04u.pcapng -o "
+                                    "step-%04u.ply",
+                                    i, i),
+                           DONE);
+    }
+    user_expect(!user_laser_is_on(now.s));
+}
