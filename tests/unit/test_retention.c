@@ -9,7 +9,7 @@
 #include "base/claim.h"
 #include "base/outfile.h"
 #include "base/outfile_io.h"
-#include "lumdump/kept.h"
+#include "lumdump/retention.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -28,7 +28,7 @@
 
 static const struct rotation no_limit = {.ns = INT64_C(1) << 60};
 
-static char folder[] = "/tmp/test_kept_XXXXXX";
+static char folder[] = "/tmp/test_retention_XXXXXX";
 
 /* --- Files --- */
 
@@ -79,7 +79,7 @@ static unsigned count_files(void)
 static int setup(void **state)
 {
     (void)state;
-    (void)strcpy(folder, "/tmp/test_kept_XXXXXX");
+    (void)strcpy(folder, "/tmp/test_retention_XXXXXX");
     return mkdtemp(folder) == NULL || chdir(folder) != 0;
 }
 
@@ -99,36 +99,37 @@ static int teardown(void **state)
 
 /* --- Runs --- */
 
-static struct kept *open_with(struct rotation limit)
+static struct retention *open_with(struct rotation limit)
 {
-    struct kept *kept = NULL;
+    struct retention *retention = NULL;
     lum_error error = {""};
-    if (kept_open("r.pcap", &limit, &kept, &error) != 0) {
+    if (retention_open("r.pcap", &limit, &retention, &error) != 0) {
         fail_msg("%s", error.text);
     }
-    return kept;
+    return retention;
 }
 
-static unsigned begin(struct kept *kept)
+static unsigned begin(struct retention *retention)
 {
     unsigned number = 0;
-    assert_int_equal(kept_begin(kept, &number, NULL), 0);
+    assert_int_equal(retention_begin(retention, &number, NULL), 0);
     return number;
 }
 
-static void finish(struct kept *kept, unsigned number, int64_t second)
+static void finish(struct retention *retention, unsigned number, int64_t second)
 {
-    assert_int_equal(kept_finish(kept, number, START + second * S, NULL), 0);
+    assert_int_equal(
+        retention_finish(retention, number, START + second * S, NULL), 0);
 }
 
 /* Files of BYTES, a second after the other. */
-static void record(struct kept *kept, unsigned count)
+static void record(struct retention *retention, unsigned count)
 {
     for (unsigned i = 0; i < count; i++) {
-        const unsigned number = begin(kept);
+        const unsigned number = begin(retention);
         assert_false(is_there(number));
         put(name_of(number), BYTES);
-        finish(kept, number, number);
+        finish(retention, number, number);
     }
 }
 
@@ -144,18 +145,18 @@ static char *take_list(void)
     return text;
 }
 
-static void close_killed(struct kept *kept)
+static void close_killed(struct retention *retention)
 {
     char *text = take_list();
-    kept_close(kept);
+    retention_close(retention);
     put_text(LEDGER, text);
     free(text);
 }
 
-static uint64_t removed_by(struct kept *kept)
+static uint64_t removed_by(struct retention *retention)
 {
-    struct kept_counts counts;
-    kept_count(kept, &counts);
+    struct retention_counts counts;
+    retention_count(retention, &counts);
     assert_true(counts.is_used);
     return counts.removed;
 }
@@ -164,155 +165,159 @@ static uint64_t removed_by(struct kept *kept)
 
 static void a_size_leaves_room_for_the_file_that_is_written(void **state)
 {
-    struct kept *kept = open_with((struct rotation){.bytes = 4u * BYTES});
+    struct retention *retention =
+        open_with((struct rotation){.bytes = 4u * BYTES});
     (void)state;
-    record(kept, 3);
-    assert_int_equal(removed_by(kept), 0);
-    record(kept, 1);
-    assert_int_equal(removed_by(kept), 1);
+    record(retention, 3);
+    assert_int_equal(removed_by(retention), 0);
+    record(retention, 1);
+    assert_int_equal(removed_by(retention), 1);
     assert_false(is_there(1));
     assert_true(is_there(2));
-    record(kept, 10);
+    record(retention, 10);
     assert_int_equal(count_files(), 4); /* with the list */
     assert_true(is_there(12));
-    kept_close(kept);
+    retention_close(retention);
 }
 
 static void a_larger_file_takes_the_place_of_several(void **state)
 {
-    struct kept *kept = open_with((struct rotation){.bytes = 10u * BYTES});
+    struct retention *retention =
+        open_with((struct rotation){.bytes = 10u * BYTES});
     (void)state;
-    record(kept, 8);
-    const unsigned number = begin(kept);
+    record(retention, 8);
+    const unsigned number = begin(retention);
     put(name_of(number), 4u * BYTES);
-    finish(kept, number, 9);
+    finish(retention, number, 9);
     assert_false(is_there(6)); /* 4 and 2 times 1, and 4 to come */
     assert_true(is_there(7));
-    kept_close(kept);
+    retention_close(retention);
 }
 
 static void the_newest_whole_file_stays(void **state)
 {
-    struct kept *kept = open_with((struct rotation){.bytes = 1});
+    struct retention *retention = open_with((struct rotation){.bytes = 1});
     (void)state;
-    record(kept, 3);
+    record(retention, 3);
     assert_true(is_there(3));
-    assert_int_equal(removed_by(kept), 2);
-    kept_close(kept);
-    kept = open_with((struct rotation){.ns = 1});
+    assert_int_equal(removed_by(retention), 2);
+    retention_close(retention);
+    retention = open_with((struct rotation){.ns = 1});
     assert_true(is_there(3));
-    kept_close(kept);
+    retention_close(retention);
 }
 
 static void age_is_that_of_the_data(void **state)
 {
-    struct kept *kept = open_with((struct rotation){.ns = 3 * S});
+    struct retention *retention = open_with((struct rotation){.ns = 3 * S});
     (void)state;
-    record(kept, 4);
-    assert_int_equal(removed_by(kept), 0); /* exactly as old as it may be */
-    record(kept, 1);
+    record(retention, 4);
+    assert_int_equal(removed_by(retention),
+                     0); /* exactly as old as it may be */
+    record(retention, 1);
     assert_false(is_there(1));
     assert_true(is_there(2));
-    const unsigned number = begin(kept);
+    const unsigned number = begin(retention);
     put(name_of(number), BYTES);
-    assert_int_equal(kept_finish(kept, number, START + 5 * S + 1, NULL), 0);
+    assert_int_equal(
+        retention_finish(retention, number, START + 5 * S + 1, NULL), 0);
     assert_false(is_there(2));
     assert_true(is_there(3));
-    kept_close(kept);
+    retention_close(retention);
 }
 
 static void a_clock_that_went_back_removes_nothing(void **state)
 {
-    struct kept *kept = open_with((struct rotation){.ns = 3 * S});
+    struct retention *retention = open_with((struct rotation){.ns = 3 * S});
     (void)state;
-    record(kept, 3);
-    const unsigned number = begin(kept);
+    record(retention, 3);
+    const unsigned number = begin(retention);
     put(name_of(number), BYTES);
-    assert_int_equal(kept_finish(kept, number, INT64_MIN, NULL), 0);
-    assert_int_equal(removed_by(kept), 0);
-    kept_close(kept);
+    assert_int_equal(retention_finish(retention, number, INT64_MIN, NULL), 0);
+    assert_int_equal(removed_by(retention), 0);
+    retention_close(retention);
 }
 
 /* --- Restarts --- */
 
 static void a_restart_goes_on_and_removes_the_old_ones(void **state)
 {
-    struct kept *kept = open_with(no_limit);
+    struct retention *retention = open_with(no_limit);
     (void)state;
-    record(kept, 5);
-    kept_close(kept);
-    kept = open_with((struct rotation){.bytes = 3u * BYTES});
-    assert_int_equal(removed_by(kept), 3);
-    assert_int_equal(begin(kept), 6);
-    kept_close(kept);
+    record(retention, 5);
+    retention_close(retention);
+    retention = open_with((struct rotation){.bytes = 3u * BYTES});
+    assert_int_equal(removed_by(retention), 3);
+    assert_int_equal(begin(retention), 6);
+    retention_close(retention);
 }
 
 static void a_number_that_was_not_used_is_used_again(void **state)
 {
-    struct kept *kept = NULL;
+    struct retention *retention = NULL;
     (void)state;
     for (int i = 0; i < 3; i++) {
-        kept = open_with(no_limit);
-        assert_int_equal(begin(kept), 1);
-        kept_close(kept);
+        retention = open_with(no_limit);
+        assert_int_equal(begin(retention), 1);
+        retention_close(retention);
     }
     close_killed(open_with(no_limit));
-    kept = open_with(no_limit);
-    assert_int_equal(begin(kept), 2); /* whose it is was not known */
-    kept_close(kept);
+    retention = open_with(no_limit);
+    assert_int_equal(begin(retention), 2); /* whose it is was not known */
+    retention_close(retention);
 }
 
 static void a_file_of_a_killed_run_is_ours(void **state)
 {
-    struct kept *kept = open_with(no_limit);
+    struct retention *retention = open_with(no_limit);
     (void)state;
-    assert_int_equal(begin(kept), 1);
+    assert_int_equal(begin(retention), 1);
     put(name_of(1), BYTES);
-    close_killed(kept);
-    kept = open_with((struct rotation){.bytes = 2u * BYTES});
-    record(kept, 1);
+    close_killed(retention);
+    retention = open_with((struct rotation){.bytes = 2u * BYTES});
+    record(retention, 1);
     assert_false(is_there(1));
     assert_true(is_there(2));
-    kept_close(kept);
+    retention_close(retention);
 }
 
 /* The unfinished file is as lum_outfile_open() makes it, without its lock, as
  * after a kill. */
 static void an_unfinished_file_goes_and_what_has_its_name_stays(void **state)
 {
-    struct kept *kept = open_with(no_limit);
+    struct retention *retention = open_with(no_limit);
     (void)state;
-    assert_int_equal(begin(kept), 1);
+    assert_int_equal(begin(retention), 1);
     put(name_of(1), BYTES); /* by others */
     put("r-0001.pcap.0123456789ab.part", 5);
     put_text(".r-0001.pcap.lumsdk", "lumsdk\nprocess 1\nunfinished "
                                     "r-0001.pcap.0123456789ab.part\n");
-    close_killed(kept);
-    kept = open_with((struct rotation){.bytes = 1});
-    record(kept, 2);
+    close_killed(retention);
+    retention = open_with((struct rotation){.bytes = 1});
+    record(retention, 2);
     assert_true(is_there(1));
     assert_false(is_there(2));
-    kept_close(kept);
+    retention_close(retention);
     assert_int_equal(count_files(), 3);
 }
 
 static void a_run_that_still_writes_keeps_its_file(void **state)
 {
-    struct kept *kept = open_with(no_limit);
+    struct retention *retention = open_with(no_limit);
     lum_outfile file;
     (void)state;
-    assert_int_equal(begin(kept), 1);
+    assert_int_equal(begin(retention), 1);
     assert_int_equal(
         lum_outfile_open(name_of(1), LUM_OUTFILE_WHOLE, &file, NULL), 0);
-    close_killed(kept);
-    kept = open_with((struct rotation){.bytes = 1});
+    close_killed(retention);
+    retention = open_with((struct rotation){.bytes = 1});
     assert_int_equal(access(file.part, F_OK), 0);
-    record(kept, 2);
+    record(retention, 2);
     assert_int_equal(lum_outfile_finish(&file, NULL), 0);
     lum_outfile_discard(&file);
-    record(kept, 1);
+    record(retention, 1);
     assert_true(is_there(1));
-    kept_close(kept);
+    retention_close(retention);
 }
 
 /* --- Files of others --- */
@@ -328,21 +333,22 @@ static void no_file_of_others_is_removed_or_replaced(void **state)
     for (size_t i = 0; i < n; i++) {
         put(others[i], 7);
     }
-    struct kept *kept = open_with((struct rotation){.bytes = 1});
-    assert_int_equal(begin(kept), 10);
+    struct retention *retention = open_with((struct rotation){.bytes = 1});
+    assert_int_equal(begin(retention), 10);
     put(name_of(11), 7);
-    assert_int_equal(begin(kept), 12);
+    assert_int_equal(begin(retention), 12);
     put(name_of(12), BYTES);
-    finish(kept, 12, 1);
-    assert_true(kept_is_planned(kept) || kept_plan(kept, NULL) == 0);
+    finish(retention, 12, 1);
+    assert_true(retention_is_planned(retention) ||
+                retention_plan(retention, NULL) == 0);
     put(name_of(13), 7); /* what was planned */
-    assert_false(kept_is_planned(kept));
-    record(kept, 2);
+    assert_false(retention_is_planned(retention));
+    record(retention, 2);
     assert_false(is_there(12));
     assert_true(is_there(11));
     assert_true(is_there(13));
     assert_true(is_there(15));
-    kept_close(kept);
+    retention_close(retention);
     for (size_t i = 0; i < n; i++) {
         struct stat status;
         assert_int_equal(stat(others[i], &status), 0);
@@ -352,55 +358,57 @@ static void no_file_of_others_is_removed_or_replaced(void **state)
 
 static void a_file_that_others_changed_is_left_and_told_once(void **state)
 {
-    struct kept *kept = open_with(no_limit);
+    struct retention *retention = open_with(no_limit);
     lum_error note = {""};
     (void)state;
-    record(kept, 5);
-    kept_close(kept);
+    record(retention, 5);
+    retention_close(retention);
     put(name_of(1), BYTES + 1u);
     put(name_of(2), BYTES - 1u);
     assert_int_equal(unlink(name_of(3)), 0);
     assert_int_equal(unlink(name_of(4)), 0);
     assert_int_equal(symlink("r-0005.pcap", "r-0004.pcap"), 0);
-    kept = open_with((struct rotation){.bytes = 1});
-    assert_int_equal(removed_by(kept), 0);
-    assert_true(kept_take_note(kept, &note));
+    retention = open_with((struct rotation){.bytes = 1});
+    assert_int_equal(removed_by(retention), 0);
+    assert_true(retention_take_note(retention, &note));
     assert_non_null(strstr(note.text, "r-0001.pcap: others have changed it"));
-    assert_false(kept_take_note(kept, &note));
+    assert_false(retention_take_note(retention, &note));
     assert_true(is_there(1));
     assert_true(is_there(2));
     assert_true(is_there(4));
-    kept_close(kept);
-    kept = open_with((struct rotation){.bytes = 1});
-    assert_false(kept_take_note(kept, &note)); /* they are forgotten */
-    kept_close(kept);
+    retention_close(retention);
+    retention = open_with((struct rotation){.bytes = 1});
+    assert_false(
+        retention_take_note(retention, &note)); /* they are forgotten */
+    retention_close(retention);
 }
 
 static void a_file_that_cannot_be_removed_is_tried_again(void **state)
 {
-    struct kept_counts counts;
+    struct retention_counts counts;
     lum_error note = {""};
     (void)state;
     const bool is_root = geteuid() == 0; /* whom no folder refuses */
     if (is_root && (chown(".", NOBODY, NOBODY) != 0 || seteuid(NOBODY) != 0)) {
         skip();
     }
-    struct kept *kept = open_with((struct rotation){.bytes = 2u * BYTES});
-    record(kept, 1);
-    const unsigned number = begin(kept);
+    struct retention *retention =
+        open_with((struct rotation){.bytes = 2u * BYTES});
+    record(retention, 1);
+    const unsigned number = begin(retention);
     put(name_of(number), BYTES);
     assert_int_equal(chmod(".", S_IRUSR | S_IXUSR), 0);
-    (void)!kept_finish(kept, number, START, NULL);
+    (void)!retention_finish(retention, number, START, NULL);
     assert_int_equal(chmod(".", S_IRWXU), 0);
-    kept_count(kept, &counts);
+    retention_count(retention, &counts);
     assert_int_equal(counts.stuck, 1);
-    assert_true(kept_take_note(kept, &note));
+    assert_true(retention_take_note(retention, &note));
     assert_non_null(strstr(note.text, "cannot remove it"));
-    record(kept, 1);
-    kept_count(kept, &counts);
+    record(retention, 1);
+    retention_count(retention, &counts);
     assert_int_equal(counts.stuck, 0);
     assert_int_equal(counts.removed, 2);
-    kept_close(kept);
+    retention_close(retention);
     assert_true(!is_root || seteuid(0) == 0);
 }
 
@@ -408,30 +416,33 @@ static void a_file_that_cannot_be_removed_is_tried_again(void **state)
 
 static void a_list_that_is_something_else_is_refused(void **state)
 {
-    struct kept *kept = NULL;
+    struct retention *retention = NULL;
     lum_error error = {""};
     (void)state;
     put_text(LEDGER, "lumsdk\n");
-    assert_int_equal(kept_open("r.pcap", &no_limit, &kept, &error), -1);
+    assert_int_equal(retention_open("r.pcap", &no_limit, &retention, &error),
+                     -1);
     assert_int_equal(errno, EEXIST);
     assert_non_null(strstr(error.text, LEDGER));
     assert_int_equal(unlink(LEDGER), 0);
     put_text("other", "lumdump keep 1\nend\n");
     assert_int_equal(symlink("other", LEDGER), 0);
-    assert_int_equal(kept_open("r.pcap", &no_limit, &kept, &error), -1);
+    assert_int_equal(retention_open("r.pcap", &no_limit, &retention, &error),
+                     -1);
     assert_int_equal(unlink(LEDGER), 0);
     assert_int_equal(mkdir(LEDGER, S_IRWXU), 0);
-    assert_int_equal(kept_open("r.pcap", &no_limit, &kept, &error), -1);
+    assert_int_equal(retention_open("r.pcap", &no_limit, &retention, &error),
+                     -1);
     assert_int_equal(errno, EEXIST);
 }
 
 /* However it was cut, what it lists no more stays, and numbers go on. */
 static void a_damaged_list_removes_nothing_but_what_it_has(void **state)
 {
-    struct kept *kept = open_with(no_limit);
+    struct retention *retention = open_with(no_limit);
     (void)state;
-    record(kept, 3);
-    close_killed(kept);
+    record(retention, 3);
+    close_killed(retention);
     char *text = take_list();
     for (size_t len = 0; len < strlen(text); len++) {
         lum_error note = {""};
@@ -439,11 +450,11 @@ static void a_damaged_list_removes_nothing_but_what_it_has(void **state)
         assert_non_null(file);
         assert_int_equal(fwrite(text, 1, len, file), len);
         assert_int_equal(fclose(file), 0);
-        kept = open_with(no_limit);
-        assert_true(kept_take_note(kept, &note));
+        retention = open_with(no_limit);
+        assert_true(retention_take_note(retention, &note));
         assert_non_null(strstr(note.text, "is damaged"));
-        assert_int_equal(begin(kept), 4);
-        kept_close(kept);
+        assert_int_equal(begin(retention), 4);
+        retention_close(retention);
         assert_int_equal(count_files(), 4);
     }
     free(text);
@@ -451,16 +462,17 @@ static void a_damaged_list_removes_nothing_but_what_it_has(void **state)
 
 static void numbers_end(void **state)
 {
-    struct kept *kept = NULL;
+    struct retention *retention = NULL;
     lum_error error = {""};
     (void)state;
     put("r-1000000000.pcap", 1);
     put("r-99999999999999999999999.pcap", 1);
-    kept = open_with(no_limit);
-    assert_int_equal(begin(kept), 1);
-    kept_close(kept);
+    retention = open_with(no_limit);
+    assert_int_equal(begin(retention), 1);
+    retention_close(retention);
     put("r-999999999.pcap", 1);
-    assert_int_equal(kept_open("r.pcap", &no_limit, &kept, &error), -1);
+    assert_int_equal(retention_open("r.pcap", &no_limit, &retention, &error),
+                     -1);
     assert_non_null(strstr(error.text, "used up"));
 }
 
@@ -472,10 +484,11 @@ static void names_may_be_odd(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         for (unsigned number = 1; number < 4; number++) {
-            struct kept *kept = NULL;
-            assert_int_equal(kept_open(names[i], &no_limit, &kept, NULL), 0);
-            assert_int_equal(begin(kept), 1);
-            kept_close(kept);
+            struct retention *retention = NULL;
+            assert_int_equal(
+                retention_open(names[i], &no_limit, &retention, NULL), 0);
+            assert_int_equal(begin(retention), 1);
+            retention_close(retention);
         }
     }
 }
@@ -483,12 +496,13 @@ static void names_may_be_odd(void **state)
 static void a_name_or_a_folder_that_cannot_be_is_refused(void **state)
 {
     static char name[5000];
-    struct kept *kept = NULL;
+    struct retention *retention = NULL;
     lum_error error = {""};
     (void)state;
     memset(name, 'n', sizeof name - 1u);
-    assert_int_equal(kept_open(name, &no_limit, &kept, &error), -1);
-    assert_int_equal(kept_open("no/r.pcap", &no_limit, &kept, &error), -1);
+    assert_int_equal(retention_open(name, &no_limit, &retention, &error), -1);
+    assert_int_equal(retention_open("no/r.pcap", &no_limit, &retention, &error),
+                     -1);
     assert_non_null(strstr(error.text, "does not exist"));
 }
 

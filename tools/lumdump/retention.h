@@ -9,8 +9,8 @@
  * nobody else changes the list.
  *
  * One thread begins files, another may finish them and wait for the disk. */
-#ifndef LUMDUMP_KEPT_H
-#define LUMDUMP_KEPT_H
+#ifndef LUMDUMP_RETENTION_H
+#define LUMDUMP_RETENTION_H
 
 #include "options.h"
 
@@ -20,11 +20,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define KEPT_NOTES 3u
+#define RETENTION_NOTES 3u
 
-struct kept;
+struct retention;
 
-struct kept_counts {
+struct retention_counts {
     bool is_used;     /* the output has --keep */
     uint64_t removed; /* files */
     uint64_t stuck;   /* that were to go at last, and could not be removed */
@@ -34,33 +34,34 @@ struct kept_counts {
  * killed run has left unfinished, and list the number of the first file.
  * limit: bytes or ns; the other is 0. 0, or -1 with the reason in error and
  * errno. */
-int kept_open(const char *name, const struct rotation *limit, struct kept **out,
-              lum_error *error);
+int retention_open(const char *name, const struct rotation *limit,
+                   struct retention **out, lum_error *error);
 
 /* List the number of the next file, unless that was done. Waits for the disk.
  * 0, or -1 with the reason in error and errno. */
-int kept_plan(struct kept *kept, lum_error *error);
+int retention_plan(struct retention *retention, lum_error *error);
 
 /* Whether that was done. Does not wait. */
-bool kept_is_planned(struct kept *kept);
+bool retention_is_planned(struct retention *retention);
 
 /* The number of a file to be begun now. Waits only where none is planned. 0, or
  * -1 with the reason in error and errno. */
-int kept_begin(struct kept *kept, unsigned *number, lum_error *error);
+int retention_begin(struct retention *retention, unsigned *number,
+                    lum_error *error);
 
 /* A file was finished: list its size, and remove what is over the limit. Waits
  * for the disk.
  * last_ns: the time of its last data, since 1970. 0, or -1 with the reason in
  * error and errno, which is not ENOENT. */
-int kept_finish(struct kept *kept, unsigned number, int64_t last_ns,
-                lum_error *error);
+int retention_finish(struct retention *retention, unsigned number,
+                     int64_t last_ns, lum_error *error);
 
 /* What happened to files, each kind once. False: nothing more, or not now. */
-bool kept_take_note(struct kept *kept, lum_error *out);
+bool retention_take_note(struct retention *retention, lum_error *out);
 
-void kept_count(struct kept *kept, struct kept_counts *out);
+void retention_count(struct retention *retention, struct retention_counts *out);
 
 /* Free it. Numbers without a file are taken from the list. NULL is allowed. */
-void kept_close(struct kept *kept);
+void retention_close(struct retention *retention);
 
 #endif

@@ -1,5 +1,5 @@
 #define _POSIX_C_SOURCE 200809L
-#include "kept.h"
+#include "retention.h"
 
 #include "../common/file_look.h"
 #include "../common/text_file.h"
@@ -28,7 +28,7 @@ enum note {
     NOTE_DAMAGED
 };
 
-struct kept {
+struct retention {
     char *name;   /* of the output */
     char *ledger; /* the path of the list */
     struct rotation limit;
@@ -38,27 +38,27 @@ struct kept {
     unsigned planned; /* listed, and not begun; 0: none */
     uint64_t removed;
     uint64_t stuck;
-    bool is_told[KEPT_NOTES];
-    lum_error notes[KEPT_NOTES];
+    bool is_told[RETENTION_NOTES];
+    lum_error notes[RETENTION_NOTES];
     size_t note_count;
 };
 
 /* --- Small things --- */
 
-static const char *name_of(const struct kept *k, unsigned number,
+static const char *name_of(const struct retention *r, unsigned number,
                            char out[NAME_BYTES])
 {
-    if (numbered_name(k->name, number, out, NAME_BYTES, NULL) != 0) {
+    if (numbered_name(r->name, number, out, NAME_BYTES, NULL) != 0) {
         out[0] = '\0';
     }
     return out;
 }
 
-static bool is_there(const struct kept *k, unsigned number)
+static bool is_there(const struct retention *r, unsigned number)
 {
     char name[NAME_BYTES];
     struct file_look look;
-    return file_look_itself(name_of(k, number, name), &look);
+    return file_look_itself(name_of(r, number, name), &look);
 }
 
 static int fail(const char *name, const char *doing, int code, lum_error *error)
@@ -69,12 +69,12 @@ static int fail(const char *name, const char *doing, int code, lum_error *error)
 }
 
 /* Each kind is told once. what, why: about the file of this name. */
-static void say_once(struct kept *k, enum note kind, const char *name,
+static void say_once(struct retention *r, enum note kind, const char *name,
                      const char *what, const char *why)
 {
-    if (!k->is_told[kind]) {
-        k->is_told[kind] = true;
-        (void)lum_error_set(&k->notes[k->note_count++], "%s: %s%s", name, what,
+    if (!r->is_told[kind]) {
+        r->is_told[kind] = true;
+        (void)lum_error_set(&r->notes[r->note_count++], "%s: %s%s", name, what,
                             why);
     }
 }
@@ -83,32 +83,33 @@ static void say_once(struct kept *k, enum note kind, const char *name,
 
 /* A missing file means the folder of the output is gone. For the caller ENOENT
  * would mean that only the file it finished is. */
-static int save(const struct kept *k, lum_error *error)
+static int save(const struct retention *r, lum_error *error)
 {
     size_t len = 0;
-    char *text = ledger_write(&k->list, &len);
+    char *text = ledger_write(&r->list, &len);
     if (text == NULL) {
-        return fail(k->name, "cannot list its files", ENOMEM, error);
+        return fail(r->name, "cannot list its files", ENOMEM, error);
     }
-    const int result = text_file_save(k->ledger, text, len, error);
+    const int result = text_file_save(r->ledger, text, len, error);
     const int code = errno == ENOENT ? EIO : errno;
     free(text);
     errno = code;
     return result;
 }
 
-static int refuse_foreign(const struct kept *k, lum_error *error)
+static int refuse_foreign(const struct retention *r, lum_error *error)
 {
     (void)lum_error_set(error,
                         "%s: --keep would list its files in %s, which is "
                         "something else: rename that one, or choose another "
                         "name",
-                        k->name, k->ledger);
+                        r->name, r->ledger);
     errno = EEXIST;
     return -1;
 }
 
-static int read_text(struct kept *k, FILE *file, size_t room, lum_error *error)
+static int read_text(struct retention *r, FILE *file, size_t room,
+                     lum_error *error)
 {
     char *text = malloc(room);
     errno = ENOMEM;
@@ -116,18 +117,18 @@ static int read_text(struct kept *k, FILE *file, size_t room, lum_error *error)
     if (text == NULL || ferror(file) != 0) {
         const int code = errno;
         free(text);
-        return fail(k->ledger, "cannot be read", code, error);
+        return fail(r->ledger, "cannot be read", code, error);
     }
-    const enum ledger_text result = ledger_read(&k->list, text, len);
+    const enum ledger_text result = ledger_read(&r->list, text, len);
     free(text);
     switch (result) {
     case LEDGER_FOREIGN:
-        return refuse_foreign(k, error);
+        return refuse_foreign(r, error);
     case LEDGER_NO_MEMORY:
-        return fail(k->ledger, "cannot be read", ENOMEM, error);
+        return fail(r->ledger, "cannot be read", ENOMEM, error);
     case LEDGER_DAMAGED:
         say_once(
-            k, NOTE_DAMAGED, k->ledger, "is damaged",
+            r, NOTE_DAMAGED, r->ledger, "is damaged",
             ": --keep has forgotten some files and leaves them; remove those "
             "that you do not need");
         return 0;
@@ -137,20 +138,20 @@ static int read_text(struct kept *k, FILE *file, size_t room, lum_error *error)
     }
 }
 
-static int load(struct kept *k, lum_error *error)
+static int load(struct retention *r, lum_error *error)
 {
     struct file_look look;
-    if (!file_look_itself(k->ledger, &look)) {
+    if (!file_look_itself(r->ledger, &look)) {
         return 0;
     }
     if (look.kind != FILE_REGULAR || look.bytes > TEXT_BYTES_MAX) {
-        return refuse_foreign(k, error);
+        return refuse_foreign(r, error);
     }
-    FILE *file = fopen(k->ledger, "rb");
+    FILE *file = fopen(r->ledger, "rb");
     if (file == NULL) {
-        return fail(k->ledger, "cannot be read", errno, error);
+        return fail(r->ledger, "cannot be read", errno, error);
     }
-    const int result = read_text(k, file, (size_t)look.bytes + 1u, error);
+    const int result = read_text(r, file, (size_t)look.bytes + 1u, error);
     const int code = errno;
     (void)fclose(file);
     errno = code;
@@ -184,12 +185,12 @@ static bool has_unfinished(const char *name)
 /* A file that a killed run had begun. If it has its name, it is ours; if not,
  * it is removed, as by every run that takes the name, and what has the name now
  * is another's. */
-static bool adopt(const struct kept *k, struct ledger_file *file)
+static bool adopt(const struct retention *r, struct ledger_file *file)
 {
     char name[NAME_BYTES];
     struct file_look look;
     lum_claim claim;
-    (void)name_of(k, file->number, name);
+    (void)name_of(r, file->number, name);
     const bool is_unfinished = has_unfinished(name);
     const int result = lum_claim_take(name, name, &claim, NULL);
     const bool is_busy = result != 0 && errno == EBUSY;
@@ -207,28 +208,28 @@ static bool adopt(const struct kept *k, struct ledger_file *file)
     return true;
 }
 
-static void adopt_all(struct kept *k)
+static void adopt_all(struct retention *r)
 {
     size_t n = 0;
-    for (size_t i = 0; i < k->list.count; i++) {
-        struct ledger_file file = k->list.files[i];
-        if (file.is_whole || adopt(k, &file)) {
-            k->list.files[n++] = file;
+    for (size_t i = 0; i < r->list.count; i++) {
+        struct ledger_file file = r->list.files[i];
+        if (file.is_whole || adopt(r, &file)) {
+            r->list.files[n++] = file;
         }
     }
-    k->list.count = n;
+    r->list.count = n;
 }
 
 /* The highest number of a file in the folder. Numbers that are never reached
  * are nobody's concern. */
-static unsigned find_top(const struct kept *k)
+static unsigned find_top(const struct retention *r)
 {
     char folder[NAME_BYTES];
-    const char *base = lum_system_base(k->name);
+    const char *base = lum_system_base(r->name);
     const struct numbered n = numbered_of(base);
     unsigned top = 0;
-    (void)snprintf(folder, sizeof folder, "%.*s", (int)(base - k->name),
-                   k->name);
+    (void)snprintf(folder, sizeof folder, "%.*s", (int)(base - r->name),
+                   r->name);
     DIR *directory = opendir(folder[0] != '\0' ? folder : ".");
     if (directory == NULL) {
         return 0;
@@ -278,54 +279,54 @@ static struct tally tally_of(const struct ledger *list)
     return t;
 }
 
-static bool is_over(const struct kept *k, const struct tally *t,
+static bool is_over(const struct retention *r, const struct tally *t,
                     const struct ledger_file *file)
 {
     if (!file->is_whole || file->number == t->newest) {
         return false;
     }
-    return k->limit.bytes != 0 ? add(t->bytes, t->largest) > k->limit.bytes
-                               : t->newest_ns - file->last_ns > k->limit.ns;
+    return r->limit.bytes != 0 ? add(t->bytes, t->largest) > r->limit.bytes
+                               : t->newest_ns - file->last_ns > r->limit.ns;
 }
 
 /* Whether it has gone from the list. */
-static bool remove_file(struct kept *k, const struct ledger_file *file)
+static bool remove_file(struct retention *r, const struct ledger_file *file)
 {
     char name[NAME_BYTES];
     struct file_look look;
-    (void)name_of(k, file->number, name);
+    (void)name_of(r, file->number, name);
     if (!file_look_itself(name, &look)) {
         return true;
     }
     if (look.kind != FILE_REGULAR || look.bytes != file->bytes) {
-        say_once(k, NOTE_CHANGED, name, "others have changed it",
+        say_once(r, NOTE_CHANGED, name, "others have changed it",
                  ": --keep leaves it, and forgets it");
         return true;
     }
     if (unlink(name) == 0) {
-        k->removed++;
+        r->removed++;
         return true;
     }
-    k->stuck++;
-    say_once(k, NOTE_STUCK, name,
+    r->stuck++;
+    say_once(r, NOTE_STUCK, name,
              "--keep cannot remove it, and tries again at each new file: ",
              strerror(errno));
     return false;
 }
 
 /* The newest whole file stays whatever its size. */
-static void remove_old(struct kept *k)
+static void remove_old(struct retention *r)
 {
-    struct tally t = tally_of(&k->list);
+    struct tally t = tally_of(&r->list);
     size_t i = 0;
-    k->stuck = 0;
-    while (i < k->list.count) {
-        const struct ledger_file file = k->list.files[i];
-        if (is_over(k, &t, &file) && remove_file(k, &file)) {
-            ledger_forget(&k->list, file.number);
+    r->stuck = 0;
+    while (i < r->list.count) {
+        const struct ledger_file file = r->list.files[i];
+        if (is_over(r, &t, &file) && remove_file(r, &file)) {
+            ledger_forget(&r->list, file.number);
             t.bytes -= file.bytes;
             if (file.bytes == t.largest) {
-                t = tally_of(&k->list);
+                t = tally_of(&r->list);
             }
         } else {
             i++;
@@ -336,217 +337,217 @@ static void remove_old(struct kept *k)
 /* --- Numbers --- */
 
 /* The lock is held. What others have put under a planned name is theirs. */
-static void drop_taken(struct kept *k)
+static void drop_taken(struct retention *r)
 {
-    if (k->planned != 0 && is_there(k, k->planned)) {
-        ledger_forget(&k->list, k->planned);
-        k->planned = 0;
+    if (r->planned != 0 && is_there(r, r->planned)) {
+        ledger_forget(&r->list, r->planned);
+        r->planned = 0;
     }
 }
 
 /* The lock is held. */
-static int plan(struct kept *k, lum_error *error)
+static int plan(struct retention *r, lum_error *error)
 {
-    struct ledger_file next = {.number = k->top};
-    drop_taken(k);
-    if (k->planned != 0) {
+    struct ledger_file next = {.number = r->top};
+    drop_taken(r);
+    if (r->planned != 0) {
         return 0;
     }
     do {
         next.number++;
-    } while (next.number <= LEDGER_NUMBER_MAX && is_there(k, next.number));
+    } while (next.number <= LEDGER_NUMBER_MAX && is_there(r, next.number));
     if (next.number > LEDGER_NUMBER_MAX) {
-        return fail(k->name, "its numbers are used up: choose another name",
+        return fail(r->name, "its numbers are used up: choose another name",
                     ERANGE, error);
     }
-    if (!ledger_add(&k->list, &next)) {
-        return fail(k->name, "cannot list its files", ENOMEM, error);
+    if (!ledger_add(&r->list, &next)) {
+        return fail(r->name, "cannot list its files", ENOMEM, error);
     }
-    k->top = next.number;
-    if (save(k, error) != 0) {
-        ledger_forget(&k->list, next.number);
+    r->top = next.number;
+    if (save(r, error) != 0) {
+        ledger_forget(&r->list, next.number);
         return -1;
     }
-    k->planned = next.number;
+    r->planned = next.number;
     return 0;
 }
 
-int kept_plan(struct kept *kept, lum_error *error)
+int retention_plan(struct retention *r, lum_error *error)
 {
-    (void)pthread_mutex_lock(&kept->lock);
-    const int result = plan(kept, error);
+    (void)pthread_mutex_lock(&r->lock);
+    const int result = plan(r, error);
     const int code = errno;
-    (void)pthread_mutex_unlock(&kept->lock);
+    (void)pthread_mutex_unlock(&r->lock);
     errno = code;
     return result;
 }
 
 /* Whoever waits for the disk holds the lock. */
-bool kept_is_planned(struct kept *kept)
+bool retention_is_planned(struct retention *r)
 {
-    if (pthread_mutex_trylock(&kept->lock) != 0) {
+    if (pthread_mutex_trylock(&r->lock) != 0) {
         return false;
     }
-    drop_taken(kept);
-    const bool is_planned = kept->planned != 0;
-    (void)pthread_mutex_unlock(&kept->lock);
+    drop_taken(r);
+    const bool is_planned = r->planned != 0;
+    (void)pthread_mutex_unlock(&r->lock);
     return is_planned;
 }
 
-int kept_begin(struct kept *kept, unsigned *number, lum_error *error)
+int retention_begin(struct retention *r, unsigned *number, lum_error *error)
 {
-    (void)pthread_mutex_lock(&kept->lock);
-    const int result = plan(kept, error);
+    (void)pthread_mutex_lock(&r->lock);
+    const int result = plan(r, error);
     const int code = errno;
-    *number = kept->planned;
-    kept->planned = 0;
-    (void)pthread_mutex_unlock(&kept->lock);
+    *number = r->planned;
+    r->planned = 0;
+    (void)pthread_mutex_unlock(&r->lock);
     errno = code;
     return result;
 }
 
 /* --- From the beginning to the end --- */
 
-static struct kept *new_kept(const char *name, const struct rotation *limit)
+static struct retention *new_retention(const char *name,
+                                       const struct rotation *limit)
 {
-    struct kept *k = calloc(1, sizeof *k);
-    if (k == NULL) {
+    struct retention *r = calloc(1, sizeof *r);
+    if (r == NULL) {
         return NULL;
     }
     const lum_claim_place place = lum_claim_place_of(name);
-    k->limit = *limit;
-    k->name = malloc(strlen(name) + 1u);
-    k->ledger = lum_claim_compose(name, &place, ".", ".kept.lumsdk");
-    if (k->name == NULL || k->ledger == NULL) {
-        free(k->name);
-        free(k->ledger);
-        free(k);
+    r->limit = *limit;
+    r->name = malloc(strlen(name) + 1u);
+    r->ledger = lum_claim_compose(name, &place, ".", ".kept.lumsdk");
+    if (r->name == NULL || r->ledger == NULL) {
+        free(r->name);
+        free(r->ledger);
+        free(r);
         return NULL;
     }
-    (void)memcpy(k->name, name, strlen(name) + 1u);
-    (void)pthread_mutex_init(&k->lock, NULL);
-    return k;
+    (void)memcpy(r->name, name, strlen(name) + 1u);
+    (void)pthread_mutex_init(&r->lock, NULL);
+    return r;
 }
 
-static void free_kept(struct kept *k)
+static void free_retention(struct retention *r)
 {
-    ledger_free(&k->list);
-    (void)pthread_mutex_destroy(&k->lock);
-    free(k->name);
-    free(k->ledger);
-    free(k);
+    ledger_free(&r->list);
+    (void)pthread_mutex_destroy(&r->lock);
+    free(r->name);
+    free(r->ledger);
+    free(r);
 }
 
 /* Old files go first, so that a full disk has room for the list. */
-static int begin(struct kept *k, lum_error *error)
+static int begin(struct retention *r, lum_error *error)
 {
     char longest[NAME_BYTES];
-    if (numbered_name(k->name, LEDGER_NUMBER_MAX, longest, sizeof longest,
+    if (numbered_name(r->name, LEDGER_NUMBER_MAX, longest, sizeof longest,
                       error) != 0 ||
-        load(k, error) != 0) {
+        load(r, error) != 0) {
         return -1;
     }
-    const unsigned listed = ledger_top(&k->list);
-    const unsigned found = find_top(k);
-    k->top = listed > found ? listed : found;
-    adopt_all(k);
-    remove_old(k);
-    return plan(k, error);
+    const unsigned listed = ledger_top(&r->list);
+    const unsigned found = find_top(r);
+    r->top = listed > found ? listed : found;
+    adopt_all(r);
+    remove_old(r);
+    return plan(r, error);
 }
 
-int kept_open(const char *name, const struct rotation *limit, struct kept **out,
-              lum_error *error)
+int retention_open(const char *name, const struct rotation *limit,
+                   struct retention **out, lum_error *error)
 {
-    struct kept *k = new_kept(name, limit);
-    if (k == NULL) {
+    struct retention *r = new_retention(name, limit);
+    if (r == NULL) {
         return fail(name, "cannot list its files", ENOMEM, error);
     }
-    if (begin(k, error) != 0) {
+    if (begin(r, error) != 0) {
         const int code = errno;
-        free_kept(k);
+        free_retention(r);
         errno = code;
         return -1;
     }
-    *out = k;
+    *out = r;
     return 0;
 }
 
 /* The lock is held. */
-static int finish(struct kept *k, unsigned number, int64_t last_ns,
+static int finish(struct retention *r, unsigned number, int64_t last_ns,
                   lum_error *error)
 {
     char name[NAME_BYTES];
     struct file_look look;
-    struct ledger_file *file = ledger_find(&k->list, number);
-    if (file != NULL && file_look_itself(name_of(k, number, name), &look) &&
+    struct ledger_file *file = ledger_find(&r->list, number);
+    if (file != NULL && file_look_itself(name_of(r, number, name), &look) &&
         look.kind == FILE_REGULAR) {
         file->is_whole = true;
         file->bytes = look.bytes;
         file->last_ns = last_ns > 0 ? last_ns : 0;
     } else {
-        ledger_forget(&k->list, number);
+        ledger_forget(&r->list, number);
     }
-    remove_old(k);
-    return save(k, error);
+    remove_old(r);
+    return save(r, error);
 }
 
-int kept_finish(struct kept *kept, unsigned number, int64_t last_ns,
-                lum_error *error)
+int retention_finish(struct retention *r, unsigned number, int64_t last_ns,
+                     lum_error *error)
 {
-    (void)pthread_mutex_lock(&kept->lock);
-    const int result = finish(kept, number, last_ns, error);
+    (void)pthread_mutex_lock(&r->lock);
+    const int result = finish(r, number, last_ns, error);
     const int code = errno;
-    (void)pthread_mutex_unlock(&kept->lock);
+    (void)pthread_mutex_unlock(&r->lock);
     errno = code;
     return result;
 }
 
-bool kept_take_note(struct kept *kept, lum_error *out)
+bool retention_take_note(struct retention *r, lum_error *out)
 {
-    if (pthread_mutex_trylock(&kept->lock) != 0) {
+    if (pthread_mutex_trylock(&r->lock) != 0) {
         return false;
     }
-    const bool is_taken = kept->note_count > 0;
+    const bool is_taken = r->note_count > 0;
     if (is_taken) {
-        *out = kept->notes[0];
-        kept->note_count--;
-        memmove(kept->notes, kept->notes + 1,
-                kept->note_count * sizeof kept->notes[0]);
+        *out = r->notes[0];
+        r->note_count--;
+        memmove(r->notes, r->notes + 1, r->note_count * sizeof r->notes[0]);
     }
-    (void)pthread_mutex_unlock(&kept->lock);
+    (void)pthread_mutex_unlock(&r->lock);
     return is_taken;
 }
 
-void kept_count(struct kept *kept, struct kept_counts *out)
+void retention_count(struct retention *r, struct retention_counts *out)
 {
-    (void)pthread_mutex_lock(&kept->lock);
-    *out = (struct kept_counts){
-        .is_used = true, .removed = kept->removed, .stuck = kept->stuck};
-    (void)pthread_mutex_unlock(&kept->lock);
+    (void)pthread_mutex_lock(&r->lock);
+    *out = (struct retention_counts){
+        .is_used = true, .removed = r->removed, .stuck = r->stuck};
+    (void)pthread_mutex_unlock(&r->lock);
 }
 
 /* A number without a file could otherwise be given to a file of others. */
-static void forget_unused(struct kept *k)
+static void forget_unused(struct retention *r)
 {
-    const size_t before = k->list.count;
+    const size_t before = r->list.count;
     size_t n = 0;
     for (size_t i = 0; i < before; i++) {
-        const struct ledger_file file = k->list.files[i];
+        const struct ledger_file file = r->list.files[i];
         if (file.is_whole ||
-            (file.number != k->planned && is_there(k, file.number))) {
-            k->list.files[n++] = file;
+            (file.number != r->planned && is_there(r, file.number))) {
+            r->list.files[n++] = file;
         }
     }
-    k->list.count = n;
+    r->list.count = n;
     if (n != before) {
-        (void)!save(k, NULL);
+        (void)!save(r, NULL);
     }
 }
 
-void kept_close(struct kept *kept)
+void retention_close(struct retention *r)
 {
-    if (kept != NULL) {
-        forget_unused(kept);
-        free_kept(kept);
+    if (r != NULL) {
+        forget_unused(r);
+        free_retention(r);
     }
 }
