@@ -13,10 +13,12 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #define S       INT64_C(1000000000)
@@ -95,6 +97,61 @@ static int teardown(void **state)
     }
     (void)closedir(directory);
     return chdir("/") != 0 || rmdir(folder) != 0;
+}
+
+/* --- A disk that is slow --- */
+
+#define DISK_WAIT_S 5
+
+static struct {
+    pthread_mutex_t lock;
+    pthread_cond_t changed;
+    bool is_slow;
+    bool is_syncing;
+} disk = {PTHREAD_MUTEX_INITIALIZER, PTHREAD_COND_INITIALIZER, false, false};
+
+/* In place of the system's: waits until the disk is no longer slow, but not for
+ * ever. */
+int fsync(int fd)
+{
+    const struct timespec end = {.tv_sec = time(NULL) + DISK_WAIT_S};
+    int code = 0;
+    (void)fd;
+    (void)pthread_mutex_lock(&disk.lock);
+    disk.is_syncing = true;
+    (void)pthread_cond_broadcast(&disk.changed);
+    while (disk.is_slow && code == 0) {
+        code = pthread_cond_timedwait(&disk.changed, &disk.lock, &end);
+    }
+    disk.is_slow = false;
+    disk.is_syncing = false;
+    (void)pthread_mutex_unlock(&disk.lock);
+    return 0;
+}
+
+static void make_slow(bool is_slow)
+{
+    (void)pthread_mutex_lock(&disk.lock);
+    disk.is_slow = is_slow;
+    (void)pthread_cond_broadcast(&disk.changed);
+    (void)pthread_mutex_unlock(&disk.lock);
+}
+
+static void wait_for_sync(void)
+{
+    (void)pthread_mutex_lock(&disk.lock);
+    while (!disk.is_syncing) {
+        (void)pthread_cond_wait(&disk.changed, &disk.lock);
+    }
+    (void)pthread_mutex_unlock(&disk.lock);
+}
+
+static bool is_syncing(void)
+{
+    (void)pthread_mutex_lock(&disk.lock);
+    const bool result = disk.is_syncing;
+    (void)pthread_mutex_unlock(&disk.lock);
+    return result;
 }
 
 /* --- Runs --- */
@@ -412,6 +469,42 @@ static void a_file_that_cannot_be_removed_is_tried_again(void **state)
     assert_true(!is_root || seteuid(0) == 0);
 }
 
+/* --- Two threads --- */
+
+static void *finish_second(void *argument)
+{
+    return retention_finish(argument, 2, START, NULL) == 0 ? argument : NULL;
+}
+
+static void a_planned_number_does_not_wait_for_the_disk(void **state)
+{
+    struct retention_counts counts;
+    lum_error note = {""};
+    pthread_t thread;
+    void *result = NULL;
+    (void)state;
+    struct retention *retention = open_with((struct rotation){.bytes = 1});
+    record(retention, 1);
+    put(name_of(1), BYTES + 1u); /* by others */
+    assert_int_equal(retention_plan(retention, NULL), 0);
+    put(name_of(begin(retention)), BYTES);
+    assert_int_equal(retention_plan(retention, NULL), 0);
+    make_slow(true);
+    assert_int_equal(pthread_create(&thread, NULL, finish_second, retention),
+                     0);
+    wait_for_sync();
+    assert_true(retention_is_planned(retention));
+    assert_int_equal(begin(retention), 3);
+    assert_false(retention_is_planned(retention));
+    assert_true(retention_take_note(retention, &note));
+    retention_count(retention, &counts);
+    assert_true(is_syncing()); /* nothing of this has waited */
+    make_slow(false);
+    assert_int_equal(pthread_join(thread, &result), 0);
+    assert_ptr_equal(result, retention);
+    retention_close(retention);
+}
+
 /* --- The list --- */
 
 static void a_list_that_is_something_else_is_refused(void **state)
@@ -524,6 +617,7 @@ int main(void)
         TEST(no_file_of_others_is_removed_or_replaced),
         TEST(a_file_that_others_changed_is_left_and_told_once),
         TEST(a_file_that_cannot_be_removed_is_tried_again),
+        TEST(a_planned_number_does_not_wait_for_the_disk),
         TEST(a_list_that_is_something_else_is_refused),
         TEST(a_damaged_list_removes_nothing_but_what_it_has),
         TEST(numbers_end),

@@ -32,10 +32,12 @@ struct retention {
     char *name;   /* of the output */
     char *ledger; /* the path of the list */
     struct rotation limit;
-    pthread_mutex_t lock; /* guards what follows */
+    pthread_mutex_t disk; /* held while the disk is waited for; guards these */
     struct ledger list;
-    unsigned top;     /* no file has a higher number */
-    unsigned planned; /* listed, and not begun; 0: none */
+    unsigned top;         /* no file has a higher number */
+    pthread_mutex_t lock; /* never held while anything is waited for, but taken
+                             under the other one; guards what follows */
+    unsigned planned;     /* listed, and not begun; 0: none */
     uint64_t removed;
     uint64_t stuck;
     bool is_told[RETENTION_NOTES];
@@ -72,11 +74,39 @@ static int fail(const char *name, const char *doing, int code, lum_error *error)
 static void say_once(struct retention *r, enum note kind, const char *name,
                      const char *what, const char *why)
 {
+    (void)pthread_mutex_lock(&r->lock);
     if (!r->is_told[kind]) {
         r->is_told[kind] = true;
         (void)lum_error_set(&r->notes[r->note_count++], "%s: %s%s", name, what,
                             why);
     }
+    (void)pthread_mutex_unlock(&r->lock);
+}
+
+static void count_files(struct retention *r, unsigned removed, uint64_t stuck)
+{
+    (void)pthread_mutex_lock(&r->lock);
+    r->removed += removed;
+    r->stuck = stuck;
+    (void)pthread_mutex_unlock(&r->lock);
+}
+
+static unsigned planned_of(struct retention *r)
+{
+    (void)pthread_mutex_lock(&r->lock);
+    const unsigned planned = r->planned;
+    (void)pthread_mutex_unlock(&r->lock);
+    return planned;
+}
+
+/* Nothing happens if another number is planned by now. */
+static bool replace_planned(struct retention *r, unsigned from, unsigned to)
+{
+    (void)pthread_mutex_lock(&r->lock);
+    const bool is_same = r->planned == from;
+    r->planned = is_same ? to : r->planned;
+    (void)pthread_mutex_unlock(&r->lock);
+    return is_same;
 }
 
 /* --- The list on the disk --- */
@@ -289,68 +319,81 @@ static bool is_over(const struct retention *r, const struct tally *t,
                                : t->newest_ns - file->last_ns > r->limit.ns;
 }
 
-/* Whether it has gone from the list. */
-static bool remove_file(struct retention *r, const struct ledger_file *file)
+enum removal {
+    REMOVED,
+    FORGOTTEN, /* others have removed or changed it */
+    STUCK
+};
+
+static enum removal remove_file(struct retention *r,
+                                const struct ledger_file *file)
 {
     char name[NAME_BYTES];
     struct file_look look;
     (void)name_of(r, file->number, name);
     if (!file_look_itself(name, &look)) {
-        return true;
+        return FORGOTTEN;
     }
     if (look.kind != FILE_REGULAR || look.bytes != file->bytes) {
         say_once(r, NOTE_CHANGED, name, "others have changed it",
                  ": --keep leaves it, and forgets it");
-        return true;
+        return FORGOTTEN;
     }
     if (unlink(name) == 0) {
-        r->removed++;
-        return true;
+        return REMOVED;
     }
-    r->stuck++;
     say_once(r, NOTE_STUCK, name,
              "--keep cannot remove it, and tries again at each new file: ",
              strerror(errno));
-    return false;
+    return STUCK;
 }
 
 /* The newest whole file stays whatever its size. */
 static void remove_old(struct retention *r)
 {
     struct tally t = tally_of(&r->list);
+    unsigned count[] = {[REMOVED] = 0, [FORGOTTEN] = 0, [STUCK] = 0};
     size_t i = 0;
-    r->stuck = 0;
     while (i < r->list.count) {
         const struct ledger_file file = r->list.files[i];
-        if (is_over(r, &t, &file) && remove_file(r, &file)) {
-            ledger_forget(&r->list, file.number);
-            t.bytes -= file.bytes;
-            if (file.bytes == t.largest) {
-                t = tally_of(&r->list);
-            }
-        } else {
+        if (!is_over(r, &t, &file)) {
             i++;
+            continue;
+        }
+        const enum removal result = remove_file(r, &file);
+        count[result]++;
+        if (result == STUCK) {
+            i++;
+            continue;
+        }
+        ledger_forget(&r->list, file.number);
+        t.bytes -= file.bytes;
+        if (file.bytes == t.largest) {
+            t = tally_of(&r->list);
         }
     }
+    count_files(r, count[REMOVED], count[STUCK]);
 }
 
 /* --- Numbers --- */
 
-/* The lock is held. What others have put under a planned name is theirs. */
+/* The disk is held. What others have put under a planned name is theirs; what
+ * is there because its number was begun meanwhile is not. */
 static void drop_taken(struct retention *r)
 {
-    if (r->planned != 0 && is_there(r, r->planned)) {
-        ledger_forget(&r->list, r->planned);
-        r->planned = 0;
+    const unsigned planned = planned_of(r);
+    if (planned != 0 && is_there(r, planned) &&
+        replace_planned(r, planned, 0)) {
+        ledger_forget(&r->list, planned);
     }
 }
 
-/* The lock is held. */
+/* The disk is held. */
 static int plan(struct retention *r, lum_error *error)
 {
     struct ledger_file next = {.number = r->top};
     drop_taken(r);
-    if (r->planned != 0) {
+    if (planned_of(r) != 0) {
         return 0;
     }
     do {
@@ -368,42 +411,38 @@ static int plan(struct retention *r, lum_error *error)
         ledger_forget(&r->list, next.number);
         return -1;
     }
-    r->planned = next.number;
+    (void)replace_planned(r, 0, next.number);
     return 0;
 }
 
 int retention_plan(struct retention *r, lum_error *error)
 {
-    (void)pthread_mutex_lock(&r->lock);
+    (void)pthread_mutex_lock(&r->disk);
     const int result = plan(r, error);
     const int code = errno;
-    (void)pthread_mutex_unlock(&r->lock);
+    (void)pthread_mutex_unlock(&r->disk);
     errno = code;
     return result;
 }
 
-/* Whoever waits for the disk holds the lock. */
 bool retention_is_planned(struct retention *r)
 {
-    if (pthread_mutex_trylock(&r->lock) != 0) {
-        return false;
-    }
-    drop_taken(r);
-    const bool is_planned = r->planned != 0;
-    (void)pthread_mutex_unlock(&r->lock);
-    return is_planned;
+    const unsigned planned = planned_of(r);
+    return planned != 0 && !is_there(r, planned);
 }
 
+/* One thread begins files: what it finds planned is taken by nobody else. */
 int retention_begin(struct retention *r, unsigned *number, lum_error *error)
 {
-    (void)pthread_mutex_lock(&r->lock);
-    const int result = plan(r, error);
-    const int code = errno;
-    *number = r->planned;
-    r->planned = 0;
-    (void)pthread_mutex_unlock(&r->lock);
-    errno = code;
-    return result;
+    *number = planned_of(r);
+    while (*number == 0 || is_there(r, *number) ||
+           !replace_planned(r, *number, 0)) {
+        if (retention_plan(r, error) != 0) {
+            return -1;
+        }
+        *number = planned_of(r);
+    }
+    return 0;
 }
 
 /* --- From the beginning to the end --- */
@@ -426,6 +465,7 @@ static struct retention *new_retention(const char *name,
         return NULL;
     }
     (void)memcpy(r->name, name, strlen(name) + 1u);
+    (void)pthread_mutex_init(&r->disk, NULL);
     (void)pthread_mutex_init(&r->lock, NULL);
     return r;
 }
@@ -433,6 +473,7 @@ static struct retention *new_retention(const char *name,
 static void free_retention(struct retention *r)
 {
     ledger_free(&r->list);
+    (void)pthread_mutex_destroy(&r->disk);
     (void)pthread_mutex_destroy(&r->lock);
     free(r->name);
     free(r->ledger);
@@ -473,7 +514,7 @@ int retention_open(const char *name, const struct rotation *limit,
     return 0;
 }
 
-/* The lock is held. */
+/* The disk is held. */
 static int finish(struct retention *r, unsigned number, int64_t last_ns,
                   lum_error *error)
 {
@@ -495,19 +536,17 @@ static int finish(struct retention *r, unsigned number, int64_t last_ns,
 int retention_finish(struct retention *r, unsigned number, int64_t last_ns,
                      lum_error *error)
 {
-    (void)pthread_mutex_lock(&r->lock);
+    (void)pthread_mutex_lock(&r->disk);
     const int result = finish(r, number, last_ns, error);
     const int code = errno;
-    (void)pthread_mutex_unlock(&r->lock);
+    (void)pthread_mutex_unlock(&r->disk);
     errno = code;
     return result;
 }
 
 bool retention_take_note(struct retention *r, lum_error *out)
 {
-    if (pthread_mutex_trylock(&r->lock) != 0) {
-        return false;
-    }
+    (void)pthread_mutex_lock(&r->lock);
     const bool is_taken = r->note_count > 0;
     if (is_taken) {
         *out = r->notes[0];

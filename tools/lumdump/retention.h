@@ -41,11 +41,13 @@ int retention_open(const char *name, const struct rotation *limit,
  * 0, or -1 with the reason in error and errno. */
 int retention_plan(struct retention *retention, lum_error *error);
 
-/* Whether that was done. Does not wait. */
+/* Whether that was done. Does not wait for it. */
 bool retention_is_planned(struct retention *retention);
 
-/* The number of a file to be begun now. Waits only where none is planned. 0, or
- * -1 with the reason in error and errno. */
+/* The number of a file to be begun now. One that is planned is taken at once,
+ * also while another thread waits for the disk. Only if none is, or if others
+ * have made a file of its name, is one planned here. 0, or -1 with the reason
+ * in error and errno. */
 int retention_begin(struct retention *retention, unsigned *number,
                     lum_error *error);
 
@@ -56,9 +58,11 @@ int retention_begin(struct retention *retention, unsigned *number,
 int retention_finish(struct retention *retention, unsigned number,
                      int64_t last_ns, lum_error *error);
 
-/* What happened to files, each kind once. False: nothing more, or not now. */
+/* What happened to files, each kind once. Does not wait. False: nothing more.
+ */
 bool retention_take_note(struct retention *retention, lum_error *out);
 
+/* Does not wait. */
 void retention_count(struct retention *retention, struct retention_counts *out);
 
 /* Free it. Numbers without a file are taken from the list. NULL is allowed. */
