@@ -385,13 +385,17 @@ static void no_file_of_others_is_removed_or_replaced(void **state)
         "r-0001.pcap", "r-0003.pcap", "r-0009.pcap",  "r-2.pcap",
         "r-.pcap",     "r-x.pcap",    "r-0001.pcapx", "q-0002.pcap",
         "r.pcap",      "xr-0012.pcap"};
+    static const unsigned free_numbers[] = {2, 4, 5, 6, 7, 8, 10};
     const size_t n = sizeof others / sizeof others[0];
     (void)state;
     for (size_t i = 0; i < n; i++) {
         put(others[i], 7);
     }
     struct retention *retention = open_with((struct rotation){.bytes = 1});
-    assert_int_equal(begin(retention), 10);
+    for (unsigned i = 0; i < sizeof free_numbers / sizeof free_numbers[0];
+         i++) {
+        assert_int_equal(begin(retention), free_numbers[i]);
+    }
     put(name_of(11), 7);
     assert_int_equal(begin(retention), 12);
     put(name_of(12), BYTES);
@@ -553,17 +557,43 @@ static void a_damaged_list_removes_nothing_but_what_it_has(void **state)
     free(text);
 }
 
+static void numbers_follow_the_list_and_no_name_of_others(void **state)
+{
+    (void)state;
+    put("r-20261128.pcap", 1);
+    put("r-999999999.pcap", 1);
+    put("r-99999999999999999999999.pcap", 1);
+    struct retention *retention = open_with(no_limit);
+    record(retention, 3);
+    retention_close(retention);
+    put(name_of(4), 1);
+    retention = open_with(no_limit);
+    assert_int_equal(begin(retention), 5);
+    retention_close(retention);
+}
+
+static void a_lost_list_lets_no_file_be_replaced(void **state)
+{
+    (void)state;
+    struct retention *retention = open_with((struct rotation){.bytes = 300});
+    record(retention, 9);
+    retention_close(retention);
+    assert_int_equal(unlink(LEDGER), 0);
+    retention = open_with((struct rotation){.bytes = 300});
+    record(retention, 12); /* asserts that none is there */
+    assert_true(is_there(8));
+    assert_true(is_there(9));
+    assert_true(is_there(14));
+    assert_int_equal(count_files(), 5);
+    retention_close(retention);
+}
+
 static void numbers_end(void **state)
 {
     struct retention *retention = NULL;
     lum_error error = {""};
     (void)state;
-    put("r-1000000000.pcap", 1);
-    put("r-99999999999999999999999.pcap", 1);
-    retention = open_with(no_limit);
-    assert_int_equal(begin(retention), 1);
-    retention_close(retention);
-    put("r-999999999.pcap", 1);
+    put_text(LEDGER, "lumdump keep 1\n999999999 1 1\nend\n");
     assert_int_equal(retention_open("r.pcap", &no_limit, &retention, &error),
                      -1);
     assert_non_null(strstr(error.text, "used up"));
@@ -620,6 +650,8 @@ int main(void)
         TEST(a_planned_number_does_not_wait_for_the_disk),
         TEST(a_list_that_is_something_else_is_refused),
         TEST(a_damaged_list_removes_nothing_but_what_it_has),
+        TEST(numbers_follow_the_list_and_no_name_of_others),
+        TEST(a_lost_list_lets_no_file_be_replaced),
         TEST(numbers_end),
         TEST(names_may_be_odd),
         TEST(a_name_or_a_folder_that_cannot_be_is_refused),

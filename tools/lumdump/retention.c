@@ -5,11 +5,9 @@
 #include "../common/text_file.h"
 #include "base/claim.h"
 #include "base/claim_mark.h"
-#include "base/system.h"
 #include "ledger.h"
 #include "numbered.h"
 
-#include <dirent.h>
 #include <errno.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -34,7 +32,7 @@ struct retention {
     struct rotation limit;
     pthread_mutex_t disk; /* held while the disk is waited for; guards these */
     struct ledger list;
-    unsigned top;         /* no file has a higher number */
+    unsigned top;         /* the highest that the list has had */
     pthread_mutex_t lock; /* never held while anything is waited for, but taken
                              under the other one; guards what follows */
     unsigned planned;     /* listed, and not begun; 0: none */
@@ -250,33 +248,6 @@ static void adopt_all(struct retention *r)
     r->list.count = n;
 }
 
-/* The highest number of a file in the folder. Numbers that are never reached
- * are nobody's concern. */
-static unsigned find_top(const struct retention *r)
-{
-    char folder[NAME_BYTES];
-    const char *base = lum_system_base(r->name);
-    const struct numbered n = numbered_of(base);
-    unsigned top = 0;
-    (void)snprintf(folder, sizeof folder, "%.*s", (int)(base - r->name),
-                   r->name);
-    DIR *directory = opendir(folder[0] != '\0' ? folder : ".");
-    if (directory == NULL) {
-        return 0;
-    }
-    for (struct dirent *e = readdir(directory); e != NULL;
-         e = readdir(directory)) {
-        const char *digits = NULL;
-        if (numbered_has(&n, e->d_name, &digits)) {
-            const unsigned long long number = strtoull(digits, NULL, 10);
-            top = number <= LEDGER_NUMBER_MAX && number > top ? (unsigned)number
-                                                              : top;
-        }
-    }
-    (void)closedir(directory);
-    return top;
-}
-
 /* --- What is over the limit --- */
 
 /* What the list has. Of bytes there has to be room for one more as large as the
@@ -388,7 +359,8 @@ static void drop_taken(struct retention *r)
     }
 }
 
-/* The disk is held. */
+/* The disk is held. Names that exist are stepped over, one after another: many
+ * only without a list. */
 static int plan(struct retention *r, lum_error *error)
 {
     struct ledger_file next = {.number = r->top};
@@ -489,9 +461,7 @@ static int begin(struct retention *r, lum_error *error)
         load(r, error) != 0) {
         return -1;
     }
-    const unsigned listed = ledger_top(&r->list);
-    const unsigned found = find_top(r);
-    r->top = listed > found ? listed : found;
+    r->top = ledger_top(&r->list);
     adopt_all(r);
     remove_old(r);
     return plan(r, error);

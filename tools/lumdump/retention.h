@@ -4,9 +4,11 @@
  * They are listed in `.NAME.EXT.kept.lumsdk` beside them (ledger.h). A number
  * is in the list, on the disk, before a file of this number is begun, and no
  * file is begun under a name that exists: what then has a listed number is our
- * own. Only what is listed is removed, and only while it has the size that was
- * written. The caller has the right to the output's name (base/claim.h), so
- * nobody else changes the list.
+ * own. Numbers go on from the highest in the list, or from 1, over names that
+ * exist: no file is replaced, also after the list was lost. Only what is listed
+ * is removed, and only while it has the size that was written. The caller has
+ * the right to the output's name (base/claim.h), so nobody else changes the
+ * list.
  *
  * One thread begins files, another may finish them and wait for the disk. */
 #ifndef LUMDUMP_RETENTION_H
