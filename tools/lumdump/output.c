@@ -148,8 +148,28 @@ static int open_numbered(struct output *o, lum_error *error)
     return open_named(o, name, error);
 }
 
+static bool keeps(const struct output *o)
+{
+    const struct rotation *keep = &o->options->keep;
+    return o->rotates && (keep->bytes != 0 || keep->ns != 0);
+}
+
+/* Without the right to the name another run may be writing the files. */
+static int require_claim(const struct output *o, lum_error *error)
+{
+    if (o->claim.mark != NULL && o->claim.fd >= 0) {
+        return 0;
+    }
+    (void)lum_error_set(error,
+                        "%s: --keep needs a folder that this user may write to",
+                        o->name);
+    errno = EACCES;
+    return -1;
+}
+
 /* A run that makes several files of a name owns that name until its end. Other
- * errors of the name are reported by its first file. */
+ * errors of the name are reported by its first file, unless --keep was given:
+ * then nothing is done without the right. */
 static int claim_name(struct output *o, lum_error *error)
 {
     const char *percent = strchr(o->name, '%');
@@ -157,18 +177,26 @@ static int claim_name(struct output *o, lum_error *error)
     if ((!o->is_pattern && !o->rotates) || in_many || o->folder != NULL) {
         return 0;
     }
-    return lum_claim_take(o->name, o->name, &o->claim, error) == 0 ||
-                   (errno != EBUSY && errno != EEXIST)
-               ? 0
+    if (lum_claim_take(o->name, o->name, &o->claim, error) != 0) {
+        return keeps(o) || errno == EBUSY || errno == EEXIST ? -1 : 0;
+    }
+    return 0;
+}
+
+static int open_retention(struct output *o, lum_error *error)
+{
+    if (!keeps(o)) {
+        return 0;
+    }
+    return require_claim(o, error) == 0
+               ? retention_open(o->name, &o->options->keep, &o->retention,
+                                error)
                : -1;
 }
 
 static int open_first(struct output *o, lum_error *error)
 {
-    const struct rotation *keep = &o->options->keep;
-    if (claim_name(o, error) != 0 ||
-        (o->rotates && (keep->bytes != 0 || keep->ns != 0) &&
-         retention_open(o->name, keep, &o->retention, error) != 0)) {
+    if (claim_name(o, error) != 0 || open_retention(o, error) != 0) {
         return -1;
     }
     if (o->is_pattern) {
