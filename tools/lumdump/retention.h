@@ -3,10 +3,15 @@
  *
  * They are listed in `.NAME.EXT.kept.lumsdk` beside them (ledger.h). A number
  * is in the list, on the disk, before a file of this number is begun, and no
- * file is begun under a name that exists: what then has a listed number is our
- * own. Numbers go on from the highest in the list, or from 1, over names that
- * exist: no file is replaced, also after the list was lost. Only what is listed
- * is removed, and only while it has the size that was written. The caller has
+ * file is begun under a name that exists. Numbers go on from the highest in the
+ * list, or from 1, over names that exist: no file is replaced, also after the
+ * list was lost. Only what is listed is removed, and only while it has the size
+ * that was written; another file of the same size under the same name is not
+ * told apart.
+ *
+ * The names belong to the recorder: after a kill, a regular file under a number
+ * that was listed as begun is taken for the one that the killed run wrote,
+ * unless that is still unfinished. It is not known who made it. The caller has
  * the right to the output's name (base/claim.h), so nobody else changes the
  * list.
  *
