@@ -124,7 +124,11 @@ if(LUM_BUILD_TOOLS AND NOT WIN32)
 endif()
 # Nothing enables it. Its path of lumdump is that of this installation.
 if(TARGET lumdump AND CMAKE_SYSTEM_NAME STREQUAL "Linux")
-  install(CODE "set(bindir \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}\")
+  set(lum_unit_bindir "${CMAKE_INSTALL_BINDIR}")
+  if(NOT IS_ABSOLUTE "${lum_unit_bindir}")
+    set(lum_unit_bindir "\${CMAKE_INSTALL_PREFIX}/${lum_unit_bindir}")
+  endif()
+  install(CODE "set(bindir \"${lum_unit_bindir}\")
                 configure_file(\"${PROJECT_SOURCE_DIR}/tools/lumdump/lumdump.service.in\"
                                \"${PROJECT_BINARY_DIR}/lumdump@.service\" @ONLY)
                 file(INSTALL \"${PROJECT_BINARY_DIR}/lumdump@.service\"

@@ -141,6 +141,22 @@ class Replays(Case):
         self.assertEqual(other.read_text(), "mine")
         self.assertEqual(self.numbers(), [])
 
+    def test_a_folder_that_cannot_be_marked_is_refused(self):
+        source = self.capture()
+        self.keep(source, "--keep", "1GB")
+        before = self.folder.names()
+        as_nobody = {"user": 65534, "group": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
+        mode = self.folder.path.stat().st_mode
+        self.folder.path.chmod(0o555)
+        self.addCleanup(self.folder.path.chmod, mode)
+        r = run("lumdump", source, "--rotate", "1MB", "--keep", "5MB", "-o", self.folder / "r.pcap", **as_nobody)
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("r.pcap: --keep needs a folder that this user may write to", r.stderr)
+        self.assertEqual(self.folder.names(), before)
+        r = run("lumdump", source, "--rotate", "1MB", "--keep", "5MB", "-o", self.folder / "none" / "r.pcap")
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("none/r.pcap: cannot create it: No such file or directory", r.stderr)
+
 
 class Live(Case):
     def setUp(self):

@@ -18,10 +18,10 @@ struct closer {
     pthread_cond_t changed;
     struct closing files[CLOSER_ROOM_MAX]; /* the first is under way */
     size_t count;
-    int copy;          /* to be synced; -1: none */
-    char name[256];    /* of that */
-    struct kept *plan; /* whose next file is to be planned; NULL: none */
-    unsigned waiting;  /* threads */
+    int copy;               /* to be synced; -1: none */
+    char name[256];         /* of that */
+    struct retention *plan; /* whose next file is to be planned; NULL: none */
+    unsigned waiting;       /* threads */
     bool ends;
     bool has_failed;
     int code; /* of the failure */
@@ -44,13 +44,14 @@ int closing_finish(struct closing *file, lum_error *error)
 {
     const int result = finish_file(file, error);
     const int code = errno;
-    if (file->kept == NULL || (result != 0 && code != ENOENT)) {
+    if (file->retention == NULL || (result != 0 && code != ENOENT)) {
         return result;
     }
     if (result == 0) {
-        return kept_finish(file->kept, file->number, file->last_ns, error);
+        return retention_finish(file->retention, file->number, file->last_ns,
+                                error);
     }
-    (void)!kept_finish(file->kept, file->number, file->last_ns, NULL);
+    (void)!retention_finish(file->retention, file->number, file->last_ns, NULL);
     errno = code;
     return result;
 }
@@ -129,9 +130,9 @@ static void sync_copy(struct closer *c)
 static void make_plan(struct closer *c)
 {
     lum_error error = {""};
-    struct kept *kept = c->plan;
+    struct retention *retention = c->plan;
     (void)pthread_mutex_unlock(&c->lock);
-    const int result = kept_plan(kept, &error);
+    const int result = retention_plan(retention, &error);
     const int code = result != 0 ? errno : 0;
     (void)pthread_mutex_lock(&c->lock);
     note(c, code, &error);
@@ -238,7 +239,7 @@ void closer_sync(struct closer *closer, int copy, const char *name)
     }
 }
 
-bool closer_plan(struct closer *closer, struct kept *kept)
+bool closer_plan(struct closer *closer, struct retention *retention)
 {
     start(closer);
     if (!closer->is_started) {
@@ -246,7 +247,7 @@ bool closer_plan(struct closer *closer, struct kept *kept)
     }
     (void)pthread_mutex_lock(&closer->lock);
     if (closer->plan == NULL) {
-        closer->plan = kept;
+        closer->plan = retention;
         (void)pthread_cond_broadcast(&closer->changed);
     }
     (void)pthread_mutex_unlock(&closer->lock);

@@ -5,7 +5,7 @@
 #ifndef LUMDUMP_CLOSER_H
 #define LUMDUMP_CLOSER_H
 
-#include "kept.h"
+#include "retention.h"
 
 #include "lum/capture/capture.h"
 #include "lum/cloud/writer.h"
@@ -21,8 +21,8 @@ struct closer;
 struct closing {
     lum_writer *cloud; /* NULL: the capture */
     lum_capture_writer *capture;
-    struct kept *kept; /* to be told of it; NULL: nobody is */
-    unsigned number;   /* for that: of the file, and the time of its end */
+    struct retention *retention; /* to be told of it; NULL: nobody is */
+    unsigned number; /* for that: of the file, and the time of its end */
     int64_t last_ns;
 };
 
@@ -47,9 +47,9 @@ int closer_put(struct closer *closer, const struct closing *file,
  * for a failure, which is as that of closer_put(). Does not wait. */
 void closer_sync(struct closer *closer, int copy, const char *name);
 
-/* Have kept_plan() called, before what waits. A failure is as that of
+/* Have retention_plan() called, before what waits. A failure is as that of
  * closer_put(). Does not wait. False: there is no thread for it. */
-bool closer_plan(struct closer *closer, struct kept *kept);
+bool closer_plan(struct closer *closer, struct retention *retention);
 
 /* The first failure so far: 0, or -1 with the reason in error and errno. */
 int closer_check(struct closer *closer, lum_error *error);

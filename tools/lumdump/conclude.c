@@ -323,7 +323,7 @@ static enum exit_status finish(struct pass *pass, lum_error *error)
         pass->outputs = NULL;
         const int closed = outputs_close(outputs, error);
         const int reason = errno;
-        pass->summary.kept = pass->notes.kept;
+        pass->summary.retention = pass->notes.retention;
         conclude_notes(pass);
         if (closed != 0) {
             return reason == EPIPE ? EXIT_DONE

@@ -369,7 +369,8 @@ void lanes_note_left_out(const struct lanes *lanes, struct summary *summary)
             summary->drawn[summary->drawn_count++] = lane->own.summary.drawn[0];
         }
         if (lane->worker == NULL) {
-            outputs_add_kept(&summary->kept, &lane->own.notes.kept);
+            outputs_add_retention(&summary->retention,
+                                  &lane->own.notes.retention);
         }
     }
 }

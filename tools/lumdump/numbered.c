@@ -22,8 +22,7 @@ struct numbered numbered_of(const char *base)
     return (struct numbered){base, len, "-", base + len};
 }
 
-bool numbered_has(const struct numbered *n, const char *base,
-                  const char **digits)
+bool numbered_has(const struct numbered *n, const char *base)
 {
     const size_t divider_len = strlen(n->divider);
     if (strncmp(base, n->head, n->head_len) != 0 ||
@@ -31,9 +30,6 @@ bool numbered_has(const struct numbered *n, const char *base,
         return false;
     }
     base += n->head_len + divider_len;
-    if (digits != NULL) {
-        *digits = base;
-    }
     const size_t count = strspn(base, "0123456789");
     return count > 0 && strcmp(base + count, n->tail) == 0;
 }

@@ -20,10 +20,8 @@ struct numbered {
  * kept. */
 struct numbered numbered_of(const char *base);
 
-/* Whether base, the last part of a path, is one of them. digits: where its
- * number begins; may be NULL. */
-bool numbered_has(const struct numbered *n, const char *base,
-                  const char **digits);
+/* Whether base, the last part of a path, is one of them. */
+bool numbered_has(const struct numbered *n, const char *base);
 
 /* NAME-0001.EXT of an output NAME.EXT. 0, or -1 with the reason in error: it is
  * too long. */

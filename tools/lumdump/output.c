@@ -7,9 +7,9 @@
 #include "base/system.h"
 #include "capture/capture_writer.h"
 #include "cloud/part.h"
-#include "kept.h"
 #include "numbered.h"
 #include "picture.h"
+#include "retention.h"
 #include "targets.h"
 
 #include <errno.h>
@@ -52,8 +52,8 @@ struct output {
     bool is_pattern;
     bool is_in_place; /* read as it comes */
     bool rotates;
-    struct closer *closer; /* NULL: finished here */
-    struct kept *kept;     /* NULL: no file is removed */
+    struct closer *closer;       /* NULL: finished here */
+    struct retention *retention; /* NULL: no file is removed */
     bool is_begun;     /* the capture's beginning is on its way to the disk */
     bool is_told_lost; /* the capture */
     lum_claim claim;   /* to the name of which others are made */
@@ -126,7 +126,8 @@ static int open_named(struct output *o, const char *name, lum_error *error)
 static int name_next(struct output *o, char out[NAME_BYTES], lum_error *error)
 {
     o->number++;
-    if (o->kept != NULL && kept_begin(o->kept, &o->number, error) != 0) {
+    if (o->retention != NULL &&
+        retention_begin(o->retention, &o->number, error) != 0) {
         return -1;
     }
     if (o->folder == NULL) {
@@ -147,8 +148,28 @@ static int open_numbered(struct output *o, lum_error *error)
     return open_named(o, name, error);
 }
 
+static bool keeps(const struct output *o)
+{
+    const struct rotation *keep = &o->options->keep;
+    return o->rotates && (keep->bytes != 0 || keep->ns != 0);
+}
+
+/* Without the right to the name another run may be writing the files. */
+static int require_claim(const struct output *o, lum_error *error)
+{
+    if (o->claim.mark != NULL && o->claim.fd >= 0) {
+        return 0;
+    }
+    (void)lum_error_set(error,
+                        "%s: --keep needs a folder that this user may write to",
+                        o->name);
+    errno = EACCES;
+    return -1;
+}
+
 /* A run that makes several files of a name owns that name until its end. Other
- * errors of the name are reported by its first file. */
+ * errors of the name are reported by its first file, unless --keep was given:
+ * then nothing is done without the right. */
 static int claim_name(struct output *o, lum_error *error)
 {
     const char *percent = strchr(o->name, '%');
@@ -156,18 +177,26 @@ static int claim_name(struct output *o, lum_error *error)
     if ((!o->is_pattern && !o->rotates) || in_many || o->folder != NULL) {
         return 0;
     }
-    return lum_claim_take(o->name, o->name, &o->claim, error) == 0 ||
-                   (errno != EBUSY && errno != EEXIST)
-               ? 0
+    if (lum_claim_take(o->name, o->name, &o->claim, error) != 0) {
+        return keeps(o) || errno == EBUSY || errno == EEXIST ? -1 : 0;
+    }
+    return 0;
+}
+
+static int open_retention(struct output *o, lum_error *error)
+{
+    if (!keeps(o)) {
+        return 0;
+    }
+    return require_claim(o, error) == 0
+               ? retention_open(o->name, &o->options->keep, &o->retention,
+                                error)
                : -1;
 }
 
 static int open_first(struct output *o, lum_error *error)
 {
-    const struct rotation *keep = &o->options->keep;
-    if (claim_name(o, error) != 0 ||
-        (o->rotates && (keep->bytes != 0 || keep->ns != 0) &&
-         kept_open(o->name, keep, &o->kept, error) != 0)) {
+    if (claim_name(o, error) != 0 || open_retention(o, error) != 0) {
         return -1;
     }
     if (o->is_pattern) {
@@ -280,7 +309,7 @@ int output_open(const struct options *options, size_t i,
     }
     if (open_first(o, error) != 0) {
         const int code = errno;
-        kept_close(o->kept);
+        retention_close(o->retention);
         lum_claim_drop(&o->claim);
         bag_folder_free(o->folder);
         free(o);
@@ -338,7 +367,7 @@ bool output_find_stale(const struct output *o, lum_error *out)
 {
     char first[NAME_BYTES];
     char second[NAME_BYTES];
-    if (!o->rotates || o->folder != NULL || o->kept != NULL ||
+    if (!o->rotates || o->folder != NULL || o->retention != NULL ||
         !is_there(o, o->number + 1u, first)) {
         return false;
     }
@@ -377,7 +406,7 @@ static int finish(struct output *o, struct closing file, lum_error *error)
 static int close_file(struct output *o, size_t i, lum_error *error)
 {
     const struct closing file = {.cloud = o->files[i].writer,
-                                 .kept = o->kept,
+                                 .retention = o->retention,
                                  .number = (unsigned)o->files[i].number + 1u,
                                  .last_ns = o->last_ns};
     if (o->folder != NULL && bag_folder_note(o->folder, o->files[i].number,
@@ -396,7 +425,7 @@ static int close_file(struct output *o, size_t i, lum_error *error)
 static int close_capture(struct output *o, lum_error *error)
 {
     const struct closing file = {.capture = o->capture,
-                                 .kept = o->kept,
+                                 .retention = o->retention,
                                  .number = o->number,
                                  .last_ns = o->last_ns};
     o->capture = NULL;
@@ -457,8 +486,8 @@ static bool may_rotate(const struct output *o)
         return true;
     }
     return closer_has_room(o->closer) &&
-           (o->kept == NULL || kept_is_planned(o->kept) ||
-            !closer_plan(o->closer, o->kept));
+           (o->retention == NULL || retention_is_planned(o->retention) ||
+            !closer_plan(o->closer, o->retention));
 }
 
 static uint64_t present_bytes(const struct output *o)
@@ -888,7 +917,8 @@ bool output_find_lost(struct output *o, lum_error *out)
             !file->is_told_lost && lum_writer_check(file->writer, out) != 0;
         file->is_told_lost |= is_found;
     }
-    return is_found || (o->kept != NULL && kept_take_note(o->kept, out));
+    return is_found ||
+           (o->retention != NULL && retention_take_note(o->retention, out));
 }
 
 /* A folder has its metadata though files of it were lost.
@@ -904,11 +934,11 @@ static int finish_folder(struct output *o, int result, lum_error *error)
     return result;
 }
 
-static void note_kept(struct kept *kept, struct output_end *end)
+static void note_retention(struct retention *retention, struct output_end *end)
 {
-    kept_count(kept, &end->kept);
-    while (end->note_count < KEPT_NOTES &&
-           kept_take_note(kept, &end->notes[end->note_count])) {
+    retention_count(retention, &end->retention);
+    while (end->note_count < RETENTION_NOTES &&
+           retention_take_note(retention, &end->notes[end->note_count])) {
         end->note_count++;
     }
 }
@@ -933,8 +963,8 @@ int output_close(struct output *o, struct output_end *end, lum_error *error)
         result = finish_folder(o, result, error);
     }
     const int code = errno;
-    if (o->kept != NULL && result == 0) {
-        note_kept(o->kept, end);
+    if (o->retention != NULL && result == 0) {
+        note_retention(o->retention, end);
     }
     output_abort(o);
     errno = code;
@@ -953,7 +983,7 @@ void output_abort(struct output *o)
         lum_writer_abort(o->files[i].writer);
     }
     lum_capture_writer_abort(o->capture);
-    kept_close(o->kept);
+    retention_close(o->retention);
     lum_claim_drop(&o->claim);
     bag_folder_free(o->folder);
     lum_frame_release(o->spare);

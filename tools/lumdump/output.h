@@ -5,8 +5,8 @@
 
 #include "closer.h"
 #include "frame_lines.h"
-#include "kept.h"
 #include "options.h"
+#include "retention.h"
 
 #include "lum/base/error.h"
 #include "lum/capture/capture.h"
@@ -36,8 +36,8 @@ struct drawn {
 
 /* What there is to say of an output that has ended. */
 struct output_end {
-    struct kept_counts kept;
-    lum_error notes[KEPT_NOTES];
+    struct retention_counts retention;
+    lum_error notes[RETENTION_NOTES];
     size_t note_count;
 };
 

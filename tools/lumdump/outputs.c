@@ -289,7 +289,8 @@ bool outputs_find_lost(struct outputs *outputs, lum_error *out)
 
 /* --- The end --- */
 
-void outputs_add_kept(struct kept_counts *sum, const struct kept_counts *more)
+void outputs_add_retention(struct retention_counts *sum,
+                           const struct retention_counts *more)
 {
     sum->is_used = sum->is_used || more->is_used;
     sum->removed += more->removed;
@@ -301,7 +302,7 @@ static void add_end(struct outputs_notes *notes, const struct output_end *end)
     for (size_t i = 0; i < end->note_count; i++) {
         notes->list[notes->count++] = end->notes[i];
     }
-    outputs_add_kept(&notes->kept, &end->kept);
+    outputs_add_retention(&notes->retention, &end->retention);
 }
 
 /* Finishes one; a reader that has left before is no failure where there are

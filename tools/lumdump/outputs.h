@@ -11,9 +11,9 @@ struct outputs;
 /* Notes about outputs that did not fail: a reader has left, older files remain,
  * what --keep found. Each output gives at most one of each kind. */
 struct outputs_notes {
-    lum_error list[(2u + KEPT_NOTES) * OUTPUTS_MAX];
+    lum_error list[(2u + RETENTION_NOTES) * OUTPUTS_MAX];
     size_t count;
-    struct kept_counts kept; /* of all that have ended */
+    struct retention_counts retention; /* of all that have ended */
 };
 
 /* Open all outputs of the options.
@@ -64,7 +64,8 @@ int outputs_add_rows(struct outputs *outputs, int64_t frame, lum_writer *part,
 int outputs_close(struct outputs *outputs, lum_error *error);
 
 /* Add the counts of other outputs. */
-void outputs_add_kept(struct kept_counts *sum, const struct kept_counts *more);
+void outputs_add_retention(struct retention_counts *sum,
+                           const struct retention_counts *more);
 
 /* Abort all, free them. NULL is allowed. */
 void outputs_abort(struct outputs *outputs);

@@ -489,13 +489,14 @@ static void print_json_drawn(const struct summary *s, FILE *out)
     (void)fputs(s->drawn_count > 0 ? "\n  ],\n" : "", out);
 }
 
-static void print_json_kept(const struct kept_counts *k, FILE *out)
+static void print_json_retention(const struct retention_counts *counts,
+                                 FILE *out)
 {
-    if (k->is_used) {
+    if (counts->is_used) {
         (void)fprintf(out,
                       "  \"kept_removed\": %" PRIu64
                       ",\n  \"kept_stuck\": %" PRIu64 ",\n",
-                      k->removed, k->stuck);
+                      counts->removed, counts->stuck);
     }
 }
 
@@ -534,7 +535,7 @@ void summary_print_json(const struct summary *s, FILE *out)
     }
     print_json_left_out(s, out);
     print_json_drawn(s, out);
-    print_json_kept(&s->kept, out);
+    print_json_retention(&s->retention, out);
     print_json_sensors(s, out);
     (void)fputs("  ", out);
     print_clock_counts(&clocks, out);
@@ -837,15 +838,15 @@ static void print_drawn(const struct summary *s, FILE *out)
     }
 }
 
-static void print_kept(const struct kept_counts *k, FILE *out)
+static void print_retention(const struct retention_counts *counts, FILE *out)
 {
-    if (k->is_used) {
+    if (counts->is_used) {
         (void)fprintf(out, "%-10s %14" PRIu64 "  old files were removed\n",
-                      "keep", k->removed);
+                      "keep", counts->removed);
     }
-    if (k->stuck > 0) {
+    if (counts->stuck > 0) {
         (void)fprintf(out, "%-10s %14" PRIu64 "  could not be removed\n", "",
-                      k->stuck);
+                      counts->stuck);
     }
 }
 
@@ -873,5 +874,5 @@ void summary_print_text(const struct summary *s, FILE *out)
                   rows_of(parts, list_under_way(&points, parts), rows), out);
     print_losses(s, &total, &points, out);
     print_drawn(s, out);
-    print_kept(&s->kept, out);
+    print_retention(&s->retention, out);
 }

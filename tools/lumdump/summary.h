@@ -61,7 +61,7 @@ struct summary {
     size_t left_out_count;
     struct drawn drawn[OUTPUTS_MAX]; /* of pictures */
     size_t drawn_count;
-    struct kept_counts kept;
+    struct retention_counts retention;
 };
 
 /* Parts of the capture that could not be read and were passed over; why: may be

@@ -124,7 +124,7 @@ static int check_numbered(const struct options *options, size_t i,
         return 0;
     }
     const struct numbered n = numbered_of(lum_system_base(name));
-    if (!numbered_has(&n, lum_system_base(input), NULL) ||
+    if (!numbered_has(&n, lum_system_base(input)) ||
         !find_directory(name, &s) || !find_directory(input, &t) ||
         !file_look_is_same(&s, &t)) {
         return 0;
