@@ -3,10 +3,10 @@
 #include "../common/terminal.h"
 #include "../common/writable.h"
 #include "laser.h"
+#include "monitor.h"
 #include "report.h"
 #include "session.h"
 #include "status.h"
-#include "vitals.h"
 
 #include "lum/base/time.h"
 #include "lum/laser.h"
@@ -20,7 +20,7 @@
  * later line reports what was left out. */
 struct beating {
     struct ctl *ctl;
-    struct vitals vitals;
+    struct monitor monitor;
     bool shows_line; /* a line of progress, where there is a terminal */
     bool has_any;    /* something came from the sensor */
     bool has_logged; /* a status was printed */
@@ -98,16 +98,16 @@ static bool take(void *context, const lum_sensor_event *event)
     if (is_heard) {
         welcome(b);
     }
-    const bool goes_on = vitals_take(&b->vitals, event) &&
+    const bool goes_on = monitor_take(&b->monitor, event) &&
                          (!event->has_status || show_status(b, event));
     show_line(b, lum_time_monotonic_ns());
-    return goes_on && !vitals_is_met(&b->vitals);
+    return goes_on && !monitor_is_met(&b->monitor);
 }
 
 static lum_result ask(struct ctl *ctl, void *context)
 {
     struct beating *b = context;
-    return vitals_ask(ctl, &b->vitals);
+    return monitor_ask(ctl, &b->monitor);
 }
 
 static void sum_up(const struct beating *b)
@@ -162,8 +162,8 @@ static enum exit_status judge_laser(const struct beating *b)
     return !ctl->options.laser || view.laser == LUM_LASER_UP ||
                    ctl->options.until == UNTIL_DOWN
                ? EXIT_DONE
-           : b->vitals.ever != 0 ? EXIT_HAZARD
-                                 : EXIT_FAILED;
+           : b->monitor.ever != 0 ? EXIT_HAZARD
+                                  : EXIT_FAILED;
 }
 
 /* What becomes of the laser, and with what it ends. */
@@ -206,8 +206,8 @@ static enum exit_status beat(struct ctl *ctl)
                         .begun.struct_size = sizeof b.begun};
     const struct watch watch = {
         .looks = true,
-        .period_ns = VITALS_ASK_NS,
-        .wake_ns = ctl->options.every_s > 0.0 ? &b.vitals.row_ns : NULL,
+        .period_ns = MONITOR_ASK_NS,
+        .wake_ns = ctl->options.every_s > 0.0 ? &b.monitor.row_ns : NULL,
         .ask = ask,
         .take = take,
         .context = &b};
@@ -217,7 +217,7 @@ static enum exit_status beat(struct ctl *ctl)
         announce(ctl);
     }
     ctl->has_status = false;
-    enum exit_status status = vitals_begin(&b.vitals, ctl, false);
+    enum exit_status status = monitor_begin(&b.monitor, ctl, false);
     if (status == EXIT_DONE && ctl->options.laser) {
         lum_laser_session_want(ctl->laser, LUM_WANT_ON, now);
     }
@@ -226,7 +226,7 @@ static enum exit_status beat(struct ctl *ctl)
     }
     clear_line(&b);
     status = conclude(&b, status);
-    const enum exit_status seen = vitals_end(&b.vitals, status);
+    const enum exit_status seen = monitor_end(&b.monitor, status);
     sum_up(&b);
     return judges_hazards(ctl) || seen != EXIT_HAZARD ? seen : status;
 }

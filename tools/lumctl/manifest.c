@@ -4,8 +4,8 @@
 #include "../common/json.h"
 #include "../common/make_folder.h"
 #include "../common/text_file.h"
+#include "file_writer.h"
 #include "report.h"
-#include "scribe.h"
 #include "session.h"
 
 #include "base/claim.h"
@@ -44,7 +44,7 @@ struct manifest {
     size_t known; /* steps that the earlier one has as done, by their begin */
     lum_claim claim; /* to the folder's sweep */
     bool has_begun;  /* to be written */
-    struct scribe *scribe;
+    struct file_writer *writer;
 };
 
 /* --- An earlier one --- */
@@ -155,8 +155,8 @@ enum exit_status manifest_open(struct ctl *ctl, const char *folder,
     if (status != EXIT_DONE) {
         return status;
     }
-    m->scribe = scribe_new(NULL, NULL, m->path, &error);
-    return m->scribe != NULL ? EXIT_DONE
+    m->writer = file_writer_new(NULL, NULL, m->path, &error);
+    return m->writer != NULL ? EXIT_DONE
                              : ctl_complain(EXIT_FAILED, "%s", error.text);
 }
 
@@ -363,7 +363,7 @@ static void write_all(struct manifest *m, const char *why, int status)
 {
     char *text = make_text(m, why, status);
     if (text != NULL) {
-        scribe_turn(m->scribe, text);
+        file_writer_turn(m->writer, text);
     }
     free(text);
 }
@@ -402,7 +402,7 @@ void manifest_note(struct manifest *m, size_t step,
 
 bool manifest_tell(struct manifest *m, lum_error *out)
 {
-    return scribe_tell(m->scribe, out);
+    return file_writer_tell(m->writer, out);
 }
 
 bool manifest_end(struct manifest *m, const char *why, enum exit_status status)
@@ -413,7 +413,7 @@ bool manifest_end(struct manifest *m, const char *why, enum exit_status status)
     if (m->has_begun) {
         write_all(m, why, (int)status);
     }
-    const struct scribe_rest rest = scribe_end(m->scribe);
+    const struct file_writer_rest rest = file_writer_end(m->writer);
     for (size_t i = 0; m->lines != NULL && i < m->count; i++) {
         free(m->lines[i].begin);
         free(m->lines[i].text);

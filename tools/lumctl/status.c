@@ -1,9 +1,9 @@
 #include "status.h"
 
 #include "../common/terminal.h"
+#include "monitor.h"
 #include "report.h"
 #include "session.h"
-#include "vitals.h"
 
 #include "lum/base/time.h"
 #include "lum/host/laser_name.h"
@@ -51,7 +51,7 @@ bool status_log(const struct ctl *ctl, bool was_up, bool has_status,
 
 struct watching {
     struct ctl *ctl;
-    struct vitals vitals;
+    struct monitor monitor;
     bool redraws;
     bool has_shown;
     bool is_silent;
@@ -149,22 +149,22 @@ static bool show_change(struct watching *w, const lum_sensor_event *event)
 static bool take(void *context, const lum_sensor_event *event)
 {
     struct watching *w = context;
-    const bool goes_on = vitals_take(&w->vitals, event) &&
+    const bool goes_on = monitor_take(&w->monitor, event) &&
                          (!w->ctl->options.watch || show_change(w, event));
-    return goes_on && !vitals_is_met(&w->vitals);
+    return goes_on && !monitor_is_met(&w->monitor);
 }
 
 static lum_result ask(struct ctl *ctl, void *context)
 {
     struct watching *w = context;
-    return vitals_ask(ctl, &w->vitals);
+    return monitor_ask(ctl, &w->monitor);
 }
 
 /* With what it ends, but for hazards. */
 static enum exit_status conclude(struct watching *w)
 {
     struct ctl *ctl = w->ctl;
-    if (w->vitals.answers || lum_cancel_is_raised(ctl->cancel)) {
+    if (w->monitor.answers || lum_cancel_is_raised(ctl->cancel)) {
         return EXIT_DONE;
     }
     if (ctl->options.watch && !w->has_shown) {
@@ -181,19 +181,19 @@ static enum exit_status watch(struct ctl *ctl)
                              !ctl->options.json && report_is_terminal(stdout)};
     const struct watch watch = {
         .period_ns = POLL_NS,
-        .wake_ns = ctl->options.every_s > 0.0 ? &w.vitals.row_ns : NULL,
+        .wake_ns = ctl->options.every_s > 0.0 ? &w.monitor.row_ns : NULL,
         .ask = ask,
         .take = take,
         .context = &w};
     enum exit_status status = ctl_open(ctl, false);
     if (status == EXIT_DONE) {
-        status = vitals_begin(&w.vitals, ctl, true);
+        status = monitor_begin(&w.monitor, ctl, true);
     }
     if (status != EXIT_DONE) {
         return status;
     }
     status = watch_run(ctl, &watch);
-    return vitals_end(&w.vitals, status == EXIT_DONE ? conclude(&w) : status);
+    return monitor_end(&w.monitor, status == EXIT_DONE ? conclude(&w) : status);
 }
 
 static void print_json(const struct ctl *ctl, const struct ctl_answer *answer,

@@ -145,7 +145,7 @@ static enum exit_status prepare(struct sweep *s, size_t *todo)
 /* --- The session --- */
 
 /* Until it is up; what keeps it down is trouble. */
-static enum exit_status light(struct sweep *s)
+static enum exit_status switch_on(struct sweep *s)
 {
     struct ctl *ctl = s->ctl;
     lum_laser_session_view view = {.struct_size = sizeof view};
@@ -162,7 +162,7 @@ static enum exit_status light(struct sweep *s)
 /* What steps that were done before have set is sent with the next one. */
 static enum exit_status do_steps(struct sweep *s)
 {
-    enum exit_status status = s->ctl->options.laser ? light(s) : EXIT_DONE;
+    enum exit_status status = s->ctl->options.laser ? switch_on(s) : EXIT_DONE;
     lum_settings unsent = {.has_shape = false};
     for (size_t i = 0; i < s->plan.count && status == EXIT_DONE; i++) {
         lum_sweep_merge(&unsent, &s->plan.steps[i].settings);
@@ -182,7 +182,7 @@ static enum exit_status do_steps(struct sweep *s)
 }
 
 /* The file of a step that is not done goes. */
-static void let_go(struct sweep *s)
+static void discard_dropped(struct sweep *s)
 {
     const int64_t end = lum_time_monotonic_ns() + DROP_NS;
     lum_error error;
@@ -213,7 +213,7 @@ static enum exit_status run(struct sweep *s)
         (void)snprintf(s->why, sizeof s->why, "the laser was not seen off");
         status = EXIT_FAILED;
     }
-    let_go(s);
+    discard_dropped(s);
     return status;
 }
 

@@ -1,5 +1,5 @@
+#include "monitor.h"
 #include "report.h"
-#include "vitals.h"
 
 #include "lum/host/laser_name.h"
 #include "lum/laser.h"
@@ -12,57 +12,57 @@
 #define ADD(out, size, ...)                                                    \
     (void)snprintf((out) + strlen(out), (size)-strlen(out), __VA_ARGS__)
 
-static bool has_trip(const struct gauge *g)
+static bool has_trip(const struct sample *g)
 {
-    return g->vitals->answers && g->vitals->round_trip_ns > 0;
+    return g->monitor->answers && g->monitor->round_trip_ns > 0;
 }
 
 /* Those that came, and that the row does not show otherwise. */
-static uint16_t passed(const struct gauge *g)
+static uint16_t passed(const struct sample *g)
 {
-    const struct vitals *v = g->vitals;
+    const struct monitor *v = g->monitor;
     const unsigned shown = v->answers && v->has_status ? v->status : 0u;
     return (uint16_t)(v->since & ~shown);
 }
 
 /* --- For people --- */
 
-void gauge_text(const struct gauge *g, char out[GAUGE_ROW_BYTES])
+void sample_text(const struct sample *g, char out[SAMPLE_ROW_BYTES])
 {
-    const struct vitals *v = g->vitals;
+    const struct monitor *v = g->monitor;
     char when[REPORT_UTC_BYTES];
     char line[REPORT_LINE_BYTES];
     char bits[LUM_LASER_BITS_TEXT];
     out[0] = '\0';
-    ADD(out, GAUGE_ROW_BYTES, "%s %s: ", report_utc(g->utc_ns, when),
+    ADD(out, SAMPLE_ROW_BYTES, "%s %s: ", report_utc(g->utc_ns, when),
         g->sensor);
     if (!v->answers || !v->has_status) {
-        ADD(out, GAUGE_ROW_BYTES, "%s",
+        ADD(out, SAMPLE_ROW_BYTES, "%s",
             v->answers ? "answers, without a status" : "does not answer");
     } else {
-        ADD(out, GAUGE_ROW_BYTES, "%s%s",
+        ADD(out, SAMPLE_ROW_BYTES, "%s%s",
             report_line(v->status, g->is_owned, line),
             report_cause(v->status, v->was_up));
     }
     if (has_trip(g)) {
-        ADD(out, GAUGE_ROW_BYTES, ", round trip %.2f ms",
+        ADD(out, SAMPLE_ROW_BYTES, ", round trip %.2f ms",
             (double)v->round_trip_ns / 1e6);
     }
     if (g->has_counts) {
-        ADD(out, GAUGE_ROW_BYTES,
+        ADD(out, SAMPLE_ROW_BYTES,
             ", %" PRIu64 " packets, %" PRIu64 " words lost",
             g->session.datagrams, g->losses.words_lost);
     }
     if (passed(g) != 0) {
-        ADD(out, GAUGE_ROW_BYTES, "; meanwhile: %s",
+        ADD(out, SAMPLE_ROW_BYTES, "; meanwhile: %s",
             lum_laser_bits_name(passed(g), ", ", bits, sizeof bits));
     }
-    ADD(out, GAUGE_ROW_BYTES, "\n");
+    ADD(out, SAMPLE_ROW_BYTES, "\n");
 }
 
 /* --- JSON --- */
 
-static void put_clock(struct json *json, const struct gauge *g)
+static void put_clock(struct json *json, const struct sample *g)
 {
     if (g->has_clock) {
         json_int(json, "clock_us", g->clock.clock_us);
@@ -76,7 +76,7 @@ static void put_clock(struct json *json, const struct gauge *g)
     }
 }
 
-static void put_counts(struct json *json, const struct gauge *g)
+static void put_counts(struct json *json, const struct sample *g)
 {
     json_uint(json, "packets", g->session.datagrams);
     json_uint(json, "bytes", g->session.bytes);
@@ -88,9 +88,9 @@ static void put_counts(struct json *json, const struct gauge *g)
     json_uint(json, "refused", g->losses.refused);
 }
 
-void gauge_json(const struct gauge *g, FILE *out)
+void sample_json(const struct sample *g, FILE *out)
 {
-    const struct vitals *v = g->vitals;
+    const struct monitor *v = g->monitor;
     char when[REPORT_UTC_BYTES];
     char bits[LUM_LASER_BITS_TEXT];
     struct json json;
@@ -122,16 +122,16 @@ void gauge_json(const struct gauge *g, FILE *out)
 
 /* --- CSV --- */
 
-const char gauge_csv_header[] =
+const char sample_csv_header[] =
     "time,sensor,answers,answer_age_s,laser,status,hazards,hazards_since,round_"
     "trip_ms,"
     "clock_offset_s,clock_error_s,drift_ppm,packets,bytes,kernel_drops,"
     "lines_incomplete,lines_missing,lost_words\n";
 
-static void add_bits(char out[GAUGE_ROW_BYTES], uint16_t bits)
+static void add_bits(char out[SAMPLE_ROW_BYTES], uint16_t bits)
 {
     char text[LUM_LASER_BITS_TEXT];
-    ADD(out, GAUGE_ROW_BYTES, ",%s",
+    ADD(out, SAMPLE_ROW_BYTES, ",%s",
         bits == 0 ? "" : lum_laser_bits_name(bits, " ", text, sizeof text));
 }
 
@@ -148,75 +148,75 @@ static const char *seconds_text(int64_t ns, char out[SECONDS_BYTES])
     return out;
 }
 
-static void add_csv_clock(char out[GAUGE_ROW_BYTES], const struct gauge *g)
+static void add_csv_clock(char out[SAMPLE_ROW_BYTES], const struct sample *g)
 {
     char offset[SECONDS_BYTES];
     char error[SECONDS_BYTES];
     if (!g->has_clock) {
-        ADD(out, GAUGE_ROW_BYTES, ",,,");
+        ADD(out, SAMPLE_ROW_BYTES, ",,,");
         return;
     }
-    ADD(out, GAUGE_ROW_BYTES, ",%s,%s", seconds_text(g->utc_offset_ns, offset),
+    ADD(out, SAMPLE_ROW_BYTES, ",%s,%s", seconds_text(g->utc_offset_ns, offset),
         seconds_text(g->clock.error_ns, error));
     if (g->clock.has_drift) {
-        ADD(out, GAUGE_ROW_BYTES, ",%.3f", (double)g->clock.drift_ppb / 1e3);
+        ADD(out, SAMPLE_ROW_BYTES, ",%.3f", (double)g->clock.drift_ppb / 1e3);
     } else {
-        ADD(out, GAUGE_ROW_BYTES, ",");
+        ADD(out, SAMPLE_ROW_BYTES, ",");
     }
 }
 
-void gauge_csv(const struct gauge *g, char out[GAUGE_ROW_BYTES])
+void sample_csv(const struct sample *g, char out[SAMPLE_ROW_BYTES])
 {
-    const struct vitals *v = g->vitals;
+    const struct monitor *v = g->monitor;
     const bool has_status = v->answers && v->has_status;
     char when[REPORT_UTC_BYTES];
     out[0] = '\0';
-    ADD(out, GAUGE_ROW_BYTES, "%s,%s,%d,", report_utc(g->utc_ns, when),
+    ADD(out, SAMPLE_ROW_BYTES, "%s,%s,%d,", report_utc(g->utc_ns, when),
         g->sensor, v->answers ? 1 : 0);
     if (g->age_s >= 0.0) {
-        ADD(out, GAUGE_ROW_BYTES, "%.3f", g->age_s);
+        ADD(out, SAMPLE_ROW_BYTES, "%.3f", g->age_s);
     }
     if (has_status) {
-        ADD(out, GAUGE_ROW_BYTES, ",%s,%u", lum_laser_status_name(v->status),
+        ADD(out, SAMPLE_ROW_BYTES, ",%s,%u", lum_laser_status_name(v->status),
             (unsigned)v->status);
     } else {
-        ADD(out, GAUGE_ROW_BYTES, ",,");
+        ADD(out, SAMPLE_ROW_BYTES, ",,");
     }
     add_bits(out, has_status ? v->hazards : 0);
     add_bits(out, v->since);
     if (has_trip(g)) {
-        ADD(out, GAUGE_ROW_BYTES, ",%.3f", (double)v->round_trip_ns / 1e6);
+        ADD(out, SAMPLE_ROW_BYTES, ",%.3f", (double)v->round_trip_ns / 1e6);
     } else {
-        ADD(out, GAUGE_ROW_BYTES, ",");
+        ADD(out, SAMPLE_ROW_BYTES, ",");
     }
     add_csv_clock(out, g);
     if (g->has_counts) {
-        ADD(out, GAUGE_ROW_BYTES,
+        ADD(out, SAMPLE_ROW_BYTES,
             ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64
             ",%" PRIu64,
             g->session.datagrams, g->session.bytes, g->session.kernel_drops,
             g->losses.lines_incomplete, g->losses.lines_missing,
             g->losses.words_lost);
     } else {
-        ADD(out, GAUGE_ROW_BYTES, ",,,,,,");
+        ADD(out, SAMPLE_ROW_BYTES, ",,,,,,");
     }
-    ADD(out, GAUGE_ROW_BYTES, "\n");
+    ADD(out, SAMPLE_ROW_BYTES, "\n");
 }
 
 /* --- Prometheus --- */
 
 /* A metric with one value; value: as text. */
-static void add_metric(char out[GAUGE_PAGE_BYTES], const struct gauge *g,
+static void add_metric(char out[SAMPLE_PAGE_BYTES], const struct sample *g,
                        const char *name, const char *type, const char *help,
                        const char *value)
 {
-    ADD(out, GAUGE_PAGE_BYTES,
+    ADD(out, SAMPLE_PAGE_BYTES,
         "# HELP lumsdk_%s %s\n# TYPE lumsdk_%s %s\nlumsdk_%s{sensor=\"%s\"} "
         "%s\n",
         name, help, name, type, name, g->sensor, value);
 }
 
-static void add_real(char out[GAUGE_PAGE_BYTES], const struct gauge *g,
+static void add_real(char out[SAMPLE_PAGE_BYTES], const struct sample *g,
                      const char *name, const char *help, double value)
 {
     char text[32];
@@ -224,7 +224,7 @@ static void add_real(char out[GAUGE_PAGE_BYTES], const struct gauge *g,
     add_metric(out, g, name, "gauge", help, text);
 }
 
-static void add_whole(char out[GAUGE_PAGE_BYTES], const struct gauge *g,
+static void add_whole(char out[SAMPLE_PAGE_BYTES], const struct sample *g,
                       const char *name, const char *help, uint64_t value)
 {
     char text[24];
@@ -233,27 +233,27 @@ static void add_whole(char out[GAUGE_PAGE_BYTES], const struct gauge *g,
     add_metric(out, g, name, total != NULL ? "counter" : "gauge", help, text);
 }
 
-static void add_status(char out[GAUGE_PAGE_BYTES], const struct gauge *g)
+static void add_status(char out[SAMPLE_PAGE_BYTES], const struct sample *g)
 {
-    const struct vitals *v = g->vitals;
+    const struct monitor *v = g->monitor;
     add_whole(out, g, "laser_up", "Whether the status shows the laser on.",
               lum_laser_is_on(v->status));
     add_whole(out, g, "hazard", "Whether the status shows a hazard.",
               v->hazards != 0);
-    ADD(out, GAUGE_PAGE_BYTES,
+    ADD(out, SAMPLE_PAGE_BYTES,
         "# HELP lumsdk_status_bit The bits of the status.\n"
         "# TYPE lumsdk_status_bit gauge\n");
     for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
         const char *name = lum_laser_bit_name(bit);
         if (name != NULL && *name != '\0') {
-            ADD(out, GAUGE_PAGE_BYTES,
+            ADD(out, SAMPLE_PAGE_BYTES,
                 "lumsdk_status_bit{sensor=\"%s\",bit=\"%s\"} %u\n", g->sensor,
                 name, (unsigned)v->status >> bit & 1u);
         }
     }
 }
 
-static void add_clock(char out[GAUGE_PAGE_BYTES], const struct gauge *g)
+static void add_clock(char out[SAMPLE_PAGE_BYTES], const struct sample *g)
 {
     char text[SECONDS_BYTES];
     add_metric(out, g, "clock_offset_seconds", "gauge",
@@ -271,7 +271,7 @@ static void add_clock(char out[GAUGE_PAGE_BYTES], const struct gauge *g)
               "Restarts of the sensor that its clock showed.", g->clock.resets);
 }
 
-static void add_counts(char out[GAUGE_PAGE_BYTES], const struct gauge *g)
+static void add_counts(char out[SAMPLE_PAGE_BYTES], const struct sample *g)
 {
     add_whole(out, g, "packets_total", "Datagrams that came.",
               g->session.datagrams);
@@ -288,9 +288,9 @@ static void add_counts(char out[GAUGE_PAGE_BYTES], const struct gauge *g)
               g->losses.lines_missing);
 }
 
-void gauge_page(const struct gauge *g, char out[GAUGE_PAGE_BYTES])
+void sample_page(const struct sample *g, char out[SAMPLE_PAGE_BYTES])
 {
-    const struct vitals *v = g->vitals;
+    const struct monitor *v = g->monitor;
     char when[SECONDS_BYTES];
     out[0] = '\0';
     add_whole(out, g, "up", "Whether the sensor answers.", v->answers);

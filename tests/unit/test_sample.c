@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "lumctl/vitals.h"
+#include "lumctl/monitor.h"
 
 #include "lum/laser.h"
 
@@ -18,31 +18,31 @@
 #define TIME_NS INT64_C(1795836717809000000) /* 2026-11-28T03:31:57.809Z */
 
 /* Nothing is known but that it does not answer. */
-static struct gauge make_silent(const struct vitals *v)
+static struct sample make_silent(const struct monitor *v)
 {
-    return (struct gauge){.sensor = "10.42.0.37",
-                          .utc_ns = TIME_NS,
-                          .vitals = v,
-                          .is_owned = true,
-                          .age_s = -1.0};
+    return (struct sample){.sensor = "10.42.0.37",
+                           .utc_ns = TIME_NS,
+                           .monitor = v,
+                           .is_owned = true,
+                           .age_s = -1.0};
 }
 
-static struct vitals make_well(void)
+static struct monitor make_well(void)
 {
-    return (struct vitals){.knows = true,
-                           .answers = true,
-                           .has_status = true,
-                           .status = LUM_LASER_TLV_CMD_ON,
-                           .since = LUM_LASER_FAN_PWM_BAD,
-                           .hazard_count = 3,
-                           .hazard_utc_ns = 1500000000,
-                           .answered_ns = 1,
-                           .round_trip_ns = 1234567};
+    return (struct monitor){.knows = true,
+                            .answers = true,
+                            .has_status = true,
+                            .status = LUM_LASER_TLV_CMD_ON,
+                            .since = LUM_LASER_FAN_PWM_BAD,
+                            .hazard_count = 3,
+                            .hazard_utc_ns = 1500000000,
+                            .answered_ns = 1,
+                            .round_trip_ns = 1234567};
 }
 
-static struct gauge make_full(const struct vitals *v)
+static struct sample make_full(const struct monitor *v)
 {
-    struct gauge g = make_silent(v);
+    struct sample g = make_silent(v);
     g.age_s = 0.25;
     g.has_clock = true;
     g.clock.clock_us = 77;
@@ -64,34 +64,34 @@ static struct gauge make_full(const struct vitals *v)
     return g;
 }
 
-static const char *json_of(const struct gauge *g)
+static const char *json_of(const struct sample *g)
 {
     static char text[4096];
     FILE *out = fmemopen(text, sizeof text, "w");
     assert_non_null(out);
-    gauge_json(g, out);
+    sample_json(g, out);
     assert_int_equal(fclose(out), 0);
     return text;
 }
 
 static void silence_is_said_in_every_form(void **state)
 {
-    const struct vitals v = {.knows = true};
-    const struct gauge g = make_silent(&v);
-    char row[GAUGE_ROW_BYTES];
-    char page[GAUGE_PAGE_BYTES];
+    const struct monitor v = {.knows = true};
+    const struct sample g = make_silent(&v);
+    char row[SAMPLE_ROW_BYTES];
+    char page[SAMPLE_PAGE_BYTES];
     (void)state;
-    gauge_text(&g, row);
+    sample_text(&g, row);
     assert_string_equal(
         row, "2026-11-28T03:31:57.809Z 10.42.0.37: does not answer\n");
-    gauge_csv(&g, row);
+    sample_csv(&g, row);
     assert_string_equal(
         row, "2026-11-28T03:31:57.809Z,10.42.0.37,0,,,,,,,,,,,,,,,\n");
     assert_string_equal(json_of(&g),
                         "{\"time\": \"2026-11-28T03:31:57.809Z\", \"sensor\": "
                         "\"10.42.0.37\", \"answers\": false, "
                         "\"hazards_since\": \"\"}\n");
-    gauge_page(&g, page);
+    sample_page(&g, page);
     assert_string_equal(
         page, "# HELP lumsdk_up Whether the sensor answers.\n"
               "# TYPE lumsdk_up gauge\n"
@@ -103,15 +103,15 @@ static void silence_is_said_in_every_form(void **state)
 
 static void all_that_is_known_is_in_every_form(void **state)
 {
-    const struct vitals v = make_well();
-    const struct gauge g = make_full(&v);
-    char row[GAUGE_ROW_BYTES];
+    const struct monitor v = make_well();
+    const struct sample g = make_full(&v);
+    char row[SAMPLE_ROW_BYTES];
     (void)state;
-    gauge_text(&g, row);
+    sample_text(&g, row);
     assert_string_equal(row, "2026-11-28T03:31:57.809Z 10.42.0.37: laser up: "
                              "TLV_CMD_ON, round trip 1.23 ms, 5 packets, 11 "
                              "words lost; meanwhile: FAN_PWM_BAD\n");
-    gauge_csv(&g, row);
+    sample_csv(&g, row);
     assert_string_equal(row, "2026-11-28T03:31:57.809Z,10.42.0.37,1,0.250,up,"
                              "2048,,FAN_PWM_BAD,1.235,"
                              "-1.500000001,0.000150227,-7.210,5,6,7,9,10,11\n");
@@ -150,11 +150,11 @@ static void assert_metric(const char *page, const char *metric,
 
 static void a_page_has_all_metrics(void **state)
 {
-    const struct vitals v = make_well();
-    const struct gauge g = make_full(&v);
-    char page[GAUGE_PAGE_BYTES];
+    const struct monitor v = make_well();
+    const struct sample g = make_full(&v);
+    char page[SAMPLE_PAGE_BYTES];
     (void)state;
-    gauge_page(&g, page);
+    sample_page(&g, page);
     assert_metric(page, "up", "1");
     assert_metric(page, "answer_age_seconds", "0.25");
     assert_metric(page, "round_trip_seconds", "0.001234567");
@@ -179,23 +179,23 @@ static void a_page_has_all_metrics(void **state)
 /* A clock of before a silence may have restarted in it. */
 static void a_silent_sensor_has_no_old_values(void **state)
 {
-    struct vitals v = make_well();
-    const struct gauge g = make_full(&v);
-    char page[GAUGE_PAGE_BYTES];
-    char row[GAUGE_ROW_BYTES];
+    struct monitor v = make_well();
+    const struct sample g = make_full(&v);
+    char page[SAMPLE_PAGE_BYTES];
+    char row[SAMPLE_ROW_BYTES];
     (void)state;
     v.answers = false;
-    gauge_page(&g, page);
+    sample_page(&g, page);
     assert_metric(page, "up", "0");
     assert_metric(page, "answer_age_seconds", "0.25");
     assert_null(find(page, "laser_up"));
     assert_null(find(page, "status_bit"));
     assert_null(find(page, "round_trip_seconds"));
     assert_null(find(page, "clock_offset_seconds"));
-    gauge_csv(&g, row);
+    sample_csv(&g, row);
     assert_non_null(strstr(row, ",0,0.250,,,,FAN_PWM_BAD,,"));
     v.status = LUM_LASER_FAN_PWM_BAD;
-    gauge_text(&g, row);
+    sample_text(&g, row);
     assert_non_null(strstr(row, "does not answer"));
     assert_non_null(strstr(row, "; meanwhile: FAN_PWM_BAD"));
 }
@@ -212,10 +212,10 @@ static size_t count(const char *text, char c)
 /* The longest values have room, and are no more columns. */
 static void limits_have_room(void **state)
 {
-    struct vitals v = make_well();
-    struct gauge g = make_full(&v);
-    char row[GAUGE_ROW_BYTES];
-    char page[GAUGE_PAGE_BYTES];
+    struct monitor v = make_well();
+    struct sample g = make_full(&v);
+    char row[SAMPLE_ROW_BYTES];
+    char page[SAMPLE_PAGE_BYTES];
     (void)state;
     v.status = UINT16_MAX;
     v.since = UINT16_MAX;
@@ -226,19 +226,19 @@ static void limits_have_room(void **state)
     g.clock.drift_ppb = INT32_MIN;
     memset(&g.losses, 0xff, sizeof g.losses);
     memset(&g.session, 0xff, sizeof g.session);
-    gauge_csv(&g, row);
+    sample_csv(&g, row);
     assert_int_equal(row[strlen(row) - 1], '\n');
-    assert_int_equal(count(row, ','), count(gauge_csv_header, ','));
+    assert_int_equal(count(row, ','), count(sample_csv_header, ','));
     v.status = LUM_LASER_TLV_CMD_ON;
-    gauge_text(&g, row);
+    sample_text(&g, row);
     assert_int_equal(row[strlen(row) - 1], '\n');
     v.status = UINT16_MAX;
     v.since = 0;
-    gauge_text(&g, row);
+    sample_text(&g, row);
     assert_int_equal(row[strlen(row) - 1], '\n');
-    gauge_page(&g, page);
+    sample_page(&g, page);
     assert_int_equal(page[strlen(page) - 1], '\n');
-    assert_true(strlen(page) < GAUGE_PAGE_BYTES - 1024);
+    assert_true(strlen(page) < SAMPLE_PAGE_BYTES - 1024);
 }
 
 int main(void)

@@ -1,16 +1,16 @@
 /* A sensor as somebody who looks at it again and again knows it, and how that
  * is written: a line for people, JSON, CSV, and a page for Prometheus. */
-#ifndef LUMCTL_VITALS_H
-#define LUMCTL_VITALS_H
+#ifndef LUMCTL_MONITOR_H
+#define LUMCTL_MONITOR_H
 
 #include "ctl.h"
+#include "file_writer.h"
 #include "losses.h"
-#include "scribe.h"
 #include "watch.h"
 
 #include "lum/host/clock_sync.h"
 
-struct vitals {
+struct monitor {
     struct ctl *ctl;
     bool asks; /* for the status; else the laser session does (watch.looks) */
     int64_t begun_ns;
@@ -30,40 +30,40 @@ struct vitals {
     int64_t answered_ns;   /* monotonic; 0: never */
     int64_t round_trip_ns; /* of the last answer; 0: not known */
     lum_clock_sync sync;
-    lum_sensor_counters begun; /* an owner's: a shell has counted before */
-    struct losses *losses;     /* an owner's; NULL: none is */
-    struct scribe *scribe;     /* NULL: no files */
-    bool writes_rows;          /* to standard output */
-    bool has_row;              /* any was written */
-    uint64_t unprinted;        /* nobody read them */
+    lum_sensor_counters begun;  /* an owner's: a shell has counted before */
+    struct losses *losses;      /* an owner's; NULL: none is */
+    struct file_writer *writer; /* NULL: no files */
+    bool writes_rows;           /* to standard output */
+    bool has_row;               /* any was written */
+    uint64_t unprinted;         /* nobody read them */
 };
 
 /* Begins to look at the session's sensor, as its options say. Complains. */
-enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl, bool asks);
+enum exit_status monitor_begin(struct monitor *v, struct ctl *ctl, bool asks);
 
 /* Asks for the clock now and then, and if it is said so, for the status. For
  * struct watch, with *v as context. */
-lum_result vitals_ask(struct ctl *ctl, void *context);
-#define VITALS_ASK_NS INT64_C(250000000)
+lum_result monitor_ask(struct ctl *ctl, void *context);
+#define MONITOR_ASK_NS INT64_C(250000000)
 
 /* Takes an event, and writes a row where one is due. False: nobody reads. */
-bool vitals_take(struct vitals *v, const lum_sensor_event *event);
+bool monitor_take(struct monitor *v, const lum_sensor_event *event);
 
 /* Whether what --until waits for is so. */
-bool vitals_is_met(const struct vitals *v);
+bool monitor_is_met(const struct monitor *v);
 
 /* Ends the files, and says what is missing in them. status: of the command so
  * far. EXIT_HAZARD if that is EXIT_DONE or EXIT_NO_ANSWER and the last status
  * has a hazard, or, with --every or --until hazard, any had. */
-enum exit_status vitals_end(struct vitals *v, enum exit_status status);
+enum exit_status monitor_end(struct monitor *v, enum exit_status status);
 
-/* gauge.c */
+/* sample.c */
 
 /* What a row says, at one time. */
-struct gauge {
+struct sample {
     const char *sensor;
     int64_t utc_ns;
-    const struct vitals *vitals;
+    const struct monitor *monitor;
     bool is_owned;
     double age_s; /* of the last answer; below 0: there is none */
     bool has_clock;
@@ -74,13 +74,13 @@ struct gauge {
     struct loss_counts losses;
 };
 
-extern const char gauge_csv_header[];
+extern const char sample_csv_header[];
 
-#define GAUGE_ROW_BYTES  SCRIBE_ROW_BYTES
-#define GAUGE_PAGE_BYTES 16384
-void gauge_text(const struct gauge *g, char out[GAUGE_ROW_BYTES]);
-void gauge_csv(const struct gauge *g, char out[GAUGE_ROW_BYTES]);
-void gauge_json(const struct gauge *g, FILE *out);
-void gauge_page(const struct gauge *g, char out[GAUGE_PAGE_BYTES]);
+#define SAMPLE_ROW_BYTES  FILE_WRITER_ROW_BYTES
+#define SAMPLE_PAGE_BYTES 16384
+void sample_text(const struct sample *g, char out[SAMPLE_ROW_BYTES]);
+void sample_csv(const struct sample *g, char out[SAMPLE_ROW_BYTES]);
+void sample_json(const struct sample *g, FILE *out);
+void sample_page(const struct sample *g, char out[SAMPLE_PAGE_BYTES]);
 
 #endif

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "lumctl/scribe.h"
+#include "lumctl/file_writer.h"
 
 #include <fcntl.h>
 #include <stdio.h>
@@ -21,7 +21,7 @@
 #define RUNS   4
 #define ROWS   200
 
-static char folder[] = "/tmp/lum-scribe-XXXXXX";
+static char folder[] = "/tmp/lum-writer-XXXXXX";
 
 static const char *in_folder(const char *name)
 {
@@ -48,18 +48,18 @@ static const char *read_file(const char *path)
     return text;
 }
 
-static struct scribe *begin(const char *rows, const char *page)
+static struct file_writer *begin(const char *rows, const char *page)
 {
     lum_error error = {""};
-    struct scribe *scribe = scribe_new(rows, HEADER, page, &error);
+    struct file_writer *writer = file_writer_new(rows, HEADER, page, &error);
     assert_string_equal(error.text, "");
-    assert_non_null(scribe);
-    return scribe;
+    assert_non_null(writer);
+    return writer;
 }
 
-static void end(struct scribe *scribe, uint64_t lost, bool page_failed)
+static void end(struct file_writer *writer, uint64_t lost, bool page_failed)
 {
-    const struct scribe_rest rest = scribe_end(scribe);
+    const struct file_writer_rest rest = file_writer_end(writer);
     assert_int_equal(rest.lost, lost);
     assert_int_equal(rest.page_failed, page_failed);
     assert_false(rest.hangs);
@@ -70,10 +70,10 @@ static void lines_follow_one_header(void **state)
     const char *path = in_folder("a");
     (void)state;
     for (unsigned i = 0; i < 2; i++) {
-        struct scribe *scribe = begin(path, NULL);
-        scribe_add(scribe, "1,a\n");
-        scribe_add(scribe, "2,b\n");
-        end(scribe, 0, false);
+        struct file_writer *writer = begin(path, NULL);
+        file_writer_add(writer, "1,a\n");
+        file_writer_add(writer, "2,b\n");
+        end(writer, 0, false);
     }
     assert_string_equal(read_file(path), HEADER "1,a\n2,b\n1,a\n2,b\n");
 }
@@ -83,9 +83,9 @@ static void half_a_line_is_cut_off(void **state)
     const char *path = in_folder("half");
     (void)state;
     write_file(path, HEADER "1,a\n2,");
-    struct scribe *scribe = begin(path, NULL);
-    scribe_add(scribe, "3,c\n");
-    end(scribe, 0, false);
+    struct file_writer *writer = begin(path, NULL);
+    file_writer_add(writer, "3,c\n");
+    end(writer, 0, false);
     assert_string_equal(read_file(path), HEADER "1,a\n3,c\n");
 }
 
@@ -96,9 +96,9 @@ static void half_a_header_is_written_anew(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
         write_file(path, texts[i]);
-        struct scribe *scribe = begin(path, NULL);
-        scribe_add(scribe, "3,c\n");
-        end(scribe, 0, false);
+        struct file_writer *writer = begin(path, NULL);
+        file_writer_add(writer, "3,c\n");
+        end(writer, 0, false);
         assert_string_equal(read_file(path), HEADER "3,c\n");
     }
 }
@@ -113,7 +113,7 @@ static void a_file_of_other_columns_is_refused(void **state)
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
         lum_error error = {""};
         write_file(path, texts[i]);
-        assert_null(scribe_new(path, HEADER, NULL, &error));
+        assert_null(file_writer_new(path, HEADER, NULL, &error));
         assert_non_null(strstr(error.text, "other columns"));
         assert_string_equal(read_file(path), texts[i]);
     }
@@ -123,7 +123,7 @@ static void a_folder_that_is_not_there_is_named(void **state)
 {
     lum_error error = {""};
     (void)state;
-    assert_null(scribe_new("/nonexistent/rows", HEADER, NULL, &error));
+    assert_null(file_writer_new("/nonexistent/rows", HEADER, NULL, &error));
     assert_string_equal(error.text,
                         "/nonexistent/rows: No such file or directory");
 }
@@ -132,30 +132,30 @@ static void a_page_that_cannot_be_written_is_news_once(void **state)
 {
     lum_error error = {""};
     (void)state;
-    struct scribe *scribe = begin(in_folder("a"), "/nonexistent/page");
+    struct file_writer *writer = begin(in_folder("a"), "/nonexistent/page");
     for (unsigned i = 0; i < 3; i++) {
-        scribe_turn(scribe, "page");
+        file_writer_turn(writer, "page");
     }
-    while (!scribe_tell(scribe, &error)) {
+    while (!file_writer_tell(writer, &error)) {
         (void)usleep(1000);
     }
     assert_non_null(strstr(error.text, "/nonexistent/page"));
-    assert_false(scribe_tell(scribe, &error));
-    end(scribe, 0, true);
+    assert_false(file_writer_tell(writer, &error));
+    end(writer, 0, true);
 }
 
 static void the_last_page_counts(void **state)
 {
     const char *path = in_folder("page");
     (void)state;
-    struct scribe *scribe = begin(NULL, path);
+    struct file_writer *writer = begin(NULL, path);
     for (unsigned i = 0; i < 100; i++) {
         char page[32];
         (void)snprintf(page, sizeof page, "page %u\n", i);
-        scribe_turn(scribe, page);
-        scribe_add(scribe, "no file takes it\n");
+        file_writer_turn(writer, page);
+        file_writer_add(writer, "no file takes it\n");
     }
-    end(scribe, 0, false);
+    end(writer, 0, false);
     assert_string_equal(read_file(path), "page 99\n");
 }
 
@@ -165,23 +165,23 @@ static void a_pipe_is_refused(void **state)
     lum_error error = {""};
     (void)state;
     assert_int_equal(mkfifo(path, 0600), 0);
-    assert_null(scribe_new(path, HEADER, NULL, &error));
+    assert_null(file_writer_new(path, HEADER, NULL, &error));
     assert_non_null(strstr(error.text, "is a pipe"));
 }
 
 /* Its standard output is a full pipe that nobody reads. */
 static void write_in_vain(void)
 {
-    char row[SCRIBE_ROW_BYTES];
+    char row[FILE_WRITER_ROW_BYTES];
     lum_error error = {""};
     memset(row, 'x', sizeof row);
     row[sizeof row - 2] = '\n';
     row[sizeof row - 1] = '\0';
-    struct scribe *scribe = scribe_new("-", HEADER, NULL, &error);
+    struct file_writer *writer = file_writer_new("-", HEADER, NULL, &error);
     for (unsigned i = 0; i < 1000; i++) {
-        scribe_add(scribe, row);
+        file_writer_add(writer, row);
     }
-    const struct scribe_rest rest = scribe_end(scribe);
+    const struct file_writer_rest rest = file_writer_end(writer);
     _exit(rest.hangs && rest.lost == 1000 ? 0 : 1);
 }
 
@@ -209,15 +209,15 @@ static void lines_without_room_are_counted(void **state)
 
 static void write_many(const char *path, unsigned run)
 {
-    struct scribe *scribe = begin(path, NULL);
+    struct file_writer *writer = begin(path, NULL);
 
     for (unsigned i = 0; i < ROWS; i++) {
         char row[64];
         (void)snprintf(row, sizeof row, "%u,%u\n", run, i);
-        scribe_add(scribe, row);
+        file_writer_add(writer, row);
         (void)usleep(100);
     }
-    _exit(scribe_end(scribe).lost == 0 ? 0 : 1);
+    _exit(file_writer_end(writer).lost == 0 ? 0 : 1);
 }
 
 static void runs_that_write_one_file_tear_no_line(void **state)

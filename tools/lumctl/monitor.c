@@ -1,4 +1,4 @@
-#include "vitals.h"
+#include "monitor.h"
 
 #include "../common/writable.h"
 #include "report.h"
@@ -13,7 +13,7 @@
 
 #define CLOCK_NS INT64_C(10000000000) /* between two looks at the clock */
 
-static enum exit_status begin_counts(struct vitals *v)
+static enum exit_status begin_counts(struct monitor *v)
 {
     lum_error error = {""};
     v->begun.struct_size = sizeof v->begun;
@@ -26,12 +26,12 @@ static enum exit_status begin_counts(struct vitals *v)
                              : ctl_complain(EXIT_FAILED, "%s", error.text);
 }
 
-enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl, bool asks)
+enum exit_status monitor_begin(struct monitor *v, struct ctl *ctl, bool asks)
 {
     const struct ctl_options *o = &ctl->options;
     const int64_t now = lum_time_monotonic_ns();
     lum_error error = {""};
-    *v = (struct vitals){
+    *v = (struct monitor){
         .ctl = ctl,
         .asks = asks,
         .begun_ns = now,
@@ -44,8 +44,9 @@ enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl, bool asks)
     if (status != EXIT_DONE || (o->csv == NULL && o->prometheus == NULL)) {
         return status;
     }
-    v->scribe = scribe_new(o->csv, gauge_csv_header, o->prometheus, &error);
-    if (v->scribe == NULL) {
+    v->writer =
+        file_writer_new(o->csv, sample_csv_header, o->prometheus, &error);
+    if (v->writer == NULL) {
         losses_free(v->losses);
         v->losses = NULL;
         return ctl_complain(EXIT_FAILED, "%s", error.text);
@@ -53,9 +54,9 @@ enum exit_status vitals_begin(struct vitals *v, struct ctl *ctl, bool asks)
     return EXIT_DONE;
 }
 
-lum_result vitals_ask(struct ctl *ctl, void *context)
+lum_result monitor_ask(struct ctl *ctl, void *context)
 {
-    struct vitals *v = context;
+    struct monitor *v = context;
     const int64_t now = lum_time_monotonic_ns();
     const bool has_first = v->has_status || !v->asks;
     if (ctl->options.every_s > 0.0 && has_first && now >= v->clock_ns) {
@@ -69,7 +70,7 @@ lum_result vitals_ask(struct ctl *ctl, void *context)
 
 /* That no heartbeat comes is a hazard only if somebody owns the sensor, and did
  * at the status before: an owner's first one may be under way yet. */
-static uint16_t hazards_of(const struct vitals *v, uint16_t status,
+static uint16_t hazards_of(const struct monitor *v, uint16_t status,
                            bool is_owned)
 {
     const unsigned hazards = status & LUM_LASER_HAZARDS;
@@ -79,19 +80,19 @@ static uint16_t hazards_of(const struct vitals *v, uint16_t status,
 }
 
 /* Where lines go to files, a person is told at once. */
-static void tell_hazard(const struct vitals *v, uint16_t hazards)
+static void tell_hazard(const struct monitor *v, uint16_t hazards)
 {
     char when[REPORT_UTC_BYTES];
     char bits[LUM_LASER_BITS_TEXT];
     const unsigned begun = hazards & ~(unsigned)v->hazards;
-    if (v->scribe != NULL && begun != 0) {
+    if (v->writer != NULL && begun != 0) {
         (void)ctl_complain(
             EXIT_HAZARD, "%s: %s", report_utc(v->hazard_utc_ns, when),
             lum_laser_bits_name((uint16_t)begun, ", ", bits, sizeof bits));
     }
 }
 
-static void take_status(struct vitals *v, uint16_t status)
+static void take_status(struct monitor *v, uint16_t status)
 {
     const bool is_owned = session_is_owned(v->ctl, status);
     const uint16_t hazards = hazards_of(v, status, is_owned);
@@ -106,7 +107,7 @@ static void take_status(struct vitals *v, uint16_t status)
     v->ever |= hazards;
 }
 
-static void take_answer(struct vitals *v, const lum_sensor_event *event)
+static void take_answer(struct monitor *v, const lum_sensor_event *event)
 {
     v->knows = true;
     v->answers = true;
@@ -115,7 +116,7 @@ static void take_answer(struct vitals *v, const lum_sensor_event *event)
         event->tries == 1 ? event->received_ns - event->sent_ns : 0;
 }
 
-static void take_data(struct vitals *v, const lum_sensor_event *event)
+static void take_data(struct monitor *v, const lum_sensor_event *event)
 {
     for (size_t i = 0; v->losses != NULL && i < event->datagram_count; i++) {
         losses_take(v->losses, session_host(v->ctl), &event->datagrams[i]);
@@ -124,14 +125,14 @@ static void take_data(struct vitals *v, const lum_sensor_event *event)
 
 /* --- Rows --- */
 
-static void fill(const struct vitals *v, struct gauge *out,
+static void fill(const struct monitor *v, struct sample *out,
                  char name[SESSION_NAME_BYTES])
 {
     const int64_t now = lum_time_monotonic_ns();
-    *out = (struct gauge){
+    *out = (struct sample){
         .sensor = session_name(session_host(v->ctl), name),
         .utc_ns = lum_time_utc_ns(),
-        .vitals = v,
+        .monitor = v,
         .is_owned = v->has_status && session_is_owned(v->ctl, v->status),
         .age_s =
             v->answered_ns != 0 ? (double)(now - v->answered_ns) / 1e9 : -1.0,
@@ -149,49 +150,49 @@ static void fill(const struct vitals *v, struct gauge *out,
 }
 
 /* An owner waits for no reader: then the next line tells of the hazards. */
-static bool print_row(struct vitals *v, const struct gauge *g)
+static bool print_row(struct monitor *v, const struct sample *g)
 {
-    char row[GAUGE_ROW_BYTES];
+    char row[SAMPLE_ROW_BYTES];
     if (v->writes_rows && v->ctl->owns && !writable(stdout, 0)) {
         v->unprinted++;
         return true;
     }
     if (v->writes_rows && v->ctl->options.json) {
-        gauge_json(g, stdout);
+        sample_json(g, stdout);
     } else if (v->writes_rows) {
-        gauge_text(g, row);
+        sample_text(g, row);
         (void)fputs(row, stdout);
     }
     v->since = 0;
     return !v->writes_rows || report_flush();
 }
 
-static void tell_failure(const struct vitals *v)
+static void tell_failure(const struct monitor *v)
 {
     lum_error error = {""};
-    if (scribe_tell(v->scribe, &error) && writable(stderr, 0)) {
+    if (file_writer_tell(v->writer, &error) && writable(stderr, 0)) {
         (void)ctl_complain(EXIT_FAILED, "%s; it is tried again at each line",
                            error.text);
     }
 }
 
-static void write_files(const struct vitals *v, const struct gauge *g)
+static void write_files(const struct monitor *v, const struct sample *g)
 {
-    char row[GAUGE_ROW_BYTES];
-    char page[GAUGE_PAGE_BYTES];
-    gauge_csv(g, row);
-    scribe_add(v->scribe, row);
-    gauge_page(g, page);
-    scribe_turn(v->scribe, page);
+    char row[SAMPLE_ROW_BYTES];
+    char page[SAMPLE_PAGE_BYTES];
+    sample_csv(g, row);
+    file_writer_add(v->writer, row);
+    sample_page(g, page);
+    file_writer_turn(v->writer, page);
     tell_failure(v);
 }
 
-static bool write_row(struct vitals *v)
+static bool write_row(struct monitor *v)
 {
-    struct gauge g;
+    struct sample g;
     char name[SESSION_NAME_BYTES];
     fill(v, &g, name);
-    if (v->scribe != NULL) {
+    if (v->writer != NULL) {
         write_files(v, &g);
     }
     const bool goes_on = print_row(v, &g);
@@ -200,7 +201,7 @@ static bool write_row(struct vitals *v)
     return goes_on;
 }
 
-static bool is_due(struct vitals *v)
+static bool is_due(struct monitor *v)
 {
     const int64_t every = (int64_t)(v->ctl->options.every_s * 1e9);
     const int64_t now = lum_time_monotonic_ns();
@@ -211,7 +212,7 @@ static bool is_due(struct vitals *v)
     return true;
 }
 
-bool vitals_take(struct vitals *v, const lum_sensor_event *event)
+bool monitor_take(struct monitor *v, const lum_sensor_event *event)
 {
     if (event->kind == LUM_SENSOR_DATAGRAMS) {
         take_data(v, event);
@@ -236,7 +237,7 @@ bool vitals_take(struct vitals *v, const lum_sensor_event *event)
 
 /* --- The end --- */
 
-bool vitals_is_met(const struct vitals *v)
+bool monitor_is_met(const struct monitor *v)
 {
     switch (v->ctl->options.until) {
     case UNTIL_HAZARD:
@@ -251,11 +252,11 @@ bool vitals_is_met(const struct vitals *v)
 }
 
 /* The last row, and what was never written. */
-static enum exit_status end_files(struct vitals *v, enum exit_status status)
+static enum exit_status end_files(struct monitor *v, enum exit_status status)
 {
     tell_failure(v);
-    const struct scribe_rest rest = scribe_end(v->scribe);
-    v->scribe = NULL;
+    const struct file_writer_rest rest = file_writer_end(v->writer);
+    v->writer = NULL;
     if (rest.lost > 0) {
         status = ctl_complain(EXIT_FAILED, "%s lacks %" PRIu64 " lines",
                               v->ctl->options.csv, rest.lost);
@@ -268,7 +269,7 @@ static enum exit_status end_files(struct vitals *v, enum exit_status status)
 }
 
 /* Also of an owner that was silent at the only look. */
-static uint16_t hazards_at_end(const struct vitals *v)
+static uint16_t hazards_at_end(const struct monitor *v)
 {
     return v->answers && v->has_status
                ? hazards_of(v, v->status, session_is_owned(v->ctl, v->status))
@@ -282,13 +283,13 @@ static void tell_passed(uint16_t passed)
                        lum_laser_bits_name(passed, ", ", bits, sizeof bits));
 }
 
-enum exit_status vitals_end(struct vitals *v, enum exit_status status)
+enum exit_status monitor_end(struct monitor *v, enum exit_status status)
 {
     const struct ctl_options *o = &v->ctl->options;
     if (o->every_s > 0.0 && (v->since != 0 || !v->has_row)) {
         (void)write_row(v);
     }
-    if (v->scribe != NULL) {
+    if (v->writer != NULL) {
         status = end_files(v, status);
     }
     if (v->unprinted > 0) {

@@ -1,5 +1,5 @@
 #define _POSIX_C_SOURCE 200809L
-#include "scribe.h"
+#include "file_writer.h"
 
 #include "../common/text_file.h"
 #include "rows_file.h"
@@ -28,7 +28,7 @@ struct work {
     char *page; /* NULL: none */
 };
 
-struct scribe {
+struct file_writer {
     char *rows;
     char *header;
     char *page;
@@ -71,7 +71,7 @@ static int open_rows(const char *path)
 
 /* How much of the header a file begins with; -1: with something else. A full
  * disk, or a lost power, may have left a part of it. */
-static int find_header(const struct scribe *s, int fd)
+static int find_header(const struct file_writer *s, int fd)
 {
     char begin[HEADER_BYTES];
     const size_t len = strlen(s->header);
@@ -84,7 +84,7 @@ static int find_header(const struct scribe *s, int fd)
  * is of others: EEXIST. */
 static int mend_end(int fd, off_t *size)
 {
-    char end[SCRIBE_ROW_BYTES];
+    char end[FILE_WRITER_ROW_BYTES];
     const off_t from =
         *size > (off_t)sizeof end ? *size - (off_t)sizeof end : 0;
     const int n =
@@ -102,7 +102,7 @@ static int mend_end(int fd, off_t *size)
 }
 
 /* Before a line is added to a file of a size: the header, if it has none. */
-static int prepare(const struct scribe *s, int fd, off_t *size)
+static int prepare(const struct file_writer *s, int fd, off_t *size)
 {
     const size_t len = strlen(s->header);
     const int found = find_header(s, fd);
@@ -119,8 +119,8 @@ static int prepare(const struct scribe *s, int fd, off_t *size)
 
 /* Lines are added whole or not at all: what a full disk took of them is cut off
  * again. */
-static int add_to_file(const struct scribe *s, int fd, const struct work *work,
-                       off_t size)
+static int add_to_file(const struct file_writer *s, int fd,
+                       const struct work *work, off_t size)
 {
     if (prepare(s, fd, &size) == 0 &&
         rows_file_put(fd, work->rows, work->rows_len) == 0) {
@@ -135,7 +135,7 @@ static int add_to_file(const struct scribe *s, int fd, const struct work *work,
 }
 
 /* Standard output, or a terminal: the header comes once. */
-static int add_to_stream(struct scribe *s, int fd, const struct work *work)
+static int add_to_stream(struct file_writer *s, int fd, const struct work *work)
 {
     const bool is_first = !s->has_begun;
     s->has_begun = true;
@@ -145,7 +145,7 @@ static int add_to_stream(struct scribe *s, int fd, const struct work *work)
 }
 
 /* A pipe would lose lines that nobody reads before it is closed. */
-static int add_rows(struct scribe *s, int fd, const struct work *work)
+static int add_rows(struct file_writer *s, int fd, const struct work *work)
 {
     struct stat look;
     if (fstat(fd, &look) != 0) {
@@ -161,7 +161,7 @@ static int add_rows(struct scribe *s, int fd, const struct work *work)
     return add_to_stream(s, fd, work);
 }
 
-static int write_rows(struct scribe *s, const struct work *work,
+static int write_rows(struct file_writer *s, const struct work *work,
                       lum_error *error)
 {
     if (strcmp(s->rows, "-") == 0) {
@@ -182,7 +182,7 @@ static int write_rows(struct scribe *s, const struct work *work,
 }
 
 /* A file that cannot take lines is known before the first. */
-static int check_rows(struct scribe *s, lum_error *error)
+static int check_rows(struct file_writer *s, lum_error *error)
 {
     const struct work nothing = {.rows_len = 0};
     return s->rows == NULL || strcmp(s->rows, "-") == 0
@@ -202,7 +202,7 @@ static uint64_t count_rows(const struct work *work)
 }
 
 /* With the lock held. What fails again and again is news once. */
-static void note(struct scribe *s, unsigned what, int result,
+static void note(struct file_writer *s, unsigned what, int result,
                  const lum_error *error)
 {
     if (result != 0 && !s->has_failed[what]) {
@@ -212,7 +212,7 @@ static void note(struct scribe *s, unsigned what, int result,
     s->has_failed[what] = result != 0;
 }
 
-static void do_work(struct scribe *s)
+static void do_work(struct file_writer *s)
 {
     struct work *work = &s->writing;
     lum_error error = {""};
@@ -237,7 +237,7 @@ static void do_work(struct scribe *s)
 
 static void *run(void *context)
 {
-    struct scribe *s = context;
+    struct file_writer *s = context;
     bool goes_on = true;
     while (goes_on) {
         (void)pthread_mutex_lock(&s->lock);
@@ -260,7 +260,7 @@ static void *run(void *context)
 
 /* --- Its user's side --- */
 
-static void free_all(struct scribe *s)
+static void free_all(struct file_writer *s)
 {
     free(s->rows);
     free(s->header);
@@ -275,10 +275,10 @@ static bool copy(const char *text, char **out)
     return text == NULL || *out != NULL;
 }
 
-struct scribe *scribe_new(const char *rows, const char *header,
-                          const char *page, lum_error *error)
+struct file_writer *file_writer_new(const char *rows, const char *header,
+                                    const char *page, lum_error *error)
 {
-    struct scribe *s = calloc(1, sizeof *s);
+    struct file_writer *s = calloc(1, sizeof *s);
     pthread_t thread;
     if (s == NULL) {
         (void)lum_error_set(error, "out of memory");
@@ -306,49 +306,49 @@ struct scribe *scribe_new(const char *rows, const char *header,
     return s;
 }
 
-void scribe_add(struct scribe *scribe, const char *row)
+void file_writer_add(struct file_writer *writer, const char *row)
 {
     const size_t len = strlen(row);
-    if (scribe->rows == NULL) {
+    if (writer->rows == NULL) {
         return;
     }
-    (void)pthread_mutex_lock(&scribe->lock);
-    if (len > ROWS_BYTES - scribe->next.rows_len) {
-        scribe->lost++;
+    (void)pthread_mutex_lock(&writer->lock);
+    if (len > ROWS_BYTES - writer->next.rows_len) {
+        writer->lost++;
     } else {
-        memcpy(scribe->next.rows + scribe->next.rows_len, row, len);
-        scribe->next.rows_len += len;
+        memcpy(writer->next.rows + writer->next.rows_len, row, len);
+        writer->next.rows_len += len;
     }
-    (void)pthread_cond_broadcast(&scribe->changed);
-    (void)pthread_mutex_unlock(&scribe->lock);
+    (void)pthread_cond_broadcast(&writer->changed);
+    (void)pthread_mutex_unlock(&writer->lock);
 }
 
-void scribe_turn(struct scribe *scribe, const char *page)
+void file_writer_turn(struct file_writer *writer, const char *page)
 {
     const size_t size = strlen(page) + 1u;
-    char *copy = scribe->page != NULL ? malloc(size) : NULL;
+    char *copy = writer->page != NULL ? malloc(size) : NULL;
     if (copy != NULL) {
         memcpy(copy, page, size);
     }
-    (void)pthread_mutex_lock(&scribe->lock);
-    free(scribe->next.page);
-    scribe->next.page = copy;
-    scribe->has_failed[1] |= copy == NULL && scribe->page != NULL;
-    (void)pthread_cond_broadcast(&scribe->changed);
-    (void)pthread_mutex_unlock(&scribe->lock);
+    (void)pthread_mutex_lock(&writer->lock);
+    free(writer->next.page);
+    writer->next.page = copy;
+    writer->has_failed[1] |= copy == NULL && writer->page != NULL;
+    (void)pthread_cond_broadcast(&writer->changed);
+    (void)pthread_mutex_unlock(&writer->lock);
 }
 
-bool scribe_tell(struct scribe *scribe, lum_error *out)
+bool file_writer_tell(struct file_writer *writer, lum_error *out)
 {
-    (void)pthread_mutex_lock(&scribe->lock);
-    const bool has_news = scribe->has_news;
-    *out = scribe->news;
-    scribe->has_news = false;
-    (void)pthread_mutex_unlock(&scribe->lock);
+    (void)pthread_mutex_lock(&writer->lock);
+    const bool has_news = writer->has_news;
+    *out = writer->news;
+    writer->has_news = false;
+    (void)pthread_mutex_unlock(&writer->lock);
     return has_news;
 }
 
-static bool has_ended(struct scribe *s)
+static bool has_ended(struct file_writer *s)
 {
     (void)pthread_mutex_lock(&s->lock);
     const bool has = s->has_ended;
@@ -357,32 +357,32 @@ static bool has_ended(struct scribe *s)
 }
 
 /* One that hangs in a disk keeps its memory: it may wake up yet. */
-struct scribe_rest scribe_end(struct scribe *scribe)
+struct file_writer_rest file_writer_end(struct file_writer *writer)
 {
-    struct scribe_rest rest = {.lost = 0};
+    struct file_writer_rest rest = {.lost = 0};
     const int64_t end = lum_time_monotonic_ns() + END_NS;
-    if (scribe == NULL) {
+    if (writer == NULL) {
         return rest;
     }
-    (void)pthread_mutex_lock(&scribe->lock);
-    scribe->is_ending = true;
-    (void)pthread_cond_broadcast(&scribe->changed);
-    (void)pthread_mutex_unlock(&scribe->lock);
-    while (!has_ended(scribe) && lum_time_monotonic_ns() < end) {
+    (void)pthread_mutex_lock(&writer->lock);
+    writer->is_ending = true;
+    (void)pthread_cond_broadcast(&writer->changed);
+    (void)pthread_mutex_unlock(&writer->lock);
+    while (!has_ended(writer) && lum_time_monotonic_ns() < end) {
         lum_time_sleep_until(lum_time_monotonic_ns() + AGAIN_NS);
     }
-    (void)pthread_mutex_lock(&scribe->lock);
-    rest.hangs = !scribe->has_ended;
-    rest.lost = scribe->lost + (rest.hangs ? count_rows(&scribe->writing) +
-                                                 count_rows(&scribe->next)
+    (void)pthread_mutex_lock(&writer->lock);
+    rest.hangs = !writer->has_ended;
+    rest.lost = writer->lost + (rest.hangs ? count_rows(&writer->writing) +
+                                                 count_rows(&writer->next)
                                            : 0);
     rest.page_failed =
-        scribe->page != NULL && (scribe->has_failed[1] || rest.hangs);
-    (void)pthread_mutex_unlock(&scribe->lock);
+        writer->page != NULL && (writer->has_failed[1] || rest.hangs);
+    (void)pthread_mutex_unlock(&writer->lock);
     if (!rest.hangs) {
-        (void)pthread_mutex_destroy(&scribe->lock);
-        (void)pthread_cond_destroy(&scribe->changed);
-        free_all(scribe);
+        (void)pthread_mutex_destroy(&writer->lock);
+        (void)pthread_cond_destroy(&writer->changed);
+        free_all(writer);
     }
     return rest;
 }
