@@ -3,6 +3,7 @@
 #include "../common/host.h"
 #include "../common/input_files.h"
 #include "../common/nearest.h"
+#include "../common/same_file.h"
 #include "files.h"
 #include "help.h"
 #include "options.h"
@@ -37,7 +38,7 @@ static const struct command table[] = {
      .run = command_status},
     {.name = "wait",
      .arguments = "[answers|up|down|clear]",
-     .summary = "until it answers, its laser is so, or no hazard is left",
+     .summary = "until it answers, its laser is so, or hazards end",
      .own = OWN_FOR,
      .words = {"answers", "up", "down", "clear"},
      .lacks = {"dry-run", "json"},
@@ -274,6 +275,35 @@ static enum exit_status check_own(const struct command *command, unsigned given)
                         list_owners(first, names));
 }
 
+static enum exit_status check_typed(const struct ctl_options *o)
+{
+    if (o->laser) {
+        return ctl_complain(EXIT_BAD, "--laser: a shell has 'laser on' and "
+                                      "'laser off' for that");
+    }
+    if (o->csv != NULL || o->prometheus != NULL) {
+        return ctl_complain(EXIT_BAD,
+                            "--%s: a shell writes no files, so that it never "
+                            "waits for a disk; run lumctl status beside it",
+                            o->csv != NULL ? "csv" : "prometheus");
+    }
+    return EXIT_DONE;
+}
+
+static enum exit_status check_files(const struct ctl_options *o)
+{
+    if (o->every_s <= 0.0 && (o->csv != NULL || o->prometheus != NULL)) {
+        return ctl_complain(EXIT_BAD, "--%s goes with --every S",
+                            o->csv != NULL ? "csv" : "prometheus");
+    }
+    if (o->csv != NULL && o->prometheus != NULL &&
+        (strcmp(o->csv, o->prometheus) == 0 ||
+         same_file(o->csv, o->prometheus))) {
+        return ctl_complain(EXIT_BAD, "--csv and --prometheus name one file");
+    }
+    return EXIT_DONE;
+}
+
 /* Options that need another beside them, or do not go together. */
 static enum exit_status check_company(const struct ctl *ctl,
                                       const struct command *command)
@@ -281,24 +311,10 @@ static enum exit_status check_company(const struct ctl *ctl,
     const struct ctl_options *o = &ctl->options;
     const bool needs_watch = (command->own & OWN_WATCH) != 0;
     const bool goes_on = o->watch || o->every_s > 0.0;
-    if (ctl->in_shell && o->laser) {
-        return ctl_complain(EXIT_BAD, "--laser: a shell has 'laser on' and "
-                                      "'laser off' for that");
-    }
-    if (ctl->in_shell && (o->csv != NULL || o->prometheus != NULL)) {
-        return ctl_complain(EXIT_BAD,
-                            "--%s: a shell writes no files, so that it never "
-                            "waits for a disk; run lumctl status beside it",
-                            o->csv != NULL ? "csv" : "prometheus");
-    }
     if (o->watch && o->every_s > 0.0) {
         return ctl_complain(EXIT_BAD,
                             "--watch writes a line for each change, --every "
                             "one each time: give one of them");
-    }
-    if (o->every_s <= 0.0 && (o->csv != NULL || o->prometheus != NULL)) {
-        return ctl_complain(EXIT_BAD, "--%s goes with --every S",
-                            o->csv != NULL ? "csv" : "prometheus");
     }
     if (needs_watch && o->duration_s > 0.0 && !goes_on) {
         return ctl_complain(
@@ -446,6 +462,12 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
 {
     const bool owned = ctl->owns;
     enum exit_status status = check_own(command, found->own);
+    if (status == EXIT_DONE) {
+        status = ctl->in_shell ? check_typed(&ctl->options) : status;
+    }
+    if (status == EXIT_DONE) {
+        status = check_files(&ctl->options);
+    }
     if (status == EXIT_DONE) {
         status = check_company(ctl, command);
     }

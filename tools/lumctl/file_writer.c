@@ -54,6 +54,7 @@ static int fail(const char *path, lum_error *error)
         error, "%s: %s", path,
         errno == EEXIST   ? "holds other columns; give another file"
         : errno == ESPIPE ? "is a pipe; give - and let standard output be one"
+        : errno == EBUSY  ? "another run adds lines to it"
                           : strerror(errno));
 }
 
@@ -376,6 +377,8 @@ struct file_writer_rest file_writer_end(struct file_writer *writer)
     rest.lost = writer->lost + (rest.hangs ? count_rows(&writer->writing) +
                                                  count_rows(&writer->next)
                                            : 0);
+    rest.has_news = writer->has_news;
+    rest.news = writer->news;
     rest.page_failed =
         writer->page != NULL && (writer->has_failed[1] || rest.hangs);
     (void)pthread_mutex_unlock(&writer->lock);

@@ -36,7 +36,9 @@ bool file_writer_tell(struct file_writer *writer, lum_error *out);
 struct file_writer_rest {
     uint64_t lost;    /* lines */
     bool page_failed; /* the last page */
-    bool hangs;       /* the thread still waits for a disk, and may write yet */
+    bool has_news;    /* a failure that was not told */
+    lum_error news;
+    bool hangs; /* the thread still waits for a disk, and may write yet */
 };
 
 /* Writes what waits, for 3 s at most, and ends. NULL is allowed. */

@@ -42,8 +42,9 @@ struct manifest {
     struct line *lines;
     size_t count;
     size_t known; /* steps that the earlier one has as done, by their begin */
-    lum_claim claim; /* to the folder's sweep */
-    bool has_begun;  /* to be written */
+    lum_claim claim;    /* to the folder's sweep */
+    bool has_strangers; /* files of steps, without a manifest */
+    bool has_begun;     /* to be written */
     struct file_writer *writer;
 };
 
@@ -89,6 +90,17 @@ static char *find_earlier(const struct manifest *m, const char *begin)
 
 /* --- Its beginning --- */
 
+/* As put_all() writes it, from its begin to its end. */
+static bool is_ours(const char *text)
+{
+    static const char begin[] = "{\"version\": 1, \"program\": \"lumctl ";
+    static const char end[] = "}\n]}\n";
+    const size_t len = strlen(text);
+    return strncmp(text, begin, sizeof begin - 1) == 0 &&
+           len > sizeof end - 1 &&
+           strcmp(text + len - (sizeof end - 1), end) == 0;
+}
+
 /* A run that was just told to end switches its laser off first. */
 static int claim(struct manifest *m, const char *mark, lum_error *error)
 {
@@ -121,6 +133,12 @@ static enum exit_status open_folder(struct manifest *m, bool goes_on)
     m->earlier = read_text(m->path);
     if (m->earlier == NULL && errno != ENOENT) {
         return ctl_complain(EXIT_FAILED, "%s: %s", m->path, strerror(errno));
+    }
+    if (m->earlier != NULL && !is_ours(m->earlier)) {
+        return ctl_complain(EXIT_BAD,
+                            "%s is damaged, or none of lumctl: name another "
+                            "folder with -o",
+                            m->path);
     }
     if (m->earlier != NULL && !goes_on) {
         return ctl_complain(EXIT_BAD,
@@ -217,6 +235,9 @@ bool manifest_name(struct manifest *m, size_t step,
     char path[MANIFEST_PATH_BYTES];
     manifest_file(m, step, name, path);
     const bool records = what->record_ns > 0 || what->frames > 0;
+    if (m->earlier == NULL && access(path, F_OK) == 0) {
+        m->has_strangers = true;
+    }
     char *earlier = find_earlier(m, line->begin);
     m->known += earlier != NULL ? 1u : 0u;
     line->was_done = earlier != NULL && (!records || access(path, R_OK) == 0);
@@ -232,6 +253,12 @@ bool manifest_name(struct manifest *m, size_t step,
 enum exit_status manifest_check(const struct manifest *m)
 {
     size_t done = 0;
+    if (m->has_strangers) {
+        return ctl_complain(EXIT_BAD,
+                            "%s has recordings of steps and no manifest: name "
+                            "another folder with -o",
+                            m->folder);
+    }
     const char *at = m->earlier != NULL ? strstr(m->earlier, is_done) : NULL;
     while (at != NULL) {
         done++;

@@ -41,7 +41,8 @@ bool manifest_name(struct manifest *m, size_t step,
                    const struct settings_plan *settings,
                    const lum_sweep_step *what);
 
-/* After all are named: EXIT_BAD with a complaint if the earlier manifest has
+/* After all are named: EXIT_BAD with a complaint if files would be replaced
+ * that no manifest has, or if the earlier manifest has
  * steps as done that are not of this plan, sensor, calibration and --laser. */
 enum exit_status manifest_check(const struct manifest *m);
 

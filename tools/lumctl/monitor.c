@@ -10,8 +10,11 @@
 
 #include <inttypes.h>
 #include <stdio.h>
+#include <string.h>
 
-#define CLOCK_NS INT64_C(10000000000) /* between two looks at the clock */
+/* Between two looks at the clock: as the lines, from one to ten seconds. */
+#define CLOCK_MIN_NS INT64_C(1000000000)
+#define CLOCK_MAX_NS INT64_C(10000000000)
 
 static enum exit_status begin_counts(struct monitor *v)
 {
@@ -54,13 +57,21 @@ enum exit_status monitor_begin(struct monitor *v, struct ctl *ctl, bool asks)
     return EXIT_DONE;
 }
 
+static int64_t clock_period(double every_s)
+{
+    const int64_t every = (int64_t)(every_s * 1e9);
+    return every < CLOCK_MIN_NS   ? CLOCK_MIN_NS
+           : every > CLOCK_MAX_NS ? CLOCK_MAX_NS
+                                  : every;
+}
+
 lum_result monitor_ask(struct ctl *ctl, void *context)
 {
     struct monitor *v = context;
     const int64_t now = lum_time_monotonic_ns();
     const bool has_first = v->has_status || !v->asks;
     if (ctl->options.every_s > 0.0 && has_first && now >= v->clock_ns) {
-        v->clock_ns = now + CLOCK_NS;
+        v->clock_ns = now + clock_period(ctl->options.every_s);
         return session_request_time(ctl);
     }
     return v->asks ? session_request(ctl, NULL, 0) : LUM_OK;
@@ -254,12 +265,17 @@ bool monitor_is_met(const struct monitor *v)
 /* The last row, and what was never written. */
 static enum exit_status end_files(struct monitor *v, enum exit_status status)
 {
-    tell_failure(v);
     const struct file_writer_rest rest = file_writer_end(v->writer);
     v->writer = NULL;
+    if (rest.has_news) {
+        (void)ctl_complain(EXIT_FAILED, "%s", rest.news.text);
+    }
     if (rest.lost > 0) {
-        status = ctl_complain(EXIT_FAILED, "%s lacks %" PRIu64 " lines",
-                              v->ctl->options.csv, rest.lost);
+        status = ctl_complain(
+            EXIT_FAILED, "%s: lines that are missing: %" PRIu64,
+            strcmp(v->ctl->options.csv, "-") == 0 ? "standard output"
+                                                  : v->ctl->options.csv,
+            rest.lost);
     }
     if (rest.page_failed) {
         status = ctl_complain(EXIT_FAILED, "%s is not up to date",

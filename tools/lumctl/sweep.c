@@ -28,11 +28,11 @@ static const char *name_folder(const struct ctl *ctl, const char *plan,
     if (ctl->options.output != NULL) {
         return ctl->options.output;
     }
-    (void)snprintf(out, FOLDER_BYTES, "%.*s",
-                   dot != NULL && dot != base ? (int)(dot - base)
-                                              : (int)strlen(base),
-                   base);
-    return strcmp(plan, "-") == 0 ? "sweep" : out;
+    if (dot == NULL || dot == base) {
+        return "sweep";
+    }
+    (void)snprintf(out, FOLDER_BYTES, "%.*s", (int)(dot - base), base);
+    return out;
 }
 
 static enum exit_status check_words(const struct ctl *ctl, int count)
@@ -88,7 +88,8 @@ static void print_step(const struct sweep *s, size_t step)
     (void)fprintf(stderr, "step %u of %u", (unsigned)step + 1u,
                   (unsigned)s->plan.count);
     if (what->frames > 0) {
-        (void)fprintf(stderr, ", records %u frames", (unsigned)what->frames);
+        (void)fprintf(stderr, ", records %u frame%s", (unsigned)what->frames,
+                      what->frames == 1 ? "" : "s");
     } else if (what->record_ns > 0) {
         (void)fprintf(stderr, ", records %.6g s",
                       (double)what->record_ns / 1e9);
