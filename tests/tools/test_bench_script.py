@@ -150,6 +150,21 @@ class Bench(unittest.TestCase):
                          {name: before[name] for name in before if name != "step-0002.ply"})
         self.check_whole()
 
+    def test_thresholds_at_two_powers(self):
+        """The sample plan, with fewer lines."""
+        self.folder = Folder(self)
+        self.sensor = Sensor(self, self.folder, "--rate", "0.5", address=f"{ADDRESS}5")
+        sample = (TOP / "calib/sweep.yaml").read_text()
+        self.plan = self.folder.write("plan.yaml", sample.replace("lines: 640", "lines: 64").replace("settle: 1", "settle: 0.1"))
+        self.out = self.folder / "out"
+        self.to_the_end()
+        steps = self.done()
+        self.assertEqual([(step["settings"]["power"], step["settings"]["threshold green"], step["settings"]["threshold blue"])
+                          for step in steps], [(power, t, t) for power in ("40", "80") for t in ("20", "40", "60", "80")])
+        for step in steps:
+            self.assertGreater((self.out / step["file"]).with_suffix(".ply").stat().st_size, 10000, step)
+        self.assertFalse(self.sensor.laser_is_up())
+
     def test_killed_at_any_moment_and_run_again(self):
         self.prepare(2)
         self.plan.write_text(ENDLESS)
