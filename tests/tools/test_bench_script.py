@@ -101,7 +101,9 @@ class Bench(unittest.TestCase):
                 self.assertEqual(path.name, "manifest.json")
         for step in self.done():
             told = json.loads(run("lumdump", self.out / step["file"], "--json").stdout)
-            self.assertEqual((told["sensors"][0]["frames"], told["records"]), (3, step["packets"]), step)
+            # Where packets were lost, a frame's begin may be among them: then there is another one.
+            self.assertGreaterEqual(told["sensors"][0]["frames"], 3, step)
+            self.assertEqual(told["records"], step["packets"], step)
 
     def check_whole(self):
         self.assertEqual(len(self.done()), STEPS)

@@ -285,9 +285,9 @@ struct file_writer *file_writer_new(const char *rows, const char *header,
         (void)lum_error_set(error, "out of memory");
         return NULL;
     }
+    s->header = lum_text_copy(header);
     const bool has_rows = copy(rows, &s->rows);
-    const bool has_header = copy(header, &s->header);
-    if (!copy(page, &s->page) || !has_rows || !has_header) {
+    if (!copy(page, &s->page) || !has_rows || s->header == NULL) {
         (void)lum_error_set(error, "out of memory");
         free_all(s);
         return NULL;

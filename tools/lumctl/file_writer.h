@@ -15,9 +15,8 @@ struct file_writer;
 
 /* Begins. rows: a file to which lines are added, after header where it is
  * empty; one that begins with something else is refused. Lines of several runs
- * may go into one, each stays whole. page: a file
- * that is replaced as a whole. Either may be NULL. NULL with the reason in
- * error. */
+ * may go into one, each stays whole. page: a file that is replaced as a whole.
+ * Either may be NULL, header not. NULL with the reason in error. */
 struct file_writer *file_writer_new(const char *rows, const char *header,
                                     const char *page, lum_error *error);
 

@@ -173,7 +173,7 @@ enum exit_status manifest_open(struct ctl *ctl, const char *folder,
     if (status != EXIT_DONE) {
         return status;
     }
-    m->writer = file_writer_new(NULL, NULL, m->path, &error);
+    m->writer = file_writer_new(NULL, "", m->path, &error);
     return m->writer != NULL ? EXIT_DONE
                              : ctl_complain(EXIT_FAILED, "%s", error.text);
 }
