@@ -232,14 +232,11 @@ static void aim_signal(user_tool *tool)
         any_signal());
 }
 
-static void act(const action *a, user_tool *tool)
+/* Other programs. */
+static void intrude(const action *a)
 {
     const char *address = address_now();
-    if (a->kind == CUT || a->kind == LOSS) {
-        disturb_wire(a);
-    } else if (a->kind == FULL || a->kind == STALL || a->kind == BROKEN) {
-        disturb_disk(a);
-    } else if (a->kind == FAR_OWNER || a->kind == NEAR_OWNER) {
+    if (a->kind == FAR_OWNER || a->kind == NEAR_OWNER) {
         add_owner(user_start(a->kind == FAR_OWNER ? now.other : now.b.host,
                              "lumctl --host %s heartbeat --duration %d",
                              address, (int)user_any(1, 4)));
@@ -252,11 +249,22 @@ static void act(const action *a, user_tool *tool)
     } else if (a->kind == MOVE) {
         (void)user_start(now.other, "lumctl --host %s set-ip 10.42.0.%d",
                          address, (int)user_any(38, 40));
+    }
+}
+
+static void act(const action *a, user_tool *tool)
+{
+    if (a->kind == CUT || a->kind == LOSS) {
+        disturb_wire(a);
+    } else if (a->kind == FULL || a->kind == STALL || a->kind == BROKEN) {
+        disturb_disk(a);
     } else if (a->kind == POWER && !user_ended(now.sensor->tool)) {
         user_signal(now.sensor->tool, SIGKILL);
         (void)world_at(world_now() + a->lasts_ms * WORLD_MS, sensor_on, NULL);
     } else if (a->kind == SIGNAL) {
         user_signal(tool, any_signal());
+    } else {
+        intrude(a);
     }
 }
 
