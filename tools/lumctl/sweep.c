@@ -119,13 +119,13 @@ static enum exit_status print_dry(struct sweep *s)
 }
 
 /* Looks at all steps before the first; how many are to be done. */
-static enum exit_status prepare(struct sweep *s, size_t *todo)
+static enum exit_status prepare(struct sweep *s, size_t *missing)
 {
     struct ctl *ctl = s->ctl;
     enum exit_status status =
         manifest_open(ctl, s->folder, s->file, s->plan.count,
                       ctl->options.goes_on, &s->manifest);
-    *todo = 0;
+    *missing = 0;
     for (size_t i = 0; i < s->plan.count && status == EXIT_DONE; i++) {
         const lum_sweep_step *what = &s->plan.steps[i];
         status = make(s, &what->settings, true, &s->settings);
@@ -137,7 +137,7 @@ static enum exit_status prepare(struct sweep *s, size_t *todo)
             status = ctl_complain(EXIT_FAILED, "out of memory");
         }
         if (status == EXIT_DONE) {
-            *todo += manifest_is_done(s->manifest, i) ? 0 : 1u;
+            *missing += manifest_is_done(s->manifest, i) ? 0 : 1u;
         }
     }
     return status == EXIT_DONE ? manifest_check(s->manifest) : status;
@@ -238,17 +238,17 @@ static enum exit_status conclude(struct sweep *s, enum exit_status status)
 
 static enum exit_status sweep(struct sweep *s)
 {
-    size_t todo = 0;
+    size_t missing = 0;
     lum_error error = {""};
-    const enum exit_status status = prepare(s, &todo);
+    const enum exit_status status = prepare(s, &missing);
     if (status != EXIT_DONE) {
         return status;
     }
-    if (todo < s->plan.count) {
+    if (missing < s->plan.count) {
         ctl_note(s->ctl, "%u of %u steps were done before",
-                 (unsigned)(s->plan.count - todo), (unsigned)s->plan.count);
+                 (unsigned)(s->plan.count - missing), (unsigned)s->plan.count);
     }
-    if (todo == 0) {
+    if (missing == 0) {
         return EXIT_DONE;
     }
     if (!s->ctl->options.laser) {
