@@ -11,8 +11,8 @@
 
 struct losses;
 
-/* Counts since losses_new(); what was under way at the stream's begin or end is
- * none. */
+/* Counts since losses_new(). What is under way counts only after losses_end().
+ */
 struct loss_counts {
     uint64_t packets;          /* of data */
     uint64_t lines;            /* that came */

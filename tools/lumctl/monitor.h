@@ -1,5 +1,5 @@
-/* A sensor as somebody who looks at it again and again knows it, and how that
- * is written: a line for people, JSON, CSV, and a page for Prometheus. */
+/* What is known of a sensor that is looked at again and again, and how that is
+ * written: a line for people, JSON, CSV, and a page for Prometheus. */
 #ifndef LUMCTL_MONITOR_H
 #define LUMCTL_MONITOR_H
 
@@ -13,7 +13,6 @@
 struct monitor {
     struct ctl *ctl;
     bool asks; /* for the status; else the laser session does (watch.looks) */
-    int64_t begun_ns;
     int64_t row_ns;   /* when the next row is due */
     int64_t clock_ns; /* when the clock is asked for next */
     bool knows;       /* a request has ended */
@@ -39,23 +38,23 @@ struct monitor {
 };
 
 /* Begins to look at the session's sensor, as its options say. Complains. */
-enum exit_status monitor_begin(struct monitor *v, struct ctl *ctl, bool asks);
+enum exit_status monitor_begin(struct monitor *m, struct ctl *ctl, bool asks);
 
 /* Asks for the clock now and then, and if it is said so, for the status. For
- * struct watch, with *v as context. */
+ * struct watch, with *m as context. */
 lum_result monitor_ask(struct ctl *ctl, void *context);
 #define MONITOR_ASK_NS INT64_C(250000000)
 
 /* Takes an event, and writes a row where one is due. False: nobody reads. */
-bool monitor_take(struct monitor *v, const lum_sensor_event *event);
+bool monitor_take(struct monitor *m, const lum_sensor_event *event);
 
 /* Whether what --until waits for is so. */
-bool monitor_is_met(const struct monitor *v);
+bool monitor_is_met(const struct monitor *m);
 
 /* Ends the files, and says what is missing in them. status: of the command so
  * far. EXIT_HAZARD if that is EXIT_DONE or EXIT_NO_ANSWER and the last status
  * has a hazard, or, with --every or --until hazard, any had. */
-enum exit_status monitor_end(struct monitor *v, enum exit_status status);
+enum exit_status monitor_end(struct monitor *m, enum exit_status status);
 
 /* sample.c */
 
@@ -78,9 +77,9 @@ extern const char sample_csv_header[];
 
 #define SAMPLE_ROW_BYTES  FILE_WRITER_ROW_BYTES
 #define SAMPLE_PAGE_BYTES 16384
-void sample_text(const struct sample *g, char out[SAMPLE_ROW_BYTES]);
-void sample_csv(const struct sample *g, char out[SAMPLE_ROW_BYTES]);
-void sample_json(const struct sample *g, FILE *out);
-void sample_page(const struct sample *g, char out[SAMPLE_PAGE_BYTES]);
+void sample_text(const struct sample *s, char out[SAMPLE_ROW_BYTES]);
+void sample_csv(const struct sample *s, char out[SAMPLE_ROW_BYTES]);
+void sample_json(const struct sample *s, FILE *out);
+void sample_page(const struct sample *s, char out[SAMPLE_PAGE_BYTES]);
 
 #endif

@@ -50,8 +50,8 @@ struct recorder *recorder_new(const struct recorder_options *options,
 void recorder_put(struct recorder *recorder, const lum_received *datagram);
 void recorder_publish(struct recorder *recorder);
 
-/* No more will come: the thread ends the file. drop: it gets no name, unless it
- * is just getting it; may be said after a close without. */
+/* No more will come: the thread ends the file. drop: it gets no name, unless
+ * the thread is giving it just now. A second call may drop it after all. */
 void recorder_close(struct recorder *recorder, bool drop);
 
 /* error: of RECORDER_BREAKS and RECORDER_FAILED; empty: it was dropped. */

@@ -343,7 +343,8 @@ static enum exit_status look(struct sweep *s, struct remembered *out)
     }
     return sweep_check(s) != EXIT_DONE
                ? sweep_check(s)
-               : fail(s, status, "the sensor does not answer");
+               : fail(s, status != EXIT_DONE ? status : EXIT_NO_ANSWER,
+                      "the sensor does not answer");
 }
 
 /* When a reading was made, monotonic. */
