@@ -208,7 +208,9 @@ static enum exit_status run(struct sweep *s)
     ctl->trouble.struct_size = sizeof ctl->trouble;
     status = do_steps(s);
     s->is_whole = status == EXIT_DONE;
-    status = s->is_whole ? sweep_check(s) : status;
+    if (s->is_whole) { /* a signal comes too late now */
+        status = sweep_trouble(s);
+    }
     if (ctl->options.laser && laser_leave(ctl) != EXIT_DONE &&
         status == EXIT_DONE) {
         (void)snprintf(s->why, sizeof s->why, "the laser was not seen off");

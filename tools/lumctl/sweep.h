@@ -37,7 +37,10 @@ enum exit_status sweep_rest(struct sweep *sweep, int64_t ns);
 /* The same, at most until it is known what became of laser on. */
 enum exit_status sweep_await_laser(struct sweep *sweep, int64_t ns);
 
-/* EXIT_DONE while all is well; else the status of what is not, and why. */
+/* EXIT_DONE, or the status of what the session has met, and why. */
+enum exit_status sweep_trouble(struct sweep *sweep);
+
+/* As sweep_trouble(), and EXIT_FAILED after a signal. */
 enum exit_status sweep_check(struct sweep *sweep);
 
 #endif

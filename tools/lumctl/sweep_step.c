@@ -73,17 +73,21 @@ static enum exit_status status_of(const lum_news *news)
     return lum_laser_has_hazard(news->status) ? EXIT_HAZARD : EXIT_FAILED;
 }
 
-enum exit_status sweep_check(struct sweep *sweep)
+enum exit_status sweep_trouble(struct sweep *sweep)
 {
-    struct ctl *ctl = sweep->ctl;
-    if (lum_cancel_is_raised(ctl->cancel)) {
-        return fail(sweep, EXIT_FAILED, "interrupted");
-    }
-    if (ctl->trouble.kind == 0) {
+    const lum_news *trouble = &sweep->ctl->trouble;
+    if (trouble->kind == 0) {
         return EXIT_DONE;
     }
-    (void)lum_news_sentence(&ctl->trouble, sweep->why, sizeof sweep->why);
-    return status_of(&ctl->trouble);
+    (void)lum_news_sentence(trouble, sweep->why, sizeof sweep->why);
+    return status_of(trouble);
+}
+
+enum exit_status sweep_check(struct sweep *sweep)
+{
+    return lum_cancel_is_raised(sweep->ctl->cancel)
+               ? fail(sweep, EXIT_FAILED, "interrupted")
+               : sweep_trouble(sweep);
 }
 
 /* --- Time that passes --- */
