@@ -83,7 +83,7 @@ static int find_header(const struct file_writer *s, int fd)
 
 /* Cuts off the half line that a run may have left that was killed. A longer one
  * is of others: EEXIST. */
-static int mend_end(int fd, off_t *size)
+static int cut_half_line(int fd, off_t *size)
 {
     char end[FILE_WRITER_ROW_BYTES];
     const off_t from =
@@ -112,7 +112,7 @@ static int prepare(const struct file_writer *s, int fd, off_t *size)
         return -1;
     }
     if (found == (int)len) {
-        return mend_end(fd, size);
+        return cut_half_line(fd, size);
     }
     *size = 0;
     return rows_file_cut(fd, 0) == 0 ? rows_file_put(fd, s->header, len) : -1;
@@ -269,6 +269,13 @@ static void free_all(struct file_writer *s)
     free(s);
 }
 
+static void destroy(struct file_writer *s)
+{
+    (void)pthread_mutex_destroy(&s->lock);
+    (void)pthread_cond_destroy(&s->changed);
+    free_all(s);
+}
+
 /* A copy, or NULL of NULL. False: no memory. */
 static bool copy(const char *text, char **out)
 {
@@ -300,7 +307,7 @@ struct file_writer *file_writer_new(const char *rows, const char *header,
     (void)pthread_cond_init(&s->changed, NULL);
     if (lum_thread_start(&thread, run, s) != 0) {
         (void)lum_error_set(error, "no thread to write files with");
-        free_all(s);
+        destroy(s);
         return NULL;
     }
     (void)pthread_detach(thread);
@@ -326,11 +333,7 @@ void file_writer_add(struct file_writer *writer, const char *row)
 
 void file_writer_turn(struct file_writer *writer, const char *page)
 {
-    const size_t size = strlen(page) + 1u;
-    char *copy = writer->page != NULL ? malloc(size) : NULL;
-    if (copy != NULL) {
-        memcpy(copy, page, size);
-    }
+    char *copy = writer->page != NULL ? lum_text_copy(page) : NULL;
     (void)pthread_mutex_lock(&writer->lock);
     free(writer->next.page);
     writer->next.page = copy;
@@ -383,9 +386,7 @@ struct file_writer_rest file_writer_end(struct file_writer *writer)
         writer->page != NULL && (writer->has_failed[1] || rest.hangs);
     (void)pthread_mutex_unlock(&writer->lock);
     if (!rest.hangs) {
-        (void)pthread_mutex_destroy(&writer->lock);
-        (void)pthread_cond_destroy(&writer->changed);
-        free_all(writer);
+        destroy(writer);
     }
     return rest;
 }

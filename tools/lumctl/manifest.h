@@ -42,8 +42,8 @@ bool manifest_name(struct manifest *m, size_t step,
                    const lum_sweep_step *what);
 
 /* After all are named: EXIT_BAD with a complaint if files would be replaced
- * that no manifest has, or if the earlier manifest has
- * steps as done that are not of this plan, sensor, calibration and --laser. */
+ * that no manifest has, or if the earlier manifest has steps as done that are
+ * not of this plan, sensor, calibration and --laser. */
 enum exit_status manifest_check(const struct manifest *m);
 
 /* Whether it was done by an earlier run, and its file is there. */
