@@ -11,7 +11,20 @@
 
 #include <string.h>
 
-/* Where the packet stands that an event waits for. */
+/* An event is returned before its packet is consumed, so the same packet is
+ * pushed again until nothing stands before it. An example, where packet P
+ * belongs to line 12, at most 4 lines may be open, and 8 to 11 are:
+ *
+ *   call     what is found                         step after it  returns
+ *   push(P)  frame 5 is due, which P may not see   STEP_NEW       FRAME_READY
+ *   push(P)  no frame is due; P opens line 12, so  STEP_OPEN      LINE_READY
+ *            line 8 closes first (to_close 1, then 0)
+ *   push(P)  nothing is left to close: line 12     STEP_NONE      OK
+ *            opens and takes P
+ *
+ * So each part of lum_assembler_push() is done once for a packet, and what it
+ * found is kept in lum_awaited: its step, its clock, and to_close, the lines
+ * that are still to be closed before it. */
 enum step {
     STEP_NONE,  /* no event waits */
     STEP_NEW,   /* not processed yet: a frame was announced first */
@@ -243,6 +256,7 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
     }
     lum_eye_state *eye = &a->eye[group->eye];
     p->arrival = arrival;
+    /* 1. Frames that are due come before it; then find its place, once. */
     if (p->step <= STEP_NEW) {
         p->step = STEP_NEW;
         p->group = *group;
@@ -254,10 +268,12 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
             return finish(a, r);
         }
     }
+    /* 2. Lines that close before it, one at each push. */
     if (p->to_close > 0) {
         p->to_close--;
         return close_oldest(a, eye);
     }
+    /* 3. Nothing stands before it: its samples go into their line. */
     if (p->step == STEP_BREAK) {
         jump(a, eye);
     }

@@ -28,7 +28,7 @@ void lum_framer_pack_options(const lum_framer *framer, lum_pack *pack);
 
 /* What it was taught of clocks, before it has taken a record, in either
  * direction. False: something failed. */
-bool lum_framer_pack_taught(lum_framer *framer, lum_pack *pack);
+bool lum_framer_pack_clocks(lum_framer *framer, lum_pack *pack);
 
 /* All of one sensor, in either direction, where no event is under way.
  * from: no line of this frame or one behind it has been handed out. Frames

@@ -36,7 +36,7 @@ void lum_place_begin(lum_reader *reader)
         lum_pack_reset(&p->start);
         p->keeps_index = false;
     }
-    if (!lum_framer_pack_taught(reader->framer, &p->taught)) {
+    if (!lum_framer_pack_clocks(reader->framer, &p->taught)) {
         lum_pack_reset(&p->taught);
     }
     p->keeps_index = p->keeps_index && lum_framer_gives(reader->framer, 0);
@@ -378,7 +378,7 @@ static int restart(lum_reader *r, lum_error *error)
     lum_pack taught = lum_pack_of(p->taught.written, p->taught.len);
     lum_pack start = lum_pack_of(p->start.written, p->start.len);
     lum_framer_restart(r->framer);
-    if (p->taught.len != 0 && !lum_framer_pack_taught(r->framer, &taught)) {
+    if (p->taught.len != 0 && !lum_framer_pack_clocks(r->framer, &taught)) {
         return lum_error_set(error, "out of memory");
     }
     forget(p);

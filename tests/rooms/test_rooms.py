@@ -195,7 +195,7 @@ class Frames(unittest.TestCase):
     MAKERS = {
         "lum_assembler": {"src/core/assembler.c", "src/capture/demux.c", "src/capture/demux_sensors.c",
                           "examples/firmware/gateway.c", "examples/porting/main.c"},
-        "lum_demux": {"src/capture/demux.c", "src/frame/framer.c", "tools/lumsim/recording.c"},
+        "lum_demux": {"src/capture/demux.c", "src/frame/framer.c", "src/frame/framer_open.c", "tools/lumsim/recording.c"},
     }
 
     def test_no_other_source_calls_an_assembler(self):
@@ -275,6 +275,54 @@ class Headings(unittest.TestCase):
                 with self.subTest(path):
                     self.assertGreater(len(re.findall(r"^/\* --- \S.*\S --- \*/$", text, re.M)), 2,
                                        "more than 350 lines: give it headings such as /* --- Opening --- */")
+
+
+class Sizes(unittest.TestCase):
+    """What one reader can describe: files, and structs that have an owner."""
+
+    LINES = 600
+    FIELDS = 20
+    TABLES = {"tools/lumview/page/package-lock.json"}  # they are not read from start to end
+
+    def test_no_file_is_longer(self):
+        long = {}
+        for folder in ("src", "tools"):
+            for path in sorted((TOP / folder).rglob("*")):
+                name = str(path.relative_to(TOP))
+                if path.is_file() and name not in self.TABLES and not {"node_modules", "__pycache__"} & set(path.parts):
+                    lines = path.read_bytes().count(b"\n")
+                    long.update({name: lines} if lines > self.LINES else {})
+        self.assertEqual(long, {})
+
+    def fields(self, body):
+        """How many names a struct declares, with those of structs without a name inside it."""
+        body = re.sub(r"\[[^\]]*\]", "", re.sub(r"\([^()]*\)", "", re.sub(r"\([^()]*\)", "", body)))
+        declared = (part.strip() for part in re.split(r"[;{}]", body))
+        return sum(part.count(",") + 1 for part in declared if part and not re.fullmatch(r"(?:struct|union|enum)(?:\s+\w+)?", part))
+
+    def structs(self, text):
+        """(name, body) of each struct of a C file."""
+        text = rooms.NOISE.sub(" ", text)
+        for found in re.finditer(r"\bstruct(?:\s+(\w+))?\s*\{", text):
+            end, depth = found.end(), 1
+            while depth:
+                depth += {"{": 1, "}": -1}.get(text[end], 0)
+                end += 1
+            yield found[1] or re.match(r"\s*(\w*)", text[end:])[1], text[found.end():end - 1]
+
+    def test_no_struct_has_more_fields(self):
+        wide = {}
+        for path, text in dict(rooms.sources(TOP)).items():
+            for name, body in self.structs(text):
+                is_public_options = str(path).startswith("include/") and name.endswith("_options")
+                if not is_public_options and self.fields(body) > self.FIELDS:
+                    wide[f"{path}: {name}"] = self.fields(body)
+        self.assertEqual(wide, {})
+
+    def test_fields_are_counted(self):
+        text = "struct a { int x, y[3]; /* ; */ struct { char b; } c; void (*f)(int, int); } ; typedef struct { int q; } d;"
+        self.assertEqual([(name, self.fields(body)) for name, body in self.structs(text)],
+                         [("a", 5), ("c", 1), ("d", 1)])
 
 
 class Values(unittest.TestCase):

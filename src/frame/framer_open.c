@@ -1,0 +1,164 @@
+/* A framer from its options, and back: what they ask for is checked, and memory
+ * taken. */
+#include "framer_internal.h"
+
+#include "base/sized.h"
+#include "column_work.h"
+
+#include <stdlib.h>
+
+/* Frames whose memory is kept: in each view one that is handed out and one that
+ * has already begun. */
+#define SPARE_MAX (2u * LUM_VIEWS_MAX)
+
+/* --- Options --- */
+
+int lum_framer_set_views(lum_framer *framer, const lum_view *views,
+                         size_t view_count, lum_error *error)
+{
+    lum_checked_views checked;
+    if (lum_views_check(views, view_count, &checked, error) != 0) {
+        return -1;
+    }
+    framer->views = checked;
+    lum_line_points_forget(&framer->line);
+    return 0;
+}
+
+static int set_first_views(lum_framer *f, const lum_framer_options *o,
+                           lum_error *error)
+{
+    lum_view view;
+    lum_view_default(&view);
+    return o->views != NULL
+               ? lum_framer_set_views(f, o->views, o->view_count, error)
+               : lum_framer_set_views(f, &view, 1, error);
+}
+
+static int set_projector(lum_framer *f, const lum_framer_options *o,
+                         const lum_layout *layout, lum_error *error)
+{
+    lum_calibration calibration;
+    lum_calibration_fault fault = LUM_CALIBRATION_FINE;
+    unsigned eye = 0;
+    if (o->projector != NULL) {
+        f->line.projector = *o->projector;
+        return 0;
+    }
+    lum_calibration_default(&calibration);
+    if (o->calibration != NULL) {
+        calibration = *o->calibration;
+    }
+    if (lum_calibration_check(&calibration, &fault, &eye) != LUM_OK ||
+        lum_projector_init(&f->line.projector, &calibration, layout) !=
+            LUM_OK) {
+        return lum_error_set(error,
+                             "a value of the calibration is out of range: "
+                             "lum_calibration_fault %d, eye %u",
+                             (int)fault, eye);
+    }
+    return 0;
+}
+
+static bool is_possible(const lum_assembler_config *c)
+{
+    return c->open_lines >= 1u && c->open_lines <= LUM_OPEN_LINES_MAX &&
+           c->reorder_lines >= 1u && c->reorder_lines <= LUM_REORDER_MAX &&
+           c->words_per_line >= 1u && c->words_per_line <= LUM_LINE_WORDS_MAX &&
+           c->gap_us < LUM_GAP_US_END;
+}
+
+/* All that needs memory. */
+static int allocate(lum_framer *f, const lum_demux_options *demux,
+                    const lum_framer_options *o, lum_error *error)
+{
+    const size_t words = demux->config.words_per_line;
+    const size_t points_max =
+        o->points_max != 0 ? o->points_max : LUM_FRAME_POINTS_MAX;
+    if (lum_demux_new(demux, &f->demux, error) != 0) {
+        return -1;
+    }
+    f->pool = lum_frame_pool_new(points_max, SPARE_MAX);
+    return f->pool != NULL && lum_column_work_allocate(&f->line.work, words) &&
+                   (o->threads < 2u ||
+                    lum_crew_new(o->threads - 1u, words, &f->crew))
+               ? 0
+               : lum_error_set(error, "out of memory");
+}
+
+static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
+{
+    lum_demux_options demux = {.struct_size = sizeof demux,
+                               .has_sensor = o->has_sensor,
+                               .sensor = o->sensor,
+                               .port = o->port,
+                               .sensor_interface = o->sensor_interface,
+                               .records_are_single = o->records_are_single};
+    lum_layout_default(&demux.layout);
+    lum_assembler_config_default(&demux.config);
+    demux.layout = o->layout != NULL ? *o->layout : demux.layout;
+    demux.config = o->config != NULL ? *o->config : demux.config;
+    if (!is_possible(&demux.config)) {
+        return lum_error_set(error, "a constant of reassembly is out of range; "
+                                    "lum_assembler_config_default() sets them");
+    }
+    if (o->threads > LUM_FRAMER_THREADS_MAX) {
+        return lum_error_set(error, "%lu threads; at most %u are possible",
+                             (unsigned long)o->threads, LUM_FRAMER_THREADS_MAX);
+    }
+    f->has_clock = demux.layout.profile.group[LUM_FIELD_TIMESTAMP].bytes != 0;
+    lum_pause_init(&f->pause, demux.config.gap_us, &demux.layout.profile);
+    f->choice = (lum_framer_choice){
+        .wants = o->wants != 0 ? o->wants : (unsigned)LUM_WANT_FRAMES,
+        .eyes = o->eyes != 0 ? o->eyes : (unsigned)LUM_EYES_BOTH,
+        .has_range = o->has_range,
+        .frame_first = o->frame_first,
+        .frame_last = o->frame_last,
+        .drop_incomplete = o->drop_incomplete,
+        .only_first = o->only_first && !o->has_sensor};
+    if (set_first_views(f, o, error) != 0 ||
+        set_projector(f, o, &demux.layout, error) != 0) {
+        return -1;
+    }
+    return allocate(f, &demux, o, error);
+}
+
+/* --- Making and freeing --- */
+
+int lum_framer_new(const lum_framer_options *options, lum_framer **out,
+                   lum_error *error)
+{
+    lum_framer_options known;
+    *out = NULL;
+    if (lum_sized_take(&known, sizeof known, options, "the framer's options",
+                       "lum_framer_options", error) != 0) {
+        return -1;
+    }
+    lum_framer *f = calloc(1, sizeof *f);
+    if (f == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    if (set_up(f, &known, error) != 0) {
+        lum_framer_free(f);
+        return -1;
+    }
+    *out = f;
+    return 0;
+}
+
+void lum_framer_free(lum_framer *framer)
+{
+    if (framer == NULL) {
+        return;
+    }
+    lum_crew_settle(framer->crew);
+    lum_crew_free(framer->crew);
+    lum_draft_drop(&framer->out);
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        lum_sensor_stream_free(framer->sensors[i]);
+    }
+    lum_frame_pool_free(framer->pool);
+    lum_demux_free(framer->demux);
+    lum_column_work_release(&framer->line.work);
+    free(framer);
+}

@@ -1,0 +1,207 @@
+/* One sensor of a framer: its clock and pauses, its counters, and what a frame
+ * of it lacks when it ends. */
+#include "framer_internal.h"
+
+#include "base/sized.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* --- A sensor --- */
+
+lum_sensor_stream *lum_sensor_stream_new(const lum_framer *f)
+{
+    lum_sensor_stream *s = calloc(1, sizeof *s);
+    if (s == NULL) {
+        return NULL;
+    }
+    s->pause = f->pause;
+    s->clock = f->has_clock ? lum_clock_fit_new() : NULL;
+    if (f->has_clock && s->clock == NULL) {
+        free(s);
+        return NULL;
+    }
+    return s;
+}
+
+void lum_sensor_stream_free(lum_sensor_stream *s)
+{
+    if (s != NULL) {
+        lum_drafts_drop(&s->drafts);
+        lum_clock_fit_free(s->clock);
+        free(s);
+    }
+}
+
+void lum_sensor_stream_take(lum_sensor_stream *s, const lum_line *line,
+                            bool is_decided)
+{
+    s->counters.lines[line->eye]++;
+    if (!s->has_joined) {
+        s->has_joined = true;
+        s->joined = line->frame;
+    }
+    lum_pace_take(&s->pace, line->frame, line->arrival);
+    lum_pause_take(&s->pause, line, is_decided);
+    if (s->clock != NULL) {
+        (void)lum_clock_fit_add(s->clock, line->clock_us, line->arrival);
+    }
+}
+
+/* --- A frame: its beginning and its end --- */
+
+bool lum_sensor_stream_begin(const lum_framer *f, const lum_sensor_stream *s,
+                             lum_draft *draft, int64_t number, bool is_empty)
+{
+    return lum_draft_begin(draft, number,
+                           lum_framer_makes_frames(f) ? &f->views : NULL,
+                           f->pool, is_empty ? NULL : s->drafts.recent_points);
+}
+
+/* Once it is past a jump, the frame before it has not all of its lines here. */
+static void take_next(lum_lines_before *before, int64_t number)
+{
+    if (before->has_next && !lum_frame_is_before(number, before->next_from)) {
+        memcpy(before->lines, before->next, sizeof before->lines);
+        before->has_next = false;
+    }
+}
+
+static void count_missing(lum_framer_counters *c, const lum_frame_info *info)
+{
+    const uint64_t lines = (uint64_t)info->lines_missing[LUM_EYE_BLUE] +
+                           info->lines_missing[LUM_EYE_GREEN];
+    c->lines_missing += lines;
+    c->missing_under_way += info->is_first || info->is_last ? lines : 0;
+}
+
+/* What only the framer knows of a frame. */
+static void describe(const lum_framer *f, const lum_sensor_stream *s,
+                     int64_t number, lum_frame_info *out)
+{
+    const size_t sensor = lum_demux_current_index(f->demux);
+    out->number = number;
+    out->sensor = lum_demux_address(f->demux, sensor);
+    (void)snprintf(out->sensor_interface, sizeof out->sensor_interface, "%s",
+                   lum_demux_further(f->demux, sensor));
+    out->is_first = s->has_joined && !lum_frame_is_before(s->joined, number);
+    out->is_last = f->is_flushing;
+}
+
+void lum_sensor_stream_seal(lum_framer *f, lum_sensor_stream *s,
+                            lum_draft *draft)
+{
+    const lum_frame *first = draft->frames[0];
+    const lum_frame_info *info = &first->info;
+    lum_frame_end end = {.has_clock = f->has_clock,
+                         .clock = s->clock,
+                         .lines_late = s->lines_late};
+    lum_crew_settle(f->crew);
+    if (f->is_flushing) {
+        lum_pause_end(&s->pause);
+    }
+    end.has_pause =
+        lum_pause_frame_ends(&s->pause, (uint32_t)draft->number, f->choice.eyes,
+                             f->is_flushing, &end.lines_in_pauses);
+    take_next(&s->before, draft->number);
+    memcpy(end.lines_max, s->before.lines, sizeof end.lines_max);
+    for (size_t i = 0; i < draft->frame_count; i++) {
+        describe(f, s, draft->number, &draft->frames[i]->info);
+        lum_frame_seal(draft->frames[i], &end);
+    }
+    if (lum_framer_makes_frames(f)) {
+        s->counters.points_cut += info->points_cut;
+        s->counters.lines_cut += info->lines_cut;
+    }
+    count_missing(&s->counters, info);
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        s->before.lines[eye] = lum_frame_whole_rows(first, eye);
+    }
+    lum_drafts_note_sizes(&s->drafts, draft);
+    s->lines_late = 0;
+    s->has_done = true;
+    s->done = draft->number;
+}
+
+/* --- What is known of a sensor --- */
+
+/* NULL: no line of it came. */
+static const lum_sensor_stream *find(const lum_framer *f, size_t sensor)
+{
+    return sensor < LUM_DEMUX_SENSORS_MAX ? f->sensors[sensor] : NULL;
+}
+
+/* One of each break. */
+static uint64_t count_stray(const lum_framer *f, size_t sensor)
+{
+    const uint64_t breaks = f->sensors[sensor]->pause.counts.breaks;
+    lum_demux_counters c = {.struct_size = sizeof c};
+    (void)lum_demux_count(f->demux, sensor, &c);
+    return breaks < c.assembly.stray ? breaks : c.assembly.stray;
+}
+
+lum_result lum_framer_count(const lum_framer *framer, size_t sensor,
+                            lum_framer_counters *out)
+{
+    lum_framer_counters counters = {.struct_size = sizeof counters};
+    const lum_sensor_stream *s = find(framer, sensor);
+    if (s != NULL) {
+        counters = s->counters;
+        counters.under_way = s->under_way.counts;
+        counters.pauses = s->pause.counts.pauses;
+        counters.paused_us = s->pause.counts.paused_us;
+        counters.lines_in_pauses = s->pause.counts.lines;
+        counters.stray_at_breaks = count_stray(framer, sensor);
+        counters.frames_per_second = lum_pace_rate(&s->pace);
+    }
+    return lum_sized_fill(out, &counters, sizeof counters) ? LUM_OK
+                                                           : LUM_E_VALUE;
+}
+
+uint64_t lum_framer_refused(const lum_demux_counters *packets,
+                            const lum_framer_counters *lines)
+{
+    const lum_assembly_counters *a = &packets->assembly;
+    const uint64_t *kinds = packets->packets;
+    return a->late + a->conflict + a->no_room + a->stray -
+           lines->stray_at_breaks + kinds[LUM_PACKET_MALFORMED] +
+           kinds[LUM_PACKET_UNKNOWN_TAG] + kinds[LUM_PACKET_UNKNOWN_TYPE] +
+           kinds[LUM_PACKET_FOREIGN];
+}
+
+bool lum_framer_range(const lum_framer *framer, size_t sensor, int64_t *first,
+                      int64_t *last)
+{
+    const lum_sensor_stream *s = find(framer, sensor);
+    if (s == NULL || !s->has_range) {
+        return false;
+    }
+    *first = s->first;
+    *last = s->last;
+    return true;
+}
+
+const lum_clock_fit *lum_framer_clock(const lum_framer *framer, size_t sensor)
+{
+    const lum_sensor_stream *s = find(framer, sensor);
+    return s != NULL ? s->clock : NULL;
+}
+
+int lum_framer_learn_clocks(lum_framer *framer, const lum_framer *from)
+{
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        const lum_clock_fit *learned = lum_framer_clock(from, i);
+        if (learned == NULL || !framer->has_clock) {
+            continue;
+        }
+        if (framer->sensors[i] == NULL) {
+            framer->sensors[i] = lum_sensor_stream_new(framer);
+        }
+        if (framer->sensors[i] == NULL) {
+            return -1;
+        }
+        lum_clock_fit_learn(framer->sensors[i]->clock, learned);
+    }
+    return 0;
+}
