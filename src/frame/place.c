@@ -288,8 +288,8 @@ static void finish_entries(struct place *p, struct followed *s,
 /* When a frame begins; without a line it does not. */
 static bool find_begin(const lum_frame_info *info, int64_t *begin_ns)
 {
-    *begin_ns =
-        info->begin_utc_ns != 0 ? info->begin_utc_ns : info->begin_arrival_ns;
+    *begin_ns = info->times.begin_utc_ns != 0 ? info->times.begin_utc_ns
+                                              : info->times.begin_arrival_ns;
     return info->lines[LUM_EYE_BLUE] != 0 || info->lines[LUM_EYE_GREEN] != 0;
 }
 

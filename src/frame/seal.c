@@ -150,7 +150,6 @@ static void find_missing(lum_frame *frame, const lum_frame_end *end)
 
 static void find_times(lum_frame *frame, bool has_clock)
 {
-    lum_frame_info *info = &frame->info;
     const lum_line_row *first = frame->store.rows;
     const lum_line_row *last = frame->store.rows;
     for (size_t i = 1; i < frame->row_count; i++) {
@@ -160,22 +159,23 @@ static void find_times(lum_frame *frame, bool has_clock)
         last = line_ns(row, has_clock) > line_ns(last, has_clock) ? row : last;
     }
     if (frame->row_count > 0) {
-        info->begin_clock_us = first->clock_us;
-        info->end_clock_us = last->clock_us;
-        info->begin_arrival_ns = first->arrival_ns;
-        info->end_arrival_ns = last->arrival_ns;
+        frame->info.times =
+            (lum_frame_times){.begin_clock_us = first->clock_us,
+                              .end_clock_us = last->clock_us,
+                              .begin_arrival_ns = first->arrival_ns,
+                              .end_arrival_ns = last->arrival_ns};
     }
 }
 
 /* A frame without a line has no begin. */
 static void find_utc(lum_frame *frame, const lum_clock_fit *clock)
 {
-    lum_frame_info *info = &frame->info;
+    lum_frame_times *times = &frame->info.times;
     lum_clock_time begin = {0, 0};
     if (clock != NULL && frame->row_count > 0 &&
-        lum_clock_fit_utc(clock, info->begin_clock_us, &begin) == LUM_OK) {
-        info->begin_utc_ns = begin.utc_ns;
-        info->utc_error_ns = begin.error_ns;
+        lum_clock_fit_utc(clock, times->begin_clock_us, &begin) == LUM_OK) {
+        times->begin_utc_ns = begin.utc_ns;
+        times->utc_error_ns = begin.error_ns;
     }
 }
 

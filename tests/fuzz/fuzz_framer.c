@@ -100,7 +100,7 @@ static void take_frame(struct run *run, const lum_frame *frame)
     require(info.points <= POINTS_MAX);
     require(info.lines[0] + (size_t)info.lines[1] ==
             lum_frame_line_count(frame));
-    require(info.begin_clock_us <= info.end_clock_us);
+    require(info.times.begin_clock_us <= info.times.end_clock_us);
     require(!info.is_complete ||
             (info.points_cut == 0 && info.lost_words == 0 && !info.has_pause));
     require(info.has_pause || info.lines_in_pauses == 0);

@@ -1576,9 +1576,9 @@ static void a_frame_tells_when_it_began_in_utc(void **state)
     assert_int_equal(r->count, 4);
     for (size_t i = 1; i < r->count; i++) {
         const lum_frame_info info = info_of(r->frames[i]);
-        const int64_t truth_ns = zero_ns + info.begin_clock_us * 1000;
-        assert_true(llabs(info.begin_utc_ns - truth_ns) < 20000);
-        assert_true(info.utc_error_ns > 0);
+        const int64_t truth_ns = zero_ns + info.times.begin_clock_us * 1000;
+        assert_true(llabs(info.times.begin_utc_ns - truth_ns) < 20000);
+        assert_true(info.times.utc_error_ns > 0);
     }
     lum_clock_time time;
     assert_non_null(lum_framer_clock(r->framer, 0));
@@ -1608,8 +1608,8 @@ static void a_frame_without_a_line_began_at_no_time(void **state)
     for (size_t i = 0; i < r->count; i++) {
         const lum_frame_info info = info_of(r->frames[i]);
         assert_int_equal(lum_frame_line_count(r->frames[i]), 0);
-        assert_int_equal(info.begin_utc_ns, 0);
-        assert_int_equal(info.utc_error_ns, 0);
+        assert_int_equal(info.times.begin_utc_ns, 0);
+        assert_int_equal(info.times.utc_error_ns, 0);
     }
     run_free(r);
 }
@@ -1634,7 +1634,8 @@ static void what_another_framer_learned_of_clocks_holds_at_once(void **state)
     send(r, LUM_EYE_BLUE, 0);
     end(r);
     assert_int_equal(r->count, 1);
-    assert_true(llabs(info_of(r->frames[0]).begin_utc_ns - truth_ns) < 100000);
+    assert_true(llabs(info_of(r->frames[0]).times.begin_utc_ns - truth_ns) <
+                100000);
     run_free(ahead);
     run_free(r);
 }
@@ -1670,7 +1671,8 @@ static void a_frame_before_a_restart_keeps_its_utc(void **state)
     assert_int_equal(r->count, 8);
     for (size_t i = 0; i < r->count; i++) {
         const lum_frame_info info = info_of(r->frames[i]);
-        assert_true(llabs(info.begin_utc_ns - info.begin_arrival_ns) < 20000);
+        assert_true(llabs(info.times.begin_utc_ns -
+                          info.times.begin_arrival_ns) < 20000);
     }
     run_free(r);
 }
@@ -1691,7 +1693,8 @@ static void a_frame_before_a_step_keeps_its_utc(void **state)
     assert_int_equal(r->count, 8);
     for (size_t i = 0; i < r->count; i++) {
         const lum_frame_info info = info_of(r->frames[i]);
-        assert_true(llabs(info.begin_utc_ns - info.begin_arrival_ns) < 20000);
+        assert_true(llabs(info.times.begin_utc_ns -
+                          info.times.begin_arrival_ns) < 20000);
     }
     run_free(r);
 }

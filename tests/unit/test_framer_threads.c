@@ -89,10 +89,10 @@ static void assert_same_info(const lum_frame_info *a, const lum_frame_info *b)
     assert_same(a, b, is_complete);
     assert_same(a, b, is_first);
     assert_same(a, b, is_last);
-    assert_same(a, b, begin_clock_us);
-    assert_same(a, b, end_clock_us);
-    assert_same(a, b, begin_arrival_ns);
-    assert_same(a, b, end_arrival_ns);
+    assert_same(a, b, times.begin_clock_us);
+    assert_same(a, b, times.end_clock_us);
+    assert_same(a, b, times.begin_arrival_ns);
+    assert_same(a, b, times.end_arrival_ns);
     assert_same(a, b, points);
     assert_same(a, b, lines);
     assert_same(a, b, lines_missing);
@@ -105,8 +105,8 @@ static void assert_same_info(const lum_frame_info *a, const lum_frame_info *b)
     assert_same(a, b, lines_cut);
     assert_same(a, b, lines_late);
     assert_same(a, b, lines_dark);
-    assert_same(a, b, begin_utc_ns);
-    assert_same(a, b, utc_error_ns);
+    assert_same(a, b, times.begin_utc_ns);
+    assert_same(a, b, times.utc_error_ns);
 }
 
 static void assert_same_line(const lum_frame_line *a, const lum_frame_line *b)

@@ -544,10 +544,10 @@ static void add_info(uint64_t *sum, const lum_frame_info *i)
                                 i->is_complete,
                                 i->is_first,
                                 i->is_last,
-                                (uint64_t)i->begin_clock_us,
-                                (uint64_t)i->end_clock_us,
-                                (uint64_t)i->begin_arrival_ns,
-                                (uint64_t)i->end_arrival_ns,
+                                (uint64_t)i->times.begin_clock_us,
+                                (uint64_t)i->times.end_clock_us,
+                                (uint64_t)i->times.begin_arrival_ns,
+                                (uint64_t)i->times.end_arrival_ns,
                                 i->points,
                                 i->lines[0],
                                 i->lines[1],
@@ -560,8 +560,8 @@ static void add_info(uint64_t *sum, const lum_frame_info *i)
                                 i->points_cut,
                                 i->lines_cut,
                                 i->lines_late,
-                                (uint64_t)i->begin_utc_ns,
-                                (uint64_t)i->utc_error_ns,
+                                (uint64_t)i->times.begin_utc_ns,
+                                (uint64_t)i->times.utc_error_ns,
                                 i->lines_in_pauses,
                                 i->has_pause};
     add(sum, numbers, sizeof numbers);
@@ -610,7 +610,7 @@ static struct digest digest_of(const lum_frame *frame)
     d.number = info.number;
     d.lines_late = info.lines_late;
     d.begin_ns =
-        info.lines[0] + info.lines[1] > 0 ? info.begin_utc_ns : INT64_MIN;
+        info.lines[0] + info.lines[1] > 0 ? info.times.begin_utc_ns : INT64_MIN;
     return d;
 }
 

@@ -180,8 +180,8 @@ int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
     f->number = info.number;
     f->is_whole = info.is_complete && (info.lines_dark == 0 || f->was_lit);
     f->was_lit = info.lines_dark < (uint64_t)info.lines[0] + info.lines[1];
-    f->begin_utc_ns = info.begin_utc_ns;
-    f->begin_arrival_ns = info.begin_arrival_ns;
+    f->begin_utc_ns = info.times.begin_utc_ns;
+    f->begin_arrival_ns = info.times.begin_arrival_ns;
     return wants_rows ? lay_out(f) : 0;
 }
 

@@ -53,10 +53,10 @@ void picture_take(struct picture *picture, const lum_framer *framer)
     lum_frame_info info = {.struct_size = sizeof info};
     (void)lum_frame_get_info(lum_framer_frame(framer, 0), &info);
     *picture = (struct picture){.frame = info.number,
-                                .arrival_ns = info.begin_arrival_ns,
-                                .begin_utc_ns = info.begin_utc_ns,
-                                .utc_error_ns = info.utc_error_ns,
-                                .clock_us = info.begin_clock_us,
+                                .arrival_ns = info.times.begin_arrival_ns,
+                                .begin_utc_ns = info.times.begin_utc_ns,
+                                .utc_error_ns = info.times.utc_error_ns,
+                                .clock_us = info.times.begin_clock_us,
                                 .lines = info.lines[LUM_EYE_BLUE] +
                                          info.lines[LUM_EYE_GREEN],
                                 .lost_words = info.lost_words,

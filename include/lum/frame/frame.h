@@ -120,6 +120,21 @@ const uint8_t *lum_frame_uint8s(const lum_frame *frame, lum_column column);
  *         not NULL if it has them and no points. */
 const float *lum_frame_xyz(const lum_frame *frame, size_t *spacing);
 
+/** When a frame was, by each clock; all 0 if no line came. It never grows. */
+typedef struct lum_frame_times {
+    int64_t begin_clock_us;   /**< sensor clock of the earliest line */
+    int64_t end_clock_us;     /**< sensor clock of the latest line */
+    int64_t begin_arrival_ns; /**< when the earliest line came, ns since 1970 */
+    int64_t end_arrival_ns;   /**< when the latest line came */
+    int64_t begin_utc_ns; /**< time of begin_clock_us, ns since 1970 UTC, by
+                               lum_clock_fit_utc(); ::LUM_COLUMN_TIME counts
+                               from it. 0: the layout has no clock, or no line
+                               came */
+    int64_t utc_error_ns; /**< the estimated error of that time;
+                               ::LUM_CLOCK_ERROR_UNKNOWN: nobody knows it, as
+                               near a step of the host's clock */
+} lum_frame_times;
+
 /** What is known of a frame as a whole. */
 typedef struct lum_frame_info {
     size_t struct_size; /**< sizeof(lum_frame_info), set by the caller */
@@ -129,10 +144,7 @@ typedef struct lum_frame_info {
     bool is_first;      /**< first of its sensor: it was under way when the
                              stream was joined, and may lack its start */
     bool is_last;       /**< the stream ended with it: it may lack its end */
-    int64_t begin_clock_us;   /**< sensor clock of the earliest line */
-    int64_t end_clock_us;     /**< sensor clock of the latest line */
-    int64_t begin_arrival_ns; /**< when the earliest line came, ns since 1970 */
-    int64_t end_arrival_ns;   /**< when the latest line came */
+    lum_frame_times times;    /**< when it was */
     uint64_t points;          /**< as lum_frame_count() */
     uint32_t lines[LUM_EYES]; /**< lines that came, by ::lum_eye */
     uint32_t lines_missing[LUM_EYES]; /**< line numbers that did not come, up to
@@ -147,13 +159,6 @@ typedef struct lum_frame_info {
     uint64_t lines_late;  /**< lines of earlier frames that came since the frame
                                before; they are in no frame, because theirs had
                                been handed out */
-    int64_t begin_utc_ns; /**< time of begin_clock_us, ns since 1970 UTC, by
-                               lum_clock_fit_utc(); ::LUM_COLUMN_TIME counts
-                               from it. 0: the layout has no clock, or no line
-                               came */
-    int64_t utc_error_ns; /**< the estimated error of that time;
-                               ::LUM_CLOCK_ERROR_UNKNOWN: nobody knows it, as
-                               near a step of the host's clock */
     uint64_t lines_in_pauses; /**< lines that the clock shows to be missing, and
                                    line numbers do not: whole sweeps, and the
                                    end of a first one; as far as is known */

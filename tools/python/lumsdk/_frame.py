@@ -105,7 +105,7 @@ class _Info:
                   "lines_missing": sum(i.lines_missing), "lines_in_pauses": i.lines_in_pauses, "lines_cut": i.lines_cut,
                   "lines_late": i.lines_late,
                   "points_cut": i.points_cut, "no_angle": i.losses.no_angle, "no_range": i.losses.no_range}
-        values = {name: getattr(i, name) for name in cls.__slots__[:12]}
+        values = {name: getattr(i.times if name.endswith(("_us", "_ns")) else i, name) for name in cls.__slots__[:12]}
         values.update(interface=text(i.sensor_interface), lines=tuple(i.lines), losses=losses,
                       rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
         return cls(values)
