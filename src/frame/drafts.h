@@ -6,7 +6,6 @@
 #include "crew.h"
 #include "frame_internal.h"
 #include "line_points.h"
-#include "views.h"
 
 #include <stdbool.h>
 #include <stddef.h>

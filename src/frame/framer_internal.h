@@ -9,7 +9,6 @@
 #include "pace.h"
 #include "pause.h"
 #include "under_way.h"
-#include "views.h"
 
 #include <stdbool.h>
 #include <stddef.h>

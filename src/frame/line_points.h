@@ -4,11 +4,25 @@
 #define LUM_FRAME_LINE_POINTS_H
 
 #include "frame_internal.h"
-#include "views.h"
+
+#include "lum/frame/framer.h"
+#include "lum/smooth.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+/* Views that a caller asked for, once they are checked. */
+typedef struct lum_checked_view {
+    lum_view asked;
+    uint32_t window; /* of its smoothing; 0: none */
+    lum_smooth smooth;
+} lum_checked_view;
+
+typedef struct lum_checked_views {
+    lum_checked_view view[LUM_VIEWS_MAX];
+    size_t count;
+} lum_checked_views;
 
 typedef struct lum_line_points {
     lum_projector projector;
