@@ -1,5 +1,4 @@
-/* A framer from its options, and back: what they ask for is checked, and memory
- * taken. */
+/* A framer made from its options and views, which are checked, and freed. */
 #include "framer_internal.h"
 
 #include "base/sized.h"
