@@ -71,32 +71,21 @@ static size_t comment_room(const char *comment)
 
 /* Some readers fail at leading zeros or blanks around a number, so a comment
  * fills the space that the number leaves of 20 digits. */
-static int make_header(lum_writer *writer, lum_cloud_header *header,
-                       unsigned mentions, lum_cloud_text *out, lum_error *error)
+static int put_header(lum_writer *writer, lum_cloud_header *header,
+                      unsigned mentions, bool again, lum_error *error)
 {
-    const lum_writer_options *options = &writer->options;
     const uint64_t count =
         writer->was_rehearsed ? writer->rehearsed : writer->points;
-    out->len = 0;
-    out->room = HEADER_BYTES + comment_room(options->comment);
-    out->at = malloc(out->room);
-    if (out->at == NULL) {
+    lum_cloud_text text = {.room = HEADER_BYTES +
+                                   comment_room(writer->options.comment)};
+    text.at = malloc(text.room);
+    if (text.at == NULL) {
         lum_error_set(error, "%s: no memory for its header",
                       lum_sink_name(writer->sink));
         errno = ENOMEM;
         return -1;
     }
-    header(out, writer, count, (int)mentions * (20 - count_digits(count)));
-    return 0;
-}
-
-static int put_header(lum_writer *writer, lum_cloud_header *header,
-                      unsigned mentions, bool again, lum_error *error)
-{
-    lum_cloud_text text;
-    if (make_header(writer, header, mentions, &text, error) != 0) {
-        return -1;
-    }
+    header(&text, writer, count, (int)mentions * (20 - count_digits(count)));
     const int result =
         again ? lum_sink_patch(writer->sink, 0, text.at, text.len, error)
               : lum_sink_write(writer->sink, text.at, text.len, error);

@@ -65,12 +65,13 @@ static int fail_write(const lum_sink *sink, int failure, lum_error *error)
     return -1;
 }
 
-static bool is_cancelled(lum_sink *sink)
+/* One of the sink's flags. */
+static bool is_set(lum_sink *sink, const bool *flag)
 {
     (void)pthread_mutex_lock(&sink->lock);
-    const bool cancelled = sink->cancelled;
+    const bool value = *flag;
     (void)pthread_mutex_unlock(&sink->lock);
-    return cancelled;
+    return value;
 }
 
 /* Wait for a reader who takes his time, but not after lum_sink_abort(). */
@@ -78,7 +79,7 @@ static int wait_writable(lum_sink *sink)
 {
     int answer = 0;
     while (answer == 0) {
-        if (is_cancelled(sink)) {
+        if (is_set(sink, &sink->cancelled)) {
             return ECANCELED;
         }
         answer = lum_outfile_wait(&sink->file, PATIENCE_MS);
@@ -189,14 +190,6 @@ static int start_thread(lum_sink *sink, lum_error *error)
     return 0;
 }
 
-static bool has_ended(lum_sink *sink)
-{
-    (void)pthread_mutex_lock(&sink->lock);
-    const bool ended = sink->has_ended;
-    (void)pthread_mutex_unlock(&sink->lock);
-    return ended;
-}
-
 static void stop_thread(lum_sink *sink, bool cancel)
 {
     if (!sink->threaded) {
@@ -207,7 +200,8 @@ static void stop_thread(lum_sink *sink, bool cancel)
     sink->cancelled = cancel;
     (void)pthread_cond_broadcast(&sink->changed);
     (void)pthread_mutex_unlock(&sink->lock);
-    while (cancel && !has_ended(sink) && lum_thread_break_off(sink->thread)) {
+    while (cancel && !is_set(sink, &sink->has_ended) &&
+           lum_thread_break_off(sink->thread)) {
         lum_time_sleep_until(lum_time_monotonic_ns() + BREAK_OFF_NS);
     }
     (void)pthread_join(sink->thread, NULL);
@@ -280,27 +274,25 @@ static int grow(lum_sink *sink, block *full, size_t n, lum_error *error)
 }
 
 /* Have room for n bytes more in the block being filled, or take the next. */
-static int make_room(lum_sink *sink, size_t n, lum_error *error)
+static block *make_room(lum_sink *sink, size_t n, lum_error *error)
 {
     block *filled = &sink->blocks[sink->filling];
     if (filled->room != 0 && filled->room - filled->used < n &&
         (sink->is_memory ? grow(sink, filled, n, error)
                          : submit(sink, error)) != 0) {
-        return -1;
+        return NULL;
     }
     filled = &sink->blocks[sink->filling];
-    return filled->room != 0
-               ? 0
-               : allocate(sink, LUM_SINK_BLOCK_BYTES, filled, error);
+    return filled->room != 0 ||
+                   allocate(sink, LUM_SINK_BLOCK_BYTES, filled, error) == 0
+               ? filled
+               : NULL;
 }
 
 char *lum_sink_reserve(lum_sink *sink, size_t n, lum_error *error)
 {
-    if (make_room(sink, n, error) != 0) {
-        return NULL;
-    }
-    const block *filled = &sink->blocks[sink->filling];
-    return filled->bytes + filled->used;
+    const block *filled = make_room(sink, n, error);
+    return filled != NULL ? filled->bytes + filled->used : NULL;
 }
 
 void lum_sink_commit(lum_sink *sink, size_t n)
@@ -429,8 +421,10 @@ const char *lum_sink_name(const lum_sink *sink)
     return sink->file.name;
 }
 
+/* errno stays. */
 static void destroy(lum_sink *sink)
 {
+    const int code = errno;
     for (unsigned i = 0; i < BLOCKS; i++) {
         free(sink->blocks[i].memory);
     }
@@ -438,14 +432,21 @@ static void destroy(lum_sink *sink)
     (void)pthread_mutex_destroy(&sink->lock);
     lum_outfile_discard(&sink->file);
     free(sink);
+    errno = code;
+}
+
+int lum_sink_no_memory(const char *path, lum_error *error)
+{
+    (void)lum_error_set(error, "%s: no memory to open it", path);
+    errno = ENOMEM;
+    return -1;
 }
 
 static lum_sink *new_sink(const char *path, lum_error *error)
 {
     lum_sink *sink = calloc(1, sizeof *sink);
     if (sink == NULL) {
-        lum_error_set(error, "%s: no memory to open it", path);
-        errno = ENOMEM;
+        (void)lum_sink_no_memory(path, error);
         return NULL;
     }
     (void)pthread_mutex_init(&sink->lock, NULL);
@@ -463,9 +464,7 @@ static int open_as(const char *path, lum_outfile_kind kind, lum_sink **out,
         return -1;
     }
     if (lum_outfile_open(path, kind, &sink->file, error) != 0) {
-        const int code = errno;
         destroy(sink);
-        errno = code;
         return -1;
     }
     sink->owes_name = kind == LUM_OUTFILE_GROWS;
@@ -493,33 +492,30 @@ int lum_sink_open_memory(const char *path, lum_sink **out, lum_error *error)
     sink->file.name = strdup(path);
     if (sink->file.name == NULL) {
         destroy(sink);
-        lum_error_set(error, "%s: no memory to open it", path);
-        errno = ENOMEM;
-        return -1;
+        return lum_sink_no_memory(path, error);
     }
     *out = sink;
     return 0;
+}
+
+void lum_sink_abort(lum_sink *sink)
+{
+    if (sink != NULL) {
+        const int code = errno;
+        stop_thread(sink, true);
+        errno = code;
+        destroy(sink);
+    }
 }
 
 int lum_sink_close(lum_sink *sink, lum_error *error)
 {
     if (drain(sink, error) != 0 ||
         lum_outfile_finish(&sink->file, error) != 0) {
-        const int code = errno;
         lum_sink_abort(sink);
-        errno = code;
         return -1;
     }
     stop_thread(sink, false);
     destroy(sink);
     return 0;
-}
-
-void lum_sink_abort(lum_sink *sink)
-{
-    if (sink == NULL) {
-        return;
-    }
-    stop_thread(sink, true);
-    destroy(sink);
 }

@@ -101,7 +101,11 @@ LUM_MUST_CHECK int lum_sink_patch(lum_sink *sink, uint64_t offset,
 LUM_MUST_CHECK int lum_sink_close(lum_sink *sink, lum_error *error);
 
 /** Stop writing, remove the file, free the sink. NULL is allowed. Does not wait
- * for a reader that has stopped reading. */
+ * for a reader that has stopped reading. errno stays. */
 void lum_sink_abort(lum_sink *sink);
+
+/** Say that there is no memory to open a file.
+ * @return -1 with the reason in error and in errno. */
+int lum_sink_no_memory(const char *path, lum_error *error);
 
 #endif

@@ -1,53 +1,23 @@
 /** @file
- * What writer.c and the formats share. Internal to cloud and picture. */
+ * An open writer, and what formats write with. Internal to cloud and
+ * picture. */
 #ifndef LUM_CLOUD_WRITER_INTERNAL_H
 #define LUM_CLOUD_WRITER_INTERNAL_H
 
-#include "file_columns.h"
+#include "formats.h"
 #include "presets.h"
 #include "sink.h"
 
-#include "lum/cloud/writer.h"
-
-/** One file format. */
-struct lum_format_ops {
-    const char *name;     /**< for messages */
-    const char *ending;   /**< of file names, with its dot, in lower case */
-    bool count_in_header; /**< known beforehand, or patched at the end */
-    const lum_column_list *columns; /**< those of its own; NULL: not to be
-                                         chosen */
-    bool can_organize;              /**< takes rows of a frame */
-    bool has_parts; /**< a line's rows depend on nothing else: part.h */
-    /** Write the header. May set lum_writer.state. Of an organised file, when
-     * its rows are known. */
-    int (*begin)(lum_writer *writer, lum_error *error);
-    /** Write a line's rows; never called for none. */
-    int (*add)(lum_writer *writer, const lum_line_samples *line,
-               lum_error *error);
-    /** A frame begins, ends; a status or a datagram comes; what was added is to
-     * be shown to readers, by lum_sink_flush() at the end. Each may be NULL. */
-    int (*begin_frame)(lum_writer *writer, int64_t utc_ns, lum_error *error);
-    int (*end_frame)(lum_writer *writer, lum_error *error); /**< see above */
-    int (*add_status)(lum_writer *writer, const lum_writer_status *status,
-                      lum_error *error); /**< see above */
-    int (*add_datagram)(lum_writer *writer, const lum_writer_datagram *datagram,
-                        lum_error *error);              /**< see above */
-    int (*flush)(lum_writer *writer, lum_error *error); /**< see above */
-    /** Write what comes last, patch the header; may be NULL. */
-    int (*finish)(lum_writer *writer, lum_error *error);
-    /** Free what state holds, then state is freed; may be NULL. */
-    void (*release)(lum_writer *writer);
-};
-
-extern const lum_format_ops lum_csv_ops;  /**< csv.c */
-extern const lum_format_ops lum_ply_ops;  /**< ply.c */
-extern const lum_format_ops lum_pcd_ops;  /**< pcd.c */
-extern const lum_format_ops lum_las_ops;  /**< las.c */
-extern const lum_format_ops lum_xyz_ops;  /**< xyz.c */
-extern const lum_format_ops lum_mcap_ops; /**< mcap.c */
+/** What a writer is for. */
+typedef enum lum_writer_use {
+    LUM_WRITER_FILE,      /**< to write one */
+    LUM_WRITER_REHEARSAL, /**< to count, before the same is written */
+    LUM_WRITER_PART       /**< of a file, in memory: part.h */
+} lum_writer_use;
 
 /** A writer; the formats read it and set state alone. */
 struct lum_writer {
+    lum_writer_use use;         /**< what it is for */
     const lum_format_ops *ops;  /**< the format */
     lum_writer_options options; /**< its pointers, but comment, are valid only
                                      in begin() */
@@ -61,8 +31,6 @@ struct lum_writer {
     uint64_t points;            /**< added so far */
     uint64_t rehearsed;         /**< points that the rehearsal took */
     bool was_rehearsed;         /**< whether there was one */
-    bool rehearses;             /**< whether this is one */
-    bool is_part;               /**< of a file, in memory: part.h */
     void *state;                /**< the format's, from malloc(), or NULL */
     bool failed;                /**< a call has failed; nothing may follow */
     int failure_code;           /**< errno of that */
