@@ -1,5 +1,7 @@
 #include "json.h"
 
+#include "lum/host/laser_name.h"
+#include "lum/laser.h"
 #include "utf8.h"
 
 #include <float.h>
@@ -120,6 +122,17 @@ void json_null(struct json *json, const char *key)
 {
     begin(json, key);
     (void)fputs("null", json->out);
+}
+
+void json_laser_bits(struct json *json, const char *key, uint16_t bits)
+{
+    json_open_array(json, key);
+    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
+        if ((bits >> bit & 1u) != 0) {
+            json_text(json, NULL, lum_laser_bit_name(bit));
+        }
+    }
+    json_close_array(json);
 }
 
 void json_end(struct json *json)

@@ -27,6 +27,9 @@ void json_bool(struct json *json, const char *key, bool value);
 void json_text(struct json *json, const char *key, const char *text);
 void json_null(struct json *json, const char *key);
 
+/* An array with the names of the bits that are set in a laser's status. */
+void json_laser_bits(struct json *json, const char *key, uint16_t bits);
+
 /* The line's end, after the outermost value. */
 void json_end(struct json *json);
 

@@ -124,28 +124,17 @@ void report_status(FILE *out, uint16_t status, bool is_owned, bool in_colour)
     }
 }
 
-static void put_bits(struct json *json, const char *key, uint16_t bits)
-{
-    json_open_array(json, key);
-    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
-        if (has_bit(bits, bit)) {
-            json_text(json, NULL, lum_laser_bit_name(bit));
-        }
-    }
-    json_close_array(json);
-}
-
 void report_json(struct json *json, uint16_t status, bool is_owned)
 {
     char hex[8];
     (void)snprintf(hex, sizeof hex, "0x%04x", (unsigned)status);
     json_uint(json, "status", status);
     json_text(json, "status_hex", hex);
-    put_bits(json, "bits", status);
-    put_bits(json, "hazards",
-             report_is_idle(status, is_owned)
-                 ? 0
-                 : (uint16_t)(status & LUM_LASER_HAZARDS));
+    json_laser_bits(json, "bits", status);
+    json_laser_bits(json, "hazards",
+                    report_is_idle(status, is_owned)
+                        ? 0
+                        : (uint16_t)(status & LUM_LASER_HAZARDS));
     json_text(json, "laser", lum_laser_status_name(status));
     json_bool(json, "idle", report_is_idle(status, is_owned));
 }

@@ -2,8 +2,6 @@
 
 #include "../common/number.h"
 #include "lum/base/time.h"
-#include "lum/host/laser_name.h"
-#include "lum/laser.h"
 #include "lum/wire.h"
 
 #include <inttypes.h>
@@ -47,30 +45,30 @@ static void add_peer(struct json *json, const char *key, uint32_t address,
 void live_log_text(struct live *live, int64_t t_ns, const char *event,
                    const char *key, const char *text)
 {
-    struct json *json = journal_begin(&live->journal, t_ns, event);
+    struct json *json = journal_begin(&live->log.journal, t_ns, event);
     if (json != NULL) {
         json_text(json, key, text);
-        journal_end(&live->journal);
+        journal_end(&live->log.journal);
     }
 }
 
 void live_log_start(struct live *live)
 {
-    struct json *json = journal_begin(&live->journal, live->start_ns, "start");
-    if (json == NULL) {
-        return;
+    struct json *json =
+        journal_begin(&live->log.journal, live->start_ns, "start");
+    if (json != NULL) {
+        add_peer(json, "address", live->self.address, live->self.port);
+        json_uint(json, "clock_us",
+                  lum_device_clock_us(&live->device, live->start_ns));
+        if (live->options->mode == MODE_REPLAY) {
+            json_text(json, "replay", live->options->replay.path);
+            json_uint(json, "packets", live->data.playback.facts.packets);
+        } else {
+            json_uint(json, "lines", live->options->render.lines);
+            json_real(json, "rate_hz", live->options->render.rate_hz, 3);
+        }
+        journal_end(&live->log.journal);
     }
-    add_peer(json, "address", live->self.address, live->self.port);
-    json_uint(json, "clock_us",
-              lum_device_clock_us(&live->device, live->start_ns));
-    if (live->options->mode == MODE_REPLAY) {
-        json_text(json, "replay", live->options->replay);
-        json_uint(json, "packets", live->playback.facts.packets);
-    } else {
-        json_uint(json, "lines", live->options->render.lines);
-        json_real(json, "rate_hz", live->options->render.rate_hz, 3);
-    }
-    journal_end(&live->journal);
 }
 
 static bool is_ignored(lum_packet_kind kind)
@@ -78,40 +76,35 @@ static bool is_ignored(lum_packet_kind kind)
     return kind == LUM_PACKET_DATA || kind >= LUM_PACKET_FOREIGN;
 }
 
-/* During a flood only this many lines a second; each says how many came since
- * the last. */
+/* The latest of them; NULL: only how many came since the last line. */
 static void log_ignored(struct live *live, int64_t t_ns, lum_packet_kind kind,
                         const lum_received *datagram)
 {
-    live->ignored++;
-    if (t_ns - live->ignored_ns < QUIET_NS) {
-        return;
-    }
-    struct json *json = journal_begin(&live->journal, t_ns, "ignored");
-    if (json != NULL) {
+    struct json *json = journal_begin(&live->log.journal, t_ns, "ignored");
+    if (json != NULL && datagram != NULL) {
         add_peer(json, "from", datagram->from.address, datagram->from.port);
         json_text(json, "kind", kinds[kind]);
         json_uint(json, "len", datagram->len);
-        json_uint(json, "count", live->ignored);
-        journal_end(&live->journal);
     }
-    live->ignored_ns = t_ns;
-    live->ignored = 0;
+    if (json != NULL) {
+        json_uint(json, "count", live->log.ignored);
+        journal_end(&live->log.journal);
+    }
+    live->log.ignored_ns = t_ns;
+    live->log.ignored = 0;
+}
+
+/* During a flood only this many lines a second. */
+static bool may_log_ignored(const struct live *live, int64_t t_ns)
+{
+    return live->log.ignored > 0 && t_ns - live->log.ignored_ns >= QUIET_NS;
 }
 
 void live_flush_ignored(struct live *live, int64_t now_ns)
 {
-    struct json *json;
-    if (live->ignored == 0 || now_ns - live->ignored_ns < QUIET_NS) {
-        return;
+    if (may_log_ignored(live, now_ns)) {
+        log_ignored(live, now_ns, LUM_PACKET_FOREIGN, NULL);
     }
-    json = journal_begin(&live->journal, now_ns, "ignored");
-    if (json != NULL) {
-        json_uint(json, "count", live->ignored);
-        journal_end(&live->journal);
-    }
-    live->ignored_ns = now_ns;
-    live->ignored = 0;
 }
 
 static void add_sequence(struct json *json, const void *bytes, size_t len)
@@ -132,10 +125,13 @@ void live_log_received(struct live *live, int64_t t_ns, lum_packet_kind kind,
 {
     uint32_t address = 0;
     if (is_ignored(kind)) {
-        log_ignored(live, t_ns, kind, datagram);
+        live->log.ignored++;
+        if (may_log_ignored(live, t_ns)) {
+            log_ignored(live, t_ns, kind, datagram);
+        }
         return;
     }
-    struct json *json = journal_begin(&live->journal, t_ns, kinds[kind]);
+    struct json *json = journal_begin(&live->log.journal, t_ns, kinds[kind]);
     if (json == NULL) {
         return;
     }
@@ -148,68 +144,58 @@ void live_log_received(struct live *live, int64_t t_ns, lum_packet_kind kind,
     if (note[0] != '\0' && strcmp(note, kinds[kind]) != 0) {
         json_text(json, "note", note);
     }
-    journal_end(&live->journal);
+    journal_end(&live->log.journal);
 }
 
 void live_log_reply(struct live *live, int64_t t_ns, lum_device_peer to,
                     const void *bytes, size_t len, bool is_lost)
 {
-    struct json *json = journal_begin(&live->journal, t_ns, "reply");
+    struct json *json = journal_begin(&live->log.journal, t_ns, "reply");
     lum_group group;
-    if (json == NULL) {
-        return;
+    if (json != NULL) {
+        add_peer(json, "to", to.address, to.port);
+        json_text(
+            json, "kind",
+            kinds[lum_packet_decode(&live->device.layout, bytes, len, &group)]);
+        add_sequence(json, bytes, len);
+        json_bool(json, "lost", is_lost);
+        journal_end(&live->log.journal);
     }
-    add_peer(json, "to", to.address, to.port);
-    json_text(
-        json, "kind",
-        kinds[lum_packet_decode(&live->device.layout, bytes, len, &group)]);
-    add_sequence(json, bytes, len);
-    json_bool(json, "lost", is_lost);
-    journal_end(&live->journal);
 }
 
 /* The bits, and their names. */
 static void log_status(struct live *live, int64_t now_ns)
 {
-    struct json *json = journal_begin(&live->journal, now_ns, "status");
-    const uint16_t status = live->device.status;
-    if (json == NULL) {
-        return;
+    struct json *json = journal_begin(&live->log.journal, now_ns, "status");
+    if (json != NULL) {
+        json_uint(json, "status", live->device.status);
+        json_laser_bits(json, "bits", live->device.status);
+        journal_end(&live->log.journal);
     }
-    json_uint(json, "status", status);
-    json_open_array(json, "bits");
-    for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
-        if ((status >> bit & 1u) != 0) {
-            json_text(json, NULL, lum_laser_bit_name(bit));
-        }
-    }
-    json_close_array(json);
-    journal_end(&live->journal);
 }
 
 static void log_laser(struct live *live, int64_t now_ns)
 {
-    struct json *json = journal_begin(&live->journal, now_ns, "laser");
+    struct json *json = journal_begin(&live->log.journal, now_ns, "laser");
     if (json != NULL) {
         json_bool(json, "up", lum_device_laser_is_up(&live->device));
-        journal_end(&live->journal);
+        journal_end(&live->log.journal);
     }
 }
 
 static void log_stream(struct live *live, int64_t now_ns)
 {
     const lum_device *d = &live->device;
-    struct json *json = journal_begin(&live->journal, now_ns, "stream");
-    if (json == NULL) {
-        return;
+    struct json *json = journal_begin(&live->log.journal, now_ns, "stream");
+    if (json != NULL) {
+        if (d->is_streaming) {
+            add_peer(json, "to", d->client.address, d->client.port);
+        } else {
+            json_null(json, "to");
+        }
+        json_uint(json, "packets", live->data.sender.sent);
+        journal_end(&live->log.journal);
     }
-    if (d->is_streaming) {
-        add_peer(json, "to", d->client.address, d->client.port);
-    } else {
-        json_null(json, "to");
-    }
-    json_uint(json, "packets", live->outlet.sent);
-    journal_end(&live->journal);
 }
 
 void live_log_state(struct live *live, const lum_device_effects *effects,
@@ -229,52 +215,55 @@ void live_log_state(struct live *live, const lum_device_effects *effects,
 void live_log_move(struct live *live, int64_t now_ns, uint32_t address,
                    const char *reason)
 {
-    struct json *json = journal_begin(&live->journal, now_ns, "move");
-    if (json == NULL) {
-        return;
+    struct json *json = journal_begin(&live->log.journal, now_ns, "move");
+    if (json != NULL) {
+        add_address(json, "address", address);
+        json_bool(json, "done", reason == NULL);
+        if (reason != NULL) {
+            json_text(json, "reason", reason);
+        }
+        journal_end(&live->log.journal);
     }
-    add_address(json, "address", address);
-    json_bool(json, "done", reason == NULL);
-    if (reason != NULL) {
-        json_text(json, "reason", reason);
-    }
-    journal_end(&live->journal);
 }
 
 void live_log_frames(struct live *live, int64_t now_ns)
 {
-    struct json *json = journal_begin(&live->journal, now_ns, "frames");
+    struct json *json = journal_begin(&live->log.journal, now_ns, "frames");
     if (json != NULL) {
-        json_uint(json, "frames", lum_reel_frames(live->scene.reel));
-        json_uint(json, "lines", lum_reel_lines(live->scene.reel));
-        journal_end(&live->journal);
+        json_uint(json, "frames", lum_reel_frames(live->data.scene.reel));
+        json_uint(json, "lines", lum_reel_lines(live->data.scene.reel));
+        journal_end(&live->log.journal);
     }
 }
 
-/* The replay came to its end. */
+/* The replay came to its end once more. */
 void live_log_round(struct live *live, int64_t now_ns)
 {
-    struct json *json = journal_begin(&live->journal, now_ns, "replayed");
+    if (live->data.playback.rounds == live->log.rounds) {
+        return;
+    }
+    live->log.rounds = live->data.playback.rounds;
+    struct json *json = journal_begin(&live->log.journal, now_ns, "replayed");
     if (json != NULL) {
-        json_uint(json, "rounds", live->rounds);
-        json_uint(json, "packets", live->outlet.sent);
-        journal_end(&live->journal);
+        json_uint(json, "rounds", live->log.rounds);
+        json_uint(json, "packets", live->data.sender.sent);
+        journal_end(&live->log.journal);
     }
 }
 
 void live_log_skipped(struct live *live, int64_t now_ns)
 {
-    const uint64_t skipped = live->scene.lines_skipped - live->skipped;
-    if (skipped == 0 || now_ns - live->skipped_ns < QUIET_NS) {
+    const uint64_t skipped = live->data.scene.lines_skipped - live->log.skipped;
+    if (skipped == 0 || now_ns - live->log.skipped_ns < QUIET_NS) {
         return;
     }
-    struct json *json = journal_begin(&live->journal, now_ns, "skipped");
+    struct json *json = journal_begin(&live->log.journal, now_ns, "skipped");
     if (json != NULL) {
         json_uint(json, "lines", skipped);
-        journal_end(&live->journal);
+        journal_end(&live->log.journal);
     }
-    live->skipped_ns = now_ns;
-    live->skipped = live->scene.lines_skipped;
+    live->log.skipped_ns = now_ns;
+    live->log.skipped = live->data.scene.lines_skipped;
 }
 
 static void add_counts(struct json *json, const struct live *live)
@@ -283,35 +272,33 @@ static void add_counts(struct json *json, const struct live *live)
         "lost", "repeated", "reordered", "corrupted"};
     json_open_object(json, "heard");
     for (unsigned k = 0; k < LUM_PACKET_KINDS; k++) {
-        json_uint(json, kinds[k], live->heard[k]);
+        json_uint(json, kinds[k], live->counts.heard[k]);
     }
     json_close_object(json);
-    json_uint(json, "unheard", live->unheard);
-    json_uint(json, "answers", live->answers);
-    json_uint(json, "answers_lost", live->answers_lost);
-    json_uint(json, "packets", live->outlet.sent);
-    json_uint(json, "bytes", live->outlet.bytes);
-    json_uint(json, "lines", live->scene.lines_sent);
-    json_uint(json, "lines_skipped", live->scene.lines_skipped);
-    json_uint(json, "unsent", live->unsent);
-    json_uint(json, "given_up", live->outlet.given_up);
-    json_uint(json, "no_room", live->outlet.no_room);
-    json_uint(json, "retries", live->outlet.retries);
+    json_uint(json, "unheard", live->counts.unheard);
+    json_uint(json, "answers", live->counts.answers);
+    json_uint(json, "answers_lost", live->counts.answers_lost);
+    json_uint(json, "packets", live->data.sender.sent);
+    json_uint(json, "bytes", live->data.sender.bytes);
+    json_uint(json, "lines", live->data.scene.lines_sent);
+    json_uint(json, "lines_skipped", live->data.scene.lines_skipped);
+    json_uint(json, "unsent", live->counts.unsent);
+    json_uint(json, "given_up", live->data.sender.given_up);
+    json_uint(json, "no_room", live->data.sender.no_room);
+    json_uint(json, "retries", live->data.sender.retries);
     for (unsigned k = 0; k < LUM_FAULT_KINDS; k++) {
-        json_uint(json, faults[k], live->outlet.fault.count[k]);
+        json_uint(json, faults[k], live->data.sender.fault.count[k]);
     }
 }
 
 void live_log_stop(struct live *live, int64_t now_ns)
 {
-    struct json *json;
-    if (live->ignored > 0) {
-        live->ignored_ns = 0;
-        live_flush_ignored(live, now_ns);
+    if (live->log.ignored > 0) {
+        log_ignored(live, now_ns, LUM_PACKET_FOREIGN, NULL);
     }
-    json = journal_begin(&live->journal, now_ns, "stop");
+    struct json *json = journal_begin(&live->log.journal, now_ns, "stop");
     if (json != NULL) {
         add_counts(json, live);
-        journal_end(&live->journal);
+        journal_end(&live->log.journal);
     }
 }

@@ -17,7 +17,7 @@ static bool check_inputs(const struct options *o, const char *option,
     const struct input_file inputs[] = {
         {o->calibration, "the calibration"},
         {o->profile, "the profile"},
-        {o->replay, "the capture to be replayed"}};
+        {o->replay.path, "the capture to be replayed"}};
     lum_error error = {""};
     if (output == NULL ||
         input_files_check(inputs, sizeof inputs / sizeof inputs[0], output,
@@ -37,9 +37,10 @@ static bool is_same(const char *a, const char *b)
  * exact points, but one can be a link. */
 static bool check_truth(const struct options *o, const char *path)
 {
-    const bool is_output = path != NULL && is_same(o->output, path);
-    const bool is_points = path != NULL && path == o->true_calibration &&
-                           o->truth != NULL && is_same(o->truth, path);
+    const bool is_output = path != NULL && is_same(o->capture.output, path);
+    const bool is_points = path != NULL && path == o->truth.calibration &&
+                           o->truth.points != NULL &&
+                           is_same(o->truth.points, path);
     if (is_output || is_points) {
         (void)fprintf(stderr,
                       "lumsim: --truth: '%s' is the %s too; give them "
@@ -51,16 +52,15 @@ static bool check_truth(const struct options *o, const char *path)
 
 bool files_check(const struct options *o)
 {
-    if (!check_inputs(o, "--output", o->output) ||
-        !check_inputs(o, "--truth", o->truth) ||
-        !check_inputs(o, "--truth", o->true_calibration) ||
-        !check_inputs(o, "--log", o->log)) {
+    if (!check_inputs(o, "--output", o->capture.output) ||
+        !check_inputs(o, "--truth", o->truth.points) ||
+        !check_inputs(o, "--truth", o->truth.calibration) ||
+        !check_inputs(o, "--log", o->live.log) ||
+        !check_truth(o, o->truth.points) ||
+        !check_truth(o, o->truth.calibration)) {
         return false;
     }
-    if (!check_truth(o, o->truth) || !check_truth(o, o->true_calibration)) {
-        return false;
-    }
-    if (o->output != NULL && strcmp(o->output, "-") == 0 &&
+    if (o->capture.output != NULL && strcmp(o->capture.output, "-") == 0 &&
         isatty(STDOUT_FILENO)) {
         (void)fputs("lumsim: -o -: a capture is binary and standard output is "
                     "a terminal; redirect it, or give a file's name\n",
@@ -73,19 +73,16 @@ bool files_check(const struct options *o)
 bool files_load(struct options *o)
 {
     static struct provenance_source said;
-    const struct sources replayed = {.paths = &o->replay, .count = 1};
+    const struct sources replayed = {.paths = &o->replay.path, .count = 1};
     const struct sources *sources = o->mode == MODE_REPLAY ? &replayed : NULL;
     struct geometry geometry;
     lum_error error = {""};
-    if (geometry_load(o->calibration, o->profile, sources, &geometry, &error) !=
-        0) {
-        (void)fprintf(stderr, "lumsim: %s\n", error.text);
-        return false;
-    }
-    if (sources != NULL) {
+    const int result =
+        geometry_load(o->calibration, o->profile, sources, &geometry, &error);
+    if (result == 0 && sources != NULL) {
         provenance_ask("lumsim", sources, o->quiet, &geometry, &said);
     }
-    if (geometry_set(&geometry, &o->set, &error) != 0) {
+    if (result != 0 || geometry_set(&geometry, &o->set, &error) != 0) {
         (void)fprintf(stderr, "lumsim: %s\n", error.text);
         return false;
     }

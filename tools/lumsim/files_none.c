@@ -16,10 +16,10 @@ static bool refuse(const char *option, const char *kind)
 
 bool files_check(const struct options *o)
 {
-    if (o->output != NULL) {
+    if (o->capture.output != NULL) {
         return refuse("--output", "capture");
     }
-    if (o->replay != NULL) {
+    if (o->replay.path != NULL) {
         return refuse("--replay", "capture");
     }
     if (o->calibration != NULL) {
@@ -44,7 +44,7 @@ bool files_load(struct options *o)
 
 int offline_run(const struct options *o)
 {
-    return refuse(o->output, "capture") ? 0 : 1;
+    return refuse(o->capture.output, "capture") ? 0 : 1;
 }
 
 int recording_open(const char *path, const lum_layout *layout,

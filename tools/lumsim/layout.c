@@ -9,7 +9,7 @@ const char *layout_source(const struct options *o)
     if (set_keys_first(&o->set, true) != NULL) {
         return "--set";
     }
-    return o->profile != NULL ? o->profile : o->replay;
+    return o->profile != NULL ? o->profile : o->replay.path;
 }
 
 static bool complain(const struct options *o, const char *why)

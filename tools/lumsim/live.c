@@ -13,20 +13,22 @@
 
 static void warn_of_capture(const struct live *live)
 {
-    if (live->playback.facts.is_cut_off) {
+    if (live->data.playback.facts.is_cut_off) {
         (void)fprintf(stderr,
                       "lumsim: %s cannot be read to its end; the readable part "
                       "is replayed\n",
-                      live->options->replay);
+                      live->options->replay.path);
     }
-    if (live->playback.facts.damage.text[0] != '\0') {
-        (void)fprintf(stderr, "lumsim: %s\n", live->playback.facts.damage.text);
+    if (live->data.playback.facts.damage.text[0] != '\0') {
+        (void)fprintf(stderr, "lumsim: %s\n",
+                      live->data.playback.facts.damage.text);
     }
     lum_error remark;
-    for (size_t i = 0; live->playback.recording != NULL &&
-                       recording_remark(live->playback.recording, i, &remark);
+    for (size_t i = 0;
+         live->data.playback.recording != NULL &&
+         recording_remark(live->data.playback.recording, i, &remark);
          i++) {
-        (void)fprintf(stderr, "lumsim: %s: %s\n", live->options->replay,
+        (void)fprintf(stderr, "lumsim: %s: %s\n", live->options->replay.path,
                       remark.text);
     }
 }
@@ -48,7 +50,7 @@ static void announce(const struct live *live)
     }
     if (o->mode == MODE_REPLAY) {
         (void)fprintf(stderr, "lumsim: a G2 at %s, %" PRIu64 " packets of %s",
-                      name, live->playback.facts.packets, o->replay);
+                      name, live->data.playback.facts.packets, o->replay.path);
     } else {
         (void)fprintf(stderr, "lumsim: a G2 at %s, %" PRIu32 " lines at %g Hz",
                       name, o->render.lines, o->render.rate_hz);
@@ -59,57 +61,52 @@ static void announce(const struct live *live)
                   host, port);
 }
 
-static void count_other(const struct live *live, char *out, size_t size)
-{
-    uint64_t other = live->heard[LUM_PACKET_DATA];
-    for (unsigned k = LUM_PACKET_FOREIGN; k < LUM_PACKET_KINDS; k++) {
-        other += live->heard[k];
-    }
-    (void)snprintf(out, size, "%" PRIu64 " others", other);
-}
-
 static void sum_up(const struct live *live, int64_t now_ns)
 {
-    char other[40];
+    uint64_t others = live->counts.heard[LUM_PACKET_DATA];
     if (live->options->quiet) {
         return;
     }
-    count_other(live, other, sizeof other);
-    (void)fprintf(
-        stderr,
-        "lumsim: %.1f s: heard %" PRIu64 " heartbeats, %" PRIu64
-        " TLV packets, %" PRIu64 " time requests, %" PRIu64
-        " set IP, %s; sent %" PRIu64 " answers and %" PRIu64 " data packets",
-        (double)(now_ns - live->start_ns) / 1e9,
-        live->heard[LUM_PACKET_HEARTBEAT], live->heard[LUM_PACKET_TLV],
-        live->heard[LUM_PACKET_TIMESTAMP], live->heard[LUM_PACKET_SET_IP],
-        other, live->answers, live->outlet.sent);
-    if (live->scene.lines_skipped > 0) {
+    for (unsigned k = LUM_PACKET_FOREIGN; k < LUM_PACKET_KINDS; k++) {
+        others += live->counts.heard[k];
+    }
+    (void)fprintf(stderr,
+                  "lumsim: %.1f s: heard %" PRIu64 " heartbeats, %" PRIu64
+                  " TLV packets, %" PRIu64 " time requests, %" PRIu64
+                  " set IP, %" PRIu64 " others; sent %" PRIu64
+                  " answers and %" PRIu64 " data packets",
+                  (double)(now_ns - live->start_ns) / 1e9,
+                  live->counts.heard[LUM_PACKET_HEARTBEAT],
+                  live->counts.heard[LUM_PACKET_TLV],
+                  live->counts.heard[LUM_PACKET_TIMESTAMP],
+                  live->counts.heard[LUM_PACKET_SET_IP], others,
+                  live->counts.answers, live->data.sender.sent);
+    if (live->data.scene.lines_skipped > 0) {
         (void)fprintf(stderr, "; %" PRIu64 " lines skipped: too slow a host",
-                      live->scene.lines_skipped);
+                      live->data.scene.lines_skipped);
     }
     (void)fputc('\n', stderr);
 }
 
-static void befall(struct live *live, const struct timeline_event *event,
-                   int64_t now_ns)
+static void apply_fault(struct live *live, const struct timeline_event *event,
+                        int64_t now_ns)
 {
-    struct json *json = journal_begin(&live->journal, now_ns, "fault");
+    struct json *json = journal_begin(&live->log.journal, now_ns, "fault");
     if (json != NULL) {
         json_text(json, "name", event->name);
         json_bool(json, "ends", event->ends);
-        journal_end(&live->journal);
+        journal_end(&live->log.journal);
     }
-    switch (event->mishap) {
-    case MISHAP_HAZARD:
+    switch (event->kind) {
+    case FAULT_HAZARD:
         live_set_hazard(live, event->bits, event->ends, now_ns);
         break;
-    case MISHAP_REBOOT:
+    case FAULT_REBOOT:
         live_reboot(live, now_ns);
         break;
-    case MISHAP_SILENCE:
+    case FAULT_SILENCE:
         live->is_silent = !event->ends;
-        outlet_drop(&live->outlet);
+        live_drop_data(live);
         break;
     }
 }
@@ -132,27 +129,22 @@ static bool awaits_cue(const struct live *live)
            timeline_awaits(&live->timeline, CUE_USR2);
 }
 
-static void let_befall(struct live *live, int64_t now_ns)
+static void apply_faults(struct live *live, int64_t now_ns)
 {
     const struct timeline_event *event;
     take_cues(live, now_ns);
     while ((event = timeline_take(&live->timeline, now_ns - live->start_ns)) !=
            NULL) {
-        befall(live, event, now_ns);
+        apply_fault(live, event, now_ns);
     }
 }
 
 static void pass_time(struct live *live, int64_t now_ns)
 {
     live_tick(live, now_ns);
-    live_post(live, now_ns);
+    live_send_replies(live, now_ns);
     live_fetch(live, now_ns);
     live_flush_ignored(live, now_ns);
-}
-
-static int64_t earlier(int64_t a, int64_t b)
-{
-    return a < b ? a : b;
 }
 
 static int64_t next_ns(const struct live *live, int64_t now_ns)
@@ -161,7 +153,7 @@ static int64_t next_ns(const struct live *live, int64_t now_ns)
     int64_t next = live_stream_next_ns(live, now_ns);
     next = earlier(next, live->end_ns);
     next = earlier(next, lum_device_next_ns(&live->device));
-    next = earlier(next, mail_next_ns(&live->mail));
+    next = earlier(next, replies_next_ns(&live->replies));
     if (awaits_cue(live)) {
         next = earlier(next, now_ns + CUE_NS);
     }
@@ -171,7 +163,7 @@ static int64_t next_ns(const struct live *live, int64_t now_ns)
 
 static bool has_failed(const struct live *live)
 {
-    return live->has_failed || live->journal.reason != 0;
+    return live->has_failed || live->log.journal.reason != 0;
 }
 
 static bool has_ended(const struct live *live, int64_t now_ns)
@@ -190,7 +182,7 @@ static void run(struct live *live)
 {
     int64_t now_ns = lum_time_monotonic_ns();
     while (!has_ended(live, now_ns)) {
-        let_befall(live, now_ns);
+        apply_faults(live, now_ns);
         live_receive(live);
         pass_time(live, now_ns);
         live_stream(live, now_ns);
@@ -205,11 +197,11 @@ static void run(struct live *live)
 
 static int open_socket(struct live *live)
 {
-    const lum_socket_options options = {.struct_size = sizeof options,
-                                        .local = live->self,
-                                        .interface_name =
-                                            live->options->interface,
-                                        .sends_joined = live->options->joined};
+    const lum_socket_options options = {
+        .struct_size = sizeof options,
+        .local = live->self,
+        .interface_name = live->options->live.interface,
+        .sends_joined = live->options->delivery.joined};
     return lum_socket_open(&options, &live->socket, &live->error) == LUM_NET_OK
                ? 0
                : -1;
@@ -218,22 +210,15 @@ static int open_socket(struct live *live)
 static int open_parts(struct live *live)
 {
     const struct options *o = live->options;
-    mail_init(&live->mail, o->answer_delay_ms, o->answer_loss, o->render.seed);
-    scene_init(&live->scene, o->render.rate_hz);
-    if (outlet_open(&live->outlet, o->faults, o->jitter_ms, o->render.seed) !=
-        0) {
-        return lum_error_set(&live->error, "not enough memory");
-    }
-    if (o->mode == MODE_REPLAY &&
-        playback_open(&live->playback, o, &live->error) != 0) {
-        return -1;
-    }
-    if (lum_cancel_new(&live->cancel, &live->error) != 0 ||
-        open_socket(live) != 0 ||
-        journal_open(&live->journal, o->log, &live->error) != 0) {
-        return -1;
-    }
-    return o->mode == MODE_SCENE ? studio_open(&live->studio, &live->error) : 0;
+    replies_init(&live->replies, o->answers.delay_ms, o->answers.loss,
+                 o->render.seed);
+    return live_open_data(live) == 0 &&
+                   lum_cancel_new(&live->cancel, &live->error) == 0 &&
+                   open_socket(live) == 0 &&
+                   journal_open(&live->log.journal, o->live.log,
+                                &live->error) == 0
+               ? 0
+               : -1;
 }
 
 static void start(struct live *live)
@@ -241,11 +226,11 @@ static void start(struct live *live)
     const struct options *o = live->options;
     live->start_ns = lum_time_monotonic_ns();
     live->device_ns = live->start_ns;
-    live->end_ns = o->duration_s > 0.0
-                       ? live->start_ns + (int64_t)(o->duration_s * 1e9)
+    live->end_ns = o->live.duration_s > 0.0
+                       ? live->start_ns + (int64_t)(o->live.duration_s * 1e9)
                        : INT64_MAX;
     lum_device_init(&live->device, &o->render.layout, (uint16_t)o->render.lines,
-                    o->boot_status, o->clock_us, live->start_ns);
+                    o->live.boot_status, o->live.clock_us, live->start_ns);
     interrupt_attach(live->cancel);
     warn_of_capture(live);
     announce(live);
@@ -256,10 +241,7 @@ static void start(struct live *live)
 static void close_parts(struct live *live)
 {
     interrupt_attach(NULL);
-    studio_close(live->studio);
-    scene_close(&live->scene);
-    playback_close(&live->playback);
-    outlet_close(&live->outlet);
+    live_close_data(live);
     lum_socket_close(live->socket);
     lum_cancel_free(live->cancel);
 }
@@ -275,13 +257,13 @@ static int finish(struct live *live)
 {
     const int64_t now_ns = lum_time_monotonic_ns();
     live_log_stop(live, now_ns);
-    const int reason = journal_close(&live->journal);
+    const int reason = journal_close(&live->log.journal);
     if (live->has_failed) {
         return fail(live->error.text);
     }
     if (reason != 0 && reason != EPIPE) {
         (void)lum_error_set(&live->error, "--log: %s cannot be written: %s",
-                            live->options->log, strerror(reason));
+                            live->options->live.log, strerror(reason));
         return fail(live->error.text);
     }
     sum_up(live, now_ns);
@@ -297,8 +279,7 @@ int live_run(const struct options *o)
     }
     live->options = o;
     live->timeline = o->timeline;
-    live->has_link = true;
-    live->self = (lum_endpoint){.address = o->sensor, .port = o->port};
+    live->self = (lum_endpoint){.address = o->sensor, .port = o->live.port};
     interrupt_catch();
     for (enum cue c = CUE_USR1; c <= CUE_USR2; c++) {
         if (timeline_awaits(&live->timeline, c)) {

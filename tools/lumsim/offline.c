@@ -48,8 +48,8 @@ struct run {
     lum_fault fault;
     struct joined joined;
     lum_capture_writer *output;
-    struct truth *truth; /* NULL: not requested */
-    struct truth_yaml *true_calibration;
+    struct truth *truth;          /* NULL: not requested */
+    lum_outfile true_calibration; /* likewise; a fd of -1 */
     lum_error error;
     int64_t frames;
     uint64_t packets;
@@ -63,14 +63,14 @@ struct run {
 static int64_t utc_of(const struct options *o, int64_t sensor_ns)
 {
     return EPOCH_NS + sensor_ns +
-           (int64_t)((double)sensor_ns * o->drift_ppm * 1e-6);
+           (int64_t)((double)sensor_ns * o->capture.drift_ppm * 1e-6);
 }
 
 /* A system that looks at its packets now and then stamps all at once; nobody is
  * woken to the microsecond. */
 static int64_t stamp_of(const struct options *o, int64_t sensor_ns)
 {
-    const int64_t batch_ns = (int64_t)(o->batch_ms * 1e6);
+    const int64_t batch_ns = (int64_t)(o->capture.batch_ms * 1e6);
     const int64_t utc_ns = utc_of(o, sensor_ns);
     if (batch_ns <= 0) {
         return utc_ns;
@@ -119,11 +119,11 @@ static int write_packet(struct run *run, const lum_sim_packet *packet)
                                    .payload = packet->bytes,
                                    .len = packet->len,
                                    .source = o->sensor,
-                                   .destination = o->client,
+                                   .destination = o->capture.client,
                                    .source_port = LUM_PORT,
-                                   .destination_port = o->client_port};
+                                   .destination_port = o->capture.client_port};
     run->packets++;
-    return o->joined
+    return o->delivery.joined
                ? join(run, &datagram)
                : lum_capture_writer_add(run->output, &datagram, &run->error);
 }
@@ -218,7 +218,7 @@ static int simulate(struct run *run)
 
 static bool has_truth(const struct options *o)
 {
-    return o->truth != NULL || o->true_calibration != NULL;
+    return o->truth.points != NULL || o->truth.calibration != NULL;
 }
 
 /* The reader of a pipe that has seen enough is no failure. */
@@ -236,9 +236,9 @@ static int give_up(struct run *run)
     const int reason = errno;
     clear_progress(run);
     truth_abort(run->truth);
-    truth_yaml_abort(run->true_calibration);
     lum_capture_writer_abort(run->output);
     if (interrupt_signal() != 0) {
+        lum_outfile_discard(&run->true_calibration);
         interrupt_die();
     }
     return fail(run, reason);
@@ -255,10 +255,11 @@ static void sum_up(const struct run *run)
     (void)fprintf(stderr,
                   "%s: %" PRId64 " frames of %" PRIu32 " lines, %" PRIu64
                   " points in %" PRIu64 " packets",
-                  strcmp(o->output, "-") == 0 ? "standard output" : o->output,
+                  strcmp(o->capture.output, "-") == 0 ? "standard output"
+                                                      : o->capture.output,
                   run->frames, o->render.lines, run->points, run->packets);
     for (unsigned k = 0; k < LUM_FAULT_KINDS; k++) {
-        if (o->faults[k] > 0.0) {
+        if (o->delivery.faults[k] > 0.0) {
             (void)fprintf(stderr, "; %" PRIu64 " %s", run->fault.count[k],
                           names[k]);
         }
@@ -269,13 +270,10 @@ static void sum_up(const struct run *run)
 static int close_truth(struct run *run)
 {
     if (run->truth != NULL && truth_close(run->truth, &run->error) != 0) {
-        const int reason = errno;
-        truth_yaml_abort(run->true_calibration);
-        errno = reason;
         return -1;
     }
-    return run->true_calibration != NULL
-               ? truth_yaml_close(run->true_calibration, &run->error)
+    return run->options->truth.calibration != NULL
+               ? lum_outfile_finish(&run->true_calibration, &run->error)
                : 0;
 }
 
@@ -311,8 +309,8 @@ static int open_capture(struct run *run)
             o->profile != NULL || set_keys_first(&o->set, true) != NULL};
     struct provenance *said = NULL;
     (void)snprintf(source, sizeof source, "a simulated %s", standing_scene(o));
-    const size_t n = strlen(o->output);
-    if (n > 7 && strcmp(o->output + n - 7, ".pcapng") == 0) {
+    const size_t n = strlen(o->capture.output);
+    if (n > 7 && strcmp(o->capture.output + n - 7, ".pcapng") == 0) {
         said = malloc(sizeof *said);
         if (said == NULL) {
             return lum_error_set(&run->error, "not enough memory");
@@ -320,7 +318,7 @@ static int open_capture(struct run *run)
         provenance_make(&about, &geometry, NULL, said);
     }
     const int result =
-        capture_file_open(o->output, said, &run->output, &run->error);
+        capture_file_open(o->capture.output, said, &run->output, &run->error);
     const int code = errno;
     free(said);
     errno = code;
@@ -330,14 +328,13 @@ static int open_capture(struct run *run)
 static int open_truth(struct run *run)
 {
     const struct options *o = run->options;
-    if (o->truth != NULL &&
-        truth_open(o->truth, &o->render.layout, o->truth_is_utc, &run->truth,
-                   &run->error) != 0) {
+    if (o->truth.points != NULL &&
+        truth_open(o->truth.points, &o->render.layout, o->truth.is_utc,
+                   &run->truth, &run->error) != 0) {
         return -1;
     }
-    return o->true_calibration != NULL
-               ? truth_yaml_open(o->true_calibration, o, &run->true_calibration,
-                                 &run->error)
+    return o->truth.calibration != NULL
+               ? truth_yaml_begin(o, &run->true_calibration, &run->error)
                : 0;
 }
 
@@ -364,7 +361,7 @@ static int execute(struct run *run)
                       layout_source(o));
         return 2;
     }
-    lum_fault_init(&run->fault, o->faults, o->render.seed);
+    lum_fault_init(&run->fault, o->delivery.faults, o->render.seed);
     if (open_outputs(run) != 0) {
         return EXIT_FAILURE;
     }
@@ -376,7 +373,7 @@ static int execute(struct run *run)
  * for the reader of a pipe. */
 static void prepare_for_signals(const struct options *o)
 {
-    if (!has_truth(o) && capture_file_is_in_place(o->output)) {
+    if (!has_truth(o) && capture_file_is_in_place(o->capture.output)) {
         interrupt_catch_none();
     } else {
         interrupt_catch();
@@ -391,9 +388,11 @@ int offline_run(const struct options *o)
         return EXIT_FAILURE;
     }
     run->options = o;
+    run->true_calibration = (lum_outfile){.fd = -1, .claim = LUM_CLAIM_NONE};
     run->frames = o->frames > 0 ? o->frames : FRAMES;
     prepare_for_signals(o);
     const int status = execute(run);
+    lum_outfile_discard(&run->true_calibration);
     lum_render_free(&run->render);
     free(run);
     return status;

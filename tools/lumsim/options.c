@@ -76,19 +76,9 @@ static bool take_address(void *options, const char *text, lum_error *why)
 static bool take_sensor(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
-    return host_parse_sensor(text, &o->replayed.address, o->replayed.interface,
-                             why) &&
-           is_host(o->replayed.address);
-}
-
-static bool take_pose(void *options, const char *text, lum_error *why)
-{
-    return standing_take_pose(options, text, why);
-}
-
-static bool take_noise(void *options, const char *text, lum_error *why)
-{
-    return standing_take_noise(options, text, why);
+    return host_parse_sensor(text, &o->replay.sensor.address,
+                             o->replay.sensor.interface, why) &&
+           is_host(o->replay.sensor.address);
 }
 
 /* The true calibration and the exact points are told apart by the name. */
@@ -98,7 +88,7 @@ static bool take_truth(void *options, const char *text, lum_error *why)
     const char *ending = strrchr(text, '.');
     const bool is_yaml = ending != NULL && (strcasecmp(ending, ".yaml") == 0 ||
                                             strcasecmp(ending, ".yml") == 0);
-    const char **path = is_yaml ? &o->true_calibration : &o->truth;
+    const char **path = is_yaml ? &o->truth.calibration : &o->truth.points;
     if (*path != NULL) {
         (void)lum_error_set(why,
                             "'%.200s': '%.200s' is the %s already; one file "
@@ -120,11 +110,11 @@ static bool take_set(void *options, const char *text, lum_error *why)
 static bool take_interface(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
-    o->interface = text;
+    o->live.interface = text;
     return host_has_interface(text, why);
 }
 
-static bool refuse_client(const char *text, const char *right, lum_error *why)
+static bool refuse_text(const char *text, const char *right, lum_error *why)
 {
     (void)lum_error_set(why, "'%.200s' is not %s", text, right);
     return false;
@@ -137,17 +127,17 @@ static bool take_client(void *options, const char *text, lum_error *why)
     const size_t len = strcspn(text, ":");
     int64_t port = CLIENT_PORT;
     if (len >= sizeof address) {
-        return refuse_client(text, "HOST or HOST:PORT", why);
+        return refuse_text(text, "HOST or HOST:PORT", why);
     }
     (void)memcpy(address, text, len);
     address[len] = '\0';
     if (text[len] == ':' &&
         !number_parse_int(text + len + 1, 1, UINT16_MAX, &port)) {
-        return refuse_client(
+        return refuse_text(
             text, "HOST or HOST:PORT with a port from 1 to 65535", why);
     }
-    o->client_port = (uint16_t)port;
-    return parse_host(address, &o->client, why);
+    o->capture.client_port = (uint16_t)port;
+    return parse_host(address, &o->capture.client, why);
 }
 
 /* With TLV_CMD_ON it would boot with its laser on. */
@@ -158,7 +148,7 @@ static bool take_boot_status(void *options, const char *text, lum_error *why)
     const size_t digits = strspn(text, "0x123456789abcdefABCDEF");
     const unsigned long bits = strtoul(text, &end, 0);
     (void)why;
-    o->boot_status = (uint16_t)bits;
+    o->live.boot_status = (uint16_t)bits;
     return digits > 0 && *end == '\0' && bits <= UINT16_MAX &&
            (bits & LUM_LASER_TLV_CMD_ON) == 0;
 }
@@ -167,11 +157,8 @@ static bool take_fault(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
     const char *right = "";
-    if (!timeline_add(&o->timeline, text, &right)) {
-        (void)lum_error_set(why, "'%.200s' is not %s", text, right);
-        return false;
-    }
-    return true;
+    return timeline_add(&o->timeline, text, &right) ||
+           refuse_text(text, right, why);
 }
 
 #define ALL   (MODE_FILE | MODE_SCENE | MODE_REPLAY)
@@ -194,55 +181,60 @@ static bool take_fault(void *options, const char *text, lum_error *why)
 /* --- The table --- */
 
 static const struct option_spec specs[] = {
-    {"output", .letter = 'o', .group = ALL, TEXT(output)},
+    {"output", .letter = 'o', .group = ALL, TEXT(capture.output)},
     {"frames", .letter = 'n', .group = DRIVE, WHOLE(frames, 1, FRAMES_MAX)},
     {"quiet", .letter = 'q', .group = ALL, FLAG(quiet)},
     {"truth", .group = MODE_FILE, CALL(take_truth),
      .allowed = "the name of a file"},
-    {"time", .group = MODE_FILE, .kind = OPTION_WORD, INTO(truth_is_utc),
+    {"time", .group = MODE_FILE, .kind = OPTION_WORD, INTO(truth.is_utc),
      .words = clocks},
-    {"drift", .group = MODE_FILE, REAL(drift_ppm, -DRIFT_MAX, DRIFT_MAX)},
-    {"batch", .group = MODE_FILE, REAL(batch_ms, 0.0, BATCH_MAX_MS)},
+    {"drift", .group = MODE_FILE,
+     REAL(capture.drift_ppm, -DRIFT_MAX, DRIFT_MAX)},
+    {"batch", .group = MODE_FILE, REAL(capture.batch_ms, 0.0, BATCH_MAX_MS)},
     {"scene", .group = DRIVE, .kind = OPTION_WORD, INTO(render.place.kind),
      .words = standing_scenes},
     {"walls", .group = DRIVE, .kind = OPTION_WORD, INTO(render.place.walls),
      .words = standing_walls, HAS(has_walls)},
-    {"pose", .group = DRIVE, CALL(take_pose), .allowed = STANDING_POSE},
-    {"noise", .group = DRIVE, CALL(take_noise), .allowed = STANDING_NOISE},
+    {"pose", .group = DRIVE, CALL(standing_take_pose),
+     .allowed = STANDING_POSE},
+    {"noise", .group = DRIVE, CALL(standing_take_noise),
+     .allowed = STANDING_NOISE},
     {"lines", .group = DRIVE, CALL(take_lines), .allowed = "64 or 640"},
     {"rate", .group = DRIVE, REAL(render.rate_hz, RATE_MIN_HZ, RATE_MAX_HZ)},
     {"seed", .group = ALL, WHOLE(render.seed, 0, INT64_MAX)},
     {"returns-max", .group = DRIVE,
      WHOLE(render.returns_max, 1, LUM_RENDER_RETURNS_MAX)},
-    {"loss", .group = ALL, PROBABILITY(faults[LUM_FAULT_LOSS])},
-    {"duplicate", .group = ALL, PROBABILITY(faults[LUM_FAULT_DUPLICATE])},
-    {"reorder", .group = ALL, PROBABILITY(faults[LUM_FAULT_REORDER])},
-    {"corrupt", .group = ALL, PROBABILITY(faults[LUM_FAULT_CORRUPT])},
-    {"jitter", .group = LIVE, REAL(jitter_ms, 0.0, DELAY_MAX_MS)},
-    {"answer-delay", .group = LIVE, REAL(answer_delay_ms, 0.0, DELAY_MAX_MS)},
-    {"answer-loss", .group = LIVE, PROBABILITY(answer_loss)},
-    {"joined", .group = ALL, FLAG(joined)},
+    {"loss", .group = ALL, PROBABILITY(delivery.faults[LUM_FAULT_LOSS])},
+    {"duplicate", .group = ALL,
+     PROBABILITY(delivery.faults[LUM_FAULT_DUPLICATE])},
+    {"reorder", .group = ALL, PROBABILITY(delivery.faults[LUM_FAULT_REORDER])},
+    {"corrupt", .group = ALL, PROBABILITY(delivery.faults[LUM_FAULT_CORRUPT])},
+    {"jitter", .group = LIVE, REAL(delivery.jitter_ms, 0.0, DELAY_MAX_MS)},
+    {"answer-delay", .group = LIVE, REAL(answers.delay_ms, 0.0, DELAY_MAX_MS)},
+    {"answer-loss", .group = LIVE, PROBABILITY(answers.loss)},
+    {"joined", .group = ALL, FLAG(delivery.joined)},
     {"fault", .group = LIVE, CALL(take_fault), .allowed = "KIND@TIME"},
     {"calibration", .group = DRIVE, TEXT(calibration)},
     {"profile", .group = ALL, TEXT(profile)},
     {"set", .group = ALL, CALL(take_set), .allowed = SET_KEYS_ALLOWED},
     {"address", .group = ALL, CALL(take_address), .allowed = HOST},
-    {"port", .group = LIVE, WHOLE(port, 1, UINT16_MAX)},
+    {"port", .group = LIVE, WHOLE(live.port, 1, UINT16_MAX)},
     {"interface", .group = LIVE, CALL(take_interface),
      .allowed = "the name of an interface"},
-    {"clock", .group = LIVE, WHOLE(clock_us, 0, UINT32_MAX)},
+    {"clock", .group = LIVE, WHOLE(live.clock_us, 0, UINT32_MAX)},
     {"boot-status", .group = LIVE, CALL(take_boot_status),
      .allowed =
          "a number from 0 to 0xffff without the bit 0x0800, such as 0x0200"},
-    {"duration", .group = LIVE, REAL(duration_s, 0.001, DURATION_MAX)},
-    {"log", .group = LIVE, TEXT(log)},
+    {"duration", .group = LIVE, REAL(live.duration_s, 0.001, DURATION_MAX)},
+    {"log", .group = LIVE, TEXT(live.log)},
     {"client", .group = MODE_FILE, CALL(take_client), .allowed = HOST},
-    {"replay", .group = ALL, TEXT(replay)},
-    {"speed", .group = MODE_REPLAY, REAL(speed, SPEED_MIN, SPEED_MAX)},
-    {"loop", .group = MODE_REPLAY, FLAG(loop)},
+    {"replay", .group = ALL, TEXT(replay.path)},
+    {"speed", .group = MODE_REPLAY, REAL(replay.speed, SPEED_MIN, SPEED_MAX)},
+    {"loop", .group = MODE_REPLAY, FLAG(replay.loops)},
     {"sensor", .group = MODE_REPLAY, CALL(take_sensor),
      .allowed = HOST ", or 10.42.0.37%eth1"},
-    {"sensor-port", .group = MODE_REPLAY, WHOLE(replayed.port, 1, UINT16_MAX)},
+    {"sensor-port", .group = MODE_REPLAY,
+     WHOLE(replay.sensor.port, 1, UINT16_MAX)},
     {"help", .letter = 'h', .kind = OPTION_SHOW, .group = ALL,
      .show = show_help},
     {"version", .kind = OPTION_SHOW, .group = ALL, .show = show_version},
@@ -308,6 +300,12 @@ static bool check_set(const struct options *o)
     return true;
 }
 
+static bool refuse(const char *why)
+{
+    (void)fprintf(stderr, "lumsim: %s\n", why);
+    return false;
+}
+
 /* Whether the options can be combined in one run. */
 static bool check_choice(const struct options *o)
 {
@@ -318,27 +316,20 @@ static bool check_choice(const struct options *o)
                       LOOP_MAX);
         return false;
     }
-    if (o->truth_is_utc && o->truth == NULL) {
-        (void)fputs(
-            "lumsim: --time utc is about the times of the exact points in "
-            "--truth FILE; name one\n",
-            stderr);
-        return false;
+    if (o->truth.is_utc && o->truth.points == NULL) {
+        return refuse("--time utc is about the times of the exact points in "
+                      "--truth FILE; name one");
     }
-    if (o->output != NULL && o->replay != NULL) {
-        (void)fputs("lumsim: -o and --replay: one writes a capture, the other "
-                    "sends one over the network; choose\n",
-                    stderr);
-        return false;
-    }
-    return true;
+    return o->capture.output == NULL || o->replay.path == NULL ||
+           refuse("-o and --replay: one writes a capture, the other sends one "
+                  "over the network; choose");
 }
 
 static void choose_mode(struct options *o)
 {
-    o->mode = o->output != NULL   ? MODE_FILE
-              : o->replay != NULL ? MODE_REPLAY
-                                  : MODE_SCENE;
+    o->mode = o->capture.output != NULL ? MODE_FILE
+              : o->replay.path != NULL  ? MODE_REPLAY
+                                        : MODE_SCENE;
     if (o->sensor == 0) {
         o->sensor = o->mode == MODE_FILE ? LUM_BOOT_ADDRESS : LOOPBACK;
     }
@@ -346,11 +337,11 @@ static void choose_mode(struct options *o)
 
 static void set_defaults(struct options *out)
 {
-    *out = (struct options){.client = CLIENT,
-                            .client_port = CLIENT_PORT,
-                            .port = LUM_PORT,
-                            .boot_status = LUM_DEVICE_BOOT_STATUS,
-                            .speed = 1.0};
+    *out = (struct options){.capture.client = CLIENT,
+                            .capture.client_port = CLIENT_PORT,
+                            .live.port = LUM_PORT,
+                            .live.boot_status = LUM_DEVICE_BOOT_STATUS,
+                            .replay.speed = 1.0};
     lum_render_options_default(&out->render);
     out->render.seed = 1;
 }

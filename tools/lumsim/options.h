@@ -18,6 +18,44 @@ enum mode {
     MODE_REPLAY = 4 /* one that sends what a capture holds */
 };
 
+/* A capture that is written. */
+struct capture_options {
+    const char *output; /* "-": standard output */
+    uint32_t client;    /* address in host order */
+    uint16_t client_port;
+    double drift_ppm; /* by which the capture's clock is faster */
+    double batch_ms;  /* 0: each packet has its own stamp */
+};
+
+/* What is written beside it. */
+struct truth_options {
+    const char *points;      /* the exact ones */
+    const char *calibration; /* the true one, as YAML */
+    bool is_utc;             /* times of points */
+};
+
+/* A sensor on the network. */
+struct live_options {
+    const char *interface;
+    uint16_t port;
+    uint32_t clock_us; /* at boot */
+    uint16_t boot_status;
+    double duration_s; /* 0: until a signal comes */
+    const char *log;   /* "-": standard output */
+};
+
+/* What becomes of its data, of its answers on their way. */
+struct delivery_options {
+    double faults[LUM_FAULT_KINDS]; /* probabilities */
+    double jitter_ms;
+    bool joined; /* data packets of one size go as one message, or stand in a
+                    capture as one */
+};
+struct answer_options {
+    double loss; /* a probability */
+    double delay_ms;
+};
+
 /* Whose data of a capture is replayed. */
 struct replayed_sensor {
     uint32_t address; /* 0: the only one that there is; it is an error if there
@@ -26,41 +64,31 @@ struct replayed_sensor {
     uint16_t port;                       /* of sensors there; 0: LUM_PORT */
 };
 
+/* A capture that is sent. */
+struct replay_options {
+    const char *path;
+    struct replayed_sensor sensor;
+    double speed;
+    bool loops;
+};
+
 /* Texts are NULL where the option was not given. */
 struct options {
     enum mode mode;
     lum_render_options render;
-    double faults[LUM_FAULT_KINDS]; /* probabilities */
-    double answer_loss;             /* a probability */
-    const char *output;             /* "-": standard output */
-    const char *truth;              /* the exact points */
-    const char *true_calibration;   /* as YAML */
-    struct set_keys set;            /* on top of these */
+    struct capture_options capture;
+    struct truth_options truth;
+    struct live_options live;
+    struct delivery_options delivery;
+    struct answer_options answers;
+    struct replay_options replay;
+    struct timeline timeline;
     const char *calibration;
     const char *profile;
-    const char *interface;
-    const char *log; /* "-": standard output */
-    const char *replay;
-    int64_t frames;  /* 0: as many as suit the number of lines */
-    uint32_t sensor; /* addresses in host order; 0: as suits the mode */
-    uint32_t client;
-    struct replayed_sensor replayed;
-    uint32_t clock_us; /* at boot */
-    uint16_t boot_status;
-    uint16_t client_port;
-    uint16_t port;
-    double duration_s; /* 0: until a signal comes */
-    double jitter_ms;
-    double drift_ppm; /* by which the capture's clock is faster */
-    double batch_ms;  /* 0: each packet has its own stamp */
-    bool truth_is_utc;
-    bool has_walls; /* --walls was given */
-    double answer_delay_ms;
-    double speed; /* of a replay */
-    struct timeline timeline;
-    bool loop;
-    bool joined; /* data packets of one size go as one message, or stand in a
-                    capture as one */
+    struct set_keys set; /* on top of these */
+    int64_t frames;      /* 0: as many as suit the number of lines */
+    uint32_t sensor;     /* address in host order; 0: as suits the mode */
+    bool has_walls;      /* --walls was given */
     bool quiet;
 };
 

@@ -1,34 +1,28 @@
 #include "playback.h"
 
+#include "sender.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #define BYTES_MAX 262144u /* of packets given at once */
 
-/* Whether packets are held and changed on their way. */
-static bool bends(const struct options *o)
-{
-    bool any = o->jitter_ms > 0.0;
-    for (unsigned k = 0; k < LUM_FAULT_KINDS; k++) {
-        any = any || o->faults[k] > 0.0;
-    }
-    return any;
-}
-
 int playback_open(struct playback *out, const struct options *o,
                   lum_error *error)
 {
-    *out = (struct playback){.speed = o->speed, .loops = o->loop};
-    if (recording_open(o->replay, &o->render.layout, &o->replayed,
+    *out =
+        (struct playback){.speed = o->replay.speed, .loops = o->replay.loops};
+    if (recording_open(o->replay.path, &o->render.layout, &o->replay.sensor,
                        &out->recording, &out->facts, error) != 0) {
         return -1;
     }
-    if (bends(o) && out->facts.longest > LUM_PACKET_BYTES_MAX) {
+    if (!sender_is_direct(&o->delivery) &&
+        out->facts.longest > LUM_PACKET_BYTES_MAX) {
         playback_close(out);
         return lum_error_set(error,
                              "%s: has packets of %zu bytes; faults and jitter "
                              "are for packets of at most %u",
-                             o->replay, out->facts.longest,
+                             o->replay.path, out->facts.longest,
                              LUM_PACKET_BYTES_MAX);
     }
     out->bytes = malloc(BYTES_MAX);
@@ -54,21 +48,16 @@ static void read_next(struct playback *p)
     p->has_failed = result < 0;
 }
 
-static void rewind_to(struct playback *p, int64_t begin_ns)
+void playback_begin(struct playback *playback, int64_t begin_ns)
 {
-    p->begin_ns = begin_ns;
-    p->has_ended = false;
-    p->has_next = false;
-    if (recording_rewind(p->recording, &p->error) != 0) {
-        p->has_failed = true;
+    playback->begin_ns = begin_ns;
+    playback->has_ended = false;
+    playback->has_next = false;
+    if (recording_rewind(playback->recording, &playback->error) != 0) {
+        playback->has_failed = true;
         return;
     }
-    read_next(p);
-}
-
-void playback_begin(struct playback *playback, int64_t now_ns)
-{
-    rewind_to(playback, now_ns);
+    read_next(playback);
 }
 
 static int64_t after_begin_ns(const struct playback *p, int64_t time_ns)
@@ -100,7 +89,7 @@ static bool look_ahead(struct playback *p)
         p->has_ended = true;
         return false;
     }
-    rewind_to(p, next_round_ns(p));
+    playback_begin(p, next_round_ns(p));
     return p->has_next;
 }
 

@@ -31,8 +31,8 @@ int playback_open(struct playback *out, const struct options *o,
 
 void playback_close(struct playback *playback);
 
-/* From the start. */
-void playback_begin(struct playback *playback, int64_t now_ns);
+/* From the start; begin_ns: when the first packet is due. */
+void playback_begin(struct playback *playback, int64_t begin_ns);
 
 /* Up to max datagrams that are due. Returns how many. */
 size_t playback_take(struct playback *playback, int64_t now_ns,

@@ -13,6 +13,7 @@ struct recording {
     lum_capture *capture;
     lum_demux *demux; /* tells whose a packet is; the first look through the
                          capture teaches it the sensors */
+    bool is_cut_off;
 };
 
 /* 1 if it is data of the sensor; 0; -1 without memory. */
@@ -43,25 +44,34 @@ static void note_packet(struct recording_facts *facts, const lum_record *record)
     facts->packets++;
 }
 
+/* 1 with a packet of the sensor; 0 at the end, or where it cannot be read any
+ * further; -1 with the reason in error. */
+static int find_next(struct recording *r, lum_record *out, lum_error *error)
+{
+    int result = 0;
+    int wanted = 0;
+    while (wanted == 0 &&
+           (result = lum_capture_next(r->capture, out, NULL)) > 0) {
+        wanted = is_wanted(r, out);
+    }
+    r->is_cut_off = wanted == 0 && result < 0;
+    return wanted < 0 ? lum_error_set(error, "%s: not enough memory", r->path)
+                      : wanted;
+}
+
 /* The sensor's facts; those of all if none was named. */
-static int look_through(const struct recording *r,
-                        struct recording_facts *facts, lum_error *error)
+static int look_through(struct recording *r, struct recording_facts *facts,
+                        lum_error *error)
 {
     lum_record record;
     int result;
-    while ((result = lum_capture_next(r->capture, &record, NULL)) > 0) {
-        const int wanted = is_wanted(r, &record);
-        if (wanted < 0) {
-            return lum_error_set(error, "%s: not enough memory", r->path);
-        }
-        if (wanted > 0) {
-            note_packet(facts, &record);
-        }
+    while ((result = find_next(r, &record, error)) > 0) {
+        note_packet(facts, &record);
     }
-    facts->is_cut_off = result < 0;
-    while (lum_demux_flush(r->demux) > 0) {
+    facts->is_cut_off = r->is_cut_off;
+    while (result == 0 && lum_demux_flush(r->demux) > 0) {
     }
-    return 0;
+    return result;
 }
 
 static void list_sensors(const lum_demux *demux, char *out, size_t room)
@@ -76,8 +86,7 @@ static void list_sensors(const lum_demux *demux, char *out, size_t room)
     }
 }
 
-static int examine(const struct recording *r,
-                   const struct replayed_sensor *sensor,
+static int examine(struct recording *r, const struct replayed_sensor *sensor,
                    struct recording_facts *facts, lum_error *error)
 {
     char names[LUM_ERROR_BYTES / 2u];
@@ -175,20 +184,13 @@ int recording_next(struct recording *recording, struct recorded *out,
     if (recording->capture == NULL) {
         return lum_error_set(error, "%s is not open", recording->path);
     }
-    while (lum_capture_next(recording->capture, &record, NULL) > 0) {
-        const int wanted = is_wanted(recording, &record);
-        if (wanted < 0) {
-            return lum_error_set(error, "%s: not enough memory",
-                                 recording->path);
-        }
-        if (wanted > 0) {
-            *out = (struct recorded){.time_ns = record.time_ns,
-                                     .bytes = record.payload,
-                                     .len = record.len};
-            return 1;
-        }
+    const int result = find_next(recording, &record, error);
+    if (result > 0) {
+        *out = (struct recorded){.time_ns = record.time_ns,
+                                 .bytes = record.payload,
+                                 .len = record.len};
     }
-    return 0;
+    return result;
 }
 
 int recording_rewind(struct recording *recording, lum_error *error)

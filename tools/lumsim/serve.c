@@ -19,12 +19,12 @@ static int64_t tell_time(struct live *live, int64_t t_ns)
     return live->device_ns;
 }
 
-static void send_letter(struct live *live, const struct letter *letter,
-                        int64_t now_ns)
+static void send_reply(struct live *live, const struct reply *reply,
+                       int64_t now_ns)
 {
-    const lum_outgoing datagram = {.bytes = letter->bytes,
-                                   .len = letter->len,
-                                   .to = {letter->to.address, letter->to.port}};
+    const lum_outgoing datagram = {.bytes = reply->bytes,
+                                   .len = reply->len,
+                                   .to = {reply->to.address, reply->to.port}};
     lum_error error;
     bool is_lost = live->is_silent;
     if (!is_lost &&
@@ -32,30 +32,29 @@ static void send_letter(struct live *live, const struct letter *letter,
         live_log_text(live, now_ns, "unsent", "reason", error.text);
         is_lost = true;
     }
-    live->answers += is_lost ? 0 : 1;
-    live->answers_lost += is_lost ? 1 : 0;
-    live_log_reply(live, now_ns, letter->to, letter->bytes, letter->len,
-                   is_lost);
+    live->counts.answers += is_lost ? 0 : 1;
+    live->counts.answers_lost += is_lost ? 1 : 0;
+    live_log_reply(live, now_ns, reply->to, reply->bytes, reply->len, is_lost);
 }
 
-void live_post(struct live *live, int64_t now_ns)
+void live_send_replies(struct live *live, int64_t now_ns)
 {
-    const struct letter *letter;
-    while ((letter = mail_take(&live->mail, now_ns)) != NULL) {
-        send_letter(live, letter, now_ns);
+    const struct reply *reply;
+    while ((reply = replies_take(&live->replies, now_ns)) != NULL) {
+        send_reply(live, reply, now_ns);
     }
 }
 
 static void answer(struct live *live, const lum_device_effects *effects,
                    lum_device_peer to, int64_t now_ns)
 {
-    if (!mail_post(&live->mail, now_ns, to, effects->reply,
-                   effects->reply_len)) {
-        live->answers_lost++;
+    if (!replies_add(&live->replies, now_ns, to, effects->reply,
+                     effects->reply_len)) {
+        live->counts.answers_lost++;
         live_log_reply(live, now_ns, to, effects->reply, effects->reply_len,
                        true);
     }
-    live_post(live, now_ns);
+    live_send_replies(live, now_ns);
 }
 
 /* A sensor changes its address at once; a machine may not have the new
@@ -65,7 +64,7 @@ static void move(struct live *live, uint32_t address, int64_t now_ns)
     const lum_socket_options options = {
         .struct_size = sizeof options,
         .local = {.address = address, .port = live->self.port},
-        .interface_name = live->options->interface};
+        .interface_name = live->options->live.interface};
     lum_socket *there = NULL;
     lum_error error;
     char name[24];
@@ -84,27 +83,15 @@ static void move(struct live *live, uint32_t address, int64_t now_ns)
     live_log_move(live, now_ns, address, NULL);
 }
 
-/* A new client gets the data from the present point on. */
-static void start_or_stop_data(struct live *live, int64_t now_ns)
-{
-    if (live->device.is_streaming && !live->is_sending) {
-        live_begin_data(live, now_ns);
-    } else if (!live->device.is_streaming) {
-        live_end_data(live);
-    }
-    live->is_sending = live->device.is_streaming;
-}
-
 void live_apply(struct live *live, const lum_device_effects *effects,
                 lum_device_peer from, int64_t now_ns)
 {
     live_log_state(live, effects, now_ns);
     if ((effects->laser_changed || effects->settings_changed) &&
         lum_device_gain(&live->device, now_ns) <= 0.0f) {
-        outlet_drop_borrowed(&live->outlet);
-        scene_darken(&live->scene, &live->device);
+        live_darken_data(live);
     }
-    start_or_stop_data(live, now_ns);
+    live_switch_data(live, now_ns);
     if (effects->geometry_changed) {
         live_order(live);
     }
@@ -123,7 +110,7 @@ static void take(struct live *live, const lum_received *datagram, int64_t t_ns)
     lum_group group;
     const lum_packet_kind kind = lum_packet_decode(
         &live->device.layout, datagram->bytes, datagram->len, &group);
-    live->heard[kind]++;
+    live->counts.heard[kind]++;
     lum_device_receive(&live->device, t_ns, from, datagram->bytes,
                        datagram->len, &effects);
     live_log_received(live, t_ns, kind, datagram, effects.note);
@@ -156,7 +143,7 @@ static bool receive_batch(struct live *live)
     const int64_t now_utc_ns = lum_time_utc_ns();
     for (size_t i = 0; i < count && live->socket == socket; i++) {
         if (live->is_silent) {
-            live->unheard++;
+            live->counts.unheard++;
             continue;
         }
         const int64_t t_ns =
@@ -197,7 +184,7 @@ void live_reboot(struct live *live, int64_t now_ns)
         .address = o->sensor};
     const lum_device_peer nobody = {0, 0};
     lum_device_init(&live->device, &layout, (uint16_t)o->render.lines,
-                    o->boot_status, 0, tell_time(live, now_ns));
-    mail_clear(&live->mail);
+                    o->live.boot_status, 0, tell_time(live, now_ns));
+    replies_clear(&live->replies);
     live_apply(live, &effects, nobody, now_ns);
 }

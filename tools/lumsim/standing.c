@@ -50,8 +50,9 @@ static const char *take_number(const char *text, double low, double high,
     return number_parse_real(number, low, high, out) ? text + len : NULL;
 }
 
-bool standing_take_pose(struct options *o, const char *text, lum_error *why)
+bool standing_take_pose(void *options, const char *text, lum_error *why)
 {
+    struct options *o = options;
     static const char *const names[POSE_NUMBERS] = {"x",    "y",     "z",
                                                     "roll", "pitch", "yaw"};
     lum_pose *p = &o->render.place.pose;
@@ -80,8 +81,9 @@ bool standing_take_pose(struct options *o, const char *text, lum_error *why)
 }
 
 /* The last number is that of all further returns. */
-bool standing_take_noise(struct options *o, const char *text, lum_error *why)
+bool standing_take_noise(void *options, const char *text, lum_error *why)
 {
+    struct options *o = options;
     float *noise = o->render.noise_m;
     const char *at = text;
     unsigned n = 0;

@@ -19,8 +19,8 @@ extern const struct option_word standing_walls[];
 
 /* Read the text of --pose and --noise. False: it is refused; why says the
  * reason, or is empty where it is not of this form. */
-bool standing_take_pose(struct options *o, const char *text, lum_error *why);
-bool standing_take_noise(struct options *o, const char *text, lum_error *why);
+bool standing_take_pose(void *options, const char *text, lum_error *why);
+bool standing_take_noise(void *options, const char *text, lum_error *why);
 
 /* The name of the scene. */
 const char *standing_scene(const struct options *o);

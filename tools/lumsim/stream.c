@@ -8,10 +8,33 @@
 #define LOOK_NS    INT64_C(10000000) /* for a reel to be done */
 #define ROUNDS_MAX 2u                /* batches before the socket is served */
 
+/* --- Where it comes from --- */
+
+int live_open_data(struct live *live)
+{
+    const struct options *o = live->options;
+    struct live_data *d = &live->data;
+    d->has_link = true;
+    scene_init(&d->scene, o->render.rate_hz);
+    if (sender_open(&d->sender, &o->delivery, o->render.seed) != 0) {
+        return lum_error_set(&live->error, "not enough memory");
+    }
+    return o->mode == MODE_REPLAY ? playback_open(&d->playback, o, &live->error)
+                                  : renderer_open(&d->renderer, &live->error);
+}
+
+void live_close_data(struct live *live)
+{
+    renderer_close(live->data.renderer);
+    scene_close(&live->data.scene);
+    playback_close(&live->data.playback);
+    sender_close(&live->data.sender);
+}
+
 void live_order(struct live *live)
 {
     const lum_device_settings *s = &live->device.settings;
-    struct order order = {.options = live->options->render};
+    struct render_order order = {.options = live->options->render};
     if (live->options->mode == MODE_REPLAY) {
         return;
     }
@@ -24,15 +47,15 @@ void live_order(struct live *live)
             s, &order.options.layout, &order.options.calibration.eye[eye],
             order.elevations_udeg[eye]);
     }
-    studio_order(live->studio, &order);
+    renderer_order(live->data.renderer, &order);
 }
 
 /* A line under way is sent whole before another reel takes its place. */
 static bool may_fetch(struct live *live)
 {
-    const bool is_done = studio_is_done(live->studio);
-    const bool is_over = scene_hold(&live->scene, is_done);
-    return is_done && (is_over || !live->is_sending);
+    const bool is_done = renderer_is_done(live->data.renderer);
+    const bool is_over = scene_hold(&live->data.scene, is_done);
+    return is_done && (is_over || !live->data.has_begun);
 }
 
 void live_fetch(struct live *live, int64_t now_ns)
@@ -40,12 +63,12 @@ void live_fetch(struct live *live, int64_t now_ns)
     lum_reel *reel = NULL;
     lum_result result = LUM_OK;
     if (live->options->mode == MODE_REPLAY || !may_fetch(live) ||
-        !studio_fetch(live->studio, &reel, &result)) {
+        !renderer_fetch(live->data.renderer, &reel, &result)) {
         return;
     }
     if (result == LUM_OK) {
-        outlet_drop_borrowed(&live->outlet);
-        scene_load(&live->scene, reel, now_ns);
+        sender_drop_borrowed(&live->data.sender);
+        scene_load(&live->data.scene, reel, now_ns);
         live_log_frames(live, now_ns);
     } else {
         live->has_failed = true;
@@ -57,34 +80,48 @@ void live_fetch(struct live *live, int64_t now_ns)
     }
 }
 
-void live_begin_data(struct live *live, int64_t now_ns)
+/* A new client gets the data from the present point on. */
+void live_switch_data(struct live *live, int64_t now_ns)
 {
-    if (live->options->mode == MODE_REPLAY) {
-        playback_begin(&live->playback, now_ns);
-    } else {
-        scene_begin(&live->scene, now_ns);
+    const bool streams = live->device.is_streaming;
+    const bool begins = streams && !live->data.has_begun;
+    live->data.has_begun = streams;
+    if (!streams) {
+        live_drop_data(live);
+    } else if (begins && live->options->mode == MODE_REPLAY) {
+        playback_begin(&live->data.playback, now_ns);
+    } else if (begins) {
+        scene_begin(&live->data.scene, now_ns);
     }
 }
 
-void live_end_data(struct live *live)
+void live_darken_data(struct live *live)
 {
-    outlet_drop(&live->outlet);
+    sender_drop_borrowed(&live->data.sender);
+    scene_darken(&live->data.scene, &live->device);
 }
+
+void live_drop_data(struct live *live)
+{
+    sender_drop(&live->data.sender);
+}
+
+/* --- How it leaves --- */
 
 static size_t take(struct live *live, int64_t now_ns, struct parcel *out,
                    size_t max)
 {
     return live->options->mode == MODE_REPLAY
-               ? playback_take(&live->playback, now_ns, out, max)
-               : scene_take(&live->scene, &live->device, now_ns, out, max);
+               ? playback_take(&live->data.playback, now_ns, out, max)
+               : scene_take(&live->data.scene, &live->device, now_ns, out, max);
 }
 
 static void note_link(struct live *live, bool is_up, int64_t now_ns)
 {
-    if (is_up != live->has_link) {
-        live->has_link = is_up;
+    if (is_up != live->data.has_link) {
+        live->data.has_link = is_up;
         live_log_text(live, now_ns, is_up ? "link up" : "link down", "reason",
-                      is_up ? "" : live->outlet.error.text);
+                      is_up ? "" : live->data.sender.error.text);
     }
 }
 
@@ -92,11 +129,12 @@ static void send_what_is_due(struct live *live, int64_t now_ns)
 {
     const lum_endpoint to = {live->device.client.address,
                              live->device.client.port};
-    const uint64_t before = live->outlet.sent;
-    const bool flows = outlet_send(&live->outlet, live->socket, to, now_ns);
+    const uint64_t before = live->data.sender.sent;
+    const bool flows =
+        sender_send(&live->data.sender, live->socket, to, now_ns);
     if (!flows) {
         note_link(live, false, now_ns);
-    } else if (live->outlet.sent > before) {
+    } else if (live->data.sender.sent > before) {
         note_link(live, true, now_ns);
     }
 }
@@ -105,21 +143,15 @@ static void send_what_is_due(struct live *live, int64_t now_ns)
 static bool stream_batch(struct live *live, int64_t now_ns)
 {
     struct parcel parcels[LUM_SOCKET_BATCH];
-    const size_t room = outlet_room(&live->outlet);
+    const size_t room = sender_room(&live->data.sender);
     const size_t n = take(live, now_ns, parcels, room);
     if (live->is_silent) {
-        live->unsent += n;
+        live->counts.unsent += n;
     } else if (n > 0) {
-        outlet_put(&live->outlet, parcels, n, now_ns);
+        sender_put(&live->data.sender, parcels, n, now_ns);
     }
     send_what_is_due(live, now_ns);
     return n > 0 && n == room;
-}
-
-static void fail_with(struct live *live, const lum_error *error)
-{
-    live->has_failed = true;
-    live->error = *error;
 }
 
 void live_stream(struct live *live, int64_t now_ns)
@@ -129,32 +161,25 @@ void live_stream(struct live *live, int64_t now_ns)
     }
     for (unsigned i = 0; i < ROUNDS_MAX && stream_batch(live, now_ns); i++) {
     }
-    if (live->playback.rounds > live->rounds) {
-        live->rounds = live->playback.rounds;
-        live_log_round(live, now_ns);
-    }
-    if (live->playback.has_failed) {
-        fail_with(live, &live->playback.error);
+    live_log_round(live, now_ns);
+    if (live->data.playback.has_failed) {
+        live->has_failed = true;
+        live->error = live->data.playback.error;
     }
     live_log_skipped(live, now_ns);
-}
-
-static int64_t earlier(int64_t a, int64_t b)
-{
-    return a < b ? a : b;
 }
 
 /* When data is due; data that is due soon waits for the data after it. */
 static int64_t data_next_ns(const struct live *live, int64_t now_ns)
 {
-    const int64_t out_ns = outlet_next_ns(&live->outlet, now_ns);
-    if (!live->device.is_streaming || outlet_is_stuck(&live->outlet)) {
+    const int64_t out_ns = sender_next_ns(&live->data.sender, now_ns);
+    if (!live->device.is_streaming || sender_is_stuck(&live->data.sender)) {
         return out_ns;
     }
     const int64_t data_ns =
         earlier(out_ns, live->options->mode == MODE_REPLAY
-                            ? playback_next_ns(&live->playback)
-                            : scene_next_ns(&live->scene));
+                            ? playback_next_ns(&live->data.playback)
+                            : scene_next_ns(&live->data.scene));
     return data_ns > now_ns && data_ns - now_ns < SLICE_NS ? now_ns + SLICE_NS
                                                            : data_ns;
 }
@@ -162,7 +187,8 @@ static int64_t data_next_ns(const struct live *live, int64_t now_ns)
 int64_t live_stream_next_ns(const struct live *live, int64_t now_ns)
 {
     const int64_t data_ns = data_next_ns(live, now_ns);
-    return live->options->mode == MODE_SCENE && studio_is_busy(live->studio)
+    return live->options->mode == MODE_SCENE &&
+                   renderer_is_busy(live->data.renderer)
                ? earlier(data_ns, now_ns + LOOK_NS)
                : data_ns;
 }

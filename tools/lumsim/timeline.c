@@ -11,19 +11,19 @@
 
 static const struct {
     const char *name;
-    enum mishap mishap;
+    enum fault_kind kind;
     uint16_t bits;
 } known[] = {
-    {"galvo-bx", MISHAP_HAZARD, LUM_LASER_GALVO_AMP_BX_BAD},
-    {"galvo-by", MISHAP_HAZARD, LUM_LASER_GALVO_AMP_BY_BAD},
-    {"galvo-gx", MISHAP_HAZARD, LUM_LASER_GALVO_AMP_GX_BAD},
-    {"galvo-gy", MISHAP_HAZARD, LUM_LASER_GALVO_AMP_GY_BAD},
-    {"board", MISHAP_HAZARD, LUM_LASER_BOARD_OVER_105},
-    {"fan", MISHAP_HAZARD, LUM_LASER_FAN_PWM_BAD},
-    {"interlock", MISHAP_HAZARD, LUM_LASER_HW_SAFETY_BAD},
-    {"switch", MISHAP_HAZARD, LUM_LASER_SYS_ON_SW_OFF},
-    {"reboot", MISHAP_REBOOT, 0},
-    {"silence", MISHAP_SILENCE, 0},
+    {"galvo-bx", FAULT_HAZARD, LUM_LASER_GALVO_AMP_BX_BAD},
+    {"galvo-by", FAULT_HAZARD, LUM_LASER_GALVO_AMP_BY_BAD},
+    {"galvo-gx", FAULT_HAZARD, LUM_LASER_GALVO_AMP_GX_BAD},
+    {"galvo-gy", FAULT_HAZARD, LUM_LASER_GALVO_AMP_GY_BAD},
+    {"board", FAULT_HAZARD, LUM_LASER_BOARD_OVER_105},
+    {"fan", FAULT_HAZARD, LUM_LASER_FAN_PWM_BAD},
+    {"interlock", FAULT_HAZARD, LUM_LASER_HW_SAFETY_BAD},
+    {"switch", FAULT_HAZARD, LUM_LASER_SYS_ON_SW_OFF},
+    {"reboot", FAULT_REBOOT, 0},
+    {"silence", FAULT_SILENCE, 0},
 };
 
 #define HOW_BYTES 512
@@ -103,7 +103,7 @@ static bool find(const char *name, size_t len, struct timeline_event *out)
         if (strlen(known[i].name) == len &&
             strncmp(known[i].name, name, len) == 0) {
             out->name = known[i].name;
-            out->mishap = known[i].mishap;
+            out->kind = known[i].kind;
             out->bits = known[i].bits;
             return true;
         }
@@ -139,7 +139,7 @@ bool timeline_add(struct timeline *timeline, const char *text, const char **why)
     }
     struct timeline_event end = begin;
     if (!parse_end(times + first, &end, &begin) ||
-        (end.ends && begin.mishap == MISHAP_REBOOT)) {
+        (end.ends && begin.kind == FAULT_REBOOT)) {
         *why = "two times of which the second is later, or two signals; a "
                "reboot has only one";
         return false;

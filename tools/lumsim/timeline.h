@@ -11,17 +11,17 @@
 
 #define TIMELINE_MAX 64
 
-enum mishap {
-    MISHAP_HAZARD,
-    MISHAP_REBOOT,
-    MISHAP_SILENCE
+enum fault_kind {
+    FAULT_HAZARD,
+    FAULT_REBOOT,
+    FAULT_SILENCE
 };
 
 struct timeline_event {
     int64_t at_ns; /* after the start; INT64_MAX: at a signal to come */
     enum cue cue;  /* that signal */
     const char *name;
-    enum mishap mishap;
+    enum fault_kind kind;
     uint16_t bits; /* of a hazard */
     bool ends;     /* it goes away again */
 };

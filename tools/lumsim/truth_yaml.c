@@ -2,20 +2,14 @@
 
 #include "../common/text_file.h"
 
-#include "base/outfile.h"
 #include "lum/host/keys.h"
 #include "standing.h"
 
 #include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define TEXT_BYTES 4096
-
-struct truth_yaml {
-    lum_outfile file;
-};
 
 /* What the recording was made of stands above the values. */
 static size_t make_text(const struct options *o, char out[TEXT_BYTES])
@@ -39,34 +33,15 @@ static size_t make_text(const struct options *o, char out[TEXT_BYTES])
     return strlen(out);
 }
 
-int truth_yaml_open(const char *path, const struct options *o,
-                    struct truth_yaml **out, lum_error *error)
+int truth_yaml_begin(const struct options *o, lum_outfile *out,
+                     lum_error *error)
 {
     char text[TEXT_BYTES];
-    struct truth_yaml *t = calloc(1, sizeof *t);
-    if (t == NULL) {
-        return lum_error_set(error, "%s: not enough memory", path);
-    }
+    lum_outfile file;
     const size_t len = make_text(o, text);
-    if (text_file_begin(path, text, len, &t->file, error) != 0) {
-        free(t);
+    if (text_file_begin(o->truth.calibration, text, len, &file, error) != 0) {
         return -1;
     }
-    *out = t;
+    *out = file;
     return 0;
-}
-
-int truth_yaml_close(struct truth_yaml *truth, lum_error *error)
-{
-    const int result = lum_outfile_finish(&truth->file, error);
-    truth_yaml_abort(truth);
-    return result;
-}
-
-void truth_yaml_abort(struct truth_yaml *truth)
-{
-    if (truth != NULL) {
-        lum_outfile_discard(&truth->file);
-        free(truth);
-    }
 }

@@ -1,4 +1,4 @@
-#include "outlet.h"
+#include "sender.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -8,29 +8,28 @@
 #define RETRY_NS    INT64_C(200000)
 #define PATIENCE_NS INT64_C(20000000)
 
-struct outlet_slot {
+struct sender_slot {
     int64_t due_ns;
     uint64_t order; /* among those of one time */
     size_t len;
     uint8_t bytes[LUM_PACKET_BYTES_MAX];
 };
 
-static bool has_faults(const double faults[LUM_FAULT_KINDS])
+bool sender_is_direct(const struct delivery_options *options)
 {
+    bool is_direct = options->jitter_ms <= 0.0;
     for (unsigned k = 0; k < LUM_FAULT_KINDS; k++) {
-        if (faults[k] > 0.0) {
-            return true;
-        }
+        is_direct &= options->faults[k] <= 0.0;
     }
-    return false;
+    return is_direct;
 }
 
-int outlet_open(struct outlet *out, const double faults[LUM_FAULT_KINDS],
-                double jitter_ms, uint64_t seed)
+int sender_open(struct sender *out, const struct delivery_options *options,
+                uint64_t seed)
 {
-    *out = (struct outlet){.is_direct = !has_faults(faults) && jitter_ms <= 0.0,
-                           .jitter_ns = (int64_t)(jitter_ms * 1e6)};
-    lum_fault_init(&out->fault, faults, seed);
+    *out = (struct sender){.is_direct = sender_is_direct(options),
+                           .jitter_ns = (int64_t)(options->jitter_ms * 1e6)};
+    lum_fault_init(&out->fault, options->faults, seed);
     lum_random_init(&out->random, seed, STREAM);
     if (out->is_direct) {
         return 0;
@@ -38,7 +37,7 @@ int outlet_open(struct outlet *out, const double faults[LUM_FAULT_KINDS],
     out->slots = malloc(SLOTS * sizeof *out->slots);
     out->heap = malloc(SLOTS * sizeof *out->heap);
     if (out->slots == NULL || out->heap == NULL) {
-        outlet_close(out);
+        sender_close(out);
         return -1;
     }
     for (uint32_t i = 0; i < SLOTS; i++) {
@@ -47,18 +46,18 @@ int outlet_open(struct outlet *out, const double faults[LUM_FAULT_KINDS],
     return 0;
 }
 
-void outlet_close(struct outlet *outlet)
+void sender_close(struct sender *sender)
 {
-    free(outlet->slots);
-    free(outlet->heap);
-    outlet->slots = NULL;
-    outlet->heap = NULL;
+    free(sender->slots);
+    free(sender->heap);
+    sender->slots = NULL;
+    sender->heap = NULL;
 }
 
-static bool is_before(const struct outlet *o, uint32_t a, uint32_t b)
+static bool is_before(const struct sender *o, uint32_t a, uint32_t b)
 {
-    const struct outlet_slot *x = &o->slots[a];
-    const struct outlet_slot *y = &o->slots[b];
+    const struct sender_slot *x = &o->slots[a];
+    const struct sender_slot *y = &o->slots[b];
     return x->due_ns < y->due_ns ||
            (x->due_ns == y->due_ns && x->order < y->order);
 }
@@ -70,7 +69,7 @@ static void swap(uint32_t *a, uint32_t *b)
     *b = kept;
 }
 
-static void sift_up(struct outlet *o, size_t i)
+static void sift_up(struct sender *o, size_t i)
 {
     while (i > 0 && is_before(o, o->heap[i], o->heap[(i - 1) / 2])) {
         swap(&o->heap[i], &o->heap[(i - 1) / 2]);
@@ -78,7 +77,7 @@ static void sift_up(struct outlet *o, size_t i)
     }
 }
 
-static void sift_down(struct outlet *o)
+static void sift_down(struct sender *o)
 {
     size_t i = 0;
     for (;;) {
@@ -98,7 +97,7 @@ static void sift_down(struct outlet *o)
     }
 }
 
-static int64_t due_ns(struct outlet *o, int64_t now_ns)
+static int64_t due_ns(struct sender *o, int64_t now_ns)
 {
     return o->jitter_ns > 0
                ? now_ns + (int64_t)((double)lum_random_unit(&o->random) *
@@ -107,14 +106,14 @@ static int64_t due_ns(struct outlet *o, int64_t now_ns)
 }
 
 /* The slots that pending points into come directly after those that wait. */
-static void hold(struct outlet *o, const lum_sim_packet *packet, int64_t now_ns)
+static void hold(struct sender *o, const lum_sim_packet *packet, int64_t now_ns)
 {
     if (o->waiting + o->leaving == SLOTS) {
         o->no_room++;
         return;
     }
     swap(&o->heap[o->waiting], &o->heap[o->waiting + o->leaving]);
-    struct outlet_slot *slot = &o->slots[o->heap[o->waiting]];
+    struct sender_slot *slot = &o->slots[o->heap[o->waiting]];
     slot->due_ns = due_ns(o, now_ns);
     slot->order = o->order++;
     slot->len = packet->len;
@@ -122,12 +121,12 @@ static void hold(struct outlet *o, const lum_sim_packet *packet, int64_t now_ns)
     sift_up(o, o->waiting++);
 }
 
-size_t outlet_room(const struct outlet *outlet)
+size_t sender_room(const struct sender *sender)
 {
-    return outlet_is_stuck(outlet) ? 0 : LUM_SOCKET_BATCH;
+    return sender_is_stuck(sender) ? 0 : LUM_SOCKET_BATCH;
 }
 
-static void put_direct(struct outlet *o, const struct parcel *parcels, size_t n)
+static void put_direct(struct sender *o, const struct parcel *parcels, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
         o->pending[i] =
@@ -137,7 +136,7 @@ static void put_direct(struct outlet *o, const struct parcel *parcels, size_t n)
     o->pending_count = n;
 }
 
-static void bend(struct outlet *o, const struct parcel *parcel, int64_t now_ns)
+static void bend(struct sender *o, const struct parcel *parcel, int64_t now_ns)
 {
     lum_sim_packet packet;
     const lum_sim_packet *leaving;
@@ -154,22 +153,22 @@ static void bend(struct outlet *o, const struct parcel *parcel, int64_t now_ns)
     }
 }
 
-void outlet_put(struct outlet *outlet, const struct parcel *parcels, size_t n,
+void sender_put(struct sender *sender, const struct parcel *parcels, size_t n,
                 int64_t now_ns)
 {
-    if (outlet->is_direct) {
-        put_direct(outlet, parcels, n);
+    if (sender->is_direct) {
+        put_direct(sender, parcels, n);
         return;
     }
     for (size_t i = 0; i < n; i++) {
-        bend(outlet, &parcels[i], now_ns);
+        bend(sender, &parcels[i], now_ns);
     }
 }
 
 /* The first that waits is due: on to pending. */
-static void load_one(struct outlet *o)
+static void load_one(struct sender *o)
 {
-    struct outlet_slot *slot = &o->slots[o->heap[0]];
+    struct sender_slot *slot = &o->slots[o->heap[0]];
     o->pending[o->pending_count++] =
         (lum_outgoing){.bytes = slot->bytes, .len = slot->len};
     o->waiting--;
@@ -178,9 +177,9 @@ static void load_one(struct outlet *o)
     sift_down(o);
 }
 
-static void load(struct outlet *o, int64_t now_ns)
+static void load(struct sender *o, int64_t now_ns)
 {
-    if (o->is_direct || outlet_is_stuck(o)) {
+    if (o->is_direct || sender_is_stuck(o)) {
         return;
     }
     o->pending_next = 0;
@@ -192,7 +191,7 @@ static void load(struct outlet *o, int64_t now_ns)
     }
 }
 
-static void count_sent(struct outlet *o, size_t n)
+static void count_sent(struct sender *o, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
         o->bytes += o->pending[o->pending_next + i].len;
@@ -202,7 +201,7 @@ static void count_sent(struct outlet *o, size_t n)
 }
 
 /* A packet that cannot be sent for this long is given up: its line is over. */
-static bool wait_or_give_up(struct outlet *o, int64_t now_ns)
+static bool wait_or_give_up(struct sender *o, int64_t now_ns)
 {
     o->retries++;
     if (o->stuck_ns == 0) {
@@ -216,7 +215,7 @@ static bool wait_or_give_up(struct outlet *o, int64_t now_ns)
     return false;
 }
 
-static bool send_pending(struct outlet *o, lum_socket *socket, lum_endpoint to,
+static bool send_pending(struct sender *o, lum_socket *socket, lum_endpoint to,
                          int64_t now_ns)
 {
     size_t sent = 0;
@@ -234,47 +233,47 @@ static bool send_pending(struct outlet *o, lum_socket *socket, lum_endpoint to,
            wait_or_give_up(o, now_ns);
 }
 
-bool outlet_send(struct outlet *outlet, lum_socket *socket, lum_endpoint to,
+bool sender_send(struct sender *sender, lum_socket *socket, lum_endpoint to,
                  int64_t now_ns)
 {
     bool flows = true;
     for (;;) {
-        load(outlet, now_ns);
-        const size_t left = outlet->pending_count - outlet->pending_next;
+        load(sender, now_ns);
+        const size_t left = sender->pending_count - sender->pending_next;
         if (left == 0) {
             return flows;
         }
-        flows = send_pending(outlet, socket, to, now_ns) && flows;
-        if (outlet_is_stuck(outlet)) {
+        flows = send_pending(sender, socket, to, now_ns) && flows;
+        if (sender_is_stuck(sender)) {
             return flows;
         }
     }
 }
 
-int64_t outlet_next_ns(const struct outlet *outlet, int64_t now_ns)
+int64_t sender_next_ns(const struct sender *sender, int64_t now_ns)
 {
-    if (outlet_is_stuck(outlet)) {
+    if (sender_is_stuck(sender)) {
         return now_ns + RETRY_NS;
     }
-    return outlet->waiting > 0 ? outlet->slots[outlet->heap[0]].due_ns
+    return sender->waiting > 0 ? sender->slots[sender->heap[0]].due_ns
                                : INT64_MAX;
 }
 
-void outlet_drop(struct outlet *outlet)
+void sender_drop(struct sender *sender)
 {
-    outlet->pending_next = outlet->pending_count;
-    outlet->leaving = 0;
-    outlet->waiting = 0;
+    sender->pending_next = sender->pending_count;
+    sender->leaving = 0;
+    sender->waiting = 0;
 }
 
-void outlet_drop_borrowed(struct outlet *outlet)
+void sender_drop_borrowed(struct sender *sender)
 {
-    if (outlet->is_direct) {
-        outlet_drop(outlet);
+    if (sender->is_direct) {
+        sender_drop(sender);
     }
 }
 
-bool outlet_is_stuck(const struct outlet *outlet)
+bool sender_is_stuck(const struct sender *sender)
 {
-    return outlet->pending_next < outlet->pending_count;
+    return sender->pending_next < sender->pending_count;
 }

@@ -1,5 +1,5 @@
 #define _XOPEN_SOURCE 700 /* setpriority */
-#include "studio.h"
+#include "renderer.h"
 
 #include <pthread.h>
 #include <stdlib.h>
@@ -10,33 +10,33 @@
 
 #define NICENESS 5
 
-struct studio {
+struct renderer {
     pthread_t thread;
     pthread_mutex_t mutex; /* of all below */
     pthread_cond_t ordered;
-    struct order next;
+    struct render_order next;
     bool has_order; /* next is not begun yet */
     bool is_busy;   /* ordered, and not fetched */
     bool is_done;   /* result and reel are those of the last order */
     bool ends;
     lum_result result;
     lum_reel *reel;
-    struct order current; /* used only by the thread */
+    struct render_order current; /* used only by the thread */
 };
 
 /* Whether nobody waits for the present rendering. */
 static bool is_in_vain(void *context)
 {
-    struct studio *s = context;
+    struct renderer *s = context;
     (void)pthread_mutex_lock(&s->mutex);
     const bool in_vain = s->has_order || s->ends;
     (void)pthread_mutex_unlock(&s->mutex);
     return in_vain;
 }
 
-static lum_result render(struct studio *s, lum_reel **out)
+static lum_result render(struct renderer *s, lum_reel **out)
 {
-    struct order *order = &s->current;
+    struct render_order *order = &s->current;
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         order->options.elevations_udeg[eye] =
             order->is_aimed ? order->elevations_udeg[eye] : NULL;
@@ -46,7 +46,7 @@ static lum_result render(struct studio *s, lum_reel **out)
 }
 
 /* With the mutex held, but while rendering. */
-static void render_order(struct studio *s)
+static void render_order(struct renderer *s)
 {
     lum_reel *reel = NULL;
     s->current = s->next;
@@ -74,7 +74,7 @@ static void step_back(void)
 
 static void *work(void *argument)
 {
-    struct studio *s = argument;
+    struct renderer *s = argument;
     step_back();
     (void)pthread_mutex_lock(&s->mutex);
     while (!s->ends) {
@@ -88,9 +88,9 @@ static void *work(void *argument)
     return NULL;
 }
 
-int studio_open(struct studio **out, lum_error *error)
+int renderer_open(struct renderer **out, lum_error *error)
 {
-    struct studio *s = calloc(1, sizeof *s);
+    struct renderer *s = calloc(1, sizeof *s);
     if (s == NULL) {
         return lum_error_set(error, "not enough memory");
     }
@@ -107,7 +107,7 @@ int studio_open(struct studio **out, lum_error *error)
 }
 
 /* With the mutex held. */
-static void discard(struct studio *s)
+static void discard(struct renderer *s)
 {
     if (s->is_done && s->result == LUM_OK) {
         lum_reel_free(s->reel);
@@ -116,60 +116,63 @@ static void discard(struct studio *s)
     s->is_done = false;
 }
 
-void studio_close(struct studio *studio)
+void renderer_close(struct renderer *renderer)
 {
-    if (studio == NULL) {
+    if (renderer == NULL) {
         return;
     }
-    (void)pthread_mutex_lock(&studio->mutex);
-    studio->ends = true;
-    (void)pthread_cond_signal(&studio->ordered);
-    (void)pthread_mutex_unlock(&studio->mutex);
-    (void)pthread_join(studio->thread, NULL);
-    discard(studio);
-    (void)pthread_cond_destroy(&studio->ordered);
-    (void)pthread_mutex_destroy(&studio->mutex);
-    free(studio);
+    (void)pthread_mutex_lock(&renderer->mutex);
+    renderer->ends = true;
+    (void)pthread_cond_signal(&renderer->ordered);
+    (void)pthread_mutex_unlock(&renderer->mutex);
+    (void)pthread_join(renderer->thread, NULL);
+    discard(renderer);
+    (void)pthread_cond_destroy(&renderer->ordered);
+    (void)pthread_mutex_destroy(&renderer->mutex);
+    free(renderer);
 }
 
-void studio_order(struct studio *studio, const struct order *order)
+void renderer_order(struct renderer *renderer, const struct render_order *order)
 {
-    (void)pthread_mutex_lock(&studio->mutex);
-    discard(studio);
-    studio->next = *order;
-    studio->has_order = true;
-    studio->is_busy = true;
-    (void)pthread_cond_signal(&studio->ordered);
-    (void)pthread_mutex_unlock(&studio->mutex);
+    (void)pthread_mutex_lock(&renderer->mutex);
+    discard(renderer);
+    renderer->next = *order;
+    renderer->has_order = true;
+    renderer->is_busy = true;
+    (void)pthread_cond_signal(&renderer->ordered);
+    (void)pthread_mutex_unlock(&renderer->mutex);
 }
 
-bool studio_is_busy(struct studio *studio)
+static bool is_set(struct renderer *s, const bool *flag)
 {
-    (void)pthread_mutex_lock(&studio->mutex);
-    const bool is_busy = studio->is_busy;
-    (void)pthread_mutex_unlock(&studio->mutex);
-    return is_busy;
+    (void)pthread_mutex_lock(&s->mutex);
+    const bool value = *flag;
+    (void)pthread_mutex_unlock(&s->mutex);
+    return value;
 }
 
-bool studio_is_done(struct studio *studio)
+bool renderer_is_busy(struct renderer *renderer)
 {
-    (void)pthread_mutex_lock(&studio->mutex);
-    const bool is_done = studio->is_done;
-    (void)pthread_mutex_unlock(&studio->mutex);
-    return is_done;
+    return is_set(renderer, &renderer->is_busy);
 }
 
-bool studio_fetch(struct studio *studio, lum_reel **reel, lum_result *result)
+bool renderer_is_done(struct renderer *renderer)
 {
-    (void)pthread_mutex_lock(&studio->mutex);
-    const bool is_done = studio->is_done;
+    return is_set(renderer, &renderer->is_done);
+}
+
+bool renderer_fetch(struct renderer *renderer, lum_reel **reel,
+                    lum_result *result)
+{
+    (void)pthread_mutex_lock(&renderer->mutex);
+    const bool is_done = renderer->is_done;
     if (is_done) {
-        *reel = studio->reel;
-        *result = studio->result;
-        studio->reel = NULL;
-        studio->is_done = false;
-        studio->is_busy = false;
+        *reel = renderer->reel;
+        *result = renderer->result;
+        renderer->reel = NULL;
+        renderer->is_done = false;
+        renderer->is_busy = false;
     }
-    (void)pthread_mutex_unlock(&studio->mutex);
+    (void)pthread_mutex_unlock(&renderer->mutex);
     return is_done;
 }

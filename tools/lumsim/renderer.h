@@ -1,8 +1,8 @@
 /* Renders reels in a separate thread, so that the sensor can answer during that
  * time. One reel at a time: a request for another one cancels the present
  * one. */
-#ifndef LUMSIM_STUDIO_H
-#define LUMSIM_STUDIO_H
+#ifndef LUMSIM_RENDERER_H
+#define LUMSIM_RENDERER_H
 
 #include "lum/base/error.h"
 #include "sim/device.h"
@@ -11,10 +11,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct studio;
+struct renderer;
 
 /* What to render. */
-struct order {
+struct render_order {
     lum_render_options options; /* but elevations_udeg */
     int32_t elevations_udeg[LUM_EYES][LUM_DEVICE_YSCAN_MAX];
     bool is_aimed; /* elevations_udeg counts */
@@ -22,22 +22,24 @@ struct order {
 };
 
 /* 0, or -1 with the reason in error. */
-int studio_open(struct studio **out, lum_error *error);
+int renderer_open(struct renderer **out, lum_error *error);
 
 /* Ends the thread. NULL is allowed. */
-void studio_close(struct studio *studio);
+void renderer_close(struct renderer *renderer);
 
 /* Ask for a reel; the order is copied. */
-void studio_order(struct studio *studio, const struct order *order);
+void renderer_order(struct renderer *renderer,
+                    const struct render_order *order);
 
 /* Whether something that was ordered has not been fetched yet. */
-bool studio_is_busy(struct studio *studio);
+bool renderer_is_busy(struct renderer *renderer);
 
 /* Whether there is something to fetch. */
-bool studio_is_done(struct studio *studio);
+bool renderer_is_done(struct renderer *renderer);
 
 /* What was ordered last, once it is done: true, with its result and, for
  * LUM_OK, the reel, which is the caller's then. */
-bool studio_fetch(struct studio *studio, lum_reel **reel, lum_result *result);
+bool renderer_fetch(struct renderer *renderer, lum_reel **reel,
+                    lum_result *result);
 
 #endif

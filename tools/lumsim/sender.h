@@ -1,10 +1,11 @@
 /* The way of data out of the sensor: through the faults of the options, in
  * batches, to the client. */
-#ifndef LUMSIM_OUTLET_H
-#define LUMSIM_OUTLET_H
+#ifndef LUMSIM_SENDER_H
+#define LUMSIM_SENDER_H
 
 #include "feed.h"
 #include "lum/net/socket.h"
+#include "options.h"
 #include "sim/fault.h"
 #include "sim/random.h"
 
@@ -12,16 +13,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
-struct outlet_slot;
+struct sender_slot;
 
-struct outlet {
+struct sender {
     bool is_direct; /* no faults, no jitter: nothing is copied */
     lum_fault fault;
     lum_random random;
     int64_t jitter_ns;
     uint64_t order; /* of the next slot that is filled */
 
-    struct outlet_slot *slots; /* NULL if direct */
+    struct sender_slot *slots; /* NULL if direct */
     uint32_t *heap; /* slots that wait, by time; free ones after them */
     size_t waiting;
 
@@ -39,34 +40,37 @@ struct outlet {
     uint64_t no_room;  /* datagrams that jitter could not hold */
 };
 
+/* Whether nothing happens to packets on their way. */
+bool sender_is_direct(const struct delivery_options *options);
+
 /* 0, or -1 without memory. */
-int outlet_open(struct outlet *out, const double faults[LUM_FAULT_KINDS],
-                double jitter_ms, uint64_t seed);
-void outlet_close(struct outlet *outlet);
+int sender_open(struct sender *out, const struct delivery_options *options,
+                uint64_t seed);
+void sender_close(struct sender *sender);
 
 /* How many parcels it takes now, at most LUM_SOCKET_BATCH. */
-size_t outlet_room(const struct outlet *outlet);
+size_t sender_room(const struct sender *sender);
 
-/* Take parcels, at most outlet_room(). If direct, their bytes must live until
- * they have left or outlet_drop(). */
-void outlet_put(struct outlet *outlet, const struct parcel *parcels, size_t n,
+/* Take parcels, at most sender_room(). If direct, their bytes must live until
+ * they have left or sender_drop(). */
+void sender_put(struct sender *sender, const struct parcel *parcels, size_t n,
                 int64_t now_ns);
 
 /* Send what is due. False when datagrams had to be given up. */
-bool outlet_send(struct outlet *outlet, lum_socket *socket, lum_endpoint to,
+bool sender_send(struct sender *sender, lum_socket *socket, lum_endpoint to,
                  int64_t now_ns);
 
-/* When outlet_send() has something to do; INT64_MAX: never. */
-int64_t outlet_next_ns(const struct outlet *outlet, int64_t now_ns);
+/* When sender_send() has something to do; INT64_MAX: never. */
+int64_t sender_next_ns(const struct sender *sender, int64_t now_ns);
 
 /* Forget all that has not left. */
-void outlet_drop(struct outlet *outlet);
+void sender_drop(struct sender *sender);
 
 /* Forget packets that have not left and are not copies: their bytes will be
  * reused. */
-void outlet_drop_borrowed(struct outlet *outlet);
+void sender_drop_borrowed(struct sender *sender);
 
 /* Whether something is stuck: nothing more is taken then. */
-bool outlet_is_stuck(const struct outlet *outlet);
+bool sender_is_stuck(const struct sender *sender);
 
 #endif
