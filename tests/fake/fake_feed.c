@@ -138,9 +138,9 @@ static void make_frames(struct feed *feed)
     feed->shown++;
     feed->status.frames++;
     feed->status.frame_ns = lum_time_monotonic_ns();
-    feed->status.points += feed->points;
-    feed->status.bytes += 4u * (uint64_t)feed->points;
-    feed->status.packets++;
+    feed->status.decoded.points += feed->points;
+    feed->status.received.bytes += 4u * (uint64_t)feed->points;
+    feed->status.received.packets++;
     for (size_t i = 0; i < feed->view_count; i++) {
         frame_release(feed->frames[i]);
         feed->frames[i] = make_frame(feed, &feed->views[i]);
@@ -192,8 +192,8 @@ int feed_open(const struct options *options, const struct geometry *geometry,
                                         .is_live = options->is_live,
                                         .has_range = !options->is_live,
                                         .last_frame = 1000,
-                                        .speed = options->speed,
-                                        .loops = options->loops,
+                                        .speed = options->play.speed,
+                                        .loops = options->play.loops,
                                         .has_laser = options->is_live,
                                         .laser = 0x0820};
     (void)pthread_mutex_init(&feed->lock, NULL);

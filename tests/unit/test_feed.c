@@ -190,7 +190,7 @@ static void close_well(struct viewer *viewer)
 static void open_paused(struct viewer *viewer)
 {
     viewer_init(viewer, street);
-    viewer->options.paused = true;
+    viewer->options.play.paused = true;
     viewer_open(viewer);
     (void)viewer_wait(viewer, shows_frame, 1);
     (void)viewer_wait(viewer, has_range, 0);
@@ -250,7 +250,7 @@ static void a_second_profile_follows_the_first(void **state)
     second.eye_values[LUM_EYE_GREEN] = 0;
     viewer_init(&v, street);
     v.second = &second;
-    v.options.paused = true;
+    v.options.play.paused = true;
     viewer_open(&v);
     (void)viewer_wait(&v, has_range, 0);
     assert_int_equal(feed_profile(v.feed, true)->eye_values[LUM_EYE_BLUE], 1);
@@ -272,18 +272,19 @@ static void a_capture_plays_to_its_end_and_counts_what_lumdump_counts(
     struct viewer v;
     (void)state;
     viewer_init(&v, street);
-    v.options.speed = 20.0;
+    v.options.play.speed = 20.0;
     viewer_open(&v);
     const struct feed_status s = viewer_wait(&v, is_in_state, FEED_ENDED);
     assert_int_equal(s.frames, FRAMES);
     assert_int_equal(s.frame, FRAMES);
-    assert_int_equal(s.points, content.points);
-    assert_int_equal(s.packets, content.packets);
-    assert_int_equal(s.bytes, content.bytes);
-    assert_int_equal(s.lost_wire + s.lost_lines + s.refused, 0);
+    assert_int_equal(s.decoded.points, content.points);
+    assert_int_equal(s.received.packets, content.packets);
+    assert_int_equal(s.received.bytes, content.bytes);
+    assert_int_equal(
+        s.decoded.lost_words + s.decoded.lost_lines + s.decoded.refused, 0);
     assert_false(s.is_live);
     assert_false(s.has_laser);
-    assert_string_equal(s.message, "");
+    assert_string_equal(s.texts[FEED_MESSAGE], "");
     close_well(&v);
 }
 
@@ -318,12 +319,12 @@ static void what_was_under_way_when_a_stream_was_joined_is_no_loss(void **state)
     (void)state;
     make_joined(joined, 5);
     viewer_init(&v, joined);
-    v.options.speed = 20.0;
+    v.options.play.speed = 20.0;
     viewer_open(&v);
     const struct feed_status s = viewer_wait(&v, is_in_state, FEED_ENDED);
-    assert_int_not_equal(s.lost_lines, 0);
-    assert_int_equal(s.lost_lines, s.joined_lines);
-    assert_int_equal(s.lost_wire, s.joined_words);
+    assert_int_not_equal(s.decoded.lost_lines, 0);
+    assert_int_equal(s.decoded.lost_lines, s.decoded.joined_lines);
+    assert_int_equal(s.decoded.lost_words, s.decoded.joined_words);
     close_well(&v);
     (void)unlink(joined);
 }
@@ -344,7 +345,7 @@ static void play_at_the_end_begins_anew(void **state)
     struct viewer v;
     (void)state;
     viewer_init(&v, street);
-    v.options.speed = 100.0;
+    v.options.play.speed = 100.0;
     viewer_open(&v);
     (void)viewer_wait(&v, is_in_state, FEED_ENDED);
     feed_play(v.feed, true);
@@ -355,7 +356,7 @@ static void play_at_the_end_begins_anew(void **state)
     (void)viewer_wait(&v, is_in_state, FEED_PAUSED);
     feed_play(v.feed, true);
     const struct feed_status s = viewer_wait(&v, has_shown, 3 * FRAMES);
-    assert_int_equal(s.points, 3u * content.points);
+    assert_int_equal(s.decoded.points, 3u * content.points);
     close_well(&v);
 }
 
@@ -462,7 +463,7 @@ static void a_capture_that_plays_keeps_frames(void **state)
     struct viewer v;
     (void)state;
     viewer_init(&v, street);
-    v.options.speed = 20.0;
+    v.options.play.speed = 20.0;
     viewer_open(&v);
     feed_keep(v.feed, FRAMES);
     (void)viewer_wait(&v, is_in_state, FEED_ENDED);
@@ -475,7 +476,7 @@ static void a_step_pauses(void **state)
     struct viewer v;
     (void)state;
     viewer_init(&v, street);
-    v.options.speed = 0.01;
+    v.options.play.speed = 0.01;
     viewer_open(&v);
     (void)viewer_wait(&v, shows_frame, 1);
     (void)viewer_wait(&v, is_in_state, FEED_PLAYING);
@@ -507,7 +508,7 @@ static void a_jump_before_the_ends_are_known_leads_there_too(void **state)
     struct viewer v;
     (void)state;
     viewer_init(&v, street);
-    v.options.paused = true;
+    v.options.play.paused = true;
     viewer_open(&v);
     feed_seek(v.feed, 1000);
     (void)viewer_wait(&v, shows_frame, FRAMES);
@@ -519,7 +520,7 @@ static void a_jump_keeps_playing(void **state)
     struct viewer v;
     (void)state;
     viewer_init(&v, street);
-    v.options.speed = 0.01;
+    v.options.play.speed = 0.01;
     viewer_open(&v);
     (void)viewer_wait(&v, shows_frame, 1);
     feed_seek(v.feed, 4);
@@ -540,10 +541,11 @@ static void what_is_passed_over_is_not_counted(void **state)
     open_paused(&v);
     feed_seek(v.feed, FRAMES);
     const struct feed_status s = viewer_wait(&v, shows_frame, FRAMES);
-    assert_true(s.points < content.rising[1] + content.rising[2] +
-                               content.rising[FRAMES] + content.rising[1]);
-    assert_true(s.points >= content.rising[1] + content.rising[FRAMES]);
-    assert_true(s.packets < content.packets * 4u / 6u);
+    assert_true(s.decoded.points < content.rising[1] + content.rising[2] +
+                                       content.rising[FRAMES] +
+                                       content.rising[1]);
+    assert_true(s.decoded.points >= content.rising[1] + content.rising[FRAMES]);
+    assert_true(s.received.packets < content.packets * 4u / 6u);
     close_well(&v);
 }
 
@@ -552,8 +554,8 @@ static void a_loop_goes_round_until_it_is_ended(void **state)
     struct viewer v;
     (void)state;
     viewer_init(&v, street);
-    v.options.loops = true;
-    v.options.speed = 100.0;
+    v.options.play.loops = true;
+    v.options.play.speed = 100.0;
     viewer_open(&v);
     struct feed_status s = viewer_wait(&v, has_shown, 3 * FRAMES);
     assert_true(s.loops);
@@ -571,7 +573,7 @@ static void speed_changes_what_is_waited_for_now(void **state)
     struct viewer v;
     (void)state;
     viewer_init(&v, street);
-    v.options.speed = 0.0;
+    v.options.play.speed = 0.0;
     viewer_open(&v);
     struct feed_status s = viewer_wait(&v, shows_frame, 1);
     assert_true(s.speed == 0.01);
@@ -588,7 +590,7 @@ static void nothing_plays_while_nobody_looks(void **state)
     struct feed_status s;
     (void)state;
     viewer_init(&v, street);
-    v.options.speed = 100.0;
+    v.options.play.speed = 100.0;
     viewer_open(&v);
     feed_want(v.feed, NULL, 0);
     (void)viewer_wait(&v, has_range, 0);
@@ -626,7 +628,7 @@ static void a_view_that_is_wanted_at_the_end_is_made_and_the_end_stays(
     struct viewer v;
     (void)state;
     viewer_init(&v, street);
-    v.options.speed = 100.0;
+    v.options.play.speed = 100.0;
     viewer_open(&v);
     (void)viewer_wait(&v, is_in_state, FEED_ENDED);
     viewer_want(&v, LUM_EDGES_FALLING, 0);
@@ -643,7 +645,7 @@ static void a_view_that_is_wanted_in_slow_motion_does_not_wait(void **state)
     struct viewer v;
     (void)state;
     viewer_init(&v, street);
-    v.options.speed = 0.01;
+    v.options.play.speed = 0.01;
     viewer_open(&v);
     (void)viewer_wait(&v, shows_frame, 1);
     viewer_want(&v, LUM_EDGES_FALLING, 0);
@@ -691,8 +693,8 @@ static void a_feed_ends_whatever_it_is_at(void **state)
     (void)state;
     for (unsigned i = 0; i < 20; i++) {
         viewer_init(&v, street);
-        v.options.loops = true;
-        v.options.speed = 100.0;
+        v.options.play.loops = true;
+        v.options.play.speed = 100.0;
         viewer_open(&v);
         if (i % 2 == 0) {
             (void)viewer_wait(&v, has_shown, i);
@@ -732,24 +734,25 @@ static void of_several_sensors_the_first_is_shown_and_the_others_named(
     (void)snprintf(path, sizeof path, "%s", in_directory("two.pcap"));
     make_capture(path, sensors, 2);
     viewer_init(&v, path);
-    v.options.speed = 100.0;
+    v.options.play.speed = 100.0;
     viewer_open(&v);
     struct feed_status s = viewer_wait(&v, is_in_state, FEED_ENDED);
-    assert_int_equal(s.points, content.points);
-    assert_int_equal(s.packets, content.packets);
-    assert_int_equal(s.bytes, content.bytes);
+    assert_int_equal(s.decoded.points, content.points);
+    assert_int_equal(s.received.packets, content.packets);
+    assert_int_equal(s.received.bytes, content.bytes);
     assert_int_equal(s.frames, FRAMES);
-    assert_string_equal(s.message, "10.42.0.38 is shown; there is also "
-                                   "10.42.0.37: choose by --sensor");
+    assert_string_equal(s.texts[FEED_MESSAGE],
+                        "10.42.0.38 is shown; there is also "
+                        "10.42.0.37: choose by --sensor");
     close_well(&v);
     viewer_init(&v, path);
-    v.options.has_sensor = true;
-    v.options.sensor = SENSOR;
-    v.options.speed = 100.0;
+    v.options.sensor.is_given = true;
+    v.options.sensor.address = SENSOR;
+    v.options.play.speed = 100.0;
     viewer_open(&v);
     s = viewer_wait(&v, is_in_state, FEED_ENDED);
-    assert_int_equal(s.points, content.points);
-    assert_int_equal(s.packets, content.packets);
+    assert_int_equal(s.decoded.points, content.points);
+    assert_int_equal(s.received.packets, content.packets);
     struct frame *frame = viewer_wait_frame(&v, LUM_EDGES_RISING, 0);
     assert_frame(frame, FRAMES, content.rising[FRAMES]);
     frame_release(frame);
@@ -760,7 +763,7 @@ static void of_several_sensors_the_first_is_shown_and_the_others_named(
 static bool has_remarks(const struct feed_status *s, int64_t unused)
 {
     (void)unused;
-    return s->remarks[0] != '\0';
+    return s->texts[FEED_REMARKS][0] != '\0';
 }
 
 static void copy_part(const char *to, long bytes)
@@ -786,11 +789,11 @@ static void a_capture_that_breaks_off_is_shown_as_far_as_it_goes(void **state)
     assert_int_equal(stat(street, &st), 0);
     copy_part(path, (long)st.st_size / 2);
     viewer_init(&v, path);
-    v.options.speed = 100.0;
+    v.options.play.speed = 100.0;
     viewer_open(&v);
     const struct feed_status s = viewer_wait(&v, is_in_state, FEED_ENDED);
     assert_in_range(s.frames, 3, 4);
-    assert_non_null(strstr(s.message, "broken.pcap"));
+    assert_non_null(strstr(s.texts[FEED_MESSAGE], "broken.pcap"));
     close_well(&v);
     assert_int_equal(unlink(path), 0);
 }
@@ -826,10 +829,10 @@ static void what_is_odd_about_a_capture_is_told(void **state)
     assert_int_equal(fclose(in), 0);
     assert_int_equal(fclose(out), 0);
     viewer_init(&v, path);
-    v.options.speed = 100.0;
+    v.options.play.speed = 100.0;
     viewer_open(&v);
     const struct feed_status s = viewer_wait(&v, has_remarks, 0);
-    assert_non_null(strstr(s.remarks, "snap length of 1000 bytes"));
+    assert_non_null(strstr(s.texts[FEED_REMARKS], "snap length of 1000 bytes"));
     close_well(&v);
     assert_int_equal(unlink(path), 0);
 }
@@ -844,17 +847,18 @@ static void a_capture_without_frames_says_so(void **state)
     viewer_init(&v, path);
     viewer_open(&v);
     struct feed_status s = viewer_wait(&v, is_in_state, FEED_ENDED);
-    assert_non_null(strstr(s.message, "no frame"));
+    assert_non_null(strstr(s.texts[FEED_MESSAGE], "no frame"));
     feed_play(v.feed, true);
     feed_step(v.feed, 1);
     close_well(&v);
     assert_int_equal(unlink(path), 0);
     viewer_init(&v, street);
-    v.options.has_sensor = true;
-    v.options.sensor = OTHER;
+    v.options.sensor.is_given = true;
+    v.options.sensor.address = OTHER;
     viewer_open(&v);
     s = viewer_wait(&v, is_in_state, FEED_ENDED);
-    assert_non_null(strstr(s.message, "no frame in it of the sensor"));
+    assert_non_null(
+        strstr(s.texts[FEED_MESSAGE], "no frame in it of the sensor"));
     close_well(&v);
 }
 
@@ -868,7 +872,7 @@ static void a_capture_that_is_gone_fails_until_it_is_back(void **state)
     (void)snprintf(away, sizeof away, "%s", in_directory("away.pcap"));
     assert_int_equal(link(street, path), 0);
     viewer_init(&v, path);
-    v.options.paused = true;
+    v.options.play.paused = true;
     viewer_open(&v);
     (void)viewer_wait(&v, has_range, 0);
     feed_seek(v.feed, 3);
@@ -876,7 +880,7 @@ static void a_capture_that_is_gone_fails_until_it_is_back(void **state)
     assert_int_equal(rename(path, away), 0);
     feed_seek(v.feed, 2);
     const struct feed_status s = viewer_wait(&v, is_in_state, FEED_FAILED);
-    assert_non_null(strstr(s.message, "here.pcap"));
+    assert_non_null(strstr(s.texts[FEED_MESSAGE], "here.pcap"));
     assert_int_equal(s.frame, 3);
     assert_int_equal(rename(away, path), 0);
     feed_seek(v.feed, 2);
@@ -932,7 +936,7 @@ static void a_pipe_is_played_once(void **state)
     assert_int_equal(mkfifo(path, 0600), 0);
     const pid_t child = fill(path);
     viewer_init(&v, path);
-    v.options.paused = true;
+    v.options.play.paused = true;
     viewer_open(&v);
     (void)viewer_wait(&v, shows_frame, 1);
     feed_step(v.feed, 2);

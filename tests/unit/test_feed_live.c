@@ -55,8 +55,8 @@ static void open_live(struct viewer *v, bool laser)
 {
     viewer_init(v, "udp://" ADDRESS);
     v->options.is_live = true;
-    v->options.address = (lum_endpoint){ADDRESS_HOST, LUM_PORT};
-    v->options.laser = laser;
+    v->options.live.address = (lum_endpoint){ADDRESS_HOST, LUM_PORT};
+    v->options.live.laser = laser;
     viewer_open(v);
 }
 
@@ -71,7 +71,7 @@ static void close_well(struct viewer *v)
 /* The last line of the log that has a text in it; "" for none. */
 static bool has_points(const struct feed_status *s, int64_t points)
 {
-    return s->points > (uint64_t)points;
+    return s->decoded.points > (uint64_t)points;
 }
 
 static bool is_up(const struct feed_status *s, int64_t ignored)

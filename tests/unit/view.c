@@ -14,7 +14,7 @@
 
 void viewer_init(struct viewer *viewer, const char *source)
 {
-    *viewer = (struct viewer){.options = {.source = source, .speed = 1.0}};
+    *viewer = (struct viewer){.options = {.source = source, .play.speed = 1.0}};
     viewer->options.sources =
         (struct sources){.paths = &viewer->options.source, .count = 1};
     (void)pthread_mutex_init(&viewer->lock, NULL);
@@ -102,7 +102,7 @@ struct feed_status viewer_wait(struct viewer *viewer, view_condition *condition,
         if (silent > VIEW_PATIENCE_S) {
             fail_msg("never came: state %d, frame %d, %u frames, '%s'",
                      (int)status.state, (int)status.frame,
-                     (unsigned)status.frames, status.message);
+                     (unsigned)status.frames, status.texts[FEED_MESSAGE]);
         }
         feed_look(viewer->feed, &status);
     }
@@ -146,7 +146,7 @@ bool has_range(const struct feed_status *status, int64_t ignored)
 bool has_message(const struct feed_status *status, int64_t ignored)
 {
     (void)ignored;
-    return status->message[0] != '\0';
+    return status->texts[FEED_MESSAGE][0] != '\0';
 }
 
 uint32_t frame_u32(const struct frame *frame, size_t at)

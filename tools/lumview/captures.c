@@ -228,32 +228,31 @@ static void add_seam(const struct seam *seam, const lum_capture *capture,
     }
 }
 
-const char *captures_gaps(const struct captures *captures,
-                          const lum_capture *capture, char *out, size_t room)
+/* "" where none are. */
+static void write_seams(const struct captures *c, const lum_capture *capture,
+                        char *out, size_t room)
 {
     *out = '\0';
     for (size_t i = 0; i < sizeof seams / sizeof seams[0]; i++) {
         add_seam(&seams[i], capture, out, room);
     }
-    name_sources(captures, out, room);
-    return out;
+    name_sources(c, out, room);
 }
 
-const char *captures_remarks(const struct captures *captures,
-                             const lum_capture *capture, const lum_demux *demux,
-                             char *out, size_t room)
+/* Likewise. */
+static void write_remarks(const struct captures *c, const lum_capture *capture,
+                          const lum_demux *demux, char *out, size_t room)
 {
     lum_error remark = {""};
     (void)lum_capture_damaged(capture, &remark);
     (void)snprintf(out, room, "%s", remark.text);
-    name_sources(captures, out, room);
+    name_sources(c, out, room);
     size_t len = strlen(out);
     for (size_t i = 0; lum_capture_remark(capture, demux, 0, i, &remark); i++) {
         (void)snprintf(out + len, room - len, "%s%s", len > 0 ? "; " : "",
                        remark.text);
         len += strlen(out + len);
     }
-    return out;
 }
 
 static void warn(const char *text)
@@ -266,10 +265,12 @@ static void warn(const char *text)
 void captures_warn(const struct captures *captures, const lum_capture *capture,
                    const lum_demux *demux)
 {
-    char text[2u * LUM_ERROR_BYTES];
+    char text[FEED_TEXT_BYTES];
     if (!captures->is_quiet) {
-        warn(captures_gaps(captures, capture, text, sizeof text));
-        warn(captures_remarks(captures, capture, demux, text, sizeof text));
+        write_seams(captures, capture, text, sizeof text);
+        warn(text);
+        write_remarks(captures, capture, demux, text, sizeof text);
+        warn(text);
     }
 }
 
@@ -318,6 +319,18 @@ void captures_tell_others(const struct captures *captures,
     struct provenance_other other;
     if (provenance_find_other(capture, said, &other)) {
         write_other(captures, &other, text, sizeof text);
-        stage_set_others(stage, text);
+        stage_set_text(stage, FEED_OTHERS, text);
     }
+}
+
+void captures_tell(const struct captures *captures, const lum_capture *capture,
+                   const lum_demux *demux, const struct provenance_source *said,
+                   struct stage *stage)
+{
+    char text[FEED_TEXT_BYTES];
+    captures_tell_others(captures, capture, said, stage);
+    write_seams(captures, capture, text, LUM_ERROR_BYTES);
+    stage_set_text(stage, FEED_GAPS, text);
+    write_remarks(captures, capture, demux, text, sizeof text);
+    stage_set_text(stage, FEED_REMARKS, text);
 }

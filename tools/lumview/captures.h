@@ -38,26 +38,22 @@ int captures_open(const struct captures *captures, lum_capture **out,
 int captures_next(const struct captures *captures, lum_capture *capture,
                   lum_record *out, lum_error *error);
 
-/* Where a recording is missing between those that were read so far, and where
- * they overlap, as text; "" if they do neither. Returns out. */
-const char *captures_gaps(const struct captures *captures,
-                          const lum_capture *capture, char *out, size_t room);
-
-/* What is odd about the records that were read so far, or could not be read of
- * them, as text; "" if nothing is. demux: what took them. Returns out. */
-const char *captures_remarks(const struct captures *captures,
-                             const lum_capture *capture, const lum_demux *demux,
-                             char *out, size_t room);
-
-/* Both on standard error, once all is read, unless they are quiet. */
-void captures_warn(const struct captures *captures, const lum_capture *capture,
-                   const lum_demux *demux);
-
 /* Tell the stage whose calibration or profile is not used, of what was read so
  * far; what has been told stays. said: of the files. */
 void captures_tell_others(const struct captures *captures,
                           const lum_capture *capture,
                           const struct provenance_source *said,
                           struct stage *stage);
+
+/* That, where a recording is missing between those that were read so far or
+ * where they overlap, and what is odd about the records or could not be read of
+ * them. demux: what took them. */
+void captures_tell(const struct captures *captures, const lum_capture *capture,
+                   const lum_demux *demux, const struct provenance_source *said,
+                   struct stage *stage);
+
+/* The latter two on standard error, once all is read, unless they are quiet. */
+void captures_warn(const struct captures *captures, const lum_capture *capture,
+                   const lum_demux *demux);
 
 #endif

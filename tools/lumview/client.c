@@ -47,43 +47,25 @@ void clients_free(struct clients *clients)
     clients->piece = NULL;
 }
 
-static bool is_same(const struct feed_view *a, const struct feed_view *b)
+/* Those of all browsers but one. */
+static struct feed_views collect_views(const struct clients *clients,
+                                       const struct client *but)
 {
-    return a->edges == b->edges && a->smooth == b->smooth;
-}
-
-static bool has_view(const struct feed_view *views, size_t count,
-                     const struct feed_view *view)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (is_same(&views[i], view)) {
-            return true;
-        }
-    }
-    return false;
-}
-
-/* Those of all browsers but one, each once. */
-static size_t collect_views(const struct clients *clients,
-                            const struct client *but,
-                            struct feed_view views[FEED_VIEWS_MAX])
-{
-    size_t count = 0;
+    struct feed_views views = {.count = 0};
     for (const struct client *c = clients->first; c != NULL; c = c->next) {
-        if (c != but && !has_view(views, count, &c->view) &&
-            count < FEED_VIEWS_MAX) {
-            views[count++] = c->view;
+        if (c != but && views.count < FEED_VIEWS_MAX &&
+            feed_views_find(&views, &c->view) == views.count) {
+            views.at[views.count++] = c->view;
         }
     }
-    return count;
+    return views;
 }
 
 static void want_views(struct clients *clients)
 {
-    struct feed_view views[FEED_VIEWS_MAX];
-    const size_t count = collect_views(clients, NULL, views);
+    const struct feed_views views = collect_views(clients, NULL);
     if (clients->feed != NULL) {
-        feed_want(clients->feed, views, count);
+        feed_want(clients->feed, views.at, views.count);
     }
 }
 
@@ -103,9 +85,9 @@ static void keep_frames(const struct clients *clients)
 static void set_view(struct clients *clients, struct client *client,
                      const struct feed_view *view)
 {
-    struct feed_view views[FEED_VIEWS_MAX];
-    const size_t count = collect_views(clients, client, views);
-    if (count < FEED_VIEWS_MAX || has_view(views, count, view)) {
+    const struct feed_views views = collect_views(clients, client);
+    if (views.count < FEED_VIEWS_MAX ||
+        feed_views_find(&views, view) < views.count) {
         client->view = *view;
         client->past = 0;
         want_views(clients);
@@ -123,10 +105,9 @@ static void bound_send_buffer(struct lws *wsi)
 void clients_add(struct clients *clients, struct client *client,
                  struct lws *wsi)
 {
-    struct feed_view views[FEED_VIEWS_MAX];
-    const size_t count = collect_views(clients, NULL, views);
+    const struct feed_views views = collect_views(clients, NULL);
     *client = (struct client){.wsi = wsi, .frames = 1, .wants_status = true};
-    client->view = count < FEED_VIEWS_MAX ? default_view : views[0];
+    client->view = views.count < FEED_VIEWS_MAX ? default_view : views.at[0];
     client->next = clients->first;
     clients->first = client;
     clients->status.browsers++;

@@ -23,8 +23,7 @@ struct decoder {
     bool has_gone_ahead;   /* it has taken the record that is being pushed */
     bool second_is_first;  /* the second's newest frame came before any other */
     int64_t second_behind; /* else behind this one */
-    struct feed_view views[FEED_VIEWS_MAX]; /* that it makes */
-    size_t view_count;
+    struct feed_views views; /* that it makes */
     struct picture complete;
     int64_t from; /* frames before it are passed over */
     bool is_skipping;
@@ -40,12 +39,15 @@ struct decoder {
 
 /* --- Opening --- */
 
-static bool open_second(struct decoder *d)
+static bool open_second(struct decoder *d, lum_framer_options framer)
 {
     if (d->options.second_layout == NULL) {
         return true;
     }
-    d->second = second_new(&d->options);
+    framer.layout = d->options.second_layout;
+    framer.projector = d->options.second_projector;
+    framer.wants = LUM_WANT_FRAMES;
+    d->second = second_new(&framer);
     return d->second != NULL;
 }
 
@@ -55,24 +57,24 @@ struct decoder *decoder_new(const struct decoder_options *options)
     if (d == NULL) {
         return NULL;
     }
-    const lum_framer_options framer = {.struct_size = sizeof framer,
-                                       .layout = options->layout,
-                                       .projector = options->projector,
-                                       .wants =
-                                           LUM_WANT_FRAMES | LUM_WANT_LINES,
-                                       .only_first = true,
-                                       .has_sensor = options->has_sensor,
-                                       .sensor = options->sensor,
-                                       .port = options->port,
-                                       .records_are_single = true,
-                                       .sensor_interface = options->interface,
-                                       .points_max = FRAME_POINTS_MAX};
+    const lum_framer_options framer = {
+        .struct_size = sizeof framer,
+        .layout = options->layout,
+        .projector = options->projector,
+        .wants = LUM_WANT_FRAMES | LUM_WANT_LINES,
+        .only_first = true,
+        .has_sensor = options->sensor.is_given,
+        .sensor = options->sensor.address,
+        .port = options->sensor.port,
+        .records_are_single = true,
+        .sensor_interface = options->sensor.interface,
+        .points_max = FRAME_POINTS_MAX};
     d->options = *options;
     d->from = INT64_MIN;
     d->kind = LUM_PACKET_KINDS;
     if (lum_framer_new(&framer, &d->framer, NULL) != 0 ||
         lum_framer_set_views(d->framer, NULL, 0, NULL) != 0 ||
-        !open_second(d)) {
+        !open_second(d, framer)) {
         decoder_free(d);
         return NULL;
     }
@@ -111,25 +113,26 @@ static void count_all(const struct decoder *d, struct totals *out)
 {
     lum_demux_counters c = {.struct_size = sizeof c};
     lum_framer_counters lines = {.struct_size = sizeof lines};
-    *out = (struct totals){.bytes = d->bytes};
+    *out = (struct totals){.received.bytes = d->bytes};
     if (!d->has_shown) {
         return;
     }
     (void)lum_framer_count(d->framer, d->shown, &lines);
     (void)lum_demux_count(lum_framer_demux(d->framer), d->shown, &c);
     for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
-        out->packets += c.packets[i];
+        out->received.packets += c.packets[i];
     }
-    out->packets_joined = c.joined;
-    out->points = lines.rising;
-    out->lost_words = c.assembly.lost_words;
-    out->lost_lines = c.assembly.lines_skipped + lines.lines_in_pauses +
+    out->received.joined = c.joined;
+    out->decoded = (struct feed_decoded){
+        .points = lines.rising,
+        .lost_words = c.assembly.lost_words,
+        .lost_lines = c.assembly.lines_skipped + lines.lines_in_pauses +
                       c.assembly.lines_missing_angles + lines.lines_late +
-                      lines.lines_cut;
-    out->joined_words = lines.under_way.words;
-    out->joined_lines = lines.under_way.lines;
-    out->pauses = lines.pauses;
-    out->refused = lum_framer_refused(&c, &lines);
+                      lines.lines_cut,
+        .joined_words = lines.under_way.words,
+        .joined_lines = lines.under_way.lines,
+        .pauses = lines.pauses,
+        .refused = lum_framer_refused(&c, &lines)};
 }
 
 /* Points of skipped frames were not counted, except those of a line that ends
@@ -142,7 +145,7 @@ static void end_skipping(struct decoder *d)
     }
     d->is_skipping = false;
     count_all(d, &now);
-    now.points = d->mark.points;
+    now.decoded.points = d->mark.decoded.points;
     totals_add(&d->skipped, &now);
     totals_subtract(&d->skipped, &d->mark);
 }
@@ -206,11 +209,27 @@ const char *decoder_others(const struct decoder *decoder,
     return out;
 }
 
-bool decoder_misfit(const struct decoder *decoder, char *out, size_t room)
+/* To record a sensor, its session must end first. */
+void decoder_tell_doubt(const struct decoder *decoder,
+                        const struct sources *captures, const char *sensor)
 {
+    char what[160];
+    char capture[128];
+    char advice[MISFIT_ADVICE_BYTES + sizeof capture];
+    char text[FEED_TEXT_BYTES];
     lum_demux_counters total = {.struct_size = sizeof total};
     (void)lum_demux_total(lum_framer_demux(decoder->framer), &total);
-    return misfit_find(&total, out, room);
+    if (!misfit_find(&total, what, sizeof what)) {
+        return;
+    }
+    misfit_advise(sensor,
+                  captures != NULL
+                      ? misfit_capture(captures, capture, sizeof capture)
+                      : NULL,
+                  advice, sizeof advice);
+    (void)snprintf(text, sizeof text, "%s: %s%s", what,
+                   captures != NULL ? "" : "end lumview, then ", advice);
+    stage_set_text(decoder->options.stage, FEED_DOUBT, text);
 }
 
 const lum_demux *decoder_demux(const struct decoder *decoder)
@@ -219,19 +238,6 @@ const lum_demux *decoder_demux(const struct decoder *decoder)
 }
 
 /* --- Records to frames --- */
-
-/* The views that are wanted now are those of the next frame that begins. */
-static bool follow_views(struct decoder *d)
-{
-    struct feed_view wanted[FEED_VIEWS_MAX];
-    const size_t count = stage_views(d->options.stage, wanted);
-    if (count == d->view_count && views_are_same(wanted, d->views, count)) {
-        return true;
-    }
-    memcpy(d->views, wanted, count * sizeof *wanted);
-    d->view_count = count;
-    return views_set(d->framer, wanted, count);
-}
 
 static bool is_second_new(const struct decoder *d)
 {
@@ -305,11 +311,12 @@ static bool passes_over(const struct decoder *d)
  * there when the first's is complete. */
 static bool push_second(struct decoder *d, const lum_record *record)
 {
+    static const struct feed_views none = {.count = 0};
     if (d->second == NULL || d->has_gone_ahead) {
         return true;
     }
-    const enum decoded decoded = second_push(
-        d->second, record, d->views, passes_over(d) ? 0 : d->view_count);
+    const enum decoded decoded =
+        second_push(d->second, record, passes_over(d) ? &none : &d->views);
     d->has_gone_ahead = decoded == DECODED_ALL;
     if (decoded == DECODED_FRAME) {
         int64_t first = 0;
@@ -339,7 +346,10 @@ void decoder_set_interface(struct decoder *decoder, const char *name)
 
 enum decoded decoder_push(struct decoder *decoder, const lum_record *record)
 {
-    if (!follow_views(decoder) || !push_second(decoder, record)) {
+    /* Those that are wanted now are those of the next frame that begins. */
+    const struct feed_views wanted = stage_views(decoder->options.stage);
+    if (!views_follow(decoder->framer, &decoder->views, &wanted) ||
+        !push_second(decoder, record)) {
         return DECODED_FAILED;
     }
     lum_framer_event event = LUM_FRAMER_NONE;

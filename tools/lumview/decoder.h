@@ -19,11 +19,8 @@ struct decoder_options {
     const lum_projector *projector;
     const lum_layout *second_layout; /* of a profile beside it; or NULL */
     const lum_projector *second_projector;
-    bool has_sensor;
-    uint32_t sensor;
-    const char *interface; /* of it; NULL: its first */
-    uint16_t port;         /* of sensors; 0: as ever */
-    struct stage *stage;   /* has the views that are wanted */
+    struct sensor_choice sensor;
+    struct stage *stage; /* has the views that are wanted */
 };
 
 enum decoded {
@@ -61,8 +58,11 @@ bool decoder_range(const struct decoder *decoder, int64_t *first,
 
 void decoder_count(const struct decoder *decoder, struct totals *out);
 
-/* What does not fit the layout, as misfit_find(). */
-bool decoder_misfit(const struct decoder *decoder, char *out, size_t room);
+/* Tell the stage what does not fit the layout, and how to find the right one in
+ * captures or, where they are NULL, with a sensor, "udp://ADDRESS". What has
+ * been told stays. */
+void decoder_tell_doubt(const struct decoder *decoder,
+                        const struct sources *captures, const char *sensor);
 
 /* What counts what it takes. */
 const lum_demux *decoder_demux(const struct decoder *decoder);

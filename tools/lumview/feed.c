@@ -36,10 +36,7 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
 {
     struct decoder_options decoder = {.layout = &feed->layout,
                                       .projector = &feed->projector,
-                                      .has_sensor = o->has_sensor,
                                       .sensor = o->sensor,
-                                      .port = o->sensor_port,
-                                      .interface = o->sensor_interface,
                                       .stage = &feed->stage};
     if (feed->has_second) {
         decoder.second_layout = &feed->second_layout;
@@ -52,12 +49,9 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
                                                .decoder = decoder};
         return player_start(&options, &feed->player, error);
     }
-    decoder.has_sensor = true;
-    decoder.sensor = o->address.address;
-    const struct link_options options = {.address = o->address,
-                                         .interface = o->interface,
-                                         .laser = o->laser,
-                                         .decoder = decoder};
+    decoder.sensor.is_given = true;
+    decoder.sensor.address = o->live.address.address;
+    const struct link_options options = {.live = o->live, .decoder = decoder};
     return link_start(&options, &feed->link, error);
 }
 
@@ -109,9 +103,9 @@ int feed_open(const struct options *options, const struct geometry *geometry,
         return lum_error_set(error, "out of memory");
     }
     stage_init(&feed->stage, wake, context);
-    feed->stage.orders.plays = !options->paused;
-    feed->stage.orders.loops = options->loops;
-    feed->stage.orders.speed = clamp_speed(options->speed);
+    feed->stage.orders.plays = !options->play.paused;
+    feed->stage.orders.loops = options->play.loops;
+    feed->stage.orders.speed = clamp_speed(options->play.speed);
     feed->stage.orders.frames = 1;
     feed->stage.status.is_live = options->is_live;
     feed->pool = frame_pool_new();
@@ -139,9 +133,11 @@ int feed_close(struct feed *feed, lum_error *error)
 void feed_want(struct feed *feed, const struct feed_view *views, size_t count)
 {
     struct orders *orders = stage_begin_order(&feed->stage);
-    orders->wanted = count < FEED_VIEWS_MAX ? count : FEED_VIEWS_MAX;
-    for (size_t i = 0; i < orders->wanted; i++) {
-        feed->stage.views[i] = views[i];
+    struct feed_views *wanted = &feed->stage.views;
+    orders->is_wanted = count > 0;
+    wanted->count = count < FEED_VIEWS_MAX ? count : FEED_VIEWS_MAX;
+    for (size_t i = 0; i < wanted->count; i++) {
+        wanted->at[i] = views[i];
     }
     stage_end_order(&feed->stage);
 }

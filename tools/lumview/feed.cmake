@@ -7,7 +7,9 @@ set(lum_view_feed
     link.c
     picture.c
     player.c
+    playhead.c
     pump.c
+    report.c
     scan.c
     second.c
     stage.c

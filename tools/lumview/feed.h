@@ -21,6 +21,24 @@ struct feed_view {
 };
 #define FEED_VIEWS_MAX 8u
 
+/* Several, each once. */
+struct feed_views {
+    struct feed_view at[FEED_VIEWS_MAX];
+    size_t count;
+};
+
+/* The place of one among them; their count: it is not. */
+static inline size_t feed_views_find(const struct feed_views *views,
+                                     const struct feed_view *view)
+{
+    size_t i = 0;
+    while (i < views->count && (views->at[i].edges != view->edges ||
+                                views->at[i].smooth != view->smooth)) {
+        i++;
+    }
+    return i;
+}
+
 /* Frames that a page shows at once. */
 #define FEED_FRAMES_MAX 50
 
@@ -33,41 +51,64 @@ enum feed_state {
     FEED_FAILED  /* see message */
 };
 
+/* Texts for a person, "" where there is nothing to tell, in the order in which
+ * the page has them. */
+enum feed_text {
+    FEED_MESSAGE, /* failure, laser off, silence */
+    FEED_REMARKS, /* what is odd about the records of a capture */
+    FEED_DOUBT,   /* what suggests another layout, and what finds it */
+    FEED_OTHERS,  /* whose calibration or profile is not used */
+    FEED_GAPS,    /* where a recording is missing between captures */
+    FEED_TEXTS
+};
+#define FEED_TEXT_BYTES 1024
+
+/* Packets; live, those that the session got. */
+struct feed_received {
+    uint64_t packets;
+    uint64_t joined; /* of a capture: of them, those captured joined with
+                        others */
+    uint64_t bytes;
+};
+
+/* What became of them. */
+struct feed_decoded {
+    uint64_t points;     /* of the default view: rising edges, as projected */
+    uint64_t lost_words; /* words and lines, see lumdump's status line */
+    uint64_t lost_lines;
+    uint64_t joined_words; /* of both, of lines that were under way when the
+                              stream was joined or left: not lost */
+    uint64_t joined_lines;
+    uint64_t pauses;  /* of the sensor or one eye; their lines are lost */
+    uint64_t refused; /* datagrams that reassembly could not use */
+};
+
+/* Live: datagrams that this host lost. */
+struct feed_dropped {
+    uint64_t kernel;
+    uint64_t ring;
+};
+
 /* As of now; all counters since the start. For a capture they count the played
  * frames, not the frames skipped on the way to one. */
 struct feed_status {
     enum feed_state state;
     bool is_live;
-    char message[512]; /* what a person should know: failure, laser off,
-                          silence; "" */
-    char others[512];  /* whose calibration or profile is not used; "" */
-    char doubt[512];   /* what suggests another layout, and what finds it; "" */
-    char gaps[512];    /* where a recording is missing between captures; "" */
-    char remarks[1024]; /* what is odd about its records; "" */
-    int64_t frame;      /* newest shown */
-    bool has_range;     /* capture: first and last frame are known; never of a
-                           source that can be read once */
+    char texts[FEED_TEXTS][FEED_TEXT_BYTES];
+    int64_t frame;  /* newest shown */
+    bool has_range; /* capture: first and last frame are known; never of a
+                       source that can be read once */
     int64_t first_frame;
     int64_t last_frame;
     double speed; /* capture */
     bool loops;   /* capture */
-    uint64_t packets;
-    uint64_t packets_joined; /* of a capture: came joined with others */
-    uint64_t bytes;
-    uint64_t points; /* of the default view: rising edges, as projected */
+    struct feed_received received;
+    struct feed_decoded decoded;
+    struct feed_dropped dropped;
     uint64_t frames;
-    int64_t frame_ns;   /* when the newest was complete, monotonic */
-    uint64_t lost_wire; /* words and lines, see lumdump's status line */
-    uint64_t lost_lines;
-    uint64_t joined_words; /* of both, of lines that were under way when the
-                              stream was joined or left: not lost */
-    uint64_t joined_lines;
-    uint64_t pauses;      /* of the sensor or one eye; their lines are lost */
-    uint64_t lost_kernel; /* datagrams */
-    uint64_t lost_ring;   /* datagrams */
-    uint64_t refused;     /* datagrams that reassembly could not use */
-    bool has_laser;       /* a status came, and the sensor still answers */
-    uint16_t laser;       /* the last one */
+    int64_t frame_ns; /* when the newest was complete, monotonic */
+    bool has_laser;   /* a status came, and the sensor still answers */
+    uint16_t laser;   /* the last one */
 };
 
 struct feed;

@@ -2,7 +2,6 @@
 #include "link.h"
 
 #include "../common/laser_end.h"
-#include "../common/misfit.h"
 #include "../common/number.h"
 #include "../common/ring.h"
 #include "lum/base/time.h"
@@ -49,10 +48,8 @@ struct link {
     lum_sensor *sensor;       /* NULL: its socket broke */
     lum_laser_session *laser; /* of the sensor */
     int64_t tick_ns;
-    uint64_t received;
-    uint64_t bytes;
-    uint64_t ring_drops;
-    uint64_t kernel_drops; /* of sockets before */
+    struct feed_received received;
+    struct feed_dropped dropped; /* by the kernel: of sockets before */
     bool is_over;
     lum_error broken;
     lum_news end;  /* with which the laser was left */
@@ -70,8 +67,8 @@ static int open_session(struct link *l, bool owns, lum_error *error)
     lum_sensor_options options;
     lum_laser_session_options laser;
     lum_sensor_options_default(&options);
-    options.sensor = l->options.address;
-    options.interface_name = l->options.interface;
+    options.sensor = l->options.live.address;
+    options.interface_name = l->options.live.interface;
     options.layout = *l->options.decoder.layout;
     options.owns = owns;
     options.receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
@@ -94,11 +91,11 @@ static void take_datagrams(struct link *l, const lum_sensor_event *event)
                                        .len = d->len,
                                        .time_ns = d->utc_ns,
                                        .is_cut_short = d->cut_short};
-        l->bytes += d->len;
-        l->ring_drops += ring_put(l->ring, &item) ? 0u : 1u;
+        l->received.bytes += d->len;
+        l->dropped.ring += ring_put(l->ring, &item) ? 0u : 1u;
     }
     ring_publish(l->ring);
-    l->received += event->datagram_count;
+    l->received.packets += event->datagram_count;
 }
 
 static void take_event(struct link *l, const lum_sensor_event *event,
@@ -163,11 +160,12 @@ static void tell(struct link *l, int64_t now_ns)
         l->last = news;
         l->last_ns = now_ns;
     }
-    stage_set_received(l->stage, l->received, l->bytes,
-                       l->kernel_drops + c.kernel_drops, l->ring_drops);
+    const struct feed_dropped dropped = {l->dropped.kernel + c.kernel_drops,
+                                         l->dropped.ring};
+    stage_set_received(l->stage, &l->received, &dropped);
     stage_set_laser(l->stage, view.has_status && !view.is_unheard, view.status);
     make_message(l, now_ns, message, sizeof message);
-    stage_set_message(l->stage, message);
+    stage_set_text(l->stage, FEED_MESSAGE, message);
     stage_set_state(l->stage, view.is_silent  ? FEED_SILENT
                               : view.has_data ? FEED_PLAYING
                                               : FEED_WAITING);
@@ -203,17 +201,17 @@ static void close_broken(struct link *l)
 {
     lum_sensor_counters c = {.struct_size = sizeof c};
     lum_sensor_count(l->sensor, &c);
-    l->kernel_drops += c.kernel_drops;
+    l->dropped.kernel += c.kernel_drops;
     lum_sensor_close(l->sensor);
     l->sensor = NULL;
 }
 
 /* A broken socket is replaced as soon as possible. The laser went down without
  * heartbeats, and must stay down. */
-static void mend(struct link *l)
+static void replace_socket(struct link *l)
 {
     const int64_t next_ns = lum_time_monotonic_ns() + REOPEN_NS;
-    stage_set_message(l->stage, l->broken.text);
+    stage_set_text(l->stage, FEED_MESSAGE, l->broken.text);
     stage_set_state(l->stage, FEED_FAILED);
     while (!lum_cancel_is_raised(l->cancel) &&
            lum_time_monotonic_ns() < next_ns) {
@@ -221,9 +219,9 @@ static void mend(struct link *l)
     }
     l->is_over = lum_cancel_is_raised(l->cancel);
     if (!l->is_over && open_session(l, true, &l->broken) == 0) {
-        lum_laser_session_want(l->laser,
-                               l->options.laser ? LUM_WANT_OFF : LUM_WANT_LOOK,
-                               lum_time_monotonic_ns());
+        lum_laser_session_want(
+            l->laser, l->options.live.laser ? LUM_WANT_OFF : LUM_WANT_LOOK,
+            lum_time_monotonic_ns());
         l->broken.text[0] = '\0';
     }
 }
@@ -232,7 +230,7 @@ static void mend(struct link *l)
 static void switch_off(struct link *l)
 {
     lum_error error = {""};
-    if (l->options.laser) {
+    if (l->options.live.laser) {
         if (l->sensor == NULL) {
             (void)open_session(l, false, &error);
         }
@@ -246,10 +244,10 @@ static void *keep(void *argument)
     const int64_t now_ns = lum_time_monotonic_ns();
     l->tick_ns = now_ns;
     lum_laser_session_want(
-        l->laser, l->options.laser ? LUM_WANT_ON : LUM_WANT_LOOK, now_ns);
+        l->laser, l->options.live.laser ? LUM_WANT_ON : LUM_WANT_LOOK, now_ns);
     while (!l->is_over) {
         if (l->sensor == NULL) {
-            mend(l);
+            replace_socket(l);
         } else {
             step(l);
         }
@@ -270,7 +268,7 @@ static lum_record record_of(const struct link *l, const struct ring_item *item)
     return (lum_record){.time_ns = item->time_ns,
                         .payload = item->bytes,
                         .len = item->len,
-                        .source = l->options.address.address,
+                        .source = l->options.live.address.address,
                         .source_port = LUM_PORT,
                         .kind = item->is_cut_short ? LUM_RECORD_CUT_SHORT
                                                    : LUM_RECORD_DATAGRAM};
@@ -284,29 +282,15 @@ static int64_t completion_ns(const struct ring_item *item)
            (lag_ns > 0 && lag_ns < LAG_MAX_NS ? lag_ns : 0);
 }
 
-/* What has been told stays. A recording needs the session. */
-static void tell_doubt(struct link *l)
-{
-    char what[160];
-    char source[40] = "udp://";
-    char advice[MISFIT_ADVICE_BYTES + sizeof source];
-    char text[sizeof what + sizeof advice + 24];
-    if (decoder_misfit(l->decoder, what, sizeof what)) {
-        (void)number_format_address(l->options.address.address,
-                                    source + strlen(source));
-        misfit_advise(source, NULL, advice, sizeof advice);
-        (void)snprintf(text, sizeof text, "%s: end lumview, then %s", what,
-                       advice);
-        stage_set_doubt(l->stage, text);
-    }
-}
-
 static void count(struct link *l)
 {
     struct totals totals;
+    char source[40] = "udp://";
+    (void)number_format_address(l->options.live.address.address,
+                                source + strlen(source));
     decoder_count(l->decoder, &totals);
     stage_set_totals(l->stage, &totals);
-    tell_doubt(l);
+    decoder_tell_doubt(l->decoder, NULL, source);
 }
 
 static bool take(struct link *l, const struct ring_item *item)

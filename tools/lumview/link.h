@@ -12,9 +12,7 @@
 struct link;
 
 struct link_options {
-    lum_endpoint address;
-    const char *interface; /* may be NULL */
-    bool laser;
+    struct live_options live;
     struct decoder_options decoder;
 };
 

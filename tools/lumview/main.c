@@ -160,11 +160,11 @@ static int open_feed(const struct options *o, const struct files *files,
 static enum exit_status close_feed(const struct options *o, struct feed *feed)
 {
     lum_error error = {""};
-    if (o->laser) {
+    if (o->live.laser) {
         interrupt_hold();
     }
     const int failed = feed_close(feed, &error);
-    if (o->laser) {
+    if (o->live.laser) {
         interrupt_release();
     }
     return failed == 0 ? EXIT_DONE : complain(&error, EXIT_FAILED);

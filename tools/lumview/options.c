@@ -35,14 +35,16 @@ static void show_version(void)
 static bool take_bind(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
-    return host_parse(text, &o->bind, why) && o->bind >> 24 != 0 &&
-           o->bind >> 28 < 14;
+    uint32_t *address = &o->listen.address;
+    return host_parse(text, address, why) && *address >> 24 != 0 &&
+           *address >> 28 < 14;
 }
 
 static bool take_sensor(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
-    return host_parse_sensor(text, &o->sensor, o->sensor_interface, why);
+    return host_parse_sensor(text, &o->sensor.address, o->sensor.interface,
+                             why);
 }
 
 static bool take_set(void *options, const char *text, lum_error *why)
@@ -69,24 +71,24 @@ static bool take_profile(void *options, const char *text, lum_error *why)
 
 static const struct option_spec specs[] = {
     {"no-open", .kind = OPTION_FLAG, INTO(stays_closed)},
-    {"port", .kind = OPTION_WHOLE, INTO(port), .max = UINT16_MAX,
+    {"port", .kind = OPTION_WHOLE, INTO(listen.port), .max = UINT16_MAX,
      .allowed = "a port from 0 to 65535, 0 any"},
-    {"bind", .kind = OPTION_CALL, .call = take_bind, HAS(has_bind),
+    {"bind", .kind = OPTION_CALL, .call = take_bind, HAS(listen.has_address),
      .allowed = "one address of this host, such as 192.168.1.5"},
     {"json", .kind = OPTION_FLAG, INTO(json)},
     {"quiet", .letter = 'q', .kind = OPTION_FLAG, INTO(quiet)},
-    {"laser", .kind = OPTION_FLAG, .group = SENSOR, INTO(laser)},
-    {"interface", .kind = OPTION_TEXT, .group = SENSOR, INTO(interface),
+    {"laser", .kind = OPTION_FLAG, .group = SENSOR, INTO(live.laser)},
+    {"interface", .kind = OPTION_TEXT, .group = SENSOR, INTO(live.interface),
      .allowed = "the name of an interface"},
     {"sensor", .kind = OPTION_CALL, .group = CAPTURE, .call = take_sensor,
-     HAS(has_sensor),
+     HAS(sensor.is_given),
      .allowed = "an address such as 10.42.0.37, or 10.42.0.37%eth1"},
-    {"sensor-port", .kind = OPTION_WHOLE, .group = CAPTURE, INTO(sensor_port),
+    {"sensor-port", .kind = OPTION_WHOLE, .group = CAPTURE, INTO(sensor.port),
      .min = 1, .max = UINT16_MAX},
-    {"loop", .kind = OPTION_FLAG, .group = CAPTURE, INTO(loops)},
-    {"speed", .kind = OPTION_REAL, .group = CAPTURE, INTO(speed),
+    {"loop", .kind = OPTION_FLAG, .group = CAPTURE, INTO(play.loops)},
+    {"speed", .kind = OPTION_REAL, .group = CAPTURE, INTO(play.speed),
      .low = SPEED_MIN, .high = SPEED_MAX},
-    {"paused", .kind = OPTION_FLAG, .group = CAPTURE, INTO(paused)},
+    {"paused", .kind = OPTION_FLAG, .group = CAPTURE, INTO(play.paused)},
     {"calibration", .kind = OPTION_TEXT, INTO(calibration)},
     {"profile", .kind = OPTION_CALL, .call = take_profile,
      .allowed = "the name of a file"},
@@ -131,7 +133,7 @@ static enum parsed take_sources(struct options *o, int count, char **words)
     o->source = words[0];
     o->is_live = count == 1 && source_url_is_sensor(o->source);
     if (o->is_live) {
-        return source_url_parse(o->source, &o->address, &why)
+        return source_url_parse(o->source, &o->live.address, &why)
                    ? PARSED_RUN
                    : refuse(why.text);
     }
@@ -149,7 +151,7 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
                                               specs, OPTIONS, false};
     struct option_result result;
     lum_error why = {""};
-    *out = (struct options){.speed = 1.0};
+    *out = (struct options){.play.speed = 1.0};
     const enum option_end end =
         option_table_read(&table, argc, argv, out, &result);
     if (end != OPTIONS_READ) {
@@ -158,7 +160,8 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
     if (take_sources(out, result.count, argv + 1) != PARSED_RUN) {
         return PARSED_BAD;
     }
-    if (out->interface != NULL && !host_has_interface(out->interface, &why)) {
+    if (out->live.interface != NULL &&
+        !host_has_interface(out->live.interface, &why)) {
         (void)fprintf(stderr, "lumview: --interface: %s\n", why.text);
         return PARSED_BAD;
     }

@@ -10,30 +10,50 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* Of several sensors of a capture. */
+struct sensor_choice {
+    bool is_given;    /* this one; else the first that sends data */
+    uint32_t address; /* host order */
+    char interface[LUM_INTERFACE_BYTES]; /* empty: none was named */
+    uint16_t port;                       /* the sensors'; 0: as ever */
+};
+
+/* How a capture is played at first. */
+struct play_options {
+    bool loops;
+    bool paused;  /* at its first frame */
+    double speed; /* 1: as it was */
+};
+
+/* A sensor, and how to use it. */
+struct live_options {
+    lum_endpoint address;
+    const char *interface; /* may be NULL */
+    bool laser;            /* switch it on, and off at the end */
+};
+
+/* Where the server listens. */
+struct listen_options {
+    uint16_t port;    /* 0: any that is free */
+    bool has_address; /* elsewhere than on 127.0.0.1 */
+    uint32_t address; /* host order */
+};
+
 struct options {
     const char *source;     /* what it is called: captures, or udp://ADDRESS */
     struct sources sources; /* captures; "-": on standard input */
     bool is_live;
-    lum_endpoint address;    /* live: the sensor's */
-    const char *interface;   /* live; may be NULL */
-    bool laser;              /* live: switch it on, and off at the end */
+    struct live_options live;
+    struct sensor_choice sensor;
+    struct play_options play;
+    struct listen_options listen;
     const char *calibration; /* NULL: the default */
     struct set_keys set;     /* on top of files */
     const char *profile;     /* NULL: the default */
     const char *second;      /* another to show beside it; NULL: none */
-    bool has_sensor;         /* capture: of several sensors this one */
-    uint32_t sensor;
-    char sensor_interface[LUM_INTERFACE_BYTES]; /* empty: none was named */
-    uint16_t sensor_port; /* capture: the sensors'; 0: as ever */
-    uint16_t port;        /* 0: any that is free */
-    bool has_bind;        /* listens elsewhere than on 127.0.0.1 */
-    uint32_t bind;        /* host order */
-    bool stays_closed;    /* no browser is started */
+    bool stays_closed;       /* no browser is started */
     bool json;
     bool quiet;
-    bool loops;   /* capture */
-    bool paused;  /* capture: begins paused at its first frame */
-    double speed; /* capture; 1: as it was */
 };
 
 enum parsed {

@@ -4,47 +4,40 @@
 
 #include <string.h>
 
-static bool is_same(const struct feed_view *a, const struct feed_view *b)
-{
-    return a->edges == b->edges && a->smooth == b->smooth;
-}
-
-bool views_are_same(const struct feed_view *a, const struct feed_view *b,
-                    size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (!is_same(&a[i], &b[i])) {
-            return false;
-        }
-    }
-    return true;
-}
-
-bool views_set(lum_framer *framer, const struct feed_view *views, size_t count)
+bool views_follow(lum_framer *framer, struct feed_views *now,
+                  const struct feed_views *wanted)
 {
     lum_view out[FEED_VIEWS_MAX];
-    for (size_t i = 0; i < count; i++) {
+    size_t i = 0;
+    while (i < wanted->count && feed_views_find(now, &wanted->at[i]) == i) {
+        i++;
+    }
+    if (i == wanted->count && i == now->count) {
+        return true;
+    }
+    *now = *wanted;
+    for (i = 0; i < now->count; i++) {
         lum_view_default(&out[i]);
-        out[i].selection.edges = views[i].edges;
-        out[i].smooth_window = views[i].smooth;
-        out[i].smooth_order = LUM_SMOOTH_ORDER(views[i].smooth);
+        out[i].selection.edges = now->at[i].edges;
+        out[i].smooth_window = now->at[i].smooth;
+        out[i].smooth_order = LUM_SMOOTH_ORDER(now->at[i].smooth);
         out[i].columns = FRAME_COLUMNS;
     }
-    return lum_framer_set_views(framer, out, count, NULL) == 0;
+    return lum_framer_set_views(framer, out, now->count, NULL) == 0;
 }
 
 static void take_views(struct picture *p, const lum_framer *framer)
 {
     lum_view view = {.struct_size = sizeof view};
-    while (lum_framer_frame_view(framer, p->count, &view)) {
-        const lum_frame *frame = lum_framer_frame(framer, p->count);
+    size_t *count = &p->views.count;
+    while (lum_framer_frame_view(framer, *count, &view)) {
+        const lum_frame *frame = lum_framer_frame(framer, *count);
         lum_frame_info info = {.struct_size = sizeof info};
         (void)lum_frame_get_info(frame, &info);
         p->cut = info.points_cut > p->cut ? info.points_cut : p->cut;
-        p->views[p->count] =
+        p->views.at[*count] =
             (struct feed_view){view.selection.edges, view.smooth_window};
-        p->points[p->count] = lum_frame_keep(frame);
-        p->count++;
+        p->points[(*count)++] = lum_frame_keep(frame);
     }
 }
 
@@ -66,7 +59,7 @@ void picture_take(struct picture *picture, const lum_framer *framer)
 
 void picture_drop(struct picture *picture)
 {
-    for (size_t i = 0; i < picture->count; i++) {
+    for (size_t i = 0; i < picture->views.count; i++) {
         frame_release(picture->frames[i]);
         lum_frame_release(picture->points[i]);
         lum_frame_release(picture->second[i]);
@@ -101,9 +94,9 @@ void picture_seal(struct picture *picture, struct frame_pool *pool,
                               .lost_words = picture->lost_words,
                               .sensor = picture->sensor,
                               .shown = shown};
-    for (size_t i = 0; i < picture->count; i++) {
-        head.edges = picture->views[i].edges;
-        head.smooth = picture->views[i].smooth;
+    for (size_t i = 0; i < picture->views.count; i++) {
+        head.edges = picture->views.at[i].edges;
+        head.smooth = picture->views.at[i].smooth;
         picture->frames[i] = frame_make_pair(pool, picture->points[i],
                                              picture->second[i], &head);
         lum_frame_release(picture->points[i]);
@@ -113,34 +106,25 @@ void picture_seal(struct picture *picture, struct frame_pool *pool,
     }
 }
 
-static size_t find(const struct picture *picture, const struct feed_view *view)
-{
-    size_t i = 0;
-    while (i < picture->count && !is_same(&picture->views[i], view)) {
-        i++;
-    }
-    return i;
-}
-
 const lum_frame *picture_points(const struct picture *picture,
                                 const struct feed_view *view)
 {
-    const size_t i = find(picture, view);
-    return i < picture->count ? picture->points[i] : NULL;
+    const size_t i = feed_views_find(&picture->views, view);
+    return i < picture->views.count ? picture->points[i] : NULL;
 }
 
 struct frame *picture_find(const struct picture *picture,
                            const struct feed_view *view)
 {
-    const size_t i = find(picture, view);
-    return i < picture->count ? picture->frames[i] : NULL;
+    const size_t i = feed_views_find(&picture->views, view);
+    return i < picture->views.count ? picture->frames[i] : NULL;
 }
 
-bool picture_has(const struct picture *picture, const struct feed_view *views,
-                 size_t count)
+bool picture_has(const struct picture *picture, const struct feed_views *views)
 {
-    for (size_t i = 0; i < count; i++) {
-        if (find(picture, &views[i]) == picture->count) {
+    for (size_t i = 0; i < views->count; i++) {
+        if (feed_views_find(&picture->views, &views->at[i]) ==
+            picture->views.count) {
             return false;
         }
     }
@@ -198,21 +182,19 @@ const struct picture *trail_find(const struct trail *trail, int64_t number)
                : NULL;
 }
 
-void trail_shed(struct trail *trail, const struct feed_view *views,
-                size_t count)
+void trail_shed(struct trail *trail, const struct feed_views *views)
 {
     for (size_t i = trail->count; i-- > 0;) {
-        if (!picture_has(&trail->pictures[i], views, count)) {
+        if (!picture_has(&trail->pictures[i], views)) {
             trail_drop(trail, i, 1);
         }
     }
 }
 
-bool trail_has(const struct trail *trail, const struct feed_view *views,
-               size_t count)
+bool trail_has(const struct trail *trail, const struct feed_views *views)
 {
     size_t i = 0;
-    while (i < trail->count && picture_has(&trail->pictures[i], views, count)) {
+    while (i < trail->count && picture_has(&trail->pictures[i], views)) {
         i++;
     }
     return i == trail->count;

@@ -17,8 +17,7 @@ struct picture {
     uint64_t lost_words;
     uint32_t sensor;
     uint64_t cut; /* points, of the view that lost most */
-    size_t count;
-    struct feed_view views[FEED_VIEWS_MAX];
+    struct feed_views views;
     lum_frame *points[FEED_VIEWS_MAX];    /* until it is sealed */
     lum_frame *second[FEED_VIEWS_MAX];    /* by the second profile, likewise;
                                              NULL: none */
@@ -32,12 +31,10 @@ struct trail {
     int64_t from; /* none is missing from this one on */
 };
 
-/* Whether the views are those. */
-bool views_are_same(const struct feed_view *a, const struct feed_view *b,
-                    size_t count);
-
-/* Ask a framer for views. False: there was no memory. */
-bool views_set(lum_framer *framer, const struct feed_view *views, size_t count);
+/* Ask a framer for the views that are wanted now, where they are others than
+ * now. False: there was no memory. */
+bool views_follow(lum_framer *framer, struct feed_views *now,
+                  const struct feed_views *wanted);
 
 /* Make it the framer's frame, in all views of that; it is empty before. */
 void picture_take(struct picture *picture, const lum_framer *framer);
@@ -60,8 +57,7 @@ struct frame *picture_find(const struct picture *picture,
                            const struct feed_view *view);
 
 /* Whether it has all of the views. */
-bool picture_has(const struct picture *picture, const struct feed_view *views,
-                 size_t count);
+bool picture_has(const struct picture *picture, const struct feed_views *views);
 
 /* Put one in, in place of one of its number; it is the trail's then. Where
  * there is no room the first one goes. */
@@ -74,11 +70,9 @@ void trail_cut(struct trail *trail, int64_t first, int64_t before);
 const struct picture *trail_find(const struct trail *trail, int64_t number);
 
 /* Release those that lack one of the views. */
-void trail_shed(struct trail *trail, const struct feed_view *views,
-                size_t count);
+void trail_shed(struct trail *trail, const struct feed_views *views);
 
 /* Whether all have all of the views. */
-bool trail_has(const struct trail *trail, const struct feed_view *views,
-               size_t count);
+bool trail_has(const struct trail *trail, const struct feed_views *views);
 
 #endif

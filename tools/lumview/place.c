@@ -53,10 +53,10 @@ static int try_place(int fd, uint32_t address, uint16_t *port)
     return 0;
 }
 
-int place_find(const struct options *options, uint32_t *address, uint16_t *port,
-               lum_error *error)
+int place_find(const struct listen_options *options, uint32_t *address,
+               uint16_t *port, lum_error *error)
 {
-    *address = options->has_bind ? options->bind : LOOPBACK;
+    *address = options->has_address ? options->address : LOOPBACK;
     *port = options->port;
     const int fd = socket(AF_INET, SOCK_STREAM, 0);
     const int reason = fd < 0 ? errno : try_place(fd, *address, port);

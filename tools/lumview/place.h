@@ -10,7 +10,7 @@
 
 /* An address of this host and a free port of it. 0, or -1 with the program that
  * has it in the error. */
-int place_find(const struct options *options, uint32_t *address, uint16_t *port,
-               lum_error *error);
+int place_find(const struct listen_options *options, uint32_t *address,
+               uint16_t *port, lum_error *error);
 
 #endif

@@ -1,3 +1,5 @@
+/* Captures are read before they are played: the range of their frames, what is
+ * odd about them, and how the sensors' clocks run go out. */
 #define _POSIX_C_SOURCE 200809L
 #include "scan.h"
 
@@ -20,21 +22,26 @@ struct scan {
     int64_t last;
 };
 
-/* False: it was stopped. The player reports read errors. */
-static bool read_all(const struct scan *scan, lum_capture *capture,
-                     struct decoder *decoder)
+/* Give a decoder the records of the first span_ns, or all: INT64_MAX. False: it
+ * was stopped. The player reports read errors. */
+static bool read_records(const struct captures *captures, lum_capture *capture,
+                         int64_t span_ns, struct stage *stage,
+                         struct decoder *decoder)
 {
     lum_record record;
+    int64_t end_ns = INT64_MAX;
     bool goes_on = true;
     for (uint64_t i = 0;
-         goes_on && captures_next(scan->captures, capture, &record, NULL) > 0;
-         i++) {
+         goes_on && captures_next(captures, capture, &record, NULL) > 0; i++) {
+        if (i == 0 && span_ns != INT64_MAX) {
+            end_ns = add_clamped(record.time_ns, span_ns);
+        }
         decoder_set_interface(decoder, lum_capture_interface(capture));
-        goes_on = (i % RECORDS_A_LOOK != 0 ||
-                   !stage_is_closing(scan->options.stage)) &&
+        goes_on = record.time_ns <= end_ns &&
+                  (i % RECORDS_A_LOOK != 0 || !stage_is_closing(stage)) &&
                   decoder_push(decoder, &record) == DECODED_ALL;
     }
-    return goes_on && decoder_flush(decoder) == DECODED_ALL;
+    return goes_on;
 }
 
 static void note(struct scan *scan, const struct decoder *decoder)
@@ -56,22 +63,15 @@ static void *run(void *argument)
 {
     struct scan *scan = argument;
     lum_capture *capture = NULL;
-    char text[LUM_ERROR_BYTES];
-    char remarks[2u * LUM_ERROR_BYTES];
+    struct stage *stage = scan->options.stage;
     struct decoder *decoder = decoder_new(&scan->options);
     if (decoder != NULL && captures_open(scan->captures, &capture, NULL) == 0) {
         decoder_skip_to(decoder, INT64_MAX);
-        if (read_all(scan, capture, decoder)) {
+        if (read_records(scan->captures, capture, INT64_MAX, stage, decoder) &&
+            decoder_flush(decoder) == DECODED_ALL) {
             note(scan, decoder);
-            captures_tell_others(scan->captures, capture, scan->said,
-                                 scan->options.stage);
-            stage_set_gaps(
-                scan->options.stage,
-                captures_gaps(scan->captures, capture, text, sizeof text));
-            stage_set_remarks(scan->options.stage,
-                              captures_remarks(scan->captures, capture,
-                                               decoder_demux(decoder), remarks,
-                                               sizeof remarks));
+            captures_tell(scan->captures, capture, decoder_demux(decoder),
+                          scan->said, stage);
             captures_warn(scan->captures, capture, decoder_demux(decoder));
         }
     }
@@ -121,4 +121,24 @@ bool scan_range(struct scan *scan, int64_t *first, int64_t *last)
     *last = scan->last;
     (void)pthread_mutex_unlock(&scan->lock);
     return is_known;
+}
+
+struct decoder *scan_learn(const struct captures *captures,
+                           const struct decoder_options *options)
+{
+    lum_capture *capture = NULL;
+    struct decoder *learned = NULL;
+    struct decoder_options alone = *options;
+    alone.second_layout = NULL;
+    if (captures_are_files(captures) &&
+        captures_open(captures, &capture, NULL) == 0) {
+        learned = decoder_new(&alone);
+    }
+    if (learned != NULL) {
+        decoder_skip_to(learned, INT64_MAX);
+        (void)read_records(captures, capture, SOURCES_LEARN_NS, options->stage,
+                           learned);
+    }
+    lum_capture_close(capture);
+    return learned;
 }

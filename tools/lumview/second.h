@@ -7,8 +7,9 @@
 
 struct second;
 
-/* To be freed by second_free(); NULL without memory. */
-struct second *second_new(const struct decoder_options *options);
+/* options: of the decoder, with the second layout and projector. To be freed by
+ * second_free(); NULL without memory. */
+struct second *second_new(const lum_framer_options *options);
 void second_free(struct second *second); /* NULL is allowed */
 
 /* As lum_framer_set_interface(). */
@@ -16,10 +17,10 @@ void second_set_interface(struct second *second, const char *name);
 
 /* Take a record, before the decoder does, or the end of the source: NULL. It
  * is as decoder_push(): of several frames that one record completes, each is
- * there in its turn. views: count that the next frames are to have; none while
- * frames are passed over. */
+ * there in its turn. views: that the next frames are to have; none while frames
+ * are passed over. */
 enum decoded second_push(struct second *second, const lum_record *record,
-                         const struct feed_view *views, size_t count);
+                         const struct feed_views *views);
 
 /* Put its newest frame beside those of the picture, in the views that both
  * have. */

@@ -232,12 +232,12 @@ int server_open(const struct options *options, struct server **out,
     }
     lws_set_log_level(0, NULL);
     set_headers(server);
-    if (place_find(options, &server->guard.address, &server->guard.port,
-                   error) != 0 ||
+    if (place_find(&options->listen, &server->guard.address,
+                   &server->guard.port, error) != 0 ||
         start(server, error) != 0) {
         return -1;
     }
-    if (options->has_bind && make_token(server) != 0) {
+    if (options->listen.has_address && make_token(server) != 0) {
         return lum_error_set(error, "the system has no randomness for a token");
     }
     http_policy(&server->guard, server->policy);

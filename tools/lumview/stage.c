@@ -90,13 +90,12 @@ static int64_t first_at_once(const struct stage *stage, int64_t last)
 /* Likewise. */
 static bool lacks_view(const struct stage *stage)
 {
-    const size_t wanted = stage->orders.wanted;
-    return !picture_has(&stage->shown, stage->views, wanted) ||
-           !trail_has(&stage->trail, stage->views, wanted) ||
+    return !picture_has(&stage->shown, &stage->views) ||
+           !trail_has(&stage->trail, &stage->views) ||
            stage->trail.from > first_at_once(stage, stage->shown.frame);
 }
 
-void stage_take_orders(struct stage *stage, struct orders *out)
+bool stage_take_orders(struct stage *stage, struct orders *out)
 {
     lock(stage);
     *out = stage->orders;
@@ -104,6 +103,7 @@ void stage_take_orders(struct stage *stage, struct orders *out)
     stage->orders.has_seek = false;
     stage->orders.steps = 0;
     unlock(stage);
+    return !out->closing;
 }
 
 /* Not every system can wait by the monotonic clock; the other may jump, so no
@@ -131,7 +131,7 @@ void stage_wait(struct stage *stage, unsigned serial, int64_t until_ns)
 bool stage_wait_wanted(struct stage *stage)
 {
     lock(stage);
-    while (stage->orders.wanted == 0 && !stage->orders.closing) {
+    while (!stage->orders.is_wanted && !stage->orders.closing) {
         (void)pthread_cond_wait(&stage->changed, &stage->lock);
     }
     const bool closing = stage->orders.closing;
@@ -147,13 +147,12 @@ bool stage_is_closing(struct stage *stage)
     return closing;
 }
 
-size_t stage_views(struct stage *stage, struct feed_view *views)
+struct feed_views stage_views(struct stage *stage)
 {
     lock(stage);
-    const size_t count = stage->orders.wanted;
-    memcpy(views, stage->views, count * sizeof *views);
+    const struct feed_views views = stage->views;
     unlock(stage);
-    return count;
+    return views;
 }
 
 int64_t stage_aim(struct stage *stage, int64_t target)
@@ -162,7 +161,7 @@ int64_t stage_aim(struct stage *stage, int64_t target)
     const int64_t from = first_at_once(stage, target);
     trail_cut(&stage->trail, from, target);
     /* Each is made again, but for those that the files do not have any more. */
-    trail_shed(&stage->trail, stage->views, stage->orders.wanted);
+    trail_shed(&stage->trail, &stage->views);
     stage->trail.from = from;
     unlock(stage);
     return from;
@@ -187,7 +186,8 @@ void stage_keep(struct stage *stage, struct picture *picture)
 static void follow(struct stage *stage, struct picture *before)
 {
     const int64_t first = first_at_once(stage, stage->shown.frame);
-    if (before->count > 0 && trail_find(&stage->trail, before->frame) == NULL) {
+    if (before->views.count > 0 &&
+        trail_find(&stage->trail, before->frame) == NULL) {
         trail_put(&stage->trail, before);
     }
     trail_cut(&stage->trail, first, stage->shown.frame);
@@ -218,11 +218,14 @@ void stage_show(struct stage *stage, struct picture *picture,
 /* --- What is told --- */
 
 /* Called with the lock. Whether that was news. */
-static bool set_text(char *to, size_t room, const char *text)
+static bool set_text(struct stage *stage, enum feed_text which,
+                     const char *text)
 {
-    const bool is_news = strncmp(to, text, room - 1u) != 0;
+    char *to = stage->status.texts[which];
+    const bool is_news = (which != FEED_MESSAGE || !stage->has_failed) &&
+                         strncmp(to, text, FEED_TEXT_BYTES - 1u) != 0;
     if (is_news) {
-        (void)snprintf(to, room, "%s", text);
+        (void)snprintf(to, FEED_TEXT_BYTES, "%s", text);
     }
     return is_news;
 }
@@ -237,58 +240,22 @@ static bool set_state(struct stage *stage, enum feed_state state)
     return is_news;
 }
 
-/* Likewise. */
-static bool set_message(struct stage *stage, const char *message)
-{
-    return !stage->has_failed &&
-           set_text(stage->status.message, sizeof stage->status.message,
-                    message);
-}
-
 void stage_set_state(struct stage *stage, enum feed_state state)
 {
     lock(stage);
     unlock_and_wake(stage, set_state(stage, state));
 }
 
-void stage_set_message(struct stage *stage, const char *message)
+void stage_set_text(struct stage *stage, enum feed_text which, const char *text)
 {
     lock(stage);
-    unlock_and_wake(stage, set_message(stage, message));
-}
-
-void stage_set_gaps(struct stage *stage, const char *gaps)
-{
-    lock(stage);
-    unlock_and_wake(
-        stage, set_text(stage->status.gaps, sizeof stage->status.gaps, gaps));
-}
-
-void stage_set_remarks(struct stage *stage, const char *remarks)
-{
-    lock(stage);
-    unlock_and_wake(stage, set_text(stage->status.remarks,
-                                    sizeof stage->status.remarks, remarks));
-}
-
-void stage_set_others(struct stage *stage, const char *others)
-{
-    lock(stage);
-    unlock_and_wake(stage, set_text(stage->status.others,
-                                    sizeof stage->status.others, others));
-}
-
-void stage_set_doubt(struct stage *stage, const char *doubt)
-{
-    lock(stage);
-    unlock_and_wake(stage, set_text(stage->status.doubt,
-                                    sizeof stage->status.doubt, doubt));
+    unlock_and_wake(stage, set_text(stage, which, text));
 }
 
 void stage_fail(struct stage *stage, const char *message)
 {
     lock(stage);
-    bool is_news = set_message(stage, message);
+    bool is_news = set_text(stage, FEED_MESSAGE, message);
     is_news |= set_state(stage, FEED_FAILED);
     stage->has_failed = true;
     unlock_and_wake(stage, is_news);
@@ -306,30 +273,20 @@ void stage_set_range(struct stage *stage, int64_t first, int64_t last)
 void stage_set_totals(struct stage *stage, const struct totals *totals)
 {
     lock(stage);
-    struct feed_status *s = &stage->status;
-    if (!s->is_live) {
-        s->packets = totals->packets;
-        s->packets_joined = totals->packets_joined;
-        s->bytes = totals->bytes;
+    if (!stage->status.is_live) {
+        stage->status.received = totals->received;
     }
-    s->points = totals->points;
-    s->lost_wire = totals->lost_words;
-    s->lost_lines = totals->lost_lines;
-    s->joined_words = totals->joined_words;
-    s->joined_lines = totals->joined_lines;
-    s->pauses = totals->pauses;
-    s->refused = totals->refused;
+    stage->status.decoded = totals->decoded;
     unlock(stage);
 }
 
-void stage_set_received(struct stage *stage, uint64_t packets, uint64_t bytes,
-                        uint64_t kernel, uint64_t ring)
+void stage_set_received(struct stage *stage,
+                        const struct feed_received *received,
+                        const struct feed_dropped *dropped)
 {
     lock(stage);
-    stage->status.packets = packets;
-    stage->status.bytes = bytes;
-    stage->status.lost_kernel = kernel;
-    stage->status.lost_ring = ring;
+    stage->status.received = *received;
+    stage->status.dropped = *dropped;
     unlock(stage);
 }
 

@@ -18,25 +18,17 @@ struct orders {
     bool has_seek;
     int64_t seek;
     int64_t steps;   /* from there, or from the shown frame */
-    size_t wanted;   /* views */
+    bool is_wanted;  /* any view */
     unsigned frames; /* shown at once */
     bool lacks_view; /* the shown frame, or one of those at once with it, is
                         missing or lacks a wanted view */
     unsigned serial; /* of the newest order */
 };
 
-/* Counters of feed_status. */
+/* Counters of a decoder. */
 struct totals {
-    uint64_t packets;
-    uint64_t packets_joined; /* of them, captured joined with others */
-    uint64_t bytes;
-    uint64_t points;
-    uint64_t lost_words;
-    uint64_t lost_lines;
-    uint64_t joined_words; /* of them, of lines that were under way */
-    uint64_t joined_lines;
-    uint64_t pauses;
-    uint64_t refused;
+    struct feed_received received;
+    struct feed_decoded decoded;
 };
 
 /* The sum, or the nearest number to it. */
@@ -53,7 +45,7 @@ struct stage {
     pthread_mutex_t lock; /* guards what follows */
     pthread_cond_t changed;
     struct orders orders;
-    struct feed_view views[FEED_VIEWS_MAX];
+    struct feed_views views; /* that are wanted */
     struct picture shown;
     struct trail trail; /* behind it */
     bool has_failed;
@@ -66,8 +58,9 @@ void stage_end(struct stage *stage);
 
 /* The side that makes frames. */
 
-/* Copies the orders; a jump among them is the caller's then. */
-void stage_take_orders(struct stage *stage, struct orders *out);
+/* Copies the orders; a jump among them is the caller's then. False: the stage
+ * is closing. */
+bool stage_take_orders(struct stage *stage, struct orders *out);
 
 /* Wait until there is a newer order, or a moment, at most a quarter of a
  * second; monotonic. */
@@ -79,7 +72,7 @@ bool stage_wait_wanted(struct stage *stage);
 bool stage_is_closing(struct stage *stage);
 
 /* The views that are wanted now. */
-size_t stage_views(struct stage *stage, struct feed_view *views);
+struct feed_views stage_views(struct stage *stage);
 
 /* A jump leads to a frame. Returns the first of those that are shown at once
  * with it; all of these are kept or shown from now on. */
@@ -93,23 +86,18 @@ void stage_show(struct stage *stage, struct picture *picture,
                 int64_t complete_ns);
 
 void stage_set_state(struct stage *stage, enum feed_state state);
-void stage_set_message(struct stage *stage, const char *message);
-/* Where a recording is missing, as text. */
-void stage_set_gaps(struct stage *stage, const char *gaps);
-/* What is odd about the records, as text. */
-void stage_set_remarks(struct stage *stage, const char *remarks);
-void stage_set_others(struct stage *stage, const char *others);
-/* Why the layout may be another one. */
-void stage_set_doubt(struct stage *stage, const char *doubt);
+void stage_set_text(struct stage *stage, enum feed_text which,
+                    const char *text);
 /* All is over: state and message stay from here on. */
 void stage_fail(struct stage *stage, const char *message);
 
 void stage_set_range(struct stage *stage, int64_t first, int64_t last);
 void stage_set_totals(struct stage *stage, const struct totals *totals);
 
-/* Live: received and lost packets. */
-void stage_set_received(struct stage *stage, uint64_t packets, uint64_t bytes,
-                        uint64_t kernel, uint64_t ring);
+/* Live: these packets count, and not those of the totals. */
+void stage_set_received(struct stage *stage,
+                        const struct feed_received *received,
+                        const struct feed_dropped *dropped);
 void stage_set_laser(struct stage *stage, bool is_known, uint16_t status);
 
 /* The side that asks. */

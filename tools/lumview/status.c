@@ -3,7 +3,6 @@
 
 #include "../common/json.h"
 #include "../common/profile_difference.h"
-#include "lum/host/laser_name.h"
 #include "lum/laser.h"
 #include "lum/smooth.h"
 #include "lum/version.h"
@@ -32,21 +31,22 @@ void status_update(struct status *status, const struct feed_status *feed,
     }
     status->samples[status->sample_count++] =
         (struct status_sample){.time_ns = now_ns,
-                               .points = feed->points,
+                               .points = feed->decoded.points,
                                .frames = feed->frames,
                                .frame_ns = feed->frame_ns,
-                               .bytes = feed->bytes};
+                               .bytes = feed->received.bytes};
 }
 
 bool status_differs(const struct feed_status *a, const struct feed_status *b)
 {
-    return a->state != b->state || a->loops != b->loops ||
+    bool differs = false;
+    for (size_t i = 0; i < FEED_TEXTS; i++) {
+        differs |= strcmp(a->texts[i], b->texts[i]) != 0;
+    }
+    return differs || a->state != b->state || a->loops != b->loops ||
            a->speed < b->speed || a->speed > b->speed ||
            a->has_range != b->has_range || a->has_laser != b->has_laser ||
-           a->laser != b->laser || strcmp(a->message, b->message) != 0 ||
-           strcmp(a->others, b->others) != 0 ||
-           strcmp(a->doubt, b->doubt) != 0 || strcmp(a->gaps, b->gaps) != 0 ||
-           strcmp(a->remarks, b->remarks) != 0;
+           a->laser != b->laser;
 }
 
 static int begin(size_t room_before, struct text *out, FILE **stream,
@@ -190,17 +190,6 @@ static void write_rates(struct json *json, const struct status *status)
     json_real(json, "bytes_per_second", bytes, 1);
 }
 
-static void write_bits(struct json *json, const char *key, uint16_t bits)
-{
-    json_open_array(json, key);
-    for (unsigned i = 0; i < LUM_LASER_BITS; i++) {
-        if ((bits >> i & 1u) != 0) {
-            json_text(json, NULL, lum_laser_bit_name(i));
-        }
-    }
-    json_close_array(json);
-}
-
 static void write_laser(struct json *json, const struct feed_status *f)
 {
     if (!f->has_laser) {
@@ -211,36 +200,33 @@ static void write_laser(struct json *json, const struct feed_status *f)
     json_uint(json, "status", f->laser);
     json_bool(json, "up", !lum_laser_is_down(f->laser));
     json_bool(json, "on", lum_laser_is_on(f->laser));
-    write_bits(json, "bits", f->laser);
-    write_bits(json, "hazards", f->laser & LUM_LASER_HAZARDS);
+    json_laser_bits(json, "bits", f->laser);
+    json_laser_bits(json, "hazards", f->laser & LUM_LASER_HAZARDS);
     json_close_object(json);
 }
 
 static void write_losses(struct json *json, const struct feed_status *f)
 {
     json_open_object(json, "losses");
-    json_uint(json, "wire_words", f->lost_wire);
-    json_uint(json, "wire_lines", f->lost_lines);
-    json_uint(json, "joined_words", f->joined_words);
-    json_uint(json, "joined_lines", f->joined_lines);
-    json_uint(json, "pauses", f->pauses);
-    json_uint(json, "kernel", f->lost_kernel);
-    json_uint(json, "ring", f->lost_ring);
-    json_uint(json, "refused", f->refused);
+    json_uint(json, "wire_words", f->decoded.lost_words);
+    json_uint(json, "wire_lines", f->decoded.lost_lines);
+    json_uint(json, "joined_words", f->decoded.joined_words);
+    json_uint(json, "joined_lines", f->decoded.joined_lines);
+    json_uint(json, "pauses", f->decoded.pauses);
+    json_uint(json, "kernel", f->dropped.kernel);
+    json_uint(json, "ring", f->dropped.ring);
+    json_uint(json, "refused", f->decoded.refused);
     json_close_object(json);
 }
 
 static void write_message(struct json *json, const struct feed_status *f)
 {
-    const char *const parts[] = {f->message, f->remarks, f->doubt, f->others,
-                                 f->gaps};
-    char text[sizeof f->message + sizeof f->remarks + sizeof f->doubt +
-              sizeof f->others + sizeof f->gaps + 8u] = "";
+    char text[sizeof f->texts + 8u] = "";
     size_t len = 0;
-    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
-        if (parts[i][0] != '\0') {
+    for (size_t i = 0; i < FEED_TEXTS; i++) {
+        if (f->texts[i][0] != '\0') {
             (void)snprintf(text + len, sizeof text - len, "%s%s",
-                           len > 0 ? "; " : "", parts[i]);
+                           len > 0 ? "; " : "", f->texts[i]);
             len = strlen(text);
         }
     }
@@ -275,10 +261,10 @@ int status_text(const struct status *status, uint64_t skipped,
     json_bool(&json, "live", f->is_live);
     write_message(&json, f);
     write_place(&json, f);
-    json_uint(&json, "packets", f->packets);
-    json_uint(&json, "packets_joined", f->packets_joined);
-    json_uint(&json, "bytes", f->bytes);
-    json_uint(&json, "points", f->points);
+    json_uint(&json, "packets", f->received.packets);
+    json_uint(&json, "packets_joined", f->received.joined);
+    json_uint(&json, "bytes", f->received.bytes);
+    json_uint(&json, "points", f->decoded.points);
     json_uint(&json, "frames", f->frames);
     write_rates(&json, status);
     write_losses(&json, f);

@@ -79,13 +79,14 @@ static void tell(struct server *server, const struct feed_status *now)
 {
     struct feed_status *told = &server->told;
     if (now->state != told->state || now->has_laser != told->has_laser ||
-        now->laser != told->laser || strcmp(now->message, told->message) != 0) {
+        now->laser != told->laser ||
+        strcmp(now->texts[FEED_MESSAGE], told->texts[FEED_MESSAGE]) != 0) {
         (void)printf("%s, frames %llu, laser ", name_of(now->state),
                      (unsigned long long)now->frames);
         (void)(now->has_laser ? printf("0x%04x", (unsigned)now->laser)
                               : printf("unknown"));
-        (void)printf("%s%s\n", now->message[0] != '\0' ? ": " : "",
-                     now->message);
+        (void)printf("%s%s\n", now->texts[FEED_MESSAGE][0] != '\0' ? ": " : "",
+                     now->texts[FEED_MESSAGE]);
         (void)fflush(stdout);
     }
     *told = *now;
@@ -114,12 +115,13 @@ int server_run(struct server *server, struct feed *feed, lum_error *error)
         feed_look(feed, &now);
         tell(server, &now);
     }
-    const uint64_t lost = server->told.lost_kernel + server->told.lost_ring;
+    const uint64_t lost =
+        server->told.dropped.kernel + server->told.dropped.ring;
     (void)printf("frames %llu, points %llu, lost by the network %llu words, "
                  "by the system %llu datagrams\n",
                  (unsigned long long)server->told.frames,
-                 (unsigned long long)server->told.points,
-                 (unsigned long long)server->told.lost_wire,
+                 (unsigned long long)server->told.decoded.points,
+                 (unsigned long long)server->told.decoded.lost_words,
                  (unsigned long long)lost);
     return 0;
 }
