@@ -73,7 +73,7 @@ static void count_cut_short(lum_demux *demux, const lum_record *record)
 static lum_result refuse_data(lum_demux *demux)
 {
     demux->other++;
-    demux->kind = LUM_PACKET_KINDS;
+    demux->packet.kind = LUM_PACKET_KINDS;
     return LUM_OK;
 }
 
@@ -83,7 +83,7 @@ static lum_result take_known(lum_demux *demux, const lum_record *record,
 {
     lum_demux_entry *sensor = entry->sensor;
     const bool is_held =
-        demux->trials > 0 && lum_demux_meet_trials(demux, record, sensor);
+        demux->trials.open > 0 && lum_demux_meet_trials(demux, record, sensor);
     if (is_held && !lum_demux_enqueue(demux, record, entry)) {
         return LUM_E_SPACE;
     }
@@ -100,7 +100,7 @@ static lum_result take_data(lum_demux *demux, const lum_record *record,
                             lum_demux_entry *entry)
 {
     if (entry == &demux->addresses[LUM_DEMUX_ADDRESSES_MAX] ||
-        entry->is_refused) {
+        lum_demux_is_refused(entry)) {
         return refuse_data(demux);
     }
     const bool is_doubted = lum_demux_is_doubtful(demux, entry);
@@ -110,9 +110,9 @@ static lum_result take_data(lum_demux *demux, const lum_record *record,
     }
     const lum_result r = is_doubted ? lum_demux_try(demux, record, entry)
                                     : take_known(demux, record, entry);
-    if (demux->trials > 0 && demux->queue != NULL) {
+    if (demux->trials.open > 0 && demux->trials.queue != NULL) {
         lum_demux_judge_trials(demux, record->time_ns,
-                               lum_queue_is_full(demux->queue));
+                               lum_queue_is_full(demux->trials.queue));
     }
     return r;
 }
@@ -121,9 +121,10 @@ static lum_result count_datagram(lum_demux *demux, const lum_record *record)
 {
     const uint32_t address = sensor_side(demux, record);
     lum_demux_entry *entry = lum_demux_find_address(demux, address);
-    demux->kind = lum_packet_decode(&demux->options.layout, record->payload,
-                                    record->len, &demux->group);
-    if (demux->kind != LUM_PACKET_DATA) {
+    demux->packet.kind =
+        lum_packet_decode(&demux->options.layout, record->payload, record->len,
+                          &demux->packet.group);
+    if (demux->packet.kind != LUM_PACKET_DATA) {
         lum_demux_count_packet(demux, record, &entry->counters);
         demux->last = entry;
         return LUM_OK;
@@ -138,7 +139,7 @@ static lum_result count_datagram(lum_demux *demux, const lum_record *record)
 /* Counts one datagram, or another record. Data is pending then, or held. */
 static lum_result count_record(lum_demux *demux, const lum_record *record)
 {
-    demux->kind = LUM_PACKET_KINDS;
+    demux->packet.kind = LUM_PACKET_KINDS;
     demux->last = NULL;
     demux->other += record->dropped_fragments;
     switch (record->kind) {
@@ -167,20 +168,20 @@ static lum_result count_record(lum_demux *demux, const lum_record *record)
 static lum_result assemble(lum_demux *demux)
 {
     while (true) {
-        if (!demux->is_pending && demux->trials == 0 && demux->queue != NULL &&
-            demux->queue->count > 0) {
+        if (!demux->packet.is_pending && demux->trials.open == 0 &&
+            demux->trials.queue != NULL && demux->trials.queue->count > 0) {
             const lum_result r = lum_demux_give_held(demux);
             if (r < 0) {
                 return r;
             }
         }
-        if (!demux->is_pending) {
+        if (!demux->packet.is_pending) {
             return LUM_OK;
         }
         const lum_result r =
             lum_assembler_push(&demux->current->assembly->assembler,
-                               &demux->group, demux->group_ns);
-        demux->is_pending = r > 0;
+                               &demux->packet.group, demux->packet.time_ns);
+        demux->packet.is_pending = r > 0;
         if (r > 0) {
             return r;
         }
@@ -190,7 +191,7 @@ static lum_result assemble(lum_demux *demux)
 
 static void drop_record(lum_demux *demux)
 {
-    demux->is_pending = false;
+    demux->packet.is_pending = false;
     demux->joined = (lum_joined){.each = 0};
 }
 
@@ -198,7 +199,8 @@ lum_result lum_demux_push(lum_demux *demux, const lum_record *record,
                           lum_packet_kind *kind)
 {
     lum_record one;
-    demux->has_given = demux->has_given && demux->joined.each != 0;
+    demux->trials.has_given =
+        demux->trials.has_given && demux->joined.each != 0;
     if (demux->options.records_are_single) {
         lum_joined_take_whole(&demux->joined, record);
     }
@@ -206,7 +208,7 @@ lum_result lum_demux_push(lum_demux *demux, const lum_record *record,
     while (r == LUM_OK && lum_joined_next(&demux->joined, record, &one)) {
         r = count_record(demux, &one);
         if (kind != NULL) {
-            *kind = demux->kind;
+            *kind = demux->packet.kind;
         }
         if (r < 0) {
             drop_record(demux);

@@ -19,7 +19,7 @@ static void end_trial(lum_demux *demux, lum_demux_entry *entry,
 {
     free(entry->trial);
     entry->trial = NULL;
-    demux->trials--;
+    demux->trials.open--;
     if (verdict == LUM_VERDICT_SAME) {
         lum_demux_set_sensor(demux, entry, entry->like);
     } else if (!lum_demux_admit_sensor(demux, entry)) {
@@ -50,12 +50,12 @@ void lum_demux_judge_trials(lum_demux *demux, int64_t now_ns, bool is_over)
 bool lum_demux_enqueue(lum_demux *demux, const lum_record *record,
                        lum_demux_entry *entry)
 {
-    if (demux->queue == NULL) {
-        demux->queue = calloc(1, sizeof *demux->queue);
+    if (demux->trials.queue == NULL) {
+        demux->trials.queue = calloc(1, sizeof *demux->trials.queue);
     }
-    entry->is_waiting =
-        demux->queue != NULL &&
-        lum_queue_add(demux->queue, record, (size_t)(entry - demux->addresses));
+    entry->is_waiting = demux->trials.queue != NULL &&
+                        lum_queue_add(demux->trials.queue, record,
+                                      (size_t)(entry - demux->addresses));
     return entry->is_waiting;
 }
 
@@ -68,13 +68,13 @@ void lum_demux_look_at_sent(const lum_demux *demux, lum_demux_entry *sensor,
     if (turn == 0 && *sensor->interface == '\0') {
         lum_recent_interrupt(sensor->recent);
     }
-    const lum_seen seen = lum_seen_of(record, &demux->group);
+    const lum_seen seen = lum_seen_of(record, &demux->packet.group);
     lum_recent_note(sensor->recent, &seen, record->time_ns, demux->record);
     if (turn >= COMPARED_FROM &&
         turn % (turn < LOOK_PACKETS ? OFTEN : RARELY) == 0) {
         const lum_measure measure = lum_demux_measure(demux);
-        sensor->compared++;
-        sensor->contradicting +=
+        sensor->neighbours.compared++;
+        sensor->neighbours.contradicting +=
             lum_recent_contradicts(sensor->recent, &measure);
     }
 }
@@ -82,7 +82,7 @@ void lum_demux_look_at_sent(const lum_demux *demux, lum_demux_entry *sensor,
 bool lum_demux_meet_trials(lum_demux *demux, const lum_record *record,
                            const lum_demux_entry *sensor)
 {
-    const lum_seen seen = lum_seen_of(record, &demux->group);
+    const lum_seen seen = lum_seen_of(record, &demux->packet.group);
     const lum_measure measure = lum_demux_measure(demux);
     bool waits = false;
     for (size_t i = 0; i < demux->address_count; i++) {
@@ -143,7 +143,7 @@ static bool begin_trial(lum_demux *demux, lum_demux_entry *entry)
 {
     entry->like = lum_demux_find_sensor(demux, entry->address);
     entry->trial = calloc(1, sizeof *entry->trial);
-    demux->trials += entry->trial != NULL;
+    demux->trials.open += entry->trial != NULL;
     return entry->trial != NULL;
 }
 
@@ -151,16 +151,16 @@ lum_result lum_demux_try(lum_demux *demux, const lum_record *record,
                          lum_demux_entry *entry)
 {
     if (entry->trial == NULL && !look_back(demux, entry)) {
-        demux->is_unsure = true;
+        demux->trials.is_unsure = true;
         return LUM_OK;
     }
     if ((entry->trial == NULL && !begin_trial(demux, entry)) ||
         !lum_demux_enqueue(demux, record, entry)) {
         return LUM_E_SPACE;
     }
-    const lum_seen seen = lum_seen_of(record, &demux->group);
+    const lum_seen seen = lum_seen_of(record, &demux->packet.group);
     lum_place_among place;
-    demux->stand = find_place(demux, record, &seen, entry, &place);
+    demux->trials.stand = find_place(demux, record, &seen, entry, &place);
     lum_trial_add(entry->trial, &seen, &place, record->time_ns);
     lum_demux_count_data(demux, record, &entry->counters);
     return LUM_OK;
@@ -179,13 +179,13 @@ lum_result lum_demux_give_held(lum_demux *demux)
     lum_record record;
     size_t way = 0;
     lum_result r = LUM_OK;
-    while (!demux->is_pending && r == LUM_OK &&
-           lum_queue_take(demux->queue, &record, &way)) {
+    while (!demux->packet.is_pending && r == LUM_OK &&
+           lum_queue_take(demux->trials.queue, &record, &way)) {
         lum_demux_entry *entry = &demux->addresses[way];
         lum_demux_entry *sensor = entry->sensor;
         (void)lum_packet_decode(&demux->options.layout, record.payload,
-                                record.len, &demux->group);
-        demux->has_given = true;
+                                record.len, &demux->packet.group);
+        demux->trials.has_given = true;
         if (sensor != NULL && entry->like != NULL) {
             lum_demux_note_sent(demux, sensor, &record); /* was on trial */
         }
@@ -194,8 +194,8 @@ lum_result lum_demux_give_held(lum_demux *demux)
         }
     }
     if (r < 0) {
-        lum_queue_put_back(demux->queue);
-    } else if (!demux->is_pending) {
+        lum_queue_put_back(demux->trials.queue);
+    } else if (!demux->packet.is_pending) {
         end_waiting(demux);
     }
     return r;

@@ -49,10 +49,10 @@ lum_demux_assembly *lum_demux_new_assembly(const lum_demux_options *options)
 
 void lum_demux_free_queue(lum_demux *demux)
 {
-    if (demux->queue != NULL) {
-        free(demux->queue->bytes);
-        free(demux->queue);
-        demux->queue = NULL;
+    if (demux->trials.queue != NULL) {
+        free(demux->trials.queue->bytes);
+        free(demux->trials.queue);
+        demux->trials.queue = NULL;
     }
 }
 
@@ -159,12 +159,11 @@ void lum_demux_set_sensor(lum_demux *demux, lum_demux_entry *entry,
         entry->since = entry->since != 0 ? entry->since : demux->record;
     }
     entry->sensor = sensor;
-    entry->is_refused = sensor == NULL;
 }
 
 bool lum_demux_admit_sensor(lum_demux *demux, lum_demux_entry *entry)
 {
-    if (entry->is_sensor) {
+    if (entry->sensor == entry) {
         return true;
     }
     entry->is_further = lum_demux_find_sensor(demux, entry->address) != NULL;
@@ -173,7 +172,6 @@ bool lum_demux_admit_sensor(lum_demux *demux, lum_demux_entry *entry)
     }
     /* without memory its repeats are not known */
     entry->recent = calloc(1, sizeof *entry->recent);
-    entry->is_sensor = true;
     lum_demux_set_sensor(demux, entry, entry);
     entry->sensor_index = demux->sensor_count;
     demux->sensors[demux->sensor_count++] = (size_t)(entry - demux->addresses);
@@ -186,8 +184,7 @@ lum_demux_entry *lum_demux_claim_address(lum_demux *demux, uint32_t address)
 {
     lum_demux_entry *rest = &demux->addresses[LUM_DEMUX_ADDRESSES_MAX];
     lum_demux_entry *entry = demux->addresses;
-    while (entry < rest && (entry->sensor != NULL || entry->trial != NULL ||
-                            entry->is_refused)) {
+    while (entry < rest && (entry->origin != 0 || entry->trial != NULL)) {
         entry++;
     }
     if (entry < rest) {
@@ -203,7 +200,7 @@ lum_demux_entry *lum_demux_claim_address(lum_demux *demux, uint32_t address)
 void lum_demux_count_packet(const lum_demux *demux, const lum_record *record,
                             lum_demux_counters *c)
 {
-    c->packets[demux->kind]++;
+    c->packets[demux->packet.kind]++;
     c->joined += record->kind == LUM_RECORD_JOINED;
 }
 
@@ -211,7 +208,7 @@ void lum_demux_count_data(const lum_demux *demux, const lum_record *record,
                           lum_demux_counters *c)
 {
     lum_demux_count_packet(demux, record, c);
-    if (demux->group.tag == LUM_TAG_ANGLES) {
+    if (demux->packet.group.tag == LUM_TAG_ANGLES) {
         c->angle_packets++;
     } else {
         c->range_packets++;
@@ -229,19 +226,19 @@ static uint64_t count_late(const lum_demux_entry *entry)
 static void note_order(lum_demux *demux)
 {
     const lum_profile *p = &demux->options.layout.profile;
-    demux->behind_ns = lum_order_behind_ns(
+    demux->packet.behind_ns = lum_order_behind_ns(
         &demux->current->order, &p->group[LUM_FIELD_TIMESTAMP],
         p->clock_unit_ns, (int64_t)demux->options.config.gap_us * 1000,
-        demux->group_ns, &demux->group);
-    demux->lost_before = count_late(demux->current);
+        demux->packet.time_ns, &demux->packet.group);
+    demux->packet.lost_before = count_late(demux->current);
 }
 
 void lum_demux_judge_order(lum_demux *demux)
 {
     const bool is_torn =
-        demux->behind_ns / 1000 > (int64_t)demux->options.config.gap_us;
-    if (demux->behind_ns > 0 &&
-        (is_torn || count_late(demux->current) != demux->lost_before)) {
+        demux->packet.behind_ns / 1000 > (int64_t)demux->options.config.gap_us;
+    if (demux->packet.behind_ns > 0 &&
+        (is_torn || count_late(demux->current) != demux->packet.lost_before)) {
         demux->current->counters.out_of_order++;
     }
 }
@@ -269,7 +266,7 @@ static bool is_late_copy(const lum_demux *demux, const lum_demux_entry *entry)
     }
     const lum_measure m = lum_demux_measure(demux);
     const int64_t behind_us =
-        lum_measure_us(&m, demux->group.clock_raw, sensor->clock);
+        lum_measure_us(&m, demux->packet.group.clock_raw, sensor->clock);
     return m.clock_bits != 0 && behind_us > (int64_t)m.gap_us &&
            behind_us <= LATE_MAX_US;
 }
@@ -293,11 +290,11 @@ lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *entry,
     }
     if (entry == sensor) {
         sensor->has_clock = true;
-        sensor->clock = demux->group.clock_raw;
+        sensor->clock = demux->packet.group.clock_raw;
     }
     demux->current = sensor;
-    demux->group_ns = time_ns;
-    demux->is_pending = true;
+    demux->packet.time_ns = time_ns;
+    demux->packet.is_pending = true;
     note_order(demux);
     return LUM_OK;
 }
@@ -373,11 +370,12 @@ lum_demux_mixture lum_demux_mixed(const lum_demux *demux)
     lum_demux_mixture all = {.compared = 0};
     for (size_t i = 0; i < demux->sensor_count; i++) {
         const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+        const lum_demux_mixture own = sensor->neighbours;
         if (is_asked_for(demux, sensor) &&
-            sensor->contradicting >= CONTRADICTING_MIN &&
-            sensor->contradicting >= sensor->compared / CONTRADICTING_SHARE) {
-            all.compared += sensor->compared;
-            all.contradicting += sensor->contradicting;
+            own.contradicting >= CONTRADICTING_MIN &&
+            own.contradicting >= own.compared / CONTRADICTING_SHARE) {
+            all.compared += own.compared;
+            all.contradicting += own.contradicting;
         }
     }
     return all;
@@ -400,7 +398,8 @@ bool lum_demux_is_wanted(const lum_demux *demux)
         entry->sensor == NULL && *demux->asked_interface != '\0';
     const lum_demux_entry *sensor = is_own ? entry : counted_with(demux, entry);
     return is_asked_for(demux, sensor != NULL ? sensor : entry) &&
-           (entry->trial == NULL || is_own || demux->stand < LUM_STAND_ASTRAY);
+           (entry->trial == NULL || is_own ||
+            demux->trials.stand < LUM_STAND_ASTRAY);
 }
 
 void lum_demux_set_interface(lum_demux *demux, const char *name)

@@ -30,19 +30,17 @@ typedef struct lum_demux_entry {
     uint32_t address;
     char interface[LUM_INTERFACE_BYTES]; /* empty: it is not known */
     struct lum_demux_entry *sensor; /* whose data it brings: itself, or the same
-                               on another interface; NULL: that is not known */
+                               on another interface; NULL: that is not known
+                               (origin is 0), or it is one sensor too many */
     lum_trial *trial;               /* that is to tell; NULL: there is none */
     struct lum_demux_entry *like;   /* the sensor that it may be */
     bool has_clock;
-    uint64_t clock;     /* of a sensor's packet that was given last */
-    lum_recent *recent; /* of a sensor; or NULL */
-    uint32_t sent;      /* packets of a sensor */
-    uint32_t compared;  /* of these, with those next to them */
-    uint32_t contradicting;
-    bool is_waiting; /* data of it is held */
-    bool is_sensor;
+    uint64_t clock;               /* of a sensor's packet that was given last */
+    lum_recent *recent;           /* of a sensor; or NULL */
+    uint32_t sent;                /* packets of a sensor */
+    lum_demux_mixture neighbours; /* of these, with those next to them */
+    bool is_waiting;              /* data of it is held */
     bool is_further;     /* another sensor with this address came before */
-    bool is_refused;     /* a sensor too many */
     uint32_t origin;     /* its number among those that are known, from 1 on */
     uint64_t since;      /* lum_demux_origin.since */
     size_t sensor_index; /* valid if it is one */
@@ -51,36 +49,46 @@ typedef struct lum_demux_entry {
     lum_order order;
 } lum_demux_entry;
 
+/** The packet at hand. */
+typedef struct lum_demux_packet {
+    lum_packet_kind kind;
+    lum_group group;      /* of data */
+    bool is_pending;      /* its group waits for an assembler */
+    int64_t time_ns;      /* when that came */
+    int64_t behind_ns;    /* how far that stands behind later records */
+    uint64_t lost_before; /* late and stray, before it */
+} lum_demux_packet;
+
+/** What demux_interfaces.c keeps of data that is held until it is known whose
+ * it is. */
+typedef struct lum_demux_trials {
+    size_t open;      /* entries that have one */
+    lum_queue *queue; /* what is held while one is open; or NULL */
+    bool has_given;   /* of the queue, for the last record */
+    bool is_unsure;   /* lum_demux_is_unsure() */
+    lum_stand stand;  /* of the last record, if it is on trial */
+} lum_demux_trials;
+
 struct lum_demux {
     lum_demux_options options;
+    char asked_interface[LUM_INTERFACE_BYTES]; /* empty: none was asked for */
+    bool asked_is_there; /* the sensor that was asked for is one of them */
     /* the last: all the rest */
     lum_demux_entry addresses[LUM_DEMUX_ADDRESSES_MAX + 1];
     size_t address_count;
     size_t sensors[LUM_DEMUX_SENSORS_MAX]; /* indices of addresses */
     size_t sensor_count;
-    bool has_several;      /* records came from more than one interface */
     uint32_t origin_count; /* entries of which it is known whose data they
                               bring */
     uint32_t held;         /* a bit for each sensor whose data is passed over */
-    uint64_t record;       /* the number of the record at hand */
-    bool is_unsure;        /* lum_demux_is_unsure() */
-    bool asked_is_there;   /* the sensor that was asked for is one of them */
-    char asked_interface[LUM_INTERFACE_BYTES]; /* empty: none was asked for */
-    char interface[LUM_INTERFACE_BYTES];       /* of the records to come */
+    lum_demux_trials trials;
+    uint64_t record;                     /* the number of the record at hand */
+    char interface[LUM_INTERFACE_BYTES]; /* of the records to come */
     uint64_t other;
     lum_joined joined; /* of the record at hand */
-    bool is_pending;   /* the group at hand waits for an assembler */
-    lum_queue *queue;  /* what is held while a trial is open; or NULL */
-    size_t trials;     /* that are open */
-    bool has_given;    /* of the queue, for the last record */
-    lum_group group;
-    int64_t group_ns; /* when it came */
-    lum_packet_kind kind;
-    int64_t behind_ns;    /* how far it stands behind later records */
-    uint64_t lost_before; /* late and stray, before it */
+    lum_demux_packet packet;
     lum_demux_entry *current;
     lum_demux_entry *last; /* whose record was pushed last; NULL: nobody's */
-    lum_stand stand;       /* of that record, if it is on trial */
     bool is_flushing;
     size_t flushing;
 };
@@ -88,6 +96,12 @@ struct lum_demux {
 static inline void lum_demux_set_text(char *to, const char *text)
 {
     (void)snprintf(to, LUM_INTERFACE_BYTES, "%s", text != NULL ? text : "");
+}
+
+/** Whether it would be one sensor too many. */
+static inline bool lum_demux_is_refused(const lum_demux_entry *entry)
+{
+    return entry->sensor == NULL && entry->origin != 0;
 }
 
 static inline lum_demux_entry *lum_demux_sensor_at(const lum_demux *demux,

@@ -104,12 +104,12 @@ void lum_demux_interrupt(lum_demux *demux)
 
 bool lum_demux_is_unsure(const lum_demux *demux)
 {
-    return demux->is_unsure;
+    return demux->trials.is_unsure;
 }
 
 bool lum_demux_is_behind(const lum_demux *demux)
 {
-    return demux->trials > 0 || demux->has_given;
+    return demux->trials.open > 0 || demux->trials.has_given;
 }
 
 void lum_demux_hold(lum_demux *demux, size_t sensor, bool is_held)
