@@ -21,21 +21,20 @@ int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,
                       uint64_t all, lum_error *error)
 {
     const lum_source *s = reader->source;
+    const char *gap = s->has_failed ? "; " : "";
+    const char *why = s->has_failed ? s->error.text : "";
     if (held == 0) {
         return lum_pcap_fail(reader, error, "%s", s->error.text);
     }
     if (all == 0) {
         return lum_pcap_fail(
             reader, error, "a %s is cut short: %llu bytes of it are there%s%s",
-            what, (unsigned long long)held, s->has_failed ? "; " : "",
-            s->has_failed ? s->error.text : "");
+            what, (unsigned long long)held, gap, why);
     }
-    return lum_pcap_fail(reader, error,
-                         "a %s is cut short: %llu of its %llu bytes are "
-                         "there%s%s",
-                         what, (unsigned long long)held,
-                         (unsigned long long)all, s->has_failed ? "; " : "",
-                         s->has_failed ? s->error.text : "");
+    return lum_pcap_fail(
+        reader, error,
+        "a %s is cut short: %llu of its %llu bytes are there%s%s", what,
+        (unsigned long long)held, (unsigned long long)all, gap, why);
 }
 
 void lum_pcap_note_damage(lum_pcap *reader, const lum_error *reason)

@@ -19,12 +19,6 @@ enum {
     BINARY_MAX = 63
 };
 
-/* What is left of a block's options. */
-struct options {
-    const uint8_t *at;
-    size_t left;
-};
-
 struct option {
     unsigned code;
     const uint8_t *value;
@@ -41,44 +35,33 @@ int lum_pcapng_fail_short(const lum_pcap *r, const lum_pcapng_block *b,
 
 /* --- Options --- */
 
-/* Returns 1 with an option; 0 after the last; -1 if it is cut short. */
-static int next_option(const lum_pcap *r, struct options *o, struct option *out)
+/* Returns 1 with the option at a place in the block, which goes on; 0 after the
+ * last; -1 if it is cut short. */
+static int next_option(const lum_pcap *r, const lum_pcapng_block *b, size_t *at,
+                       struct option *out)
 {
-    if (o->left == 0) {
-        return 0;
+    const uint8_t *p = b->at + *at;
+    const size_t left = b->len - LUM_PCAPNG_TRAILER_BYTES - *at;
+    if (left < 4) {
+        return left == 0 ? 0 : -1;
     }
-    if (o->left < 4) {
-        return -1;
-    }
-    out->code = load_u16(r, o->at);
-    out->len = load_u16(r, o->at + 2);
-    out->value = o->at + 4;
+    out->code = load_u16(r, p);
+    out->len = load_u16(r, p + 2);
+    out->value = p + 4;
     const size_t all = 4u + lum_pcapng_padded(out->len);
-    if (all > o->left) {
+    if (all > left) {
         return -1;
     }
-    if (out->code == OPTION_END && out->len == 0) {
-        return 0;
-    }
-    o->at += all;
-    o->left -= all;
-    return 1;
-}
-
-/* From a place in the block to its trailer. */
-static struct options options_from(const lum_pcapng_block *b, size_t from)
-{
-    return (struct options){b->at + from,
-                            b->len - LUM_PCAPNG_TRAILER_BYTES - from};
+    *at += all;
+    return out->code == OPTION_END && out->len == 0 ? 0 : 1;
 }
 
 /* A broken option ends the list; other programs may write such options. */
 void lum_pcapng_hand_out_options(const lum_pcap *r, lum_pcap_place place,
                                  const lum_pcapng_block *b, size_t from)
 {
-    struct options o = options_from(b, from);
     struct option option;
-    while (r->take_option != NULL && next_option(r, &o, &option) == 1) {
+    while (r->take_option != NULL && next_option(r, b, &from, &option) == 1) {
         r->take_option(r->option_context, place, option.code, option.value,
                        option.len);
     }
@@ -152,13 +135,14 @@ static int read_option(const lum_pcap *r, const struct option *option,
     }
 }
 
-static int read_interface_options(const lum_pcap *r, struct options o,
+static int read_interface_options(const lum_pcap *r, const lum_pcapng_block *b,
                                   lum_pcap_interface *out, lum_error *error)
 {
     struct option option;
+    size_t at = 16;
     unsigned seen = 0; /* a bit for each that may come only once */
     int result = 0;
-    while ((result = next_option(r, &o, &option)) == 1) {
+    while ((result = next_option(r, b, &at, &option)) == 1) {
         const unsigned bit = option.code == OPTION_RESOLUTION ? 1u
                              : option.code == OPTION_OFFSET   ? 2u
                                                               : 0u;
@@ -187,7 +171,7 @@ static int parse_interface(const lum_pcap *r, const lum_pcapng_block *b,
     out->link_type = load_u16(r, b->at + 8);
     (void)snprintf(out->name, sizeof out->name, "%lu",
                    (unsigned long)r->interface_count);
-    return read_interface_options(r, options_from(b, 16), out, error);
+    return read_interface_options(r, b, out, error);
 }
 
 /* One that cannot be read keeps its place, so that packets of others are not
