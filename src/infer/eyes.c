@@ -245,9 +245,9 @@ void lum_infer_take_one_eye(lum_infer_state *state,
     if (eye->bytes > 0) {
         const uint32_t value =
             usual_value(starts, *eye, LUM_INFER_HEAD_BITS, 0);
-        state->eye_value[LUM_EYE_BLUE] = value == 1 ? 0 : value;
-        state->eye_value[LUM_EYE_GREEN] =
-            value == 0 || value == 1 ? 1 : value ^ 1u;
-        lum_infer_take(state, *eye);
+        uint32_t *values = state->readings.best.eye_value;
+        values[LUM_EYE_BLUE] = value == 1 ? 0 : value;
+        values[LUM_EYE_GREEN] = value == 0 || value == 1 ? 1 : value ^ 1u;
+        lum_infer_add_bits(&state->used, *eye);
     }
 }

@@ -76,11 +76,11 @@ bool lum_infer_overlap(const lum_infer_bits *a, const lum_infer_bits *b)
     return false;
 }
 
-void lum_infer_take(lum_infer_state *state, lum_field field)
+void lum_infer_add_bits(lum_infer_bits *set, lum_field field)
 {
     const lum_infer_bits bits = lum_infer_bits_of(field);
     for (unsigned i = 0; i < LUM_INFER_HEAD_BYTES; i++) {
-        state->used.byte[i] |= bits.byte[i];
+        set->byte[i] |= bits.byte[i];
     }
 }
 
@@ -97,14 +97,11 @@ size_t lum_infer_whole(const lum_infer_state *state,
     for (unsigned at = LUM_INFER_FIELDS_AT; at < state->samples.at; at++) {
         for (unsigned bytes = 1; at + bytes <= state->samples.at && bytes <= 8;
              bytes *= 2) {
-            const lum_field little = {.at = (uint8_t)at,
-                                      .bytes = (uint8_t)bytes};
-            out[n] = little;
-            n++;
+            lum_field field = {.at = (uint8_t)at, .bytes = (uint8_t)bytes};
+            out[n++] = field;
             if (bytes > 1) {
-                out[n] = little;
-                out[n].order = LUM_ORDER_BIG;
-                n++;
+                field.order = LUM_ORDER_BIG;
+                out[n++] = field;
             }
         }
     }

@@ -21,8 +21,8 @@ lum_infer_bits lum_infer_bits_of(lum_field field);
 /** Whether two have a bit in common. */
 bool lum_infer_overlap(const lum_infer_bits *a, const lum_infer_bits *b);
 
-/** Take the bits of a field. */
-void lum_infer_take(lum_infer_state *state, lum_field field);
+/** Add the bits of a field to a set. */
+void lum_infer_add_bits(lum_infer_bits *set, lum_field field);
 
 /** Whether all bits of a field are free. */
 bool lum_infer_is_free(const lum_infer_state *state, lum_field field);

@@ -56,8 +56,8 @@ typedef struct candidate {
 typedef struct search {
     const lum_infer_state *state;
     explains is;
-    can_be can;
-    measure share;
+    can_be can;     /* NULL: all can */
+    measure share;  /* NULL: of packets that it explains by itself */
     unsigned least; /* bits */
     unsigned bytes; /* that it usually has */
     candidate best[CANDIDATES];
@@ -80,17 +80,18 @@ static double share(const lum_infer_state *state, lum_field field, explains is,
     return n == 0 ? 0.0 : (double)good / (double)n;
 }
 
+static double share_of_many(const lum_infer_state *state, lum_field field,
+                            explains is)
+{
+    return share(state, field, is, state->good.count / ENOUGH + 1);
+}
+
 static bool is_tag(const lum_infer_state *state, const lum_infer_packet *packet,
                    uint64_t value)
 {
     (void)state;
     return value ==
            (packet->kind == LUM_INFER_ANGLES ? TAG_ANGLES : TAG_RANGES);
-}
-
-static double share_of_tags(const lum_infer_state *state, lum_field field)
-{
-    return share(state, field, is_tag, state->good.count / ENOUGH + 1);
 }
 
 static bool is_count(const lum_infer_state *state,
@@ -101,18 +102,6 @@ static bool is_count(const lum_infer_state *state,
     return value == room ||
            (packet->kind == LUM_INFER_ANGLES && value < room &&
             (value == CUT_1 || value == LUM_LINE_PIXELS - CUT_2));
-}
-
-static double share_of_counts(const lum_infer_state *state, lum_field field)
-{
-    return share(state, field, is_count, state->good.count / ENOUGH + 1);
-}
-
-static bool can_all(const lum_infer_state *state, lum_field field)
-{
-    (void)state;
-    (void)field;
-    return true;
 }
 
 static bool is_first(const lum_infer_state *state,
@@ -305,12 +294,16 @@ static void try_runs(search *s, lum_field field, unsigned low)
         lum_field f = field;
         f.low = (uint8_t)low;
         f.bits = bits == all ? 0 : (uint8_t)bits;
-        if (!lum_infer_is_free(s->state, f) || !s->can(s->state, f)) {
+        if (!lum_infer_is_free(s->state, f) ||
+            (s->can != NULL && !s->can(s->state, f))) {
             return;
         }
         candidate c = {.field = f, .share = share(s->state, f, s->is, stride)};
         c.is_enough = c.share >= MOST;
-        c.share = c.is_enough ? s->share(s->state, f) : c.share;
+        if (c.is_enough) {
+            c.share = s->share != NULL ? s->share(s->state, f)
+                                       : share_of_many(s->state, f, s->is);
+        }
         enter(s, &c);
         if (!c.is_enough) {
             return;
@@ -332,7 +325,7 @@ static void take(lum_infer_state *state, unsigned field, const search *s)
 {
     state->field[field] = conclude(s);
     if (state->field[field].field.bytes > 0) {
-        lum_infer_take(state, state->field[field].field);
+        lum_infer_add_bits(&state->used, state->field[field].field);
     }
 }
 
@@ -350,16 +343,11 @@ static void try_whole(search *s)
 
 void lum_infer_find_tag(lum_infer_state *state)
 {
-    search s = {.state = state,
-                .is = is_tag,
-                .can = can_all,
-                .share = share_of_tags,
-                .least = 2,
-                .bytes = 1};
+    search s = {.state = state, .is = is_tag, .least = 2, .bytes = 1};
     const lum_field type = {.at = 8, .bytes = 1};
     if (state->is_tag_type) {
         state->field[LUM_FIELD_TAG].field = type;
-        state->field[LUM_FIELD_TAG].share = share_of_tags(state, type);
+        state->field[LUM_FIELD_TAG].share = share_of_many(state, type, is_tag);
         return;
     }
     for (unsigned at = LUM_INFER_FIELDS_AT; at < state->samples.at; at++) {
@@ -370,12 +358,7 @@ void lum_infer_find_tag(lum_infer_state *state)
 
 void lum_infer_find_num_samples(lum_infer_state *state)
 {
-    search s = {.state = state,
-                .is = is_count,
-                .can = can_all,
-                .share = share_of_counts,
-                .least = 9,
-                .bytes = 2};
+    search s = {.state = state, .is = is_count, .least = 9, .bytes = 2};
     try_whole(&s);
     take(state, LUM_FIELD_NUM_SAMPLES, &s);
 }

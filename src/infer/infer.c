@@ -32,29 +32,25 @@ struct lum_infer {
 int lum_infer_create(const lum_infer_options *options, lum_infer **out,
                      lum_error *error)
 {
-    lum_infer *infer = calloc(1, sizeof *infer);
+    lum_infer_options known;
     *out = NULL;
-    if (infer == NULL) {
-        return lum_error_set(error, "no memory");
-    }
-    if (lum_sized_take(&infer->options, sizeof infer->options, options,
-                       "the inference's options", "lum_infer_options",
-                       error) != 0) {
-        free(infer);
+    if (lum_sized_take(&known, sizeof known, options, "the inference's options",
+                       "lum_infer_options", error) != 0) {
         return -1;
     }
-    const uint32_t wanted = infer->options.packets_max;
-    const uint32_t max = wanted == 0 ? LUM_INFER_PACKETS_MAX : wanted;
+    const uint32_t max =
+        known.packets_max == 0 ? LUM_INFER_PACKETS_MAX : known.packets_max;
     if (max > LUM_INFER_PACKETS_MAX) {
-        free(infer);
         errno = EINVAL;
         return lum_error_set(error, "packets_max is %u; use at most %u",
                              (unsigned)max, LUM_INFER_PACKETS_MAX);
     }
-    if (lum_infer_store_init(&infer->store, max) != 0) {
+    lum_infer *infer = calloc(1, sizeof *infer);
+    if (infer == NULL || lum_infer_store_init(&infer->store, max) != 0) {
         free(infer);
         return lum_error_set(error, "no memory");
     }
+    infer->options = known;
     *out = infer;
     return 0;
 }
@@ -85,11 +81,11 @@ static int push_one(lum_infer *infer, const lum_record *record)
     uint32_t sensor = 0;
     if ((!lum_record_is_datagram(record) && !is_cut) ||
         !is_ours(infer, record, &sensor)) {
-        infer->store.elsewhere++;
+        infer->store.counts.elsewhere++;
         return lum_infer_store_is_full(&infer->store) ? 0 : 1;
     }
     if (is_cut && !lum_infer_store_is_full(&infer->store)) {
-        infer->store.cut_short++;
+        infer->store.counts.cut_short++;
         return 1;
     }
     return lum_infer_store_add(&infer->store, record, sensor);
@@ -120,11 +116,10 @@ void lum_infer_free(lum_infer *infer)
 static void sort(const lum_infer_store *store, lum_infer_packets *out)
 {
     out->count = 0;
-    for (unsigned s = 0; s < store->sensor_count; s++) {
+    for (unsigned s = 0; s < store->counts.sensors; s++) {
         for (uint32_t i = 0; i < store->count; i++) {
             if (store->packets[i].sensor == s) {
-                out->at[out->count] = &store->packets[i];
-                out->count++;
+                out->at[out->count++] = &store->packets[i];
             }
         }
     }
@@ -174,11 +169,9 @@ static void choose_data(lum_infer_state *state)
     for (size_t i = 0; i < state->all.count; i++) {
         lum_infer_packet *p = state->all.at[i];
         if (is_data(state, p)) {
-            state->data.at[state->data.count] = p;
-            state->data.count++;
+            state->data.at[state->data.count++] = p;
             if (p->kind != LUM_INFER_UNKNOWN) {
-                state->good.at[state->good.count] = p;
-                state->good.count++;
+                state->good.at[state->good.count++] = p;
             }
         }
     }
@@ -201,9 +194,9 @@ static void fill_profile(const lum_infer_state *state, lum_profile *out)
         state->samples.is_big ? LUM_ORDER_BIG : LUM_ORDER_LITTLE;
     out->angle_order = state->samples.is_el_first ? LUM_ELEVATION_AZIMUTH
                                                   : LUM_AZIMUTH_ELEVATION;
-    out->eye_values[LUM_EYE_BLUE] = state->eye_value[LUM_EYE_BLUE];
-    out->eye_values[LUM_EYE_GREEN] = state->eye_value[LUM_EYE_GREEN];
-    out->clock_unit_ns = state->unit_taken;
+    memcpy(out->eye_values, state->readings.best.eye_value,
+           sizeof out->eye_values);
+    out->clock_unit_ns = state->clock.unit_ns;
     out->line_span_us = state->line_span_us;
 }
 
@@ -234,7 +227,7 @@ LUM_PRINTF(3, 4)
 static int none(lum_infer_result *out, lum_infer_verdict verdict,
                 const char *format, ...)
 {
-    const bool is_cut = out->cut_short > out->packets;
+    const bool is_cut = out->counts.cut_short > out->counts.packets;
     va_list arguments;
     va_start(arguments, format);
     (void)vsnprintf(out->text, sizeof out->text, format, arguments);
@@ -244,7 +237,7 @@ static int none(lum_infer_result *out, lum_infer_verdict verdict,
         (void)snprintf(out->text, sizeof out->text,
                        "%u datagrams are in the capture only in part: record "
                        "whole packets (tcpdump -s 0)",
-                       (unsigned)out->cut_short);
+                       (unsigned)out->counts.cut_short);
     }
     return 1;
 }
@@ -283,8 +276,8 @@ static int find_data(lum_infer_state *state, lum_infer_result *out)
     find_type(state);
     choose_data(state);
     lum_infer_place_samples(state);
-    out->packets = (uint32_t)state->data.count;
-    out->other_type = (uint32_t)(state->all.count - state->data.count);
+    out->counts.packets = (uint32_t)state->data.count;
+    out->counts.other_type = (uint32_t)(state->all.count - state->data.count);
     const size_t reserved = count_reserved(state);
     if (reserved > state->good.count) {
         return none(out, LUM_INFER_NOTHING_FITS,
@@ -300,7 +293,7 @@ static int find_data(lum_infer_state *state, lum_infer_result *out)
 
 static int find_samples(lum_infer_state *state, lum_infer_result *out)
 {
-    out->other_type = (uint32_t)state->all.count;
+    out->counts.other_type = (uint32_t)state->all.count;
     if (state->all.count == 0) {
         return none(out, LUM_INFER_TOO_LITTLE,
                     "there is no packet of data, only control packets "
@@ -334,7 +327,7 @@ static int find_lines(lum_infer_state *state, lum_infer_result *out)
         lum_infer_place_one_eye(state) != 0) {
         return -1;
     }
-    if (state->lines < LINES_MIN) {
+    if (state->readings.lines < LINES_MIN) {
         return none(out, LUM_INFER_TOO_LITTLE,
                     "there are too few lines: record at least one whole frame");
     }
@@ -383,45 +376,31 @@ static int solve(lum_infer_state *state, lum_infer_result *out)
     if (r != 0) {
         return r;
     }
-    state->fit = count_fit(state, &layout);
-    out->fit = state->fit;
-    if (state->fit * 2 < state->data.count) {
+    out->fit = count_fit(state, &layout);
+    if (out->fit * 2 < state->data.count) {
         return none(out, LUM_INFER_NOTHING_FITS,
                     "the best reading explains only %u of %zu packets",
-                    (unsigned)state->fit, state->data.count);
+                    (unsigned)out->fit, state->data.count);
     }
     out->has_profile = true;
     lum_infer_report(state, out);
     return 0;
 }
 
-static lum_infer_packet **three_lists(lum_infer_state *state, uint32_t count)
-{
-    lum_infer_packet **lists =
-        calloc(3u * ((size_t)count + 1u), sizeof(void *));
-    state->all.at = lists;
-    state->data.at = lists == NULL ? NULL : lists + count;
-    state->good.at = lists == NULL ? NULL : lists + 2u * (size_t)count;
-    return lists;
-}
-
 int lum_infer_solve(lum_infer *infer, lum_infer_result *out, lum_error *error)
 {
     lum_infer_result *result = calloc(1, sizeof *result);
     lum_infer_state *state = calloc(1, sizeof *state);
-    lum_infer_packet **lists =
-        state == NULL ? NULL : three_lists(state, infer->store.count);
+    const size_t count = infer->store.count;
+    lum_infer_packet **lists = calloc(3u * (count + 1u), sizeof *lists);
     int r = -1;
-    if (result != NULL && lists != NULL) {
+    if (result != NULL && state != NULL && lists != NULL) {
+        state->all.at = lists;
+        state->data.at = lists + count;
+        state->good.at = lists + 2u * count;
         result->struct_size = sizeof *result;
-        result->foreign = infer->store.foreign;
-        result->control = infer->store.control;
-        result->cut_short = infer->store.cut_short;
-        result->left_out = infer->store.left_out;
-        result->joined = infer->store.joined;
-        result->elsewhere = infer->store.elsewhere;
-        result->sensors = infer->store.sensor_count;
-        result->is_full = lum_infer_store_is_full(&infer->store);
+        result->counts = infer->store.counts;
+        result->counts.is_full = lum_infer_store_is_full(&infer->store);
         sort(&infer->store, &state->all);
         r = solve(state, result);
     }

@@ -163,7 +163,7 @@ static unsigned plainness(const trial *t, lum_field field)
              : 0u;
     /* Zeros of what may be a clock are rather the clock's. */
     const lum_infer_bits own = lum_infer_bits_of(field);
-    p += lum_infer_overlap(&own, &t->starts->state->clock_whole) ? 0u : 100u;
+    p += lum_infer_overlap(&own, &t->starts->state->clock.whole) ? 0u : 100u;
     /* The eye as the highest bit above the number is a usual thing. */
     p += field.bits != 0 && field.low + width + 1u == 8u * field.bytes &&
                  lum_infer_has_bit(t->eye_bits,

@@ -4,6 +4,7 @@
 #include "fields.h"
 #include "lines.h"
 #include "starts.h"
+#include "ticks.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -50,17 +51,10 @@ typedef struct finder {
     bool is_paired;              /* there cannot be one eye alone */
     reading *readings;
     size_t count;
-    int *steps; /* room for twice as many as starts */
+    double *steps; /* room for twice as many as starts */
 } finder;
 
 /* --- One eye that was dealt to two --- */
-
-static int compare(const void *a, const void *b)
-{
-    const int x = *(const int *)a;
-    const int y = *(const int *)b;
-    return (x > y) - (x < y);
-}
 
 /* How far apart in elevation lines of one number of both eyes are, against the
  * next lines of an eye: about half, if there is only one eye, whose lines were
@@ -69,8 +63,8 @@ static bool is_interleaved(const finder *f, const lum_infer_line *line,
                            unsigned eye_bit)
 {
     const size_t count = f->starts.count;
-    int *near = f->steps;
-    int *next = f->steps + count;
+    double *near = f->steps;
+    double *next = f->steps + count;
     size_t n = 0;
     for (size_t i = 2; i < count; i++) {
         const lum_infer_packet *const *p = &f->starts.at[i - 2];
@@ -87,10 +81,9 @@ static bool is_interleaved(const finder *f, const lum_infer_line *line,
     if (n == 0) {
         return false;
     }
-    qsort(near, n, sizeof *near, compare);
-    qsort(next, n, sizeof *next, compare);
-    return near[n / 2] * 100 > next[n / 2] * 35 &&
-           near[n / 2] * 100 < next[n / 2] * 65;
+    const double one = lum_infer_quantile(near, n, 0.5);
+    const double two = lum_infer_quantile(next, n, 0.5);
+    return one * 100 > two * 35 && one * 100 < two * 65;
 }
 
 /* Whether elevations change at every second line alone: both eyes' lines are
@@ -108,8 +101,7 @@ static bool is_paired(const finder *f)
             n++;
         }
     }
-    qsort(f->steps, n, sizeof *f->steps, compare);
-    return n > 0 && f->steps[n / 2] < PAIRED;
+    return n > 0 && lum_infer_quantile(f->steps, n, 0.5) < PAIRED;
 }
 
 /* --- All readings --- */
@@ -143,8 +135,7 @@ static double rank_of(const reading *r)
 static void keep(finder *f, const reading *r)
 {
     if (f->count < READINGS_MAX) {
-        f->readings[f->count] = *r;
-        f->count++;
+        f->readings[f->count++] = *r;
         return;
     }
     size_t worst = 0;
@@ -251,10 +242,8 @@ static bool is_same_lines(const finder *f, const reading *a, const reading *b)
 
 static void describe(const finder *f, const reading *r, lum_infer_reading *out)
 {
-    lum_infer_bits used = lum_infer_bits_of(r->line.field);
-    for (unsigned i = 0; i < LUM_INFER_HEAD_BYTES; i++) {
-        used.byte[i] |= f->state->used.byte[i];
-    }
+    lum_infer_bits used = f->state->used;
+    lum_infer_add_bits(&used, r->line.field);
     out->line = r->line.field;
     out->share = r->share;
     out->is_one_eye = r->eye_bit == LUM_INFER_HEAD_BITS;
@@ -282,21 +271,21 @@ static void compete(const finder *f, const reading *r, lum_infer_reading *rival)
     }
 }
 
-static void find_rivals(finder *f, const reading *best)
+static void find_rivals(const finder *f, const reading *best,
+                        lum_infer_readings *out)
 {
-    lum_infer_state *state = f->state;
     for (size_t i = 0; i < f->count; i++) {
         const reading *r = &f->readings[i];
         const bool is_same_eye = is_same_eyes(f, r, best);
         const bool is_same_line = is_same_lines(f, r, best);
         if (!is_same_eye && is_rival(r, best)) {
-            compete(f, r, &state->other_eye);
+            compete(f, r, &out->other_eye);
         }
         if (!is_same_line && is_rival(r, best)) {
-            compete(f, r, &state->other_line);
+            compete(f, r, &out->other_line);
         } else if (is_same_line && is_same_eye &&
                    r->line.lowest != best->line.lowest) {
-            state->equal_line = r->line.field;
+            out->equal_line = r->line.field;
         }
     }
 }
@@ -306,34 +295,32 @@ static void find_rivals(finder *f, const reading *best)
 static void settle(finder *f, const reading *best)
 {
     lum_infer_state *state = f->state;
+    lum_infer_readings *all = &state->readings;
     lum_infer_choice *line = &state->field[LUM_FIELD_LINE];
     lum_infer_choice *eye = &state->field[LUM_FIELD_EYE];
-    find_rivals(f, best);
-    describe(f, best, &state->reading);
+    find_rivals(f, best, all);
+    describe(f, best, &all->best);
     line->field = best->line.field;
     line->share = lum_infer_share_of_steps(best->line.steps);
-    line->second = state->other_line.share;
-    line->rival = state->other_line.line;
+    line->second = all->other_line.share;
+    line->rival = all->other_line.line;
     eye->share = best->turns;
-    eye->second = state->other_eye.share;
-    eye->rival = state->other_eye.eye;
-    state->line_steps = best->line.steps.all;
-    state->is_one_eye = state->reading.is_one_eye;
-    lum_infer_take(state, line->field);
-    if (!state->is_one_eye) {
-        eye->field = state->reading.eye;
-        memcpy(state->eye_value, state->reading.eye_value,
-               sizeof state->eye_value);
-        lum_infer_take(state, eye->field);
+    eye->second = all->other_eye.share;
+    eye->rival = all->other_eye.eye;
+    all->steps = best->line.steps.all;
+    lum_infer_add_bits(&state->used, line->field);
+    if (!all->best.is_one_eye) {
+        eye->field = all->best.eye;
+        lum_infer_add_bits(&state->used, eye->field);
     }
 }
 
 static void find(finder *f)
 {
     static const lum_infer_bits none = {{0}};
-    f->state->lines = f->starts.count;
+    f->state->readings.lines = f->starts.count;
     f->is_paired = is_paired(f);
-    try_all(f, &f->state->clock_bits);
+    try_all(f, &f->state->clock.varying);
     const reading *best = find_best(f);
     if (best == NULL || best->share < ENOUGH) {
         try_all(f, &none);
@@ -363,7 +350,7 @@ int lum_infer_find_lines(lum_infer_state *state)
 int lum_infer_place_one_eye(lum_infer_state *state)
 {
     lum_infer_starts starts;
-    if (!state->is_one_eye) {
+    if (!state->readings.best.is_one_eye) {
         return 0;
     }
     const int r = lum_infer_find_starts(state, &starts);

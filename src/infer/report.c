@@ -10,22 +10,6 @@
 #include <stdio.h>
 #include <string.h>
 
-static const char *const names[LUM_INFER_KEYS] = {
-    [LUM_INFER_DATA_PACKET_TYPE] = "data_packet_type",
-    [LUM_INFER_TAG] = "group.tag",
-    [LUM_INFER_EYE] = "group.eye",
-    [LUM_INFER_LINE] = "group.line",
-    [LUM_INFER_NUM_SAMPLES] = "group.num_samples",
-    [LUM_INFER_FIRST_SAMPLE_INDEX] = "group.first_sample_index",
-    [LUM_INFER_TIMESTAMP] = "group.timestamp",
-    [LUM_INFER_CLOCK_UNIT] = "group.timestamp.unit_ns",
-    [LUM_INFER_SAMPLES] = "group.samples",
-    [LUM_INFER_EYE_VALUES] = "eye_values",
-    [LUM_INFER_ANGLE_ORDER] = "angle_order",
-    [LUM_INFER_ANGLE_LSB] = "angle_lsb_deg",
-    [LUM_INFER_SAMPLE_ORDER] = "sample_order",
-    [LUM_INFER_LINE_SPAN] = "line_span_us"};
-
 /* A reading that fits fewer packets, or steps from line to line, is unsure:
  * loss, disorder and corruption spoil fewer. */
 #define FIT_MIN  0.8
@@ -44,17 +28,14 @@ static const char *const names[LUM_INFER_KEYS] = {
 
 /* --- Texts --- */
 
-const char *lum_infer_name(unsigned key)
-{
-    return names[key];
-}
-
+/* Add to a text. */
 LUM_PRINTF(2, 3)
 static void say(char out[LUM_INFER_TEXT_BYTES], const char *format, ...)
 {
+    const size_t len = strlen(out);
     va_list arguments;
     va_start(arguments, format);
-    (void)vsnprintf(out, LUM_INFER_TEXT_BYTES, format, arguments);
+    (void)vsnprintf(out + len, LUM_INFER_TEXT_BYTES - len, format, arguments);
     va_end(arguments);
 }
 
@@ -65,22 +46,20 @@ static double percent(double share)
 
 /* --- Fields --- */
 
-/* A field as it stands in a profile, with more behind its last key. */
-static void say_field(char out[LUM_INFER_TEXT_BYTES], lum_field field,
-                      const char *more)
+/* A field as it stands in a profile. */
+static void say_field(char out[LUM_INFER_TEXT_BYTES], lum_field field)
 {
-    char bits[32] = "";
-    if (field.bits != 0) {
-        (void)snprintf(bits, sizeof bits, ", bits: [%u, %u]",
-                       (unsigned)field.low, field.low + field.bits - 1u);
-    }
     if (field.bytes == 0) {
         say(out, "none");
-    } else {
-        say(out, "{at: %u, bytes: %u%s%s%s}", (unsigned)field.at,
-            (unsigned)field.bytes,
-            field.order == LUM_ORDER_BIG ? ", order: big" : "", bits, more);
+        return;
     }
+    say(out, "{at: %u, bytes: %u%s", (unsigned)field.at, (unsigned)field.bytes,
+        field.order == LUM_ORDER_BIG ? ", order: big" : "");
+    if (field.bits != 0) {
+        say(out, ", bits: [%u, %u]", (unsigned)field.low,
+            field.low + field.bits - 1u);
+    }
+    say(out, "}");
 }
 
 /* The share of packets in which two fields have the same value. */
@@ -101,10 +80,9 @@ static void say_wider(const lum_infer_state *state, lum_infer_finding *f,
 {
     lum_field other = state->narrow[f->key - LUM_INFER_TAG];
     if (other.bytes > 0 || lum_infer_wider(state, field, &other)) {
-        char text[LUM_INFER_TEXT_BYTES];
-        say_field(text, other, "");
-        say(f->equal, "%s, since the further bytes are 0 in %.1f %% of packets",
-            text, percent(share_alike(state, field, other)));
+        say_field(f->equal, other);
+        say(f->equal, ", since the further bytes are 0 in %.1f %% of packets",
+            percent(share_alike(state, field, other)));
     }
 }
 
@@ -113,11 +91,11 @@ static void say_wider(const lum_infer_state *state, lum_infer_finding *f,
 static void of_type(const lum_infer_state *state, lum_infer_finding *f)
 {
     if (state->is_tag_type) {
+        f->is_told = false;
         say(f->value, "8");
         say(f->evidence, "not used: types 2 and 3 are the tags themselves");
         return;
     }
-    f->is_told = true;
     say(f->value, "%u", state->type);
     say(f->evidence,
         "%zu packets of this type have samples of angles or "
@@ -129,22 +107,20 @@ static void of_type(const lum_infer_state *state, lum_infer_finding *f)
 static void say_lowest(const lum_infer_state *state, lum_infer_finding *f,
                        lum_field field)
 {
-    char text[LUM_INFER_TEXT_BYTES];
     lum_field two = field;
     two.bits = 2;
     if (field.bits == 2) {
         say_wider(state, f, field);
         return;
     }
-    say_field(text, two, "");
-    say(f->equal, "%s, since the bits above are 0 in %.1f %% of packets", text,
+    say_field(f->equal, two);
+    say(f->equal, ", since the bits above are 0 in %.1f %% of packets",
         percent(share_alike(state, field, two)));
 }
 
 static void of_tag(const lum_infer_state *state, lum_infer_finding *f)
 {
     const lum_infer_choice *tag = &state->field[LUM_FIELD_TAG];
-    f->is_told = true;
     if (state->is_tag_type) {
         say(f->evidence,
             "the packets' type is 2 where samples sweep as angles, 3 where "
@@ -163,7 +139,7 @@ static void of_tag(const lum_infer_state *state, lum_infer_finding *f)
 static void say_equal(lum_infer_finding *f, lum_field equal)
 {
     if (equal.bytes > 0) {
-        say_field(f->equal, equal, "");
+        say_field(f->equal, equal);
     }
 }
 
@@ -171,22 +147,20 @@ static void say_equal(lum_infer_finding *f, lum_field equal)
 static void say_rival(lum_infer_finding *f, const lum_infer_choice *choice,
                       const char *what)
 {
-    const size_t len = strlen(f->evidence);
     if (choice->second > 0.0) {
-        (void)snprintf(f->evidence + len, sizeof f->evidence - len,
-                       "; the best %s explains %.1f %%", what,
-                       percent(choice->second));
+        say(f->evidence, "; the best %s explains %.1f %%", what,
+            percent(choice->second));
     } else {
-        (void)snprintf(f->evidence + len, sizeof f->evidence - len,
-                       "; there is no %s", what);
+        say(f->evidence, "; there is no %s", what);
     }
 }
 
 static void of_eye(const lum_infer_state *state, lum_infer_finding *f)
 {
     const lum_infer_choice *eye = &state->field[LUM_FIELD_EYE];
-    f->is_told = !state->is_one_eye;
-    if (state->is_one_eye) {
+    const lum_infer_reading *best = &state->readings.best;
+    f->is_told = !best->is_one_eye;
+    if (best->is_one_eye) {
         say(f->evidence, "lines rise by 1 without any field that tells two "
                          "eyes apart: one eye alone is seen");
         say_rival(f, eye, "reading with two eyes");
@@ -197,34 +171,32 @@ static void of_eye(const lum_infer_state *state, lum_infer_finding *f)
     say(f->evidence,
         "two values, %u and %u, take turns at %.1f %% of %zu lines; within "
         "each, lines rise by 1",
-        (unsigned)state->eye_value[0], (unsigned)state->eye_value[1],
-        percent(eye->share), state->lines);
+        (unsigned)best->eye_value[0], (unsigned)best->eye_value[1],
+        percent(eye->share), state->readings.lines);
     say_rival(f, eye, "reading with other eyes");
     say_wider(state, f, eye->field);
     if (f->equal[0] == '\0') {
-        say_equal(f, state->reading.equal_eye);
+        say_equal(f, best->equal_eye);
     }
 }
 
 static void of_line(const lum_infer_state *state, lum_infer_finding *f)
 {
     const lum_infer_choice *line = &state->field[LUM_FIELD_LINE];
-    f->is_told = true;
     say(f->evidence,
         "rises by 1, or begins again with the elevations, at %.1f %% of %zu "
         "steps from line to line of an eye",
-        percent(line->share), state->line_steps);
+        percent(line->share), state->readings.steps);
     say_rival(f, line, "other number");
     say_wider(state, f, line->field);
     if (f->equal[0] == '\0') {
-        say_equal(f, state->equal_line);
+        say_equal(f, state->readings.equal_line);
     }
 }
 
 static void of_num_samples(const lum_infer_state *state, lum_infer_finding *f)
 {
     const lum_infer_choice *n = &state->field[LUM_FIELD_NUM_SAMPLES];
-    f->is_told = true;
     if (n->field.bytes == 0) {
         say(f->evidence,
             "no field times 4, and the %u bytes before the samples, is the "
@@ -246,52 +218,50 @@ static void of_num_samples(const lum_infer_state *state, lum_infer_finding *f)
 static void of_first(const lum_infer_state *state, lum_infer_finding *f)
 {
     const lum_infer_choice *first = &state->field[LUM_FIELD_FIRST_SAMPLE_INDEX];
-    f->is_told = true;
-    char others[64] = "no other field has all three";
-    if (first->rival.bytes > 0) {
-        (void)snprintf(others, sizeof others, "the next best field %.1f %%",
-                       percent(first->second));
-    }
     say(f->evidence,
         "0, 334 and 668 of angles; of ranges, 0 or where another packet ended: "
-        "%.1f %% of packets; %s",
-        percent(first->share), others);
+        "%.1f %% of packets; ",
+        percent(first->share));
+    if (first->rival.bytes > 0) {
+        say(f->evidence, "the next best field %.1f %%", percent(first->second));
+    } else {
+        say(f->evidence, "no other field has all three");
+    }
     say_wider(state, f, first->field);
 }
 
 /* Of eight bytes, of which only four change, or the other way round. */
 static void say_equal_clock(const lum_infer_state *state, lum_infer_finding *f)
 {
-    const lum_infer_bits a = lum_infer_bits_of(state->equal_clock);
+    const lum_infer_bits a = lum_infer_bits_of(state->clock.equal);
     const lum_infer_bits b =
         lum_infer_bits_of(state->field[LUM_FIELD_TIMESTAMP].field);
-    say_equal(f, state->equal_clock);
+    say_equal(f, state->clock.equal);
     if (lum_infer_overlap(&a, &b)) {
-        const size_t len = strlen(f->equal);
-        (void)snprintf(f->equal + len, sizeof f->equal - len,
-                       ", since the further bytes do not change; a recording "
-                       "of more than %.1f s tells",
-                       4294967296e-9 * (double)state->unit_taken);
+        say(f->equal,
+            ", since the further bytes do not change; a recording of more than "
+            "%.1f s tells",
+            4294967296e-9 * (double)state->clock.unit_ns);
     }
 }
 
 static void of_clock(const lum_infer_state *state, lum_infer_finding *f)
 {
     const lum_infer_choice *clock = &state->field[LUM_FIELD_TIMESTAMP];
-    f->is_told = state->has_times && state->unread_at == 0;
-    if (!state->has_times) {
+    f->is_told = state->clock.has_times && state->clock.unread_at == 0;
+    if (!state->clock.has_times) {
         say(f->evidence, "the capture has no times of its own; %s",
             clock->field.bytes > 0 ? "the field rises from line to line"
                                    : "no field rises from line to line");
         say(f->look, "record again, with the times of capture");
-    } else if (state->unread_at > 0) {
+    } else if (state->clock.unread_at > 0) {
         say(f->evidence,
             "no field rises as the time of capture does; byte %u, which is of "
             "no field, changes from line to line, as a clock does that wraps "
             "between lines",
-            state->unread_at);
+            state->clock.unread_at);
         say(f->look, "what the sensor's maker says of byte %u",
-            state->unread_at);
+            state->clock.unread_at);
     } else if (clock->field.bytes == 0) {
         say(f->evidence, "no field rises as the time of capture does");
     } else {
@@ -308,18 +278,19 @@ static void of_clock(const lum_infer_state *state, lum_infer_finding *f)
 
 static void of_unit(const lum_infer_state *state, lum_infer_finding *f)
 {
-    say(f->value, "%u", (unsigned)state->unit_taken);
-    if (state->unit_ns <= 0.0) {
+    say(f->value, "%u", (unsigned)state->clock.unit_ns);
+    f->is_told = state->clock.is_unit_told;
+    if (state->clock.tick_ns <= 0.0) {
         say(f->evidence, "there is no clock to measure");
         return;
     }
-    f->is_told = state->is_unit_told;
-    if (state->has_times) {
+    if (state->clock.has_times) {
         say(f->evidence,
             "a tick lasts %.6g ns of capture time, measured over %.3f s, half "
             "of it within %.3g %%; %s",
-            state->unit_ns, state->time_ns * 1e-9, percent(state->unit_spread),
-            state->is_unit_told
+            state->clock.tick_ns, state->clock.span_ns * 1e-9,
+            percent(state->clock.spread),
+            state->clock.is_unit_told
                 ? "taken is a round unit within 2 %, or else what was "
                   "measured"
                 : "that varies too much, or the clock is too narrow, to be "
@@ -336,7 +307,6 @@ static void of_unit(const lum_infer_state *state, lum_infer_finding *f)
 static void of_samples(const lum_infer_state *state, lum_infer_finding *f)
 {
     const lum_infer_samples *s = &state->samples;
-    f->is_told = true;
     say(f->value, "%u", s->at);
     say(f->evidence,
         "%.1f %% of angle packets go on smoothly from here on, %.1f %% one "
@@ -346,22 +316,23 @@ static void of_samples(const lum_infer_state *state, lum_infer_finding *f)
 
 static void of_eye_values(const lum_infer_state *state, lum_infer_finding *f)
 {
-    say(f->value, "{blue: %u, green: %u}", (unsigned)state->eye_value[0],
-        (unsigned)state->eye_value[1]);
+    const lum_infer_reading *best = &state->readings.best;
+    f->is_told = false;
+    say(f->value, "{blue: %u, green: %u}", (unsigned)best->eye_value[0],
+        (unsigned)best->eye_value[1]);
     say(f->evidence, "%s",
-        state->is_one_eye
+        best->is_one_eye
             ? "one eye alone is seen; its name is not in the packets"
             : "the packets have both values, and not which is called blue: "
               "the lower one, as in the default");
-    say(f->equal, "{blue: %u, green: %u}", (unsigned)state->eye_value[1],
-        (unsigned)state->eye_value[0]);
+    say(f->equal, "{blue: %u, green: %u}", (unsigned)best->eye_value[1],
+        (unsigned)best->eye_value[0]);
     say(f->look, "lumview with both profiles side by side: with the right one, "
                  "blue looks to the right, and a wall goes on from eye to eye");
 }
 
 static void of_angle_order(const lum_infer_state *state, lum_infer_finding *f)
 {
-    f->is_told = true;
     say(f->value, "%s",
         state->samples.is_el_first ? "elevation_azimuth" : "azimuth_elevation");
     say(f->evidence,
@@ -374,6 +345,7 @@ static void of_angle_lsb(const lum_infer_state *state, lum_infer_finding *f)
     const lum_infer_samples *s = &state->samples;
     const int az = s->high[0] - s->low[0];
     const int el = s->high[1] - s->low[1];
+    f->is_told = false;
     say(f->value, "span");
     say(f->evidence,
         "azimuths reach %d to %d, elevations %d to %d, of -32768 to 32767; "
@@ -391,7 +363,6 @@ static void of_angle_lsb(const lum_infer_state *state, lum_infer_finding *f)
 
 static void of_sample_order(const lum_infer_state *state, lum_infer_finding *f)
 {
-    f->is_told = true;
     say(f->value, "%s", state->samples.is_big ? "big" : "little");
     say(f->evidence,
         "%zu packets sweep and %zu rise by pixel when read so; the other order "
@@ -402,7 +373,7 @@ static void of_sample_order(const lum_infer_state *state, lum_infer_finding *f)
 static void of_line_span(const lum_infer_state *state, lum_infer_finding *f)
 {
     say(f->value, "%u", (unsigned)state->line_span_us);
-    f->is_told = state->is_unit_told;
+    f->is_told = state->clock.is_unit_told;
     if (state->field[LUM_FIELD_TIMESTAMP].field.bytes == 0) {
         say(f->evidence, "there is no clock to measure lines by");
     } else if (2.0 * state->line_us >= LUM_INFER_GAP_US) {
@@ -414,32 +385,47 @@ static void of_line_span(const lum_infer_state *state, lum_infer_finding *f)
         say(f->evidence,
             "nine of ten lines last up to %.0f us by the sensor's clock%s",
             state->line_us,
-            state->is_unit_told ? "" : ", whose unit is not known");
+            state->clock.is_unit_told ? "" : ", whose unit is not known");
     }
 }
 
-static void of_field(const lum_infer_state *state, lum_infer_finding *f,
-                     unsigned field)
+/* --- All keys --- */
+
+static const struct {
+    const char *name;
+    void (*find)(const lum_infer_state *, lum_infer_finding *);
+} keys[LUM_INFER_KEYS] = {
+    [LUM_INFER_DATA_PACKET_TYPE] = {"data_packet_type", of_type},
+    [LUM_INFER_TAG] = {"group.tag", of_tag},
+    [LUM_INFER_EYE] = {"group.eye", of_eye},
+    [LUM_INFER_LINE] = {"group.line", of_line},
+    [LUM_INFER_NUM_SAMPLES] = {"group.num_samples", of_num_samples},
+    [LUM_INFER_FIRST_SAMPLE_INDEX] = {"group.first_sample_index", of_first},
+    [LUM_INFER_TIMESTAMP] = {"group.timestamp", of_clock},
+    [LUM_INFER_CLOCK_UNIT] = {"group.timestamp.unit_ns", of_unit},
+    [LUM_INFER_SAMPLES] = {"group.samples", of_samples},
+    [LUM_INFER_EYE_VALUES] = {"eye_values", of_eye_values},
+    [LUM_INFER_ANGLE_ORDER] = {"angle_order", of_angle_order},
+    [LUM_INFER_ANGLE_LSB] = {"angle_lsb_deg", of_angle_lsb},
+    [LUM_INFER_SAMPLE_ORDER] = {"sample_order", of_sample_order},
+    [LUM_INFER_LINE_SPAN] = {"line_span_us", of_line_span}};
+
+const char *lum_infer_name(unsigned key)
 {
-    say_field(f->value, state->field[field].field, "");
+    return keys[key].name;
 }
 
 static void find_all(const lum_infer_state *state, lum_infer_result *out)
 {
-    static void (*const of[LUM_INFER_KEYS])(const lum_infer_state *,
-                                            lum_infer_finding *) = {
-        of_type,         of_tag,        of_eye,         of_line,
-        of_num_samples,  of_first,      of_clock,       of_unit,
-        of_samples,      of_eye_values, of_angle_order, of_angle_lsb,
-        of_sample_order, of_line_span};
     for (unsigned key = 0; key < LUM_INFER_KEYS; key++) {
         lum_infer_finding *f = &out->findings[key];
         f->key = (lum_infer_key)key;
-        f->name = names[key];
+        f->name = keys[key].name;
+        f->is_told = true;
         if (key >= LUM_INFER_TAG && key <= LUM_INFER_TIMESTAMP) {
-            of_field(state, f, key - LUM_INFER_TAG);
+            say_field(f->value, state->field[key - LUM_INFER_TAG].field);
         }
-        of[key](state, f);
+        keys[key].find(state, f);
     }
     out->finding_count = LUM_INFER_KEYS;
 }
@@ -456,7 +442,7 @@ static double lead(const lum_infer_state *state, lum_infer_key key)
     const lum_infer_choice *c = &state->field[key - LUM_INFER_TAG];
     if (key == LUM_INFER_LINE || key == LUM_INFER_EYE) {
         /* Rivals are whole readings too. */
-        return state->reading.share - c->second;
+        return state->readings.best.share - c->second;
     }
     if (key == LUM_INFER_NUM_SAMPLES && c->field.bytes == 0) {
         return s->equal - c->second;
@@ -508,33 +494,33 @@ static bool is_round(uint32_t unit_ns)
 static bool has_odd_clock(const lum_infer_state *state)
 {
     const lum_field clock = state->field[LUM_FIELD_TIMESTAMP].field;
-    return state->has_times && !state->is_unit_told && clock.bytes > 0 &&
-           lum_infer_width(clock) <= 16 && !is_round(state->unit_taken);
+    return state->clock.has_times && !state->clock.is_unit_told &&
+           clock.bytes > 0 && lum_infer_width(clock) <= 16 &&
+           !is_round(state->clock.unit_ns);
 }
 
-/* Why a reading is unsure; empty: it is not. */
+/* Why a reading is unsure; empty, as at first: it is not. */
 static void find_doubt(const lum_infer_state *state,
                        const lum_infer_result *out,
                        char doubt[LUM_INFER_TEXT_BYTES])
 {
     const double line = state->field[LUM_FIELD_LINE].share;
-    doubt[0] = '\0';
     if (state->field[LUM_FIELD_NUM_SAMPLES].field.bytes == 0 &&
         state->samples.cut < CUT_MIN) {
         say(doubt, "nothing confirms where samples begin");
     } else if (out->margin < LUM_INFER_MARGIN_SURE) {
         say(doubt, "another reading explains about as much");
-    } else if ((double)out->fit < FIT_MIN * (double)out->packets) {
+    } else if ((double)out->fit < FIT_MIN * (double)out->counts.packets) {
         say(doubt, "%u packets do not fit",
-            (unsigned)(out->packets - out->fit));
+            (unsigned)(out->counts.packets - out->fit));
     } else if (line < LINE_MIN) {
         say(doubt, "the line number rises at only %.1f %% of lines",
             percent(line));
-    } else if (state->lines < LINES_SURE) {
-        say(doubt, "%zu lines can be chance: record %u or more", state->lines,
-            LINES_SURE);
-    } else if (state->unread_at > 0) {
-        say(doubt, "byte %u may be a clock", state->unread_at);
+    } else if (state->readings.lines < LINES_SURE) {
+        say(doubt, "%zu lines can be chance: record %u or more",
+            state->readings.lines, LINES_SURE);
+    } else if (state->clock.unread_at > 0) {
+        say(doubt, "byte %u may be a clock", state->clock.unread_at);
     } else if (has_odd_clock(state)) {
         say(doubt, "the clock's ticks are of no round length, and it may wrap "
                    "between lines");
@@ -543,20 +529,19 @@ static void find_doubt(const lum_infer_state *state,
 
 static void judge(const lum_infer_state *state, lum_infer_result *out)
 {
-    char doubt[LUM_INFER_TEXT_BYTES];
-    lum_error text;
+    char doubt[LUM_INFER_TEXT_BYTES] = "";
     out->margin = nearest(state, &out->margin_key);
     find_second(state, out);
     find_doubt(state, out, doubt);
     out->verdict = doubt[0] == '\0' ? LUM_INFER_FOUND : LUM_INFER_UNSURE;
-    (void)lum_error_set(
-        &text, "%u of %u packets fit; margin %.1f points, of %s%s%s%s",
-        (unsigned)out->fit, (unsigned)out->packets, out->margin,
-        names[out->margin_key], doubt[0] == '\0' ? "" : "; unsure: ", doubt,
-        state->is_one_eye ? "; one eye alone is seen, so the place of "
-                            "group.eye is not told"
-                          : "");
-    memcpy(out->text, text.text, sizeof out->text);
+    (void)snprintf(
+        out->text, sizeof out->text,
+        "%u of %u packets fit; margin %.1f points, of %s%s%s%s",
+        (unsigned)out->fit, (unsigned)out->counts.packets, out->margin,
+        keys[out->margin_key].name, doubt[0] == '\0' ? "" : "; unsure: ", doubt,
+        state->readings.best.is_one_eye
+            ? "; one eye alone is seen, so the place of group.eye is not told"
+            : "");
 }
 
 void lum_infer_report(const lum_infer_state *state, lum_infer_result *out)

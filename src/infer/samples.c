@@ -145,6 +145,15 @@ static int sweeping(const lum_infer_packet *packet, unsigned at, bool is_big,
     return 0;
 }
 
+static lum_infer_kind kind_of(const lum_infer_packet *packet, unsigned at,
+                              bool is_big)
+{
+    series s[2];
+    return is_ranges(packet, at, is_big)          ? LUM_INFER_RANGES
+           : sweeping(packet, at, is_big, s) != 0 ? LUM_INFER_ANGLES
+                                                  : LUM_INFER_UNKNOWN;
+}
+
 /* --- Their order and phase --- */
 
 /* The first offset of a phase from which on all is samples. */
@@ -163,14 +172,11 @@ static void count(const lum_infer_packets *packets, unsigned phase, bool is_big,
 {
     const unsigned at = behind_head(phase);
     const size_t stride = packets->count / TRIAL + 1;
-    series s[2];
     *out = (tally){0, 0};
     for (size_t i = 0; i < packets->count; i = lum_infer_next(i, stride)) {
-        if (is_ranges(packets->at[i], at, is_big)) {
-            out->ranges++;
-        } else if (sweeping(packets->at[i], at, is_big, s) != 0) {
-            out->angles++;
-        }
+        const lum_infer_kind kind = kind_of(packets->at[i], at, is_big);
+        out->ranges += kind == LUM_INFER_RANGES;
+        out->angles += kind == LUM_INFER_ANGLES;
     }
 }
 
@@ -185,22 +191,6 @@ static size_t weight(const lum_infer_packets *packets, unsigned phase,
         equal += packets->at[i]->len % SAMPLE_BYTES == phase;
     }
     return t->angles * 4 + t->ranges * 8 + (t->angles > 0 ? equal : 0);
-}
-
-static void mark(const lum_infer_packets *packets, unsigned phase, bool is_big)
-{
-    const unsigned at = behind_head(phase);
-    series s[2];
-    for (size_t i = 0; i < packets->count; i++) {
-        lum_infer_packet *p = packets->at[i];
-        p->kind = LUM_INFER_UNKNOWN;
-        if (is_ranges(p, at, is_big)) {
-            p->kind = LUM_INFER_RANGES;
-        } else {
-            const int which = sweeping(p, at, is_big, s);
-            p->kind = which != 0 ? LUM_INFER_ANGLES : LUM_INFER_UNKNOWN;
-        }
-    }
 }
 
 bool lum_infer_find_samples(lum_infer_state *state)
@@ -224,7 +214,10 @@ bool lum_infer_find_samples(lum_infer_state *state)
     if (best == 0) {
         return false;
     }
-    mark(&state->all, best_phase, best_order);
+    for (size_t i = 0; i < state->all.count; i++) {
+        lum_infer_packet *p = state->all.at[i];
+        p->kind = (uint8_t)kind_of(p, behind_head(best_phase), best_order);
+    }
     return true;
 }
 

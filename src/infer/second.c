@@ -61,13 +61,13 @@ static bool set_rival(const lum_infer_state *state, unsigned field,
                       lum_profile *profile)
 {
     if (field == LUM_FIELD_LINE) {
-        return set_reading(profile, &state->other_line);
+        return set_reading(profile, &state->readings.other_line);
     }
     if (field == LUM_FIELD_EYE) {
-        return set_reading(profile, &state->other_eye);
+        return set_reading(profile, &state->readings.other_eye);
     }
     if (field == LUM_FIELD_TIMESTAMP) {
-        profile->clock_unit_ns = state->unit_rival;
+        profile->clock_unit_ns = state->clock.rival_unit_ns;
     }
     profile->group[field] = state->field[field].rival;
     return state->field[field].rival.bytes > 0;

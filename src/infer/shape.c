@@ -36,8 +36,9 @@ static bool is_constant(const lum_infer_state *state, unsigned at,
                RARE * (double)state->good.count;
 }
 
-static void find_filler(lum_infer_state *state)
+static bool has_filler(const lum_infer_state *state)
 {
+    bool is_filled = false;
     unsigned n[256] = {0};
     for (unsigned at = LUM_INFER_FIELDS_AT; at < state->samples.at; at++) {
         size_t most = 0;
@@ -45,14 +46,10 @@ static void find_filler(lum_infer_state *state)
         if (state->used.byte[at] == 0 && value != 0 &&
             is_constant(state, at, value)) {
             n[value]++;
+            is_filled = is_filled || n[value] >= FILLER_MIN;
         }
     }
-    for (unsigned value = 1; value < 256; value++) {
-        if (n[value] >= FILLER_MIN && n[value] > n[state->filler]) {
-            state->is_filled = true;
-            state->filler = (uint8_t)value;
-        }
-    }
+    return is_filled;
 }
 
 /* Whether all bytes of a wider field that are not of the narrower one are 0
@@ -129,18 +126,18 @@ static bool is_count(unsigned field)
  * and one that is taken for eight does not. Only ticks so short that four wrap
  * within minutes are rather of eight. */
 static bool may_grow(const lum_infer_state *state, unsigned field,
-                     lum_field wide)
+                     lum_field wide, bool is_filled)
 {
     if (field == LUM_FIELD_TIMESTAMP &&
-        state->unit_taken >= LUM_INFER_SHORT_TICK_NS) {
+        state->clock.unit_ns >= LUM_INFER_SHORT_TICK_NS) {
         return false;
     }
-    return state->is_filled || (is_count(field) && is_tight(state, wide));
+    return is_filled || (is_count(field) && is_tight(state, wide));
 }
 
 /* Where filler stands between fields, bytes that are 0 are of a field; where
  * none does, of a count if they leave nothing over. */
-static void take_zeros(lum_infer_state *state)
+static void take_zeros(lum_infer_state *state, bool is_filled)
 {
     static const unsigned order[] = {
         LUM_FIELD_TIMESTAMP, LUM_FIELD_LINE, LUM_FIELD_NUM_SAMPLES,
@@ -150,10 +147,10 @@ static void take_zeros(lum_infer_state *state)
         lum_field *narrow = &state->narrow[order[i]];
         lum_field wide;
         while (lum_infer_wider(state, *field, &wide) &&
-               may_grow(state, order[i], wide)) {
+               may_grow(state, order[i], wide, is_filled)) {
             *narrow = narrow->bytes == 0 ? *field : *narrow;
             *field = wide;
-            lum_infer_take(state, wide);
+            lum_infer_add_bits(&state->used, wide);
         }
     }
 }
@@ -285,8 +282,7 @@ static void join_all(lum_infer_state *state)
 
 void lum_infer_shape(lum_infer_state *state)
 {
-    find_filler(state);
-    take_zeros(state);
+    take_zeros(state, has_filler(state));
     join_all(state);
 }
 

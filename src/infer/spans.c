@@ -29,8 +29,7 @@ typedef struct spans {
 static void end_span(spans *s, span *of)
 {
     if (of->packets > 1) {
-        s->lengths[s->count] = (double)(of->high - of->low);
-        s->count++;
+        s->lengths[s->count++] = (double)(of->high - of->low);
     }
     of->packets = 0;
 }
@@ -94,13 +93,13 @@ void lum_infer_measure_lines(lum_infer_state *state, lum_infer_ticks *t)
     const lum_field clock = state->field[LUM_FIELD_TIMESTAMP].field;
     if (clock.bytes > 0 && t->count > 0) {
         (void)lum_infer_extend(t, clock);
-        s.far = (int64_t)(LUM_INFER_GAP_US * 1000.0 / state->unit_taken) + 1;
+        s.far = (int64_t)(LUM_INFER_GAP_US * 1000.0 / state->clock.unit_ns) + 1;
         follow(&s, t);
     }
     /* A tenth of the lines may have a packet whose clock is corrupt. */
     if (s.count > 0) {
         state->line_us = lum_infer_quantile(s.lengths, s.count, 0.9) *
-                         state->unit_taken / 1000.0;
+                         state->clock.unit_ns / 1000.0;
     }
     state->line_span_us = span_of(state->line_us);
 }

@@ -44,8 +44,7 @@ int lum_infer_find_starts(const lum_infer_state *state, lum_infer_starts *out)
     for (size_t i = 0;
          i < state->good.count && out->count < LUM_INFER_STARTS_MAX; i++) {
         if (lum_infer_is_start(state, state->good.at[i])) {
-            out->at[out->count] = state->good.at[i];
-            out->count++;
+            out->at[out->count++] = state->good.at[i];
         }
     }
     out->height = height_of(out, sorted);

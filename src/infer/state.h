@@ -93,6 +93,34 @@ typedef struct lum_infer_reading {
     lum_field equal_eye; /**< tells the same as eye; bytes 0: nothing does */
 } lum_infer_reading;
 
+/** Line number and eye. Set by readings.c and eyes.c. */
+typedef struct lum_infer_readings {
+    lum_infer_reading best;
+    lum_infer_reading other_line; /**< the best with other line numbers */
+    lum_infer_reading other_eye;  /**< the best with other eyes */
+    lum_field equal_line;         /**< numbers lines alike; bytes 0: none */
+    size_t lines;                 /**< beginnings of lines */
+    size_t steps;                 /**< from line to line that were judged */
+} lum_infer_readings;
+
+/** What the clock is. Set by clocks.c. */
+typedef struct lum_infer_clock {
+    lum_infer_bits varying; /**< that change, of what follows time best */
+    lum_infer_bits whole;   /**< all of that */
+    bool has_times;         /**< times of capture rise */
+    double span_ns;         /**< that the packets of the clock span */
+    double tick_ns;         /**< length of a tick, as measured; 0: not */
+    double spread;          /**< share of it by which half of what was measured
+                                 differs */
+    uint32_t unit_ns;       /**< what is taken */
+    bool is_unit_told;      /**< it was measured */
+    uint32_t rival_unit_ns; /**< of the clock's rival */
+    lum_field equal;        /**< gives the same times; bytes 0: none */
+    unsigned unread_at;     /**< a byte that changes from line to line, where
+                                 nothing is a clock and no field has it; 0:
+                                 there is none */
+} lum_infer_clock;
+
 /** All that has been found out. */
 typedef struct lum_infer_state {
     lum_infer_packets all;  /**< what may be data */
@@ -106,33 +134,10 @@ typedef struct lum_infer_state {
      * were. */
     lum_field narrow[LUM_GROUP_FIELDS];
     lum_infer_bits used;
-    uint32_t eye_value[LUM_EYES];
-    bool is_one_eye;
-    lum_infer_reading reading;    /**< the best one */
-    lum_infer_reading other_line; /**< the best with other line numbers */
-    lum_infer_reading other_eye;  /**< the best with other eyes */
-    lum_field equal_line;         /**< numbers lines alike; bytes 0: none */
-    lum_infer_bits clock_bits;    /**< that change, of what follows time best */
-    lum_infer_bits clock_whole;   /**< all of that */
-    bool is_filled;               /**< bytes between fields bear filler */
-    uint8_t filler;               /**< what */
-    size_t lines;                 /**< beginnings of lines */
-    size_t line_steps;     /**< steps from line to line that were judged */
-    bool has_times;        /**< times of capture rise */
-    double time_ns;        /**< that the packets of the clock span */
-    double unit_ns;        /**< length of a tick, as measured; 0: not */
-    double unit_spread;    /**< share of it by which half of what was measured
-                                differs */
-    uint32_t unit_taken;   /**< what is taken */
-    uint32_t unit_rival;   /**< of the clock's rival */
-    bool is_unit_told;     /**< it was measured */
-    lum_field equal_clock; /**< gives the same times; bytes 0: none */
-    unsigned unread_at;    /**< a byte that changes from line to line, where
-                                nothing is a clock and no field has it; 0:
-                                there is none */
+    lum_infer_readings readings;
+    lum_infer_clock clock;
     double line_us;        /**< longest line */
     uint32_t line_span_us; /**< what is taken */
-    uint32_t fit;          /**< packets that the profile explains */
 } lum_infer_state;
 
 #endif

@@ -37,8 +37,7 @@ static uint8_t *bytes_of(lum_infer_store *store, size_t bytes)
         if (block == NULL) {
             return NULL;
         }
-        store->blocks[store->block_count] = block;
-        store->block_count++;
+        store->blocks[store->block_count++] = block;
         store->used = 0;
     }
     uint8_t *out = store->blocks[store->block_count - 1] + store->used;
@@ -56,15 +55,14 @@ bool lum_infer_store_is_full(const lum_infer_store *store)
 /* The packet's sensor; LUM_INFER_SENSORS_MAX: there are too many. */
 static unsigned sensor_of(lum_infer_store *store, uint32_t address)
 {
-    for (unsigned i = 0; i < store->sensor_count; i++) {
+    for (unsigned i = 0; i < store->counts.sensors; i++) {
         if (store->sensors[i] == address) {
             return i;
         }
     }
-    if (store->sensor_count < LUM_INFER_SENSORS_MAX) {
-        store->sensors[store->sensor_count] = address;
-        store->sensor_count++;
-        return store->sensor_count - 1u;
+    if (store->counts.sensors < LUM_INFER_SENSORS_MAX) {
+        store->sensors[store->counts.sensors] = address;
+        return store->counts.sensors++;
     }
     return LUM_INFER_SENSORS_MAX;
 }
@@ -123,22 +121,22 @@ int lum_infer_store_add(lum_infer_store *store, const lum_record *record,
     static const uint8_t magic[] = {0xed, 0xfe, 0xf3, 0xa1,
                                     0xef, 0xbe, 0x34, 0x12};
     if (lum_infer_store_is_full(store)) {
-        store->left_out++;
+        store->counts.left_out++;
         return 0;
     }
-    store->joined += record->kind == LUM_RECORD_JOINED;
+    store->counts.joined += record->kind == LUM_RECORD_JOINED;
     if (record->len < LUM_HEADER_BYTES ||
         memcmp(record->payload, magic, sizeof magic) != 0) {
-        store->foreign++;
+        store->counts.foreign++;
         return 1;
     }
     if (is_control(record)) {
-        store->control++;
+        store->counts.control++;
         return 1;
     }
     const unsigned index = sensor_of(store, sensor);
     if (index == LUM_INFER_SENSORS_MAX) {
-        store->left_out++;
+        store->counts.left_out++;
         return 1;
     }
     return keep(store, record, index);

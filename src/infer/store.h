@@ -13,15 +13,10 @@ typedef struct lum_infer_store {
     uint8_t **blocks;          /**< where their bytes are */
     size_t block_count;        /**< of them */
     size_t used;               /**< bytes of the last block */
-    uint32_t sensors[LUM_INFER_SENSORS_MAX]; /**< addresses */
-    unsigned sensor_count;                   /**< of them */
+    uint32_t sensors[LUM_INFER_SENSORS_MAX]; /**< their addresses */
     uint32_t max;                            /**< packets that are wanted */
-    uint32_t foreign;                        /**< datagrams without the magic */
-    uint32_t control;   /**< heartbeats, commands and answers */
-    uint32_t left_out;  /**< of too many sensors, or behind what is enough */
-    uint32_t cut_short; /**< datagrams that are there in part */
-    uint32_t joined;    /**< datagrams that came joined with others */
-    uint32_t elsewhere; /**< of other ports or sensors, and no datagrams */
+    lum_infer_counts counts; /**< what was pushed, but for packets and
+                                  other_type */
 } lum_infer_store;
 
 /** Make room for the packets.

@@ -1,6 +1,6 @@
 /** @file
- * Packets of one sensor with their times, and what a field counts from packet
- * to packet. Internal. */
+ * Packets of one sensor with their times, what a field counts from packet to
+ * packet, and how that follows the time. Internal. */
 #ifndef LUM_INFER_TICKS_H
 #define LUM_INFER_TICKS_H
 
@@ -24,9 +24,9 @@ typedef struct lum_infer_ticks {
 
 /** How a field goes on from packet to packet. */
 typedef struct lum_infer_course {
-    size_t back; /**< lines that begin with a lower number than the line
-                      before */
-    size_t one;  /**< steps by 1 from packet to packet */
+    size_t back;     /**< lines that begin with a lower number than the line
+                          before */
+    bool is_counter; /**< it counts packets */
 } lum_infer_course;
 
 /** The packets of the sensor that sent most, not more than are needed.
@@ -39,6 +39,23 @@ void lum_infer_free_ticks(lum_infer_ticks *ticks);
 
 /** Set the ticks to those of a field. */
 lum_infer_course lum_infer_extend(lum_infer_ticks *ticks, lum_field field);
+
+/** How a field follows the time of capture. */
+typedef struct lum_infer_fit {
+    double off;      /**< how far off it lies, as a share of the time */
+    double back;     /**< share of its steps that are back */
+    double tick_ns;  /**< length of a tick */
+    double spread;   /**< share of it by which half of the measures differ */
+    bool is_counter; /**< it counts packets */
+} lum_infer_fit;
+
+/** Measure that, with the ticks set to those of the field.
+ * @return false: it does not follow the time. */
+bool lum_infer_fit_time(lum_infer_ticks *ticks, lum_field field,
+                        lum_infer_fit *out);
+
+/** The median of how far numbers lie from their median; sorts them. */
+double lum_infer_deviation(double *values, size_t n);
 
 /** The value below which a share of numbers lies, 0..1; sorts them. */
 double lum_infer_quantile(double *values, size_t n, double share);

@@ -281,7 +281,7 @@ static void require_profile(const lum_infer_result *r)
     require(lum_layout_init(&layout, &r->profile, NULL, NULL) == LUM_OK);
     require(!r->has_second ||
             lum_layout_init(&layout, &r->second, NULL, NULL) == LUM_OK);
-    require(r->fit <= r->packets && r->fit * 2 >= r->packets);
+    require(r->fit <= r->counts.packets && r->fit * 2 >= r->counts.packets);
     require(r->margin >= 0.0 && r->margin <= 100.0);
     require(r->verdict == LUM_INFER_UNSURE ||
             r->margin >= LUM_INFER_MARGIN_SURE);

@@ -340,7 +340,7 @@ static void check_profile_of(const struct maker *m, const lum_infer_result *r)
     assert_int_equal(lum_layout_init(&layout, &r->profile, NULL, NULL), LUM_OK);
     assert_int_equal(r->finding_count, LUM_INFER_KEYS);
     assert_in_range(r->margin_key, LUM_INFER_TAG, LUM_INFER_SAMPLES);
-    assert_in_range(r->fit, 1, r->packets);
+    assert_in_range(r->fit, 1, r->counts.packets);
     assert_true(r->margin >= 0.0 && r->margin <= 100.0);
     if (r->margin < LUM_INFER_MARGIN_SURE) {
         assert_int_equal(r->verdict, LUM_INFER_UNSURE);
@@ -1216,8 +1216,8 @@ static void sensors_are_kept_apart(void **state)
     }
     solve(&m, &r, 0);
     check_profile(&m, &r.profile);
-    assert_int_equal(r.sensors, 2);
-    assert_int_equal(r.foreign, 128);
+    assert_int_equal(r.counts.sensors, 2);
+    assert_int_equal(r.counts.foreign, 128);
     end(&m);
 }
 
@@ -1295,7 +1295,7 @@ static void random_bytes_are_no_layout(void **state)
     }
     finds_nothing(&m, LUM_INFER_NOTHING_FITS);
     solve(&m, &r, 1);
-    assert_int_equal(r.other_type, 2000);
+    assert_int_equal(r.counts.other_type, 2000);
     end(&m);
 }
 
@@ -1344,7 +1344,7 @@ static void control_packets_alone_are_too_little(void **state)
     }
     finds_nothing(&m, LUM_INFER_TOO_LITTLE);
     solve(&m, &r, 1);
-    assert_int_equal(r.control, 300);
+    assert_int_equal(r.counts.control, 300);
     end(&m);
 }
 
@@ -1407,7 +1407,7 @@ static void only_the_sensor_that_was_asked_for_counts(void **state)
     send_frames(&m, 1, 64);
     solve(&m, &r, 1);
     assert_int_equal(r.verdict, LUM_INFER_TOO_LITTLE);
-    assert_int_equal(r.packets, 0);
+    assert_int_equal(r.counts.packets, 0);
     end(&m);
 }
 
@@ -1436,10 +1436,10 @@ static void it_says_when_it_has_enough(void **state)
     assert_int_equal(lum_infer_push(infer, &record, NULL), 0);
     lum_infer_result r = {.struct_size = sizeof r};
     assert_int_equal(lum_infer_solve(infer, &r, NULL), 1);
-    assert_true(r.is_full);
-    assert_int_equal(r.left_out, 2);
-    assert_int_equal(r.elsewhere, 10);
-    assert_int_equal(r.cut_short, 0);
+    assert_true(r.counts.is_full);
+    assert_int_equal(r.counts.left_out, 2);
+    assert_int_equal(r.counts.elsewhere, 10);
+    assert_int_equal(r.counts.cut_short, 0);
     lum_infer_free(infer);
     lum_infer_free(NULL);
 }
@@ -1462,8 +1462,8 @@ static void joined_datagrams_are_looked_at_one_by_one(void **state)
     assert_int_equal(lum_infer_push(infer, &record, NULL), 0);
     lum_infer_result r = {.struct_size = sizeof r};
     assert_int_equal(lum_infer_solve(infer, &r, NULL), 1);
-    assert_int_equal(r.joined, 4);
-    assert_int_equal(r.left_out, 1);
+    assert_int_equal(r.counts.joined, 4);
+    assert_int_equal(r.counts.left_out, 1);
     lum_infer_free(infer);
 }
 
@@ -1814,7 +1814,7 @@ static void packets_that_are_cut_are_said(void **state)
     assert_int_equal(lum_infer_push(m.infer, &record, NULL), 1);
     solve(&m, &r, 1);
     assert_int_equal(r.verdict, LUM_INFER_TOO_LITTLE);
-    assert_int_equal(r.cut_short, 90);
+    assert_int_equal(r.counts.cut_short, 90);
     assert_non_null(strstr(r.text, "90 datagrams"));
     assert_non_null(strstr(r.text, "tcpdump -s 0"));
     end(&m);
@@ -1832,7 +1832,7 @@ static void reserved_bytes_that_are_not_0_are_said(void **state)
     solve(&m, &r, 1);
     assert_int_equal(r.verdict, LUM_INFER_NOTHING_FITS);
     assert_non_null(strstr(r.text, "bytes 9 to 11 of "));
-    assert_int_equal(r.other_type, m.kept_count - r.packets);
+    assert_int_equal(r.counts.other_type, m.kept_count - r.counts.packets);
     end(&m);
 }
 
@@ -1853,10 +1853,10 @@ static void what_is_left_out_is_counted(void **state)
         push(&m, other, sizeof other);
     }
     solve(&m, &r, 0);
-    assert_int_equal(r.sensors, 16);
-    assert_int_equal(r.left_out, 4);
-    assert_int_equal(r.other_type, 1);
-    assert_false(r.is_full);
+    assert_int_equal(r.counts.sensors, 16);
+    assert_int_equal(r.counts.left_out, 4);
+    assert_int_equal(r.counts.other_type, 1);
+    assert_false(r.counts.is_full);
     end(&m);
 }
 

@@ -108,7 +108,7 @@ static enum pass_result solve(struct inference *f, lum_error *error)
     }
     f->report.result.struct_size = sizeof f->report.result;
     const int solved = lum_infer_solve(f->infer, &f->report.result, error);
-    f->report.result.elsewhere += f->skipped;
+    f->report.result.counts.elsewhere += f->skipped;
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }

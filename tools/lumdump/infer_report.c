@@ -27,56 +27,50 @@ static const char *plural(uint64_t n)
     return n == 1 ? "" : "s";
 }
 
-/* What may be data and was not looked at, if there is such. */
-static void print_unused(const lum_infer_result *r, FILE *out)
+static void print_unused(uint32_t n, const char *what, const char *why,
+                         FILE *out)
 {
-    if (r->other_type > 0) {
-        (void)fprintf(out, "not used   %" PRIu32 " packet%s %s\n",
-                      r->other_type, plural(r->other_type),
-                      r->packets > 0
-                          ? "of another type, or not 0 in bytes 9 to 11"
-                          : "with our magic, and without samples");
+    if (n > 0) {
+        (void)fprintf(out, "not used   %" PRIu32 " %s%s %s\n", n, what,
+                      plural(n), why);
     }
-    if (r->left_out > 0) {
-        (void)fprintf(out,
-                      "not used   %" PRIu32
-                      " packet%s of other sensors than the first 16\n",
-                      r->left_out, plural(r->left_out));
-    }
-    if (r->elsewhere > 0) {
-        (void)fprintf(out,
-                      "not used   %" PRIu32
-                      " record%s of another port, sensor or interface, or "
-                      "no datagram\n",
-                      r->elsewhere, plural(r->elsewhere));
-    }
-    if (r->cut_short > 0) {
-        (void)fprintf(out,
-                      "not used   %" PRIu32
-                      " datagram%s that the capture has only in part\n",
-                      r->cut_short, plural(r->cut_short));
-    }
+}
+
+/* What may be data and was not looked at, if there is such. */
+static void print_all_unused(const lum_infer_counts *c, FILE *out)
+{
+    print_unused(c->other_type, "packet",
+                 c->packets > 0 ? "of another type, or not 0 in bytes 9 to 11"
+                                : "with our magic, and without samples",
+                 out);
+    print_unused(c->left_out, "packet", "of other sensors than the first 16",
+                 out);
+    print_unused(c->elsewhere, "record",
+                 "of another port, sensor or interface, or no datagram", out);
+    print_unused(c->cut_short, "datagram", "that the capture has only in part",
+                 out);
 }
 
 static void print_head(const struct infer_report *report, FILE *out)
 {
     const lum_infer_result *r = &report->result;
+    const lum_infer_counts *c = &r->counts;
     (void)fprintf(out, "lumdump: %s: %s: %s\n", report->source,
                   name_verdict(r->verdict), r->text);
     (void)fprintf(
         out,
         "looked at  %s%" PRIu32 " packet%s that may be data, of %" PRIu32
         " sensor%s; %s%" PRIu32 " of other kinds, %" PRIu32 " foreign\n",
-        r->is_full ? "the first " : "", r->packets, plural(r->packets),
-        r->sensors, plural(r->sensors), r->is_full ? "until then " : "",
-        r->control, r->foreign);
-    if (r->joined > 0) {
+        c->is_full ? "the first " : "", c->packets, plural(c->packets),
+        c->sensors, plural(c->sensors), c->is_full ? "until then " : "",
+        c->control, c->foreign);
+    if (c->joined > 0) {
         (void)fprintf(out,
                       "joined     %" PRIu32
                       " datagrams came joined, and were taken apart\n",
-                      r->joined);
+                      c->joined);
     }
-    print_unused(r, out);
+    print_all_unused(c, out);
 }
 
 static void print_finding(const lum_infer_finding *f, FILE *out)
@@ -116,7 +110,7 @@ static void print_margin(const lum_infer_result *r, FILE *out)
     (void)fprintf(out,
                   "explained  %" PRIu32 " of %" PRIu32
                   " packets; margin %.1f points, of %s (sure from %.1f)\n",
-                  r->fit, r->packets, r->margin,
+                  r->fit, r->counts.packets, r->margin,
                   r->findings[r->margin_key].name, LUM_INFER_MARGIN_SURE);
     print_second(r, out);
     if (r->verdict == LUM_INFER_UNSURE) {
@@ -208,21 +202,21 @@ static void put_second(struct json *json, const lum_infer_result *r)
 
 static void put_counts(struct json *json, const struct infer_report *report)
 {
-    const lum_infer_result *r = &report->result;
+    const lum_infer_counts *c = &report->result.counts;
     json_uint(json, "records", report->records);
     json_bool(json, "truncated", report->is_truncated);
     json_uint(json, "damaged", report->damaged);
-    json_uint(json, "packets", r->packets);
-    json_uint(json, "fit", r->fit);
-    json_uint(json, "control", r->control);
-    json_uint(json, "foreign", r->foreign);
-    json_uint(json, "cut_short", r->cut_short);
-    json_uint(json, "joined", r->joined);
-    json_uint(json, "other_type", r->other_type);
-    json_uint(json, "left_out", r->left_out);
-    json_uint(json, "elsewhere", r->elsewhere);
-    json_uint(json, "sensors", r->sensors);
-    json_bool(json, "full", r->is_full);
+    json_uint(json, "packets", c->packets);
+    json_uint(json, "fit", report->result.fit);
+    json_uint(json, "control", c->control);
+    json_uint(json, "foreign", c->foreign);
+    json_uint(json, "cut_short", c->cut_short);
+    json_uint(json, "joined", c->joined);
+    json_uint(json, "other_type", c->other_type);
+    json_uint(json, "left_out", c->left_out);
+    json_uint(json, "elsewhere", c->elsewhere);
+    json_uint(json, "sensors", c->sensors);
+    json_bool(json, "full", c->is_full);
 }
 
 void infer_report_json(const struct infer_report *report, FILE *out)

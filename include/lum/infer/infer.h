@@ -107,49 +107,53 @@ typedef struct lum_infer_finding {
 /** From this margin on, a reading is ::LUM_INFER_FOUND. */
 #define LUM_INFER_MARGIN_SURE 2.0
 
+/** What was pushed. packets, other_type, control, foreign, cut_short, left_out
+ * and elsewhere are all of it, joined datagrams taken apart. It is the last
+ * member of the answer, and grows with that. */
+typedef struct lum_infer_counts {
+    uint32_t packets;    /**< datagrams that were looked at: ours by their
+                              magic, of the data's packet type */
+    uint32_t other_type; /**< ours, that may be data, but not of the data's
+                              type, or not 0 in bytes 9 to 11; all of them if
+                              none has samples */
+    uint32_t control;    /**< heartbeats, commands and answers, and whatever is
+                              a header alone */
+    uint32_t foreign;    /**< to or from port 5517, without the magic */
+    uint32_t cut_short;  /**< datagrams that the capture has in part */
+    uint32_t left_out;   /**< datagrams of further sensors than 16, or pushed
+                              after it had enough */
+    uint32_t elsewhere;  /**< of another port or sensor than was requested, or
+                              no datagram; lumdump and Python, which push
+                              nothing of another interface, add that */
+    uint32_t joined;     /**< datagrams that came joined with others by a
+                              receiving host, until it had enough */
+    uint32_t sensors;    /**< addresses that sent what was looked at */
+    bool is_full;        /**< it had enough; the capture may have more, and
+                              what came behind is in left_out and elsewhere
+                              alone */
+} lum_infer_counts;
+
 /** The answer. Filled in by lum_infer_solve(). */
 typedef struct lum_infer_result {
     size_t struct_size; /**< sizeof(lum_infer_result), set by the caller */
-    lum_infer_verdict verdict; /**< what came of it */
-    bool has_profile;          /**< profile is set: found or unsure */
-    lum_profile profile;       /**< the best reading, valid */
-    bool has_second;           /**< second is set */
-    lum_profile second;        /**< the best reading that gives other points */
-    double margin;             /**< the smallest of all keys: percentage points
-                                    by which the field explains more than the
-                                    best one that gives other values
-                                    (docs/protocol.md, "The margin") */
-    lum_infer_key margin_key;  /**< the key that it is of */
-    uint32_t packets;          /**< datagrams that were looked at: ours by
-                                    their magic, of the data's packet type */
-    uint32_t fit;              /**< of them, those that the profile decodes, and
-                                    whose samples are what their tag says
-                                    where there are enough to tell */
-    uint32_t foreign;          /**< to or from port 5517, without the magic */
-    uint32_t control;          /**< heartbeats, commands and answers, and
-                                    whatever is a header alone */
-    uint32_t cut_short;        /**< datagrams that the capture has in part */
-    uint32_t other_type;       /**< ours, that may be data, but not of the
-                                    data's type, or not 0 in bytes 9 to 11; all
-                                    of them if none has samples */
-    uint32_t left_out;         /**< datagrams of further sensors than 16, or
-                                    pushed after it had enough */
-    uint32_t sensors;          /**< addresses that sent what was looked at */
-    bool is_full;              /**< it had enough; the capture may have more,
-                                    and what came behind is in left_out
-                                    and elsewhere alone */
+    lum_infer_verdict verdict;  /**< what came of it */
+    bool has_profile;           /**< profile is set: found or unsure */
+    lum_profile profile;        /**< the best reading, valid */
+    bool has_second;            /**< second is set */
+    lum_profile second;         /**< the best reading that gives other points */
+    double margin;              /**< the smallest of all keys: percentage points
+                                     by which the field explains more than the
+                                     best one that gives other values
+                                     (docs/protocol.md, "The margin") */
+    lum_infer_key margin_key;   /**< the key that it is of */
+    uint32_t fit;               /**< of counts.packets, those that the profile
+                                     decodes, and whose samples are what their
+                                     tag says where there are enough to tell */
     char text[LUM_ERROR_BYTES]; /**< one line: what was found, what is missing,
                                      or which identity fails */
     size_t finding_count;       /**< of findings; 0 without a profile */
     lum_infer_finding findings[LUM_INFER_KEYS]; /**< by ::lum_infer_key */
-    uint32_t joined; /**< datagrams that came joined with others by a receiving
-                          host, until it had enough */
-    uint32_t elsewhere; /**< what was pushed besides: of another port or sensor
-                             than was requested, or no datagram; lumdump and
-                             Python, which push nothing of another interface,
-                             add that. With this, packets, other_type, control,
-                             foreign, cut_short and left_out are all that was
-                             pushed, joined ones taken apart */
+    lum_infer_counts counts;                    /**< what was pushed */
 } lum_infer_result;
 
 /** Begin.

@@ -143,9 +143,9 @@ def _solve(made: Any, skipped: int) -> Inference:
         second=_profile(ffi.addressof(result, "second")) if result.has_second else None,
         margin=float(result.margin),
         margin_key=text(result.findings[result.margin_key].name) if result.has_profile else "",
-        packets=int(result.packets), fit=int(result.fit),
+        packets=int(result.counts.packets), fit=int(result.fit),
         findings=tuple(_finding(result.findings[i]) for i in range(result.finding_count)), yaml=_yaml(result),
-        counts={name: int(getattr(result, name)) + (skipped if name == "elsewhere" else 0) for name in _COUNTS})
+        counts={name: int(getattr(result.counts, name)) + (skipped if name == "elsewhere" else 0) for name in _COUNTS})
 
 
 def infer(source: Given, *, sensor: Optional[str] = None, port: Optional[int] = None) -> Inference:
