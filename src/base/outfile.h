@@ -94,8 +94,20 @@ void lum_outfile_wrote(lum_outfile *file, size_t n);
  *         they are lost, and why. */
 LUM_MUST_CHECK int lum_outfile_finish(lum_outfile *file, lum_error *error);
 
-/** Free it; a file without its name is removed. */
+/** Free it; a file without its name is removed. errno stays. */
 void lum_outfile_discard(lum_outfile *file);
+
+/** Write bytes to a file that stands under its name only when it is whole.
+ * @param path as for lum_outfile_open().
+ * @return 0, or -1 with the reason in error and in errno: EPIPE if its reader
+ *         has left. */
+int lum_outfile_save(const char *path, const void *bytes, size_t n,
+                     lum_error *error);
+
+/** The same, but its name waits for lum_outfile_finish(); call
+ * lum_outfile_discard() after it. On -1 nothing is left to do. */
+int lum_outfile_begin(const char *path, const void *bytes, size_t n,
+                      lum_outfile *out, lum_error *error);
 
 /** Make the message what failed, and why; leave code in errno.
  * @param code an errno.

@@ -19,6 +19,11 @@ int lum_outfile_wait(const lum_outfile *file, int patience_ms);
 LUM_MUST_CHECK int lum_outfile_put(lum_outfile *file, const void *bytes,
                                    size_t n, size_t *written);
 
+/** Write all bytes at its end, waiting for a slow reader.
+ * @return 0, or -1 with the reason in error and in errno. */
+LUM_MUST_CHECK int lum_outfile_put_all(lum_outfile *file, const void *bytes,
+                                       size_t n, lum_error *error);
+
 /** Replace bytes that were written, all of them; the file is seekable.
  * @param offset from our first byte.
  * @return 0, or an errno. */

@@ -1,14 +1,22 @@
+/* Bytes into an output on POSIX, started on their way to the disk, in places
+ * that are reserved there. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "outfile_io.h"
+#include "outfile_parts.h"
 
 #include "system.h"
+#include "writeback.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
 #include <poll.h>
 #include <unistd.h>
+
+#define BEGIN_SIZE   ((size_t)8 << 20)   /* bytes worth starting a write */
+#define KEPT_SIZE    ((int64_t)64 << 20) /* for readers of a growing file */
+#define RESERVE_SIZE ((int64_t)64 << 20) /* places on the disk at a time */
 
 int lum_outfile_wait(const lum_outfile *file, int patience_ms)
 {
@@ -58,6 +66,58 @@ int lum_outfile_put_at(lum_outfile *file, uint64_t offset, const void *bytes,
         }
     }
     return 0;
+}
+
+/* A recording of a day would push all else out of the memory, and fresh memory
+ * for each of its pages takes longer than the copy into it. */
+static void forget_old(const lum_outfile *file)
+{
+    if (file->grows && file->written > KEPT_SIZE) {
+        lum_writeback_forget(file->fd, file->written - KEPT_SIZE);
+    }
+}
+
+/* Have places for what is written next. Only of a file that is removed if this
+ * process ends before its time: others would keep them. */
+static void reserve(lum_outfile *file)
+{
+    const int64_t near = (int64_t)BEGIN_SIZE;
+    const int64_t from =
+        file->reserved > file->written ? file->reserved : file->written;
+    if (file->part == NULL || file->takes_none || file->written < near ||
+        from - file->written > near) {
+        return;
+    }
+    if (!lum_writeback_can_reserve(file->fd, RESERVE_SIZE)) {
+        file->takes_none = true;
+        return;
+    }
+    file->reserved = from; /* what fails may have got some of them */
+    if (lum_writeback_reserve(file->fd, from, RESERVE_SIZE)) {
+        file->reserved += RESERVE_SIZE;
+    } else {
+        file->takes_none = true;
+    }
+}
+
+void lum_outfile_release(const lum_outfile *file)
+{
+    struct stat status;
+    if (file->reserved > 0 && fstat(file->fd, &status) == 0) {
+        (void)!ftruncate(file->fd, status.st_size);
+    }
+}
+
+void lum_outfile_wrote(lum_outfile *file, size_t n)
+{
+    file->unstarted += n;
+    file->written += (int64_t)n;
+    reserve(file);
+    if (file->path != NULL && file->unstarted >= BEGIN_SIZE) {
+        file->unstarted = 0;
+        lum_writeback_begin(file->fd);
+        forget_old(file);
+    }
 }
 
 bool lum_outfile_is_unread(const lum_outfile *file)

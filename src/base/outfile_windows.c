@@ -1,4 +1,7 @@
-#include "base/outfile.h"
+/* Outputs opened, named and ended, on Windows: a path comes in; what goes out
+ * is a descriptor to write to, and at the end the whole file under that path.
+ */
+#include "outfile_parts.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -9,22 +12,6 @@
 #include <windows.h>
 
 #define TRIES 100 /* to find a name that is free */
-
-int lum_outfile_fail(const lum_outfile *file, int code, const char *doing,
-                     lum_error *error)
-{
-    lum_error_set(error, "%s: %s: %s%s", file->name, doing, strerror(code),
-                  code == ENOSPC ? "; free some space or write elsewhere" : "");
-    errno = code;
-    return -1;
-}
-
-static int refuse(int code, lum_error *error, const char *name, const char *why)
-{
-    (void)lum_error_set(error, "%s: %s", name, why);
-    errno = code;
-    return -1;
-}
 
 static int code_of(DWORD error)
 {
@@ -54,9 +41,10 @@ static int code_of(DWORD error)
 
 static int refuse_busy(const lum_outfile *file, lum_error *error)
 {
-    return refuse(EBUSY, error, file->name,
-                  "another program has it open: wait for its end, or choose "
-                  "another name");
+    return lum_outfile_refuse(
+        EBUSY, file->name,
+        "another program has it open: wait for its end, or choose another name",
+        error);
 }
 
 /* The system's error of the last call. */
@@ -68,9 +56,7 @@ static int fail_last(const lum_outfile *file, const char *doing,
         return refuse_busy(file, error);
     }
     if (code == ENOENT) {
-        return refuse(code, error, file->name,
-                      "cannot create it: the directory does not exist; create "
-                      "it or write elsewhere");
+        return lum_outfile_refuse_directory(file, error);
     }
     return lum_outfile_fail(file, code, doing, error);
 }
@@ -125,11 +111,7 @@ static int make(lum_outfile *file, const char *path, lum_error *error)
     const int result = lum_claim_take(file->path, file->name, &taken, error);
     file->claim = taken;
     if (result != 0) {
-        return errno == ENOENT
-                   ? refuse(ENOENT, error, file->name,
-                            "cannot create it: the directory does not exist; "
-                            "create it or write elsewhere")
-                   : -1;
+        return errno == ENOENT ? lum_outfile_refuse_directory(file, error) : -1;
     }
     if (lum_claim_is_locked(file->path)) {
         return refuse_busy(file, error);
@@ -168,8 +150,10 @@ static bool is_device(const char *path)
            _stricmp(path, "CON") == 0;
 }
 
-static int open_path(lum_outfile *file, const char *path, lum_error *error)
+int lum_outfile_system_open(lum_outfile *file, lum_outfile_kind kind,
+                            const char *path, lum_error *error)
 {
+    (void)kind;
     if (strcmp(path, "-") == 0) {
         return open_standard_output(file, error);
     }
@@ -181,42 +165,23 @@ static int open_path(lum_outfile *file, const char *path, lum_error *error)
         return make(file, path, error);
     }
     if ((attributes & FILE_ATTRIBUTE_DIRECTORY) != 0) {
-        return refuse(EISDIR, error, path, "is a directory; name a file in it");
+        return lum_outfile_refuse(EISDIR, path,
+                                  "is a directory; name a file in it", error);
     }
     if ((attributes & FILE_ATTRIBUTE_READONLY) != 0) {
-        return refuse(EACCES, error, path,
-                      "cannot replace it: it is read-only");
+        return lum_outfile_refuse(EACCES, path,
+                                  "cannot replace it: it is read-only", error);
     }
     return make(file, path, error);
 }
 
-static void learn_kind(lum_outfile *file)
+void lum_outfile_system_learn(lum_outfile *file)
 {
     const HANDLE handle = (HANDLE)_get_osfhandle(file->fd);
     const int64_t here = _lseeki64(file->fd, 0, SEEK_CUR);
     file->may_block = GetFileType(handle) != FILE_TYPE_DISK;
     file->seekable = !file->may_block && here >= 0;
     file->base = file->seekable ? here : 0;
-}
-
-int lum_outfile_open(const char *path, lum_outfile_kind kind, lum_outfile *out,
-                     lum_error *error)
-{
-    lum_outfile file = {.fd = -1, .claim = LUM_CLAIM_NONE};
-    (void)kind;
-    file.name = _strdup(strcmp(path, "-") == 0 ? "standard output" : path);
-    if (file.name == NULL) {
-        return refuse(ENOMEM, error, path, "no memory to open it");
-    }
-    if (open_path(&file, path, error) != 0) {
-        const int code = errno;
-        lum_outfile_discard(&file);
-        errno = code;
-        return -1;
-    }
-    learn_kind(&file);
-    *out = file;
-    return 0;
 }
 
 static int give_name(lum_outfile *file, lum_error *error)
@@ -255,13 +220,6 @@ int lum_outfile_check(const lum_outfile *file, lum_error *error)
     return 0;
 }
 
-/* The system starts writing by itself. */
-void lum_outfile_wrote(lum_outfile *file, size_t n)
-{
-    (void)file;
-    (void)n;
-}
-
 /* The call that renames also writes the name to the disk. */
 int lum_outfile_finish(lum_outfile *file, lum_error *error)
 {
@@ -277,7 +235,7 @@ int lum_outfile_finish(lum_outfile *file, lum_error *error)
     return give_name(file, error);
 }
 
-void lum_outfile_discard(lum_outfile *file)
+void lum_outfile_part_drop(lum_outfile *file)
 {
     if (file->fd >= 0) {
         (void)_close(file->fd);
@@ -285,8 +243,5 @@ void lum_outfile_discard(lum_outfile *file)
     if (file->part != NULL) {
         (void)DeleteFileA(file->part);
     }
-    lum_claim_drop(&file->claim);
-    free(file->name);
-    free(file->path);
     free(file->part);
 }

@@ -14,6 +14,12 @@ long lum_system_process(void);
  * for it, as some file systems, counts as done.
  * @return 0, or an errno. */
 int lum_system_sync(int fd);
+
+/** Wait until the name of a file is on the disk: its directory holds the name.
+ * A directory that this process may not read cannot be asked, and counts as
+ * done.
+ * @return 0, or an errno. */
+int lum_system_sync_name(const char *path);
 #endif
 
 #endif

@@ -1,7 +1,6 @@
 #include "reader_internal.h"
 
 #include "base/outfile.h"
-#include "base/outfile_io.h"
 #include "base/sized.h"
 #include "capture/source_file.h"
 #include "framer_state.h"
@@ -15,9 +14,6 @@
 
 /* More than an index ever has. */
 #define FILE_BYTES_MAX (8u * LUM_INDEX_BYTES_MAX)
-
-/* Between two looks whether a slow reader takes more. */
-#define PATIENCE_MS 100
 
 static const char suffix[] = ".lumindex";
 
@@ -122,38 +118,6 @@ static int check(lum_reader *r, lum_error *error)
                                       "lum_reader_options.keeps_index");
 }
 
-static int put_all(lum_outfile *file, const uint8_t *bytes, size_t len,
-                   lum_error *error)
-{
-    while (len > 0) {
-        size_t written = 0;
-        const int code = lum_outfile_put(file, bytes, len, &written);
-        if (code != 0) {
-            return lum_outfile_fail(file, code, "cannot be written", error);
-        }
-        bytes += written;
-        len -= written;
-        if (len > 0 && written == 0) {
-            (void)lum_outfile_wait(file, PATIENCE_MS);
-        }
-    }
-    return 0;
-}
-
-static int write_file(const char *name, const lum_pack *pack, lum_error *error)
-{
-    lum_outfile file;
-    if (lum_outfile_open(name, LUM_OUTFILE_WHOLE, &file, error) != 0) {
-        return -1;
-    }
-    int result = put_all(&file, pack->written, pack->len, error);
-    if (result == 0) {
-        result = lum_outfile_finish(&file, error);
-    }
-    lum_outfile_discard(&file);
-    return result;
-}
-
 int lum_reader_save_index(lum_reader *reader, const char *path,
                           lum_error *error)
 {
@@ -165,7 +129,7 @@ int lum_reader_save_index(lum_reader *reader, const char *path,
     char *name = name_file(reader, path);
     int result = -1;
     if (name != NULL && lum_index_write(&reader->place.index, &key, &pack)) {
-        result = write_file(name, &pack, error);
+        result = lum_outfile_save(name, pack.written, pack.len, error);
     } else {
         (void)lum_error_set(error, "not enough memory to write an index");
     }

@@ -1,9 +1,9 @@
 #define _POSIX_C_SOURCE 200809L
 #include "file_writer.h"
 
-#include "../common/text_file.h"
 #include "rows_file.h"
 
+#include "base/outfile.h"
 #include "base/text.h"
 #include "base/thread.h"
 #include "lum/base/time.h"
@@ -227,7 +227,7 @@ static void do_work(struct file_writer *s)
     }
     if (work->page != NULL) {
         const int result =
-            text_file_save(s->page, work->page, strlen(work->page), &error);
+            lum_outfile_save(s->page, work->page, strlen(work->page), &error);
         free(work->page);
         work->page = NULL;
         (void)pthread_mutex_lock(&s->lock);

@@ -3,13 +3,13 @@
 
 #include "../common/json.h"
 #include "../common/make_folder.h"
-#include "../common/text_file.h"
 #include "file_writer.h"
 #include "report.h"
 #include "session.h"
 
 #include "base/claim.h"
 #include "base/crc32.h"
+#include "base/outfile.h"
 #include "base/system.h"
 #include "lum/base/time.h"
 #include "lum/version.h"
@@ -399,7 +399,8 @@ bool manifest_begin(struct manifest *m, lum_error *error)
 {
     char *text = make_text(m, "", -1);
     const bool is_written =
-        text != NULL && text_file_save(m->path, text, strlen(text), error) == 0;
+        text != NULL &&
+        lum_outfile_save(m->path, text, strlen(text), error) == 0;
     if (text == NULL) {
         (void)lum_error_set(error, "out of memory");
     }

@@ -1,7 +1,7 @@
 #include "bag_folder.h"
 
 #include "../common/make_folder.h"
-#include "../common/text_file.h"
+#include "base/outfile.h"
 #include "base/system.h"
 
 #include <errno.h>
@@ -285,7 +285,7 @@ int bag_folder_finish(const struct bag_folder *folder, lum_error *error)
         (void)lum_error_set(error, "%s: no memory for metadata.yaml",
                             folder->path);
     } else {
-        result = text_file_save(name, t.at, t.len, error);
+        result = lum_outfile_save(name, t.at, t.len, error);
     }
     free(t.at);
     return result;

@@ -3,11 +3,12 @@
 #include "../common/interrupt.h"
 #include "../common/misfit.h"
 #include "../common/shell_word.h"
-#include "../common/text_file.h"
 #include "infer_report.h"
 #include "replay.h"
 #include "stream.h"
 #include "targets.h"
+
+#include "base/outfile.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -148,8 +149,8 @@ static enum exit_status tell(struct inference *f, lum_error *error)
         infer_report_text(&f->report, stderr);
     }
     if (is_found && target != NULL &&
-        text_file_save(target, f->report.yaml, strlen(f->report.yaml), error) !=
-            0) {
+        lum_outfile_save(target, f->report.yaml, strlen(f->report.yaml),
+                         error) != 0) {
         return errno == EPIPE ? EXIT_DONE : conclude_error(error, EXIT_FAILED);
     }
     if (o->json) {

@@ -2,9 +2,9 @@
 #include "retention.h"
 
 #include "../common/file_look.h"
-#include "../common/text_file.h"
 #include "base/claim.h"
 #include "base/claim_mark.h"
+#include "base/outfile.h"
 #include "ledger.h"
 #include "numbered.h"
 
@@ -118,7 +118,7 @@ static int save(const struct retention *r, lum_error *error)
     if (text == NULL) {
         return fail(r->name, "cannot list its files", ENOMEM, error);
     }
-    const int result = text_file_save(r->ledger, text, len, error);
+    const int result = lum_outfile_save(r->ledger, text, len, error);
     const int code = errno == ENOENT ? EIO : errno;
     free(text);
     errno = code;

@@ -1,27 +1,14 @@
-#define _POSIX_C_SOURCE 200809L
 #include "journal_file.h"
 
-#include "base/outfile.h"
+#include "base/outfile_io.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
-#include <unistd.h>
 
 struct journal_file {
     lum_outfile out;
     FILE *stream; /* of a second descriptor */
 };
-
-static FILE *open_stream(int fd)
-{
-    const int second = fcntl(fd, F_DUPFD_CLOEXEC, 0);
-    FILE *stream = second >= 0 ? fdopen(second, "w") : NULL;
-    if (stream == NULL && second >= 0) {
-        (void)close(second);
-    }
-    return stream;
-}
 
 int journal_file_open(const char *path, struct journal_file **out,
                       FILE **stream, lum_error *error)
@@ -34,7 +21,7 @@ int journal_file_open(const char *path, struct journal_file **out,
         free(file);
         return -1;
     }
-    file->stream = open_stream(file->out.fd);
+    file->stream = lum_outfile_stream(&file->out);
     if (file->stream == NULL) {
         (void)lum_outfile_fail(&file->out, errno, "cannot be written", error);
     } else if (lum_outfile_show(&file->out, error) == 0) {

@@ -1,7 +1,6 @@
 #include "truth_yaml.h"
 
-#include "../common/text_file.h"
-
+#include "base/outfile.h"
 #include "lum/host/keys.h"
 #include "standing.h"
 
@@ -39,7 +38,7 @@ int truth_yaml_begin(const struct options *o, lum_outfile *out,
     char text[TEXT_BYTES];
     lum_outfile file;
     const size_t len = make_text(o, text);
-    if (text_file_begin(o->truth.calibration, text, len, &file, error) != 0) {
+    if (lum_outfile_begin(o->truth.calibration, text, len, &file, error) != 0) {
         return -1;
     }
     *out = file;

@@ -1,5 +1,5 @@
 /* lumtable: what a controller needs of a sensor's YAML, as constants in C. */
-#include "../common/text_file.h"
+#include "base/outfile.h"
 #include "lum/config/config.h"
 #include "options.h"
 #include "source.h"
@@ -69,7 +69,8 @@ int main(int argc, char **argv)
         (void)lum_error_set(&error, "the source is longer than expected");
         return complain(&error, EXIT_FAILED);
     }
-    return text_file_save(options.output, source.text, source.len, &error) == 0
+    return lum_outfile_save(options.output, source.text, source.len, &error) ==
+                   0
                ? EXIT_DONE
                : complain(&error, EXIT_FAILED);
 }

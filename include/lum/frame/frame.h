@@ -126,39 +126,39 @@ typedef struct lum_frame_times {
     int64_t end_clock_us;     /**< sensor clock of the latest line */
     int64_t begin_arrival_ns; /**< when the earliest line came, ns since 1970 */
     int64_t end_arrival_ns;   /**< when the latest line came */
-    int64_t begin_utc_ns; /**< time of begin_clock_us, ns since 1970 UTC, by
-                               lum_clock_fit_utc(); ::LUM_COLUMN_TIME counts
-                               from it. 0: the layout has no clock, or no line
-                               came */
-    int64_t utc_error_ns; /**< the estimated error of that time;
-                               ::LUM_CLOCK_ERROR_UNKNOWN: nobody knows it, as
-                               near a step of the host's clock */
+    int64_t begin_utc_ns;     /**< time of begin_clock_us, ns since 1970 UTC, by
+                                   lum_clock_fit_utc(); ::LUM_COLUMN_TIME counts
+                                   from it. 0: the layout has no clock, or no line
+                                   came */
+    int64_t utc_error_ns;     /**< the estimated error of that time;
+                                   ::LUM_CLOCK_ERROR_UNKNOWN: nobody knows it, as
+                                   near a step of the host's clock */
 } lum_frame_times;
 
 /** What is known of a frame as a whole. */
 typedef struct lum_frame_info {
-    size_t struct_size; /**< sizeof(lum_frame_info), set by the caller */
-    int64_t number;     /**< frame number */
-    uint32_t sensor;    /**< its address, host order */
-    bool is_complete;   /**< nothing is known to be missing */
-    bool is_first;      /**< first of its sensor: it was under way when the
-                             stream was joined, and may lack its start */
-    bool is_last;       /**< the stream ended with it: it may lack its end */
-    lum_frame_times times;    /**< when it was */
-    uint64_t points;          /**< as lum_frame_count() */
-    uint32_t lines[LUM_EYES]; /**< lines that came, by ::lum_eye */
+    size_t struct_size;    /**< sizeof(lum_frame_info), set by the caller */
+    int64_t number;        /**< frame number */
+    uint32_t sensor;       /**< its address, host order */
+    bool is_complete;      /**< nothing is known to be missing */
+    bool is_first;         /**< first of its sensor: it was under way when the
+                                stream was joined, and may lack its start */
+    bool is_last;          /**< the stream ended with it: it may lack its end */
+    lum_frame_times times; /**< when it was */
+    uint64_t points;       /**< as lum_frame_count() */
+    uint32_t lines[LUM_EYES];         /**< lines that came, by ::lum_eye */
     uint32_t lines_missing[LUM_EYES]; /**< line numbers that did not come, up to
                                            the highest of this frame and of the
                                            one before */
     uint32_t lines_missing_angles;    /**< lines with fewer than 1000 */
     uint64_t lost_words;              /**< range words known to be lost */
     lum_point_losses losses;          /**< words that gave no point */
-    uint64_t points_cut;  /**< beyond the most points of a frame, or of lines
-                               beyond its most lines */
-    uint64_t lines_cut;   /**< beyond the most lines of a frame */
-    uint64_t lines_late;  /**< lines of earlier frames that came since the frame
-                               before; they are in no frame, because theirs had
-                               been handed out */
+    uint64_t points_cut; /**< beyond the most points of a frame, or of lines
+                              beyond its most lines */
+    uint64_t lines_cut;  /**< beyond the most lines of a frame */
+    uint64_t lines_late; /**< lines of earlier frames that came since the frame
+                              before; they are in no frame, because theirs had
+                              been handed out */
     uint64_t lines_in_pauses; /**< lines that the clock shows to be missing, and
                                    line numbers do not: whole sweeps, and the
                                    end of a first one; as far as is known */
