@@ -13,6 +13,7 @@
 /* A file in memory; a byte more than is accepted of any shows that it is
  * longer. */
 typedef struct config_text {
+    const char *name; /* for messages */
     size_t len;
     char bytes[LUM_YAML_LIST_BYTES_MAX + 1u];
 } config_text;
@@ -27,95 +28,83 @@ static int refuse_file(const char *name, int cause, lum_error *error)
                          cause != 0 ? strerror(cause) : "unknown cause");
 }
 
-static int read_file(FILE *file, const char *name, config_text *text,
-                     lum_error *error)
+static int read_file(FILE *file, config_text *text, lum_error *error)
 {
     errno = 0;
     text->len = fread(text->bytes, 1, sizeof text->bytes, file);
-    return ferror(file) ? refuse_file(name, errno, error) : 0;
+    return ferror(file) ? refuse_file(text->name, errno, error) : 0;
 }
 
-static int read_path(const char *path, config_text *text, lum_error *error)
+static int read_path(config_text *text, lum_error *error)
 {
     errno = 0;
-    FILE *file = fopen(path, "rb");
+    FILE *file = fopen(text->name, "rb");
     if (file == NULL) {
-        return refuse_file(path, errno, error);
+        return refuse_file(text->name, errno, error);
     }
-    const int result = read_file(file, path, text, error);
+    const int result = read_file(file, text, error);
     (void)fclose(file);
     return result;
 }
 
-/* NULL: refused. The caller frees the text. */
-static config_text *load(const char *path, const char **name, lum_error *error)
+/* NULL: refused. */
+static config_text *load(const char *path, lum_error *error)
 {
     const bool is_stdin = strcmp(path, "-") == 0;
+    const char *name = is_stdin ? "<stdin>" : path;
     config_text *text = malloc(sizeof *text);
-    *name = is_stdin ? "<stdin>" : path;
     if (text == NULL) {
-        (void)lum_yaml_fail(error, *name, 0, NULL, "out of memory");
+        (void)lum_yaml_fail(error, name, 0, NULL, "out of memory");
         return NULL;
     }
+    text->name = name;
     text->len = 0;
-    if ((is_stdin ? read_file(stdin, *name, text, error)
-                  : read_path(path, text, error)) != 0) {
+    if ((is_stdin ? read_file(stdin, text, error) : read_path(text, error)) !=
+        0) {
         free(text);
         return NULL;
     }
     return text;
 }
 
+/* The text was parsed. */
+static int end(config_text *text, int result)
+{
+    free(text);
+    return result;
+}
+
 int lum_calibration_load(const char *path, lum_calibration *out,
                          lum_error *error)
 {
-    const char *name = NULL;
-    config_text *text = load(path, &name, error);
-    if (text == NULL) {
-        return -1;
-    }
-    const int result =
-        lum_calibration_parse(text->bytes, text->len, name, out, error);
-    free(text);
-    return result;
+    config_text *text = load(path, error);
+    return text == NULL
+               ? -1
+               : end(text, lum_calibration_parse(text->bytes, text->len,
+                                                 text->name, out, error));
 }
 
 int lum_profile_load(const char *path, lum_profile *out, lum_error *error)
 {
-    const char *name = NULL;
-    config_text *text = load(path, &name, error);
-    if (text == NULL) {
-        return -1;
-    }
-    const int result =
-        lum_profile_parse(text->bytes, text->len, name, out, error);
-    free(text);
-    return result;
+    config_text *text = load(path, error);
+    return text == NULL ? -1
+                        : end(text, lum_profile_parse(text->bytes, text->len,
+                                                      text->name, out, error));
 }
 
 int lum_settings_load(const char *path, lum_settings *out, lum_error *error)
 {
-    const char *name = NULL;
-    config_text *text = load(path, &name, error);
-    if (text == NULL) {
-        return -1;
-    }
-    const int result =
-        lum_settings_parse(text->bytes, text->len, name, out, error);
-    free(text);
-    return result;
+    config_text *text = load(path, error);
+    return text == NULL ? -1
+                        : end(text, lum_settings_parse(text->bytes, text->len,
+                                                       text->name, out, error));
 }
 
 int lum_sweep_load(const char *path, lum_sweep *out, lum_error *error)
 {
-    const char *name = NULL;
-    config_text *text = load(path, &name, error);
+    config_text *text = load(path, error);
     *out = (lum_sweep){.steps = NULL};
-    if (text == NULL) {
-        return -1;
-    }
-    const int result =
-        lum_sweep_parse(text->bytes, text->len, name, out, error);
-    free(text);
-    return result;
+    return text == NULL ? -1
+                        : end(text, lum_sweep_parse(text->bytes, text->len,
+                                                    text->name, out, error));
 }
