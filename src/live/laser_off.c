@@ -120,7 +120,7 @@ static lum_laser_off switch_off(const attempt *a)
 lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint32_t ms,
                                    const lum_cancel *cancel, uint16_t *status)
 {
-    const bool told = sensor->link_told;
+    const bool told = sensor->link.told;
     const lum_exchange_config config = sensor->exchange.config;
     const attempt a = {sensor, lum_time_monotonic_ns() + NS_PER_MS * ms, cancel,
                        status};
@@ -130,6 +130,6 @@ lum_laser_off lum_sensor_laser_off(lum_sensor *sensor, uint32_t ms,
     const lum_laser_off end = switch_off(&a);
     lum_sensor_give_up(sensor);
     sensor->exchange.config = config;
-    sensor->link_told = told;
+    sensor->link.told = told;
     return end;
 }

@@ -1,5 +1,6 @@
 #include "net/owner.h"
 
+#include "base/system.h"
 #include "net/endpoint.h"
 #include "net/owner_system.h"
 #include "net/program.h"
@@ -48,7 +49,7 @@ static owner_names names_of(lum_endpoint sensor, const char *interface)
 
 static void say_busy(lum_endpoint sensor, long process, lum_error *error)
 {
-    const bool own = process == lum_owner_system_self();
+    const bool own = process == lum_system_process();
     (void)lum_error_set(
         error,
         "%s has the session with %s and gets its data: it must end before "

@@ -124,8 +124,3 @@ void lum_owner_system_drop(intptr_t held)
 {
     (void)close((int)held);
 }
-
-long lum_owner_system_self(void)
-{
-    return getpid();
-}

@@ -23,7 +23,4 @@ bool lum_owner_system_look(const char *name, long *process);
 
 void lum_owner_system_drop(intptr_t held);
 
-/* This process. */
-long lum_owner_system_self(void);
-
 #endif

@@ -130,8 +130,3 @@ void lum_owner_system_drop(intptr_t held)
     }
     free(out);
 }
-
-long lum_owner_system_self(void)
-{
-    return (long)GetCurrentProcessId();
-}

@@ -89,8 +89,8 @@ static lum_net_result open_known(const lum_sensor_options *options,
     s->owns = options->owns;
     s->retries = options->retries;
     s->cancel = options->cancel;
-    s->link_is_up = true;
-    s->link_told = true;
+    s->link.is_up = true;
+    s->link.told = true;
     const lum_net_result r = open_parts(s, options, error);
     if (r != LUM_NET_OK) {
         lum_sensor_close(s);
@@ -137,8 +137,8 @@ void lum_sensor_receive(lum_sensor *sensor, int64_t deadline_ns,
 /* When a session has something to do without a datagram. */
 static int64_t due_ns(const lum_sensor *s)
 {
-    const bool has_event = s->has_failed || s->batch_next < s->batch_count ||
-                           s->link_told != s->link_is_up;
+    const bool has_event = s->has_failed || s->batch.next < s->batch.count ||
+                           s->link.told != s->link.is_up;
     return has_event ? INT64_MIN : lum_exchange_next_ns(&s->exchange);
 }
 
@@ -231,10 +231,10 @@ lum_result lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out)
 
 bool lum_sensor_moved_to(const lum_sensor *sensor, lum_endpoint *out)
 {
-    if (sensor->stranger_count < LUM_SENSOR_MOVED_COUNT) {
+    if (sensor->stranger.count < LUM_SENSOR_MOVED_COUNT) {
         return false;
     }
-    *out = sensor->stranger;
+    *out = sensor->stranger.from;
     return true;
 }
 

@@ -15,13 +15,13 @@ lum_net_result lum_session_send(lum_sensor *s, const void *bytes, size_t len,
     lum_error reason = {""};
     const lum_outgoing packet = {bytes, len, s->endpoint};
     const lum_net_result r = lum_socket_send(s->socket, &packet, &reason);
-    s->link_is_up = r == LUM_NET_OK;
+    s->link.is_up = r == LUM_NET_OK;
     if (r == LUM_NET_OK) {
         (*counter)++;
         return r;
     }
     s->counters.send_failures++;
-    s->link_error = reason;
+    s->link.error = reason;
     if (error != NULL) {
         *error = reason;
     }
@@ -59,8 +59,8 @@ static bool advance_request(lum_sensor *s, lum_sensor_event *out)
 {
     lum_exchange *x = &s->exchange;
     lum_exchange_found found;
-    const lum_exchange_step step =
-        lum_exchange_advance(x, lum_time_monotonic_ns(), s->heard_ns, &found);
+    const lum_exchange_step step = lum_exchange_advance(
+        x, lum_time_monotonic_ns(), s->batch.heard_ns, &found);
     if (step == LUM_EXCHANGE_REQUEST || step == LUM_EXCHANGE_RESEND) {
         (void)lum_session_send(s, x->packet, x->packet_len,
                                step == LUM_EXCHANGE_REQUEST
@@ -74,16 +74,16 @@ static bool advance_request(lum_sensor *s, lum_sensor_event *out)
     return false;
 }
 
-static bool tell_link(lum_sensor *s, lum_sensor_event *out)
+static bool tell_link(struct session_link *link, lum_sensor_event *out)
 {
-    if (s->link_told == s->link_is_up) {
+    if (link->told == link->is_up) {
         return false;
     }
-    s->link_told = s->link_is_up;
+    link->told = link->is_up;
     out->kind = LUM_SENSOR_LINK;
-    out->is_up = s->link_is_up;
-    if (!s->link_is_up) {
-        out->error = s->link_error;
+    out->is_up = link->is_up;
+    if (!link->is_up) {
+        out->error = link->error;
     }
     return true;
 }
@@ -118,8 +118,8 @@ static lum_sensor_event_kind count_found(lum_sensor_counters *c,
 /* The next event that the batch holds. */
 static bool next_found(lum_sensor *s, lum_sensor_event *out)
 {
-    while (s->batch_next < s->batch_count) {
-        const lum_received *r = &s->batch[s->batch_next++];
+    while (s->batch.next < s->batch.count) {
+        const lum_received *r = &s->batch.list[s->batch.next++];
         lum_exchange_found found;
         if (r->cut_short) {
             continue;
@@ -129,7 +129,7 @@ static bool next_found(lum_sensor *s, lum_sensor_event *out)
                                                         r->len, &found));
         if (event != LUM_SENSOR_IDLE) {
             fill_found(out, event, &found);
-            out->received_ns = s->batch_ns;
+            out->received_ns = s->batch.received_ns;
             out->received_utc_ns = r->utc_ns;
             return true;
         }
@@ -138,19 +138,16 @@ static bool next_found(lum_sensor *s, lum_sensor_event *out)
 }
 
 /* A sensor with a new address sends from it at once. */
-static void note_stranger(lum_sensor *s, const lum_received *r)
+static void note_stranger(struct session_stranger *s, const lum_received *r)
 {
     uint8_t type = 0;
-    if (r->from.address == s->endpoint.address ||
-        lum_header_decode(r->bytes, r->len, &type) != LUM_OK) {
+    if (lum_header_decode(r->bytes, r->len, &type) != LUM_OK) {
         return;
     }
-    if (r->from.address != s->stranger.address ||
-        r->from.port != s->stranger.port) {
-        s->stranger = r->from;
-        s->stranger_count = 0;
+    if (r->from.address != s->from.address || r->from.port != s->from.port) {
+        *s = (struct session_stranger){.from = r->from};
     }
-    s->stranger_count += s->stranger_count < LUM_SENSOR_MOVED_COUNT;
+    s->count += s->count < LUM_SENSOR_MOVED_COUNT;
 }
 
 /* Counts a datagram; whether it is the sensor's. */
@@ -162,10 +159,12 @@ static bool is_ours(lum_sensor *s, const lum_received *r)
     if (!fits) {
         c->foreign_source++;
         c->other_port += address_fits;
-        note_stranger(s, r);
+        if (!address_fits) {
+            note_stranger(&s->stranger, r);
+        }
         return false;
     }
-    s->stranger_count = 0;
+    s->stranger.count = 0;
     c->datagrams++;
     c->bytes += r->len;
     c->cut_short += r->cut_short;
@@ -178,19 +177,20 @@ static bool read_batch(lum_sensor *s, lum_error *error)
 {
     size_t count = 0;
     const int64_t before_ns = lum_time_monotonic_ns();
-    s->batch_count = 0;
-    s->batch_next = 0;
-    if (lum_socket_receive(s->socket, &s->batch, &count, error) != LUM_NET_OK) {
+    s->batch.count = 0;
+    s->batch.next = 0;
+    if (lum_socket_receive(s->socket, &s->batch.list, &count, error) !=
+        LUM_NET_OK) {
         return false;
     }
-    s->batch_ns = lum_time_monotonic_ns();
-    s->socket_is_empty = count < LUM_SOCKET_BATCH;
-    if (s->socket_is_empty) {
-        s->heard_ns = before_ns;
+    s->batch.received_ns = lum_time_monotonic_ns();
+    s->batch.socket_is_empty = count < LUM_SOCKET_BATCH;
+    if (s->batch.socket_is_empty) {
+        s->batch.heard_ns = before_ns;
     }
     for (size_t i = 0; i < count; i++) {
-        if (is_ours(s, &s->batch[i])) {
-            s->batch[s->batch_count++] = s->batch[i];
+        if (is_ours(s, &s->batch.list[i])) {
+            s->batch.list[s->batch.count++] = s->batch.list[i];
         }
     }
     return true;
@@ -218,7 +218,7 @@ static bool do_what_is_due(lum_sensor *s, const lum_cancel *cancel,
         out->kind = LUM_SENSOR_CANCELLED;
         return true;
     }
-    return advance_request(s, out) || tell_link(s, out);
+    return advance_request(s, out) || tell_link(&s->link, out);
 }
 
 /* Reads the socket; true with an event. */
@@ -228,14 +228,14 @@ static bool read_socket(lum_sensor *s, lum_sensor_event *out)
         fail(s, out);
         return true;
     }
-    if (!s->owns || s->batch_count == 0) {
+    if (!s->owns || s->batch.count == 0) {
         return next_found(s, out);
     }
     out->kind = LUM_SENSOR_DATAGRAMS;
-    out->datagrams = s->batch;
-    out->datagram_count = s->batch_count;
-    out->received_ns = s->batch_ns;
-    out->received_utc_ns = s->batch[0].utc_ns;
+    out->datagrams = s->batch.list;
+    out->datagram_count = s->batch.count;
+    out->received_ns = s->batch.received_ns;
+    out->received_utc_ns = s->batch.list[0].utc_ns;
     return true;
 }
 
@@ -281,11 +281,12 @@ void lum_session_receive(lum_sensor *s, const lum_cancel *cancel,
         if (do_what_is_due(s, cancel, out) || read_socket(s, out)) {
             return;
         }
-        if (s->socket_is_empty) {
+        if (s->batch.socket_is_empty) {
             if (wait_for_more(s, cancel, deadline_ns, out)) {
                 return;
             }
-        } else if (deadline_ns <= s->batch_ns && ++late >= LATE_BATCHES) {
+        } else if (deadline_ns <= s->batch.received_ns &&
+                   ++late >= LATE_BATCHES) {
             return;
         }
     }

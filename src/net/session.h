@@ -8,6 +8,29 @@
 
 #define NS_PER_MS INT64_C(1000000)
 
+/* What the socket's last receive gave, filtered. */
+struct session_batch {
+    lum_received *list;
+    size_t count;
+    size_t next; /* first that the exchange has not seen */
+    int64_t received_ns;
+    int64_t heard_ns;     /* the socket was empty then */
+    bool socket_is_empty; /* as far as it showed */
+};
+
+/* Who sends the magic from elsewhere. */
+struct session_stranger {
+    lum_endpoint from;
+    uint32_t count; /* since something came from the sensor */
+};
+
+/* Whether what is sent leaves this host. */
+struct session_link {
+    bool is_up;
+    bool told; /* what the last LINK event said */
+    lum_error error;
+};
+
 struct lum_sensor {
     lum_endpoint endpoint;
     lum_layout layout;
@@ -18,20 +41,9 @@ struct lum_sensor {
     lum_socket *socket;
     lum_exchange exchange;
     lum_sensor_counters counters;
-
-    lum_received *batch; /* of the socket's last receive, filtered */
-    size_t batch_count;
-    size_t batch_next;    /* first that the exchange has not seen */
-    int64_t batch_ns;     /* when it was received */
-    int64_t heard_ns;     /* the socket was empty then */
-    bool socket_is_empty; /* as far as the last receive showed */
-
-    lum_endpoint stranger;   /* who sends the magic from elsewhere */
-    uint32_t stranger_count; /* since something came from the sensor */
-
-    bool link_is_up;
-    bool link_told;
-    lum_error link_error;
+    struct session_batch batch;
+    struct session_stranger stranger;
+    struct session_link link;
     bool has_failed;
     lum_error failure;
 };

@@ -906,8 +906,8 @@ static void a_silence_is_shown_in_whole_seconds(void **state)
     /* silent it stays, though it is known now where its data comes from */
     (void)serve();
     (void)take_news(LUM_NEWS_SILENT);
-    sensor->stranger = (lum_endpoint){0x0a2a0063, LUM_PORT};
-    sensor->stranger_count = LUM_SENSOR_MOVED_COUNT;
+    sensor->stranger.from = (lum_endpoint){0x0a2a0063, LUM_PORT};
+    sensor->stranger.count = LUM_SENSOR_MOVED_COUNT;
     (void)serve();
     (void)serve();
     assert_true(look().is_silent);
@@ -940,8 +940,8 @@ static void a_sensor_that_moved_is_told_with_its_address(void **state)
     (void)state;
     for (unsigned i = 0; i < 2; i++) {
         begin_with(LUM_WANT_LOOK);
-        sensor->stranger = (lum_endpoint){0x0a2a0063, LUM_PORT};
-        sensor->stranger_count = LUM_SENSOR_MOVED_COUNT;
+        sensor->stranger.from = (lum_endpoint){0x0a2a0063, LUM_PORT};
+        sensor->stranger.count = LUM_SENSOR_MOVED_COUNT;
         if (i == 0) {
             (void)serve();
             assert_int_equal(take_news(LUM_NEWS_MOVED).to.address, 0x0a2a0063);
