@@ -114,25 +114,25 @@ static lum_news_kind name_quiet(const lum_contact *c, int64_t now_ns)
         now_ns - c->began_ns < SILENCE_NS) {
         return NOTHING;
     }
-    return !c->is_unheard && now_ns - c->heard_ns < ANSWERS_NS
+    return !c->answers.is_unheard && now_ns - c->answers.heard_ns < ANSWERS_NS
                ? LUM_NEWS_DATA_STOPPED
                : LUM_NEWS_SILENT;
 }
 
 /* --- Answers --- */
 
-static lum_news_kind take_answer(lum_contact *c, const lum_sensor_event *event,
-                                 int64_t now_ns)
+static lum_news_kind take_answer(lum_contact_answers *a,
+                                 const lum_sensor_event *event, int64_t now_ns)
 {
-    const bool is_again = c->told_unheard;
-    c->has_answered = true;
-    c->heard_ns = now_ns;
-    c->is_unheard = false;
-    c->told_unheard = false;
+    const bool is_again = a->told_unheard;
+    a->has_come = true;
+    a->heard_ns = now_ns;
+    a->is_unheard = false;
+    a->told_unheard = false;
     if (event->has_status) {
-        c->told_no_status = false;
-    } else if (!c->told_no_status) {
-        c->told_no_status = true;
+        a->told_no_status = false;
+    } else if (!a->told_no_status) {
+        a->told_no_status = true;
         return LUM_NEWS_NO_STATUS;
     }
     return is_again ? LUM_NEWS_ANSWERS : NOTHING;
@@ -142,13 +142,13 @@ lum_news_kind lum_contact_take(lum_contact *c, const lum_sensor_event *event,
                                int64_t now_ns)
 {
     if (event->kind == LUM_SENSOR_ANSWER) {
-        return take_answer(c, event, now_ns);
+        return take_answer(&c->answers, event, now_ns);
     }
     if (event->kind == LUM_SENSOR_LINK) {
         c->link_is_down = !event->is_up;
         return event->is_up ? LUM_NEWS_LINK_UP : LUM_NEWS_LINK_DOWN;
     }
-    c->is_unheard |= event->kind == LUM_SENSOR_NO_ANSWER;
+    c->answers.is_unheard |= event->kind == LUM_SENSOR_NO_ANSWER;
     return NOTHING;
 }
 
@@ -156,7 +156,7 @@ lum_news_kind lum_contact_take(lum_contact *c, const lum_sensor_event *event,
 static lum_news_kind name_unheard(const lum_contact *c, uint64_t dropped,
                                   int64_t now_ns)
 {
-    if (dropped > c->dropped) {
+    if (dropped > c->answers.dropped) {
         return LUM_NEWS_LATE_ANSWERS;
     }
     if (!c->has_data) {
@@ -173,9 +173,9 @@ static lum_news_kind name_waiting(const lum_contact *c, int64_t now_ns)
     if (c->has_data || now_ns - c->began_ns < SILENCE_NS) {
         return NOTHING;
     }
-    return c->has_unknown    ? LUM_NEWS_UNKNOWN_LAYOUT
-           : c->has_answered ? LUM_NEWS_NO_DATA_YET
-                             : LUM_NEWS_NO_ANSWER_YET;
+    return c->has_unknown        ? LUM_NEWS_UNKNOWN_LAYOUT
+           : c->answers.has_come ? LUM_NEWS_NO_DATA_YET
+                                 : LUM_NEWS_NO_ANSWER_YET;
 }
 
 lum_news_kind lum_contact_tick(lum_contact *c, bool is_owner, uint64_t dropped,
@@ -191,13 +191,13 @@ lum_news_kind lum_contact_tick(lum_contact *c, bool is_owner, uint64_t dropped,
         c->told_waiting = true;
         return waiting;
     }
-    if (c->is_unheard && !c->told_unheard) {
+    if (c->answers.is_unheard && !c->answers.told_unheard) {
         const lum_news_kind unheard = name_unheard(c, dropped, now_ns);
-        c->told_unheard = unheard != NOTHING;
+        c->answers.told_unheard = unheard != NOTHING;
         return unheard;
     }
-    if (!c->is_unheard) {
-        c->dropped = dropped;
+    if (!c->answers.is_unheard) {
+        c->answers.dropped = dropped;
     }
     return NOTHING;
 }
@@ -219,5 +219,5 @@ lum_news_kind lum_contact_standing(const lum_contact *c, int64_t now_ns)
     if (waiting != NOTHING || quiet != NOTHING) {
         return waiting != NOTHING ? waiting : quiet;
     }
-    return c->has_data && c->is_unheard ? LUM_NEWS_UNHEARD : NOTHING;
+    return c->has_data && c->answers.is_unheard ? LUM_NEWS_UNHEARD : NOTHING;
 }

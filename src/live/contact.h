@@ -19,6 +19,15 @@ typedef struct lum_reading {
     int64_t utc_ns;
 } lum_reading;
 
+typedef struct lum_contact_answers {
+    bool has_come;
+    int64_t heard_ns; /* the last one; 0: never */
+    bool is_unheard;  /* the last request had none */
+    bool told_unheard;
+    bool told_no_status;
+    uint64_t dropped; /* that fitted no request, when one last did */
+} lum_contact_answers;
+
 typedef struct lum_contact {
     int64_t began_ns; /* anew after a pause of the program, which was so long */
     int64_t pause_ns;
@@ -31,12 +40,7 @@ typedef struct lum_contact {
     lum_news_kind quiet;   /* that data has stopped was told; 0: it has not */
     bool told_waiting;     /* that none has come was told */
 
-    bool has_answered;
-    int64_t heard_ns; /* the last answer; 0: never */
-    bool is_unheard;  /* the last request had no answer */
-    bool told_unheard;
-    bool told_no_status;
-    uint64_t dropped; /* answers that fitted no request, when one last did */
+    lum_contact_answers answers;
 
     lum_reading clock; /* the last that was where it should be */
     lum_reading odd;   /* the last that was not, if no other followed */

@@ -377,7 +377,7 @@ size_t lum_laser_session_standing(const lum_laser_session *session,
     lum_news all[3] = {
         make(session, kind, away_ns - away_ns % INT64_C(1000000000))};
     size_t count = 0;
-    if (session->contact.is_unheard) { /* no more than that is known */
+    if (session->contact.answers.is_unheard) { /* no more than that is known */
         const bool is_due = laser->off_due || laser->off_unseen;
         all[1] = make(session, is_due ? LUM_NEWS_OFF_UNANSWERED : 0, 0);
     } else if (kind != LUM_NEWS_SILENT && kind != LUM_NEWS_DATA_STOPPED) {
@@ -415,8 +415,8 @@ lum_result lum_laser_session_look(const lum_laser_session *session,
         .is_off_due = session->laser.off_due || session->laser.off_unseen,
         .has_status = session->laser.has_status,
         .status = session->laser.status,
-        .has_answered = c->has_answered,
-        .is_unheard = c->is_unheard,
+        .has_answered = c->answers.has_come,
+        .is_unheard = c->answers.is_unheard,
         .has_data = c->has_data,
         .has_unknown = c->has_unknown,
         .is_silent = c->quiet != 0,
