@@ -1,3 +1,5 @@
+/* The line under the earliest arrivals of a window: its drift, and how far off
+ * it may be. */
 #include "clock_line.h"
 
 #include <stdlib.h>
@@ -20,116 +22,18 @@
 /* The reading's own unit. */
 #define STEP_NS 1000
 
-/* Arrivals that differ by less than this count as equally late. */
-#define SAME_NS 10000
-
-/* Stamps may be rounded once more, to a whole microsecond. */
-#define SECOND_NS INT64_C(1000000000)
-#define ROUND_NS  1000
-
-static int64_t magnitude(int64_t x)
-{
-    return x < 0 ? -x : x;
-}
-
 static int64_t larger(int64_t a, int64_t b)
 {
     return a > b ? a : b;
 }
 
-/* --- Stamps --- */
+/* --- A line and a reading --- */
 
-static bool is_multiple(int64_t ns, uint32_t halvings)
-{
-    const int64_t above = ns * (INT64_C(1) << halvings) % SECOND_NS;
-    const int64_t off = above < SECOND_NS - above ? above : SECOND_NS - above;
-    return off >> halvings <= ROUND_NS;
-}
-
-static int64_t common_divisor(int64_t a, int64_t b)
-{
-    while (b != 0) {
-        const int64_t rest = a % b;
-        a = b;
-        b = rest;
-    }
-    return a;
-}
-
-void lum_clock_stamps_note(struct lum_clock_stamps *s, int64_t arrival_ns)
-{
-    const int64_t rest = arrival_ns % SECOND_NS;
-    const int64_t ns = rest < 0 ? rest + SECOND_NS : rest;
-    const int64_t us = (ns + 500) / 1000;
-    s->step_us = common_divisor(
-        s->step_us != 0 ? s->step_us : LUM_CLOCK_STEP_MAX_US, us);
-    while (s->halvings < LUM_CLOCK_HALVINGS && !is_multiple(ns, s->halvings)) {
-        s->halvings++;
-    }
-}
-
-void lum_clock_stamps_note_reading(struct lum_clock_stamps *s, int64_t us)
-{
-    s->lines_us = common_divisor(s->lines_us, magnitude(us));
-}
-
-/* If the lines come in such steps themselves, as each 5 ms, the stamps need not
- * be coarser than their digits. */
-static int64_t step_of(const struct lum_clock_stamps *s)
-{
-    int64_t step_us = 1;
-    if (s->lines_us == 0 || s->step_us == 0 || s->lines_us % s->step_us != 0) {
-        return s->step_us;
-    }
-    while (s->step_us % (step_us * 10) == 0) {
-        step_us *= 10;
-    }
-    return step_us;
-}
-
-int64_t lum_clock_stamps_resolution(const struct lum_clock_stamps *s)
-{
-    const int64_t halved =
-        s->halvings < LUM_CLOCK_HALVINGS ? SECOND_NS >> s->halvings : 0;
-    return larger(step_of(s) * 1000, halved);
-}
-
-static int64_t widest_gap(const struct lum_clock_earliest *e)
-{
-    int64_t gap_ns = 0;
-    for (uint32_t i = 1; i < e->count; i++) {
-        gap_ns = larger(gap_ns, e->late_ns[i] - e->late_ns[i - 1u]);
-    }
-    return gap_ns;
-}
-
-int64_t lum_clock_earliest_note(struct lum_clock_earliest *e, int64_t late_ns)
-{
-    uint32_t i = 0;
-    while (i < e->count && late_ns >= e->late_ns[i] + SAME_NS) {
-        i++;
-    }
-    if (i == LUM_CLOCK_EARLIEST ||
-        (i < e->count && late_ns > e->late_ns[i] - SAME_NS)) {
-        return widest_gap(e);
-    }
-    e->count += e->count < LUM_CLOCK_EARLIEST ? 1u : 0u;
-    for (uint32_t k = e->count - 1u; k > i; k--) {
-        e->late_ns[k] = e->late_ns[k - 1u];
-    }
-    e->late_ns[i] = late_ns;
-    return widest_gap(e);
-}
-
-/* --- Lines --- */
-
-/* us x ppb, in ns. */
 int64_t lum_clock_scale(int64_t us, int64_t ppb)
 {
     return us / 1000000 * ppb + us % 1000000 * ppb / 1000000;
 }
 
-/* By how much b arrived later than a, if a took the usual time. */
 int64_t lum_clock_lateness(const struct lum_clock_reading *a,
                            const struct lum_clock_reading *b, int64_t drift_ppb)
 {
@@ -200,7 +104,7 @@ static bool measure_drift(const struct lum_clock_window *w,
     const int64_t us = b->clock_us - a->clock_us;
     const int64_t late_ns = lum_clock_lateness(a, b, 0);
     if (us < LUM_CLOCK_BUCKET_US ||
-        magnitude(late_ns) > lum_clock_scale(us, DRIFT_MAX_PPB)) {
+        lum_clock_magnitude(late_ns) > lum_clock_scale(us, DRIFT_MAX_PPB)) {
         return false;
     }
     line->drift_ppb = late_ns * 1000000 / us;
@@ -311,4 +215,34 @@ bool lum_clock_holds(const struct lum_clock_window *w,
         }
     }
     return true;
+}
+
+/* --- As bytes --- */
+
+void lum_clock_reading_pack(lum_pack *p, struct lum_clock_reading *r,
+                            const struct lum_clock_reading *near)
+{
+    lum_pack_near(p, &r->clock_us, near->clock_us);
+    lum_pack_near(p, &r->arrival_ns, near->arrival_ns);
+    (void)lum_pack_check(p, lum_clock_is_possible(r));
+}
+
+void lum_clock_pack_limited(lum_pack *p, int64_t *value, int64_t most)
+{
+    lum_pack_i64(p, value);
+    (void)lum_pack_check(p, lum_clock_is_within(*value, most));
+}
+
+void lum_clock_line_pack(lum_pack *p, struct lum_clock_line *line,
+                         const struct lum_clock_reading *near)
+{
+    lum_clock_reading_pack(p, &line->at, near);
+    lum_clock_pack_limited(p, &line->drift_ppb, LUM_CLOCK_PPB_MAX);
+    lum_clock_pack_limited(p, &line->drift_error_ppb, LUM_CLOCK_PPB_MAX);
+    lum_pack_near(p, &line->from_us, line->at.clock_us);
+    lum_pack_near(p, &line->to_us, line->at.clock_us);
+    lum_clock_pack_limited(p, &line->error_ns, LUM_CLOCK_NS_MAX);
+    (void)lum_pack_check(
+        p, lum_clock_is_within(line->from_us, LUM_CLOCK_FIT_CLOCK_MAX_US) &&
+               lum_clock_is_within(line->to_us, LUM_CLOCK_FIT_CLOCK_MAX_US));
 }

@@ -23,30 +23,13 @@
 
 #define LUM_CLOCK_NOTHING INT64_MAX
 
+/* Far above all that is measured, and sums of them fit. */
+#define LUM_CLOCK_NS_MAX  (INT64_C(1) << 61)
+#define LUM_CLOCK_PPB_MAX INT64_C(1000000000)
+
 struct lum_clock_reading {
     int64_t clock_us;
     int64_t arrival_ns;
-};
-
-/* What is common to all stamps: they lie on whole multiples of their
- * resolution, counted from whole seconds. */
-struct lum_clock_stamps {
-    int64_t step_us;   /* the largest that fits; 0: there is none yet */
-    int64_t lines_us;  /* the same of the distances between readings */
-    uint32_t halvings; /* of a second, the fewest that fit;
-                          LUM_CLOCK_HALVINGS: none do */
-};
-
-#define LUM_CLOCK_STEP_MAX_US INT64_C(1000000)
-#define LUM_CLOCK_HALVINGS    16u
-
-/* The earliest of the latenesses that there are in a span. */
-#define LUM_CLOCK_EARLIEST 8u
-
-struct lum_clock_earliest {
-    struct lum_clock_reading first; /* to arrive */
-    uint32_t count;
-    int64_t late_ns[LUM_CLOCK_EARLIEST]; /* after the first, rising */
 };
 
 /* The earliest arrival of a span. */
@@ -76,22 +59,31 @@ struct lum_clock_window {
         late_ns[LUM_CLOCK_BUCKETS]; /* what the search for the error sorts */
 };
 
+static inline int64_t lum_clock_magnitude(int64_t x)
+{
+    return x < 0 ? -x : x;
+}
+
+static inline int64_t lum_clock_smaller(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+static inline bool lum_clock_is_within(int64_t x, int64_t most)
+{
+    return x >= -most && x <= most;
+}
+
+/* Of a reading. */
+static inline bool lum_clock_is_possible(const struct lum_clock_reading *r)
+{
+    return lum_clock_is_within(r->clock_us, LUM_CLOCK_FIT_CLOCK_MAX_US) &&
+           lum_clock_is_within(r->arrival_ns, LUM_CLOCK_FIT_ARRIVAL_MAX_NS);
+}
+
 /* The state of a fit, in either direction. False: something failed; then what
- * was read is of no use. */
+ * was read is of no use. In clock_fit.c. */
 bool lum_clock_fit_pack(lum_clock_fit *fit, lum_pack *pack);
-
-/* Note a stamp. */
-void lum_clock_stamps_note(struct lum_clock_stamps *stamps, int64_t arrival_ns);
-
-/* Note a reading, us after another. */
-void lum_clock_stamps_note_reading(struct lum_clock_stamps *stamps, int64_t us);
-
-/* In ns; at least 1000 once there is a stamp. */
-int64_t lum_clock_stamps_resolution(const struct lum_clock_stamps *stamps);
-
-/* Note an arrival of the span. Returns the widest gap among the earliest. */
-int64_t lum_clock_earliest_note(struct lum_clock_earliest *earliest,
-                                int64_t late_ns);
 
 /* us x ppb, in ns. */
 int64_t lum_clock_scale(int64_t us, int64_t ppb);
@@ -118,5 +110,13 @@ bool lum_clock_lay(struct lum_clock_window *window, int64_t known_ppb,
 /* Whether a line lies under all of a window. */
 bool lum_clock_holds(const struct lum_clock_window *window,
                      const struct lum_clock_line *line);
+
+/* A number within +-most, a reading, a line, in either direction. near: a
+ * reading that is packed before it. */
+void lum_clock_pack_limited(lum_pack *pack, int64_t *value, int64_t most);
+void lum_clock_reading_pack(lum_pack *pack, struct lum_clock_reading *r,
+                            const struct lum_clock_reading *near);
+void lum_clock_line_pack(lum_pack *pack, struct lum_clock_line *line,
+                         const struct lum_clock_reading *near);
 
 #endif
