@@ -18,3 +18,8 @@ bool lum_go_on_ask(lum_go_on *go_on)
     }
     return !go_on->has_stopped;
 }
+
+int lum_go_on_fail(lum_error *error)
+{
+    return lum_error_set(error, "stopped by the caller");
+}

@@ -3,6 +3,7 @@
 #ifndef LUM_BASE_GO_ON_H
 #define LUM_BASE_GO_ON_H
 
+#include "lum/base/error.h"
 #include "lum/result.h"
 
 #include <stdbool.h>
@@ -10,9 +11,6 @@
 
 /** The longest wait between two questions. */
 #define LUM_GO_ON_WAIT_MS 50
-
-/** The message of work that was ended so. */
-#define LUM_GO_ON_STOPPED "stopped by the caller"
 
 /** What is asked. All bytes 0: nobody, and the work goes on. */
 typedef struct lum_go_on {
@@ -26,5 +24,9 @@ typedef struct lum_go_on {
  * it was last asked; once it has said no, it is not asked any more.
  * @param go_on NULL: nobody is asked. */
 LUM_MUST_CHECK bool lum_go_on_ask(lum_go_on *go_on);
+
+/** The message of work that was ended so.
+ * @return -1. */
+int lum_go_on_fail(lum_error *error);
 
 #endif

@@ -124,7 +124,7 @@ static bool may_read(lum_source *s)
 static void read_more(lum_source *s)
 {
     if (!may_read(s)) {
-        (void)lum_error_set(&s->error, "%s", LUM_GO_ON_STOPPED);
+        (void)lum_go_on_fail(&s->error);
         (void)fail(s);
         return;
     }

@@ -1,5 +1,7 @@
 #include "index.h"
 
+#include "base/crc32.h"
+#include "capture/byte_order.h"
 #include "lum/frame/frame.h"
 #include "lum/version.h"
 
@@ -97,22 +99,13 @@ void lum_index_add(lum_index *index, lum_index_entry *entry)
 
 /* --- Finding --- */
 
-const lum_index_entry *lum_index_at(const lum_index *index, uint64_t order)
-{
-    for (size_t i = index->count; i-- > 0;) {
-        if (index->entries[i].entry->order <= order) {
-            return index->entries[i].entry;
-        }
-    }
-    return NULL;
-}
-
 const lum_index_entry *lum_index_of(const lum_index *index, uint32_t sensor,
                                     uint64_t order)
 {
     for (size_t i = index->count; i-- > 0;) {
         const lum_index_entry *entry = index->entries[i].entry;
-        if (entry->sensor == sensor && entry->order <= order) {
+        if ((entry->sensor == sensor || sensor == LUM_DEMUX_SENSORS_MAX) &&
+            entry->order <= order) {
             return entry;
         }
     }
@@ -124,8 +117,8 @@ const lum_index_entry *lum_index_at_number(const lum_index *index,
 {
     for (size_t i = index->count; i-- > 0;) {
         const lum_index_entry *entry = index->entries[i].entry;
-        const uint32_t ahead = (uint32_t)number - (uint32_t)entry->number;
-        if (entry->sensor == sensor && ahead >> 31 == 0) {
+        if (entry->sensor == sensor &&
+            !lum_index_is_before((uint32_t)number, (uint32_t)entry->number)) {
             return entry;
         }
     }
@@ -194,19 +187,9 @@ enum {
 
 uint32_t lum_index_sum(uint32_t sum, const void *bytes, size_t len)
 {
-    /* of each value of 4 bits */
-    static const uint32_t sums[16] = {
-        0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4,
-        0x4db26158, 0x5005713c, 0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c,
-        0x9b64c2b0, 0x86d3d2d4, 0xa00ae278, 0xbdbdf21c};
-    const uint8_t *at = bytes;
-    sum = ~sum;
-    for (size_t i = 0; i < len; i++) {
-        sum ^= at[i];
-        sum = sum >> 4 ^ sums[sum & 15u];
-        sum = sum >> 4 ^ sums[sum & 15u];
-    }
-    return ~sum;
+    lum_crc32 crc;
+    lum_crc32_init(&crc);
+    return lum_crc32_add(&crc, sum, bytes, len);
 }
 
 /* Bytes that are allocated where they are read. */
@@ -344,29 +327,13 @@ static void pack_version(lum_pack *p, char version[32])
     }
 }
 
-static void store(uint8_t *to, uint32_t value, unsigned bytes)
-{
-    for (unsigned i = 0; i < bytes; i++) {
-        to[i] = (uint8_t)(value >> (8u * i) & 0xffu);
-    }
-}
-
-static uint32_t load(const uint8_t *from, unsigned bytes)
-{
-    uint32_t value = 0;
-    for (unsigned i = 0; i < bytes; i++) {
-        value |= (uint32_t)from[i] << (8u * i);
-    }
-    return value;
-}
-
 bool lum_index_write(lum_index *index, const lum_index_key *key, lum_pack *pack)
 {
     uint8_t head[BODY_AT] = {0};
     char version[32] = LUM_VERSION;
     lum_index_key k = *key;
     memcpy(head, magic, sizeof magic);
-    store(head + FORMAT_AT, FORMAT, 2);
+    store_le16(head + FORMAT_AT, FORMAT);
     lum_pack_bytes(pack, head, sizeof head);
     pack_version(pack, version);
     pack_key(pack, &k);
@@ -374,8 +341,8 @@ bool lum_index_write(lum_index *index, const lum_index_key *key, lum_pack *pack)
     if (pack->has_failed) {
         return false;
     }
-    store(pack->written + SUM_AT,
-          lum_index_sum(0, pack->written + BODY_AT, pack->len - BODY_AT), 4);
+    store_le32(pack->written + SUM_AT,
+               lum_index_sum(0, pack->written + BODY_AT, pack->len - BODY_AT));
     return true;
 }
 
@@ -384,12 +351,12 @@ static int check_head(const uint8_t *bytes, size_t len, lum_error *error)
     if (len < BODY_AT || memcmp(bytes, magic, sizeof magic) != 0) {
         return lum_error_set(error, "it is no index");
     }
-    const uint32_t format = load(bytes + FORMAT_AT, 2);
+    const uint32_t format = load_le16(bytes + FORMAT_AT);
     if (format != FORMAT) {
         return lum_error_set(error, "its format is %u; %d can be read",
                              (unsigned)format, (int)FORMAT);
     }
-    return load(bytes + SUM_AT, 4) ==
+    return load_le32(bytes + SUM_AT) ==
                    lum_index_sum(0, bytes + BODY_AT, len - BODY_AT)
                ? 0
                : lum_error_set(error, "it is damaged or cut short");

@@ -76,6 +76,12 @@ typedef struct lum_index {
     bool is_whole;   /* the capture has no more */
 } lum_index;
 
+/* Whether a frame's number is before another one; they go round 32 bits. */
+static inline bool lum_index_is_before(uint32_t a, uint32_t b)
+{
+    return (a - b) >> 31 != 0;
+}
+
 /* Free all that it holds; then it is empty. */
 void lum_index_clear(lum_index *index);
 
@@ -86,9 +92,8 @@ void lum_index_entry_free(lum_index_entry *entry);
  * it is dropped: then a seek takes longer. */
 void lum_index_add(lum_index *index, lum_index_entry *entry);
 
-/* The last entry with an order of at most this; of any sensor, or of one. NULL:
- * there is none. */
-const lum_index_entry *lum_index_at(const lum_index *index, uint64_t order);
+/* The last entry of a sensor, or of any (LUM_DEMUX_SENSORS_MAX), with an order
+ * of at most this. NULL: there is none. */
 const lum_index_entry *lum_index_of(const lum_index *index, uint32_t sensor,
                                     uint64_t order);
 

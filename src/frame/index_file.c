@@ -205,7 +205,7 @@ int lum_reader_load_index(lum_reader *reader, const char *path,
     if (check(reader, error) != 0) {
         return -1;
     }
-    if (p->awaited_next < p->awaited_count) {
+    if (p->jump.awaited_next < p->jump.awaited_count) {
         return lum_error_set(error, "an index cannot be loaded between a seek "
                                     "and the frame that was sought");
     }
@@ -227,6 +227,6 @@ lum_result lum_reader_get_index(const lum_reader *reader, lum_reader_index *out)
                                     .is_kept = p->keeps_index,
                                     .entries = p->index.count,
                                     .bytes = p->index.bytes,
-                                    .next = p->order};
+                                    .next = p->frames.order};
     return lum_sized_fill(out, &state, sizeof state) ? LUM_OK : LUM_E_VALUE;
 }

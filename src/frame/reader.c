@@ -62,11 +62,6 @@ static bool has_stopped(const lum_reader *r)
     return r->go_on.has_stopped;
 }
 
-static int fail_stopped(lum_error *error)
-{
-    return lum_error_set(error, "%s", LUM_GO_ON_STOPPED);
-}
-
 /* The caller's source of bytes is taken over, also on failure. */
 static int open_all(lum_reader *r, const lum_reader_options *o,
                     lum_error *error)
@@ -74,13 +69,13 @@ static int open_all(lum_reader *r, const lum_reader_options *o,
     r->go_on = (lum_go_on){.function = o->go_on, .context = o->go_on_context};
     if (count_given(o) != 1u || !lum_go_on_ask(&r->go_on)) {
         lum_source_close(o->source);
-        return has_stopped(r) ? fail_stopped(error) : refuse(error);
+        return has_stopped(r) ? lum_go_on_fail(error) : refuse(error);
     }
     r->work_bytes = WORK_BYTES;
     if (o->records != NULL) {
         begin_records(r);
     } else if (lum_reader_open_source(r, o, error) != 0) {
-        return has_stopped(r) ? fail_stopped(error) : -1;
+        return has_stopped(r) ? lum_go_on_fail(error) : -1;
     }
     r->place.keeps_index = o->keeps_index && r->capture != NULL &&
                            lum_capture_can_seek(r->capture);
@@ -176,7 +171,7 @@ static lum_framer_event push(lum_reader *r)
     const lum_framer_event event = lum_framer_push(r->framer, &r->record, NULL);
     if (event == LUM_FRAMER_NONE) {
         r->stage = READING;
-        lum_place_note_record(r);
+        lum_index_entries_note_record(r);
     }
     return event;
 }
@@ -186,7 +181,7 @@ static lum_framer_event flush(lum_reader *r)
     const lum_framer_event event = lum_framer_flush(r->framer);
     if (event == LUM_FRAMER_NONE) {
         r->stage = ENDED;
-        lum_place_note_end(r);
+        lum_index_entries_note_end(r);
     }
     return event;
 }
@@ -217,7 +212,7 @@ static lum_framer_event next_event(lum_reader *r)
     lum_framer_event e = LUM_FRAMER_NONE;
     while (e == LUM_FRAMER_NONE && r->stage != ENDED && goes_on(r)) {
         e = step(r);
-        if (e != LUM_FRAMER_NONE && !lum_place_shows(r, e)) {
+        if (e != LUM_FRAMER_NONE && !lum_seek_shows(r, e)) {
             e = LUM_FRAMER_NONE;
         }
     }
@@ -230,7 +225,7 @@ int lum_reader_next(lum_reader *reader, lum_framer_event *event,
     lum_place_begin(reader);
     const lum_framer_event e = next_event(reader);
     if (has_stopped(reader)) {
-        return fail_stopped(error);
+        return lum_go_on_fail(error);
     }
     if (e == LUM_FRAMER_FAILED) {
         return lum_error_set(error, "out of memory");

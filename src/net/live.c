@@ -56,11 +56,6 @@ static int end(const struct live *l, lum_error *error)
     return l->was_heard ? 0 : fail_silent(l->options.duration_ms, error);
 }
 
-static int fail_stopped(lum_error *error)
-{
-    return lum_error_set(error, "%s", LUM_GO_ON_STOPPED);
-}
-
 static int idle(const struct live *l, lum_error *error)
 {
     const int64_t now_ns = lum_time_monotonic_ns();
@@ -142,7 +137,7 @@ static int next(void *context, lum_record *out, lum_error *error)
     int status = 1;
     while (status > 0 && !has_datagram(l)) {
         if (!lum_go_on_ask(&l->go_on)) {
-            return fail_stopped(error);
+            return lum_go_on_fail(error);
         }
         status = lum_time_monotonic_ns() < l->end_ns ? receive(l, error)
                                                      : end(l, error);
