@@ -33,9 +33,9 @@ static struct monitor make_well(void)
                             .answers = true,
                             .has_status = true,
                             .status = LUM_LASER_TLV_CMD_ON,
-                            .since = LUM_LASER_FAN_PWM_BAD,
-                            .hazard_count = 3,
-                            .hazard_utc_ns = 1500000000,
+                            .hazards.since = LUM_LASER_FAN_PWM_BAD,
+                            .hazards.count = 3,
+                            .hazards.seen_utc_ns = 1500000000,
                             .answered_ns = 1,
                             .round_trip_ns = 1234567};
 }
@@ -218,7 +218,7 @@ static void limits_have_room(void **state)
     char page[SAMPLE_PAGE_BYTES];
     (void)state;
     v.status = UINT16_MAX;
-    v.since = UINT16_MAX;
+    v.hazards.since = UINT16_MAX;
     v.round_trip_ns = INT64_MAX;
     g.sensor = "255.255.255.255%abcdefghijklmno:65535";
     g.utc_offset_ns = INT64_MIN;
@@ -233,7 +233,7 @@ static void limits_have_room(void **state)
     sample_text(&g, row);
     assert_int_equal(row[strlen(row) - 1], '\n');
     v.status = UINT16_MAX;
-    v.since = 0;
+    v.hazards.since = 0;
     sample_text(&g, row);
     assert_int_equal(row[strlen(row) - 1], '\n');
     sample_page(&g, page);

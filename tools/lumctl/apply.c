@@ -23,10 +23,9 @@ static void print_json(const struct ctl *ctl, const struct settings_plan *plan,
                        bool is_done)
 {
     struct json json;
-    char name[SESSION_NAME_BYTES];
     json_init(&json, stdout);
     json_open_object(&json, NULL);
-    json_text(&json, "sensor", session_name(session_host(ctl), name));
+    json_text(&json, "sensor", session_name(session_host(ctl)).text);
     json_text(&json, "file", plan->file);
     json_bool(&json, "done", is_done);
     json_open_array(&json, "settings");

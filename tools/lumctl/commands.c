@@ -277,20 +277,20 @@ static enum exit_status check_own(const struct command *command, unsigned given)
 
 static enum exit_status check_typed(const struct ctl_options *o)
 {
-    if (o->laser) {
+    if (o->owner.laser) {
         return ctl_complain(EXIT_BAD, "--laser: a shell has 'laser on' and "
                                       "'laser off' for that");
     }
-    if (o->csv != NULL || o->prometheus != NULL) {
+    if (o->repeat.csv != NULL || o->repeat.prometheus != NULL) {
         return ctl_complain(EXIT_BAD,
                             "--%s: a shell writes no files, so that it never "
                             "waits for a disk; run lumctl status beside it",
-                            o->csv != NULL ? "csv" : "prometheus");
+                            o->repeat.csv != NULL ? "csv" : "prometheus");
     }
     return EXIT_DONE;
 }
 
-static enum exit_status check_files(const struct ctl_options *o)
+static enum exit_status check_files(const struct repeat_options *o)
 {
     if (o->every_s <= 0.0 && (o->csv != NULL || o->prometheus != NULL)) {
         return ctl_complain(EXIT_BAD, "--%s goes with --every S",
@@ -308,7 +308,7 @@ static enum exit_status check_files(const struct ctl_options *o)
 static enum exit_status check_company(const struct ctl *ctl,
                                       const struct command *command)
 {
-    const struct ctl_options *o = &ctl->options;
+    const struct repeat_options *o = &ctl->options.repeat;
     const bool needs_watch = (command->own & OWN_WATCH) != 0;
     const bool goes_on = o->watch || o->every_s > 0.0;
     if (o->watch && o->every_s > 0.0) {
@@ -333,20 +333,11 @@ static enum exit_status check_company(const struct ctl *ctl,
 /* Rules for single commands. */
 static void forget_own(struct ctl_options *options)
 {
-    options->watch = false;
-    options->heartbeat = false;
+    options->repeat = (struct repeat_options){.watch = false};
+    options->owner = (struct owner_options){.heartbeat = false};
+    options->sweep = (struct sweep_options){.output = NULL};
+    options->yscan = (struct yscan_options){.shape = NULL};
     options->trace = false;
-    options->rate_hz = 0.0;
-    options->duration_s = 0.0;
-    options->laser = false;
-    options->every_s = 0.0;
-    options->until = UNTIL_NOTHING;
-    options->csv = NULL;
-    options->prometheus = NULL;
-    options->output = NULL;
-    options->goes_on = false;
-    options->shape = NULL;
-    options->lines = 0;
     options->force = false;
     options->subnet = NULL;
     options->wants_help = false;
@@ -427,7 +418,7 @@ static struct input_file find_input(const struct ctl *ctl,
                                     const struct options_found *found,
                                     char **words)
 {
-    const char *shape = ctl->options.shape;
+    const char *shape = ctl->options.yscan.shape;
     if (ctl->in_shell || command->run == command_shell) {
         return (struct input_file){"-", "the shell"};
     }
@@ -466,7 +457,7 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
         status = ctl->in_shell ? check_typed(&ctl->options) : status;
     }
     if (status == EXIT_DONE) {
-        status = check_files(&ctl->options);
+        status = check_files(&ctl->options.repeat);
     }
     if (status == EXIT_DONE) {
         status = check_company(ctl, command);

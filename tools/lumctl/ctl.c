@@ -67,8 +67,8 @@ static enum exit_status print_request(struct ctl *ctl, const void *tlvs,
     uint8_t packet[LUM_SENSOR_REQUEST_BYTES];
     lum_tlv_writer writer;
     if (len > sizeof packet - LUM_TLV_PACKET_BYTES ||
-        lum_tlv_begin(&writer, packet, sizeof packet, ctl->options.sequence) !=
-            LUM_OK) {
+        lum_tlv_begin(&writer, packet, sizeof packet,
+                      ctl->options.requests.sequence) != LUM_OK) {
         return complain_length(len);
     }
     if (len > 0) {

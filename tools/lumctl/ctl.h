@@ -32,6 +32,43 @@ enum ctl_until {
     UNTIL_DOWN
 };
 
+/* How a request is sent, and how long an answer may take. */
+struct request_options {
+    uint32_t timeout_ms; /* of one try */
+    uint32_t retries;
+    bool has_retries; /* by --retries */
+    bool has_sequence;
+    uint32_t sequence; /* of the first */
+};
+
+/* How a command goes on, and where its lines go: status, time, heartbeat,
+ * wait. */
+struct repeat_options {
+    bool watch;
+    double every_s;    /* 0: not given, as the next three */
+    double duration_s; /* 0: without end */
+    unsigned until;    /* of enum ctl_until */
+    const char *csv;
+    const char *prometheus;
+};
+
+/* What a session does that owns the sensor: heartbeat, shell, sweep. */
+struct owner_options {
+    bool heartbeat;
+    double rate_hz; /* 0: not given */
+    bool laser;
+};
+
+struct sweep_options {
+    const char *output; /* NULL: not given */
+    bool goes_on;
+};
+
+struct yscan_options {
+    const char *shape; /* NULL: not given */
+    uint32_t lines;    /* 0: not given */
+};
+
 /* Options, as they stand for one command. */
 struct ctl_options {
     lum_endpoint host;
@@ -40,29 +77,16 @@ struct ctl_options {
     const char *profile;     /* NULL: the default */
     const char *calibration; /* NULL: the default */
     struct set_keys set;     /* on top of both */
-    uint32_t timeout_ms;     /* of one try */
-    uint32_t retries;
-    bool has_retries; /* by --retries */
-    bool has_sequence;
-    uint32_t sequence;
+    struct request_options requests;
     bool dry_run; /* print the packet, send nothing */
     bool json;
     bool quiet;
     /* Of single commands; the table in commands.c says which may have which. */
-    bool watch;        /* status, time */
-    bool heartbeat;    /* shell */
-    bool trace;        /* doctor */
-    double rate_hz;    /* heartbeat; 0: not given */
-    double duration_s; /* heartbeat, watch, wait; 0: without end */
-    bool laser;        /* heartbeat, sweep */
-    double every_s;    /* status, heartbeat; 0: not given, as the next three */
-    unsigned until;    /* of enum ctl_until */
-    const char *csv;
-    const char *prometheus;
-    const char *output; /* sweep; NULL: not given */
-    bool goes_on;       /* sweep */
-    const char *shape;  /* yscan; NULL: not given */
-    uint32_t lines;     /* yscan; 0: not given */
+    struct repeat_options repeat;
+    struct owner_options owner;
+    struct sweep_options sweep;
+    struct yscan_options yscan;
+    bool trace;         /* doctor */
     bool force;         /* set-ip */
     const char *subnet; /* find; NULL: not given */
     bool wants_help;

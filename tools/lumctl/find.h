@@ -166,16 +166,16 @@ const char *find_reach(const struct find_plan *plan, struct find_result *result,
 void find_print(const struct ctl *ctl, const struct find_plan *plan,
                 struct find_result *result);
 
-/* Receives IP frames of the sensors' port on an interface, also those for
- * others, if the system and the user's rights allow it. */
-struct find_ear;
+/* Receives UDP of the sensors' port on an interface, also what is for others,
+ * if the system and the user's rights allow it. */
+struct udp_listener;
 
 /* NULL: not allowed, or not on this system. */
-struct find_ear *find_ear_open(const struct host_interface *interface,
-                               uint16_t port);
+struct udp_listener *udp_listener_open(const struct host_interface *interface,
+                                       uint16_t port);
 
 /* Takes one that has come, without a wait. False: none. */
-struct find_heard {
+struct udp_heard {
     lum_endpoint from;
     uint8_t mac[INTERFACE_MAC_BYTES];
     bool has_mac;
@@ -183,9 +183,9 @@ struct find_heard {
     size_t len;
     uint32_t to; /* address */
 };
-bool find_ear_take(struct find_ear *ear, struct find_heard *out);
+bool udp_listener_take(struct udp_listener *listener, struct udp_heard *out);
 
 /* NULL is allowed. */
-void find_ear_close(struct find_ear *ear);
+void udp_listener_close(struct udp_listener *listener);
 
 #endif

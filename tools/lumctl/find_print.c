@@ -41,11 +41,10 @@ static const char *name_of(const struct host_interface *interface)
 static void put_found(struct json *json, const struct find_plan *plan,
                       struct find_result *r, const struct find_found *f)
 {
-    char name[SESSION_NAME_BYTES];
     char mac[INTERFACE_MAC_TEXT_BYTES];
     char reach[FIND_REACH_BYTES];
     json_open_object(json, NULL);
-    json_text(json, "sensor", session_name(f->host, name));
+    json_text(json, "sensor", session_name(f->host).text);
     json_text(json, "interface", name_of(f->interface));
     json_text(json, "how", hows[f->how]);
     if (f->how == FIND_ANSWERS) {
@@ -154,7 +153,6 @@ static void print_other(const struct find_found *f)
 static void print_found(const struct find_plan *plan, struct find_result *r,
                         const struct find_found *f)
 {
-    char name[SESSION_NAME_BYTES];
     char mac[INTERFACE_MAC_TEXT_BYTES] = "";
     char trip[32] = "";
     if (f->round_trip_ns > 0) {
@@ -164,7 +162,7 @@ static void print_found(const struct find_plan *plan, struct find_result *r,
     if (f->has_mac) {
         (void)interfaces_format_mac(f->mac, mac);
     }
-    (void)printf("%-21s  %-10s  %-17s  %s%s\n", session_name(f->host, name),
+    (void)printf("%-21s  %-10s  %-17s  %s%s\n", session_name(f->host).text,
                  name_of(f->interface), mac, meanings[f->how], trip);
     if (f->has_other_mac) {
         print_other(f);
@@ -178,13 +176,12 @@ static void print_twins(const struct ctl *ctl, const struct find_result *r)
     for (size_t i = 0; i + 1 < r->count; i++) {
         const struct find_found *a = &r->found[i];
         const struct find_found *b = &r->found[i + 1];
-        char name[SESSION_NAME_BYTES];
         if (a->host.address == b->host.address &&
             a->interface != b->interface) {
             ctl_note(ctl,
                      "%s is on %s and on %s: say --interface, or the routes "
                      "choose",
-                     session_name(a->host, name), name_of(a->interface),
+                     session_name(a->host).text, name_of(a->interface),
                      name_of(b->interface));
         }
     }

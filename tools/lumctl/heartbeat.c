@@ -41,7 +41,6 @@ static void clear_line(const struct beating *b)
 static void show_line(struct beating *b, int64_t now)
 {
     lum_sensor_counters c = {.struct_size = sizeof c};
-    char name[SESSION_NAME_BYTES];
     if (!b->shows_line || now < b->shown_ns + SHOW_NS ||
         !terminal_is_foreground(stderr) || !writable(stderr, 0)) {
         return;
@@ -51,7 +50,7 @@ static void show_line(struct beating *b, int64_t now)
     (void)fprintf(stderr,
                   "\r\033[K%s: %" PRIu64 " heartbeats, %.0f packets/s, "
                   "%.1f MB/s",
-                  session_name(session_host(b->ctl), name),
+                  session_name(session_host(b->ctl)).text,
                   c.heartbeats - b->begun.heartbeats,
                   (double)(c.datagrams - b->shown.datagrams) / s,
                   (double)(c.bytes - b->shown.bytes) / s / 1e6);
@@ -66,7 +65,7 @@ static bool show_status(struct beating *b, const lum_sensor_event *event)
     const bool is_news = !b->has_logged || b->logged != event->status;
     ctl->has_status = true;
     ctl->status = event->status;
-    if (!is_news || ctl->options.every_s > 0.0 || !writable(stdout, 0)) {
+    if (!is_news || ctl->options.repeat.every_s > 0.0 || !writable(stdout, 0)) {
         return true; /* --every has lines of its own */
     }
     b->has_logged = true;
@@ -80,11 +79,10 @@ static bool show_status(struct beating *b, const lum_sensor_event *event)
 /* There is a session only once something has come from the sensor. */
 static void welcome(struct beating *b)
 {
-    char name[SESSION_NAME_BYTES];
     if (!b->has_any && writable(stderr, 0)) {
         clear_line(b);
         ctl_note(b->ctl, "this is now the session of %s: its data comes here",
-                 session_name(session_host(b->ctl), name));
+                 session_name(session_host(b->ctl)).text);
     }
     b->has_any = true;
 }
@@ -114,7 +112,6 @@ static void sum_up(const struct beating *b)
 {
     const struct ctl *ctl = b->ctl;
     const double s = (double)(lum_time_monotonic_ns() - b->begun_ns) / 1e9;
-    char name[SESSION_NAME_BYTES];
     struct json json;
     lum_sensor_counters c = {.struct_size = sizeof c};
     lum_sensor_count(ctl->sensor, &c);
@@ -129,7 +126,7 @@ static void sum_up(const struct beating *b)
     }
     json_init(&json, stdout);
     json_open_object(&json, NULL);
-    json_text(&json, "sensor", session_name(session_host(ctl), name));
+    json_text(&json, "sensor", session_name(session_host(ctl)).text);
     json_real(&json, "duration_s", s, 3);
     json_uint(&json, "heartbeats", c.heartbeats - b->begun.heartbeats);
     json_uint(&json, "packets", c.datagrams - b->begun.datagrams);
@@ -145,12 +142,12 @@ static void sum_up(const struct beating *b)
 static void announce(const struct ctl *ctl)
 {
     const double usual_hz = 1000.0 / LUM_SENSOR_HEARTBEAT_MS;
-    char name[SESSION_NAME_BYTES];
     ctl_note(ctl, "heartbeats go to %s, %.3g a second; %s",
-             session_name(session_host(ctl), name),
-             ctl->options.rate_hz > 0.0 ? ctl->options.rate_hz : usual_hz,
-             ctl->options.duration_s > 0.0 ? "Ctrl-C ends it sooner"
-                                           : "Ctrl-C ends it");
+             session_name(session_host(ctl)).text,
+             ctl->options.owner.rate_hz > 0.0 ? ctl->options.owner.rate_hz
+                                              : usual_hz,
+             ctl->options.repeat.duration_s > 0.0 ? "Ctrl-C ends it sooner"
+                                                  : "Ctrl-C ends it");
 }
 
 /* The laser that was to be on, and is not. */
@@ -159,11 +156,11 @@ static enum exit_status judge_laser(const struct beating *b)
     const struct ctl *ctl = b->ctl;
     lum_laser_session_view view = {.struct_size = sizeof view};
     (void)lum_laser_session_look(ctl->laser, &view);
-    return !ctl->options.laser || view.laser == LUM_LASER_UP ||
-                   ctl->options.until == UNTIL_DOWN
+    return !ctl->options.owner.laser || view.laser == LUM_LASER_UP ||
+                   ctl->options.repeat.until == UNTIL_DOWN
                ? EXIT_DONE
-           : b->monitor.ever != 0 ? EXIT_HAZARD
-                                  : EXIT_FAILED;
+           : b->monitor.hazards.ever != 0 ? EXIT_HAZARD
+                                          : EXIT_FAILED;
 }
 
 /* What becomes of the laser, and with what it ends. */
@@ -176,7 +173,7 @@ static enum exit_status conclude(struct beating *b, enum exit_status status)
         status = session_complain_silence(ctl, 0);
     }
     status = status == EXIT_DONE ? judge_laser(b) : status;
-    if (ctl->options.laser) {
+    if (ctl->options.owner.laser) {
         const enum exit_status left = laser_leave(ctl);
         return left != EXIT_DONE ? left : status;
     }
@@ -193,7 +190,8 @@ static enum exit_status conclude(struct beating *b, enum exit_status status)
 static bool judges_hazards(const struct ctl *ctl)
 {
     const struct ctl_options *o = &ctl->options;
-    return o->laser || o->every_s > 0.0 || o->until != UNTIL_NOTHING;
+    return o->owner.laser || o->repeat.every_s > 0.0 ||
+           o->repeat.until != UNTIL_NOTHING;
 }
 
 static enum exit_status beat(struct ctl *ctl)
@@ -204,13 +202,14 @@ static enum exit_status beat(struct ctl *ctl)
                         .begun_ns = now,
                         .shown_ns = now,
                         .begun.struct_size = sizeof b.begun};
-    const struct watch watch = {
-        .looks = true,
-        .period_ns = MONITOR_ASK_NS,
-        .wake_ns = ctl->options.every_s > 0.0 ? &b.monitor.row_ns : NULL,
-        .ask = ask,
-        .take = take,
-        .context = &b};
+    const struct watch watch = {.looks = true,
+                                .period_ns = MONITOR_ASK_NS,
+                                .wake_ns = ctl->options.repeat.every_s > 0.0
+                                               ? &b.monitor.rows.due_ns
+                                               : NULL,
+                                .ask = ask,
+                                .take = take,
+                                .context = &b};
     lum_sensor_count(ctl->sensor, &b.begun);
     b.shown = b.begun;
     if (writable(stderr, 0)) {
@@ -218,7 +217,7 @@ static enum exit_status beat(struct ctl *ctl)
     }
     ctl->has_status = false;
     enum exit_status status = monitor_begin(&b.monitor, ctl, false);
-    if (status == EXIT_DONE && ctl->options.laser) {
+    if (status == EXIT_DONE && ctl->options.owner.laser) {
         lum_laser_session_want(ctl->laser, LUM_WANT_ON, now);
     }
     if (status == EXIT_DONE) {

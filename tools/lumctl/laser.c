@@ -13,8 +13,6 @@ static enum exit_status complain_down(const struct ctl *ctl,
 {
     const uint16_t status = answer->status;
     const bool is_owned = session_is_owned(ctl, status);
-    char at[SESSION_CTL_BYTES];
-    char line[REPORT_LINE_BYTES];
     if (report_has_hazard(status, is_owned)) {
         (void)ctl_complain(EXIT_HAZARD,
                            "the laser stays down during a hazard:");
@@ -26,10 +24,10 @@ static enum exit_status complain_down(const struct ctl *ctl,
             EXIT_FAILED,
             "the laser stays down: nobody sends heartbeats. Start a lumdump "
             "with --laser, or %s heartbeat, then say laser on again",
-            session_ctl(ctl, session_host(ctl), at));
+            session_ctl(ctl, session_host(ctl)).text);
     }
     return ctl_complain(EXIT_FAILED, "the laser did not come up: %s",
-                        report_line(status, is_owned, line));
+                        report_line(status, is_owned).text);
 }
 
 bool laser_is_as(const struct ctl *ctl, lum_laser_want want)

@@ -22,8 +22,8 @@ static void set_defaults(struct ctl *ctl)
     lum_sensor_options usual;
     lum_sensor_options_default(&usual);
     *ctl = (struct ctl){.options = {.host = usual.sensor,
-                                    .timeout_ms = usual.timeout_ms,
-                                    .retries = usual.retries}};
+                                    .requests.timeout_ms = usual.timeout_ms,
+                                    .requests.retries = usual.retries}};
     lum_layout_default(&ctl->layout);
 }
 

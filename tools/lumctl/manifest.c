@@ -37,7 +37,7 @@ struct manifest {
     const char *folder;
     const char *plan;
     char path[MANIFEST_PATH_BYTES];
-    char begun[REPORT_UTC_BYTES];
+    struct report_utc begun;
     char *earlier; /* the text of an earlier one; NULL: none */
     struct line *lines;
     size_t count;
@@ -165,7 +165,7 @@ enum exit_status manifest_open(struct ctl *ctl, const char *folder,
     m->plan = plan;
     m->count = steps;
     m->lines = calloc(steps, sizeof *m->lines);
-    (void)report_utc(lum_time_utc_ns(), m->begun);
+    m->begun = report_utc(lum_time_utc_ns());
     if (m->lines == NULL) {
         return ctl_complain(EXIT_FAILED, "out of memory");
     }
@@ -200,12 +200,11 @@ static void put_begin(const struct manifest *m, FILE *out, size_t step,
                       const lum_sweep_step *what)
 {
     struct json json;
-    char name[SESSION_NAME_BYTES];
     json_init(&json, out);
     json_open_object(&json, NULL);
     json_uint(&json, "step", step + 1u);
-    json_text(&json, "sensor", session_name(session_host(m->ctl), name));
-    json_bool(&json, "laser", m->ctl->options.laser);
+    json_text(&json, "sensor", session_name(session_host(m->ctl)).text);
+    json_bool(&json, "laser", m->ctl->options.owner.laser);
     json_open_object(&json, "settings");
     for (size_t i = 0; i < settings->count; i++) {
         json_text(&json, settings->items[i].setting, settings->items[i].value);
@@ -287,9 +286,8 @@ void manifest_file(const struct manifest *m, size_t step, char name[32],
 
 static void put_time(struct json *json, const char *key, int64_t utc_ns)
 {
-    char when[REPORT_UTC_BYTES];
     if (utc_ns != 0) {
-        json_text(json, key, report_utc(utc_ns, when));
+        json_text(json, key, report_utc(utc_ns).text);
     }
 }
 
@@ -339,17 +337,15 @@ static void put_unbegun(FILE *out)
 static void put_all(const struct manifest *m, FILE *out, const char *why,
                     int status)
 {
-    char name[SESSION_NAME_BYTES];
-    char when[REPORT_UTC_BYTES];
     struct json json;
     json_init(&json, out);
     json_open_object(&json, NULL);
     json_uint(&json, "version", 1);
     json_text(&json, "program", "lumctl " LUM_VERSION);
-    json_text(&json, "sensor", session_name(session_host(m->ctl), name));
+    json_text(&json, "sensor", session_name(session_host(m->ctl)).text);
     json_text(&json, "plan", m->plan);
-    json_text(&json, "begun", m->begun);
-    json_text(&json, "written", report_utc(lum_time_utc_ns(), when));
+    json_text(&json, "begun", m->begun.text);
+    json_text(&json, "written", report_utc(lum_time_utc_ns()).text);
     if (status >= 0) {
         json_int(&json, "exit_status", status);
         json_text(&json, "why", why);

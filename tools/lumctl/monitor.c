@@ -21,7 +21,7 @@ static enum exit_status begin_counts(struct monitor *m)
     lum_error error = {""};
     m->begun.struct_size = sizeof m->begun;
     lum_sensor_count(m->ctl->sensor, &m->begun);
-    if (!m->ctl->owns || m->ctl->options.every_s <= 0.0) {
+    if (!m->ctl->owns || m->ctl->options.repeat.every_s <= 0.0) {
         return EXIT_DONE;
     }
     m->losses = losses_new(&m->ctl->layout, &error);
@@ -31,24 +31,24 @@ static enum exit_status begin_counts(struct monitor *m)
 
 enum exit_status monitor_begin(struct monitor *m, struct ctl *ctl, bool asks)
 {
-    const struct ctl_options *o = &ctl->options;
+    const struct repeat_options *o = &ctl->options.repeat;
+    const bool has_files = o->csv != NULL || o->prometheus != NULL;
     const int64_t now = lum_time_monotonic_ns();
     lum_error error = {""};
-    *m = (struct monitor){
-        .ctl = ctl,
-        .asks = asks,
-        .row_ns = now + (int64_t)(o->every_s * 1e9),
-        .clock_ns = now,
-        .writes_rows = o->json || (o->csv == NULL && o->prometheus == NULL)};
+    *m = (struct monitor){.ctl = ctl,
+                          .asks = asks,
+                          .rows.due_ns = now + (int64_t)(o->every_s * 1e9),
+                          .clock_ns = now,
+                          .rows.prints = ctl->options.json || !has_files};
     ctl->is_lasting = !ctl->in_shell;
     lum_clock_sync_init(&m->sync);
     const enum exit_status status = begin_counts(m);
-    if (status != EXIT_DONE || (o->csv == NULL && o->prometheus == NULL)) {
+    if (status != EXIT_DONE || !has_files) {
         return status;
     }
-    m->writer =
+    m->rows.writer =
         file_writer_new(o->csv, sample_csv_header, o->prometheus, &error);
-    if (m->writer == NULL) {
+    if (m->rows.writer == NULL) {
         losses_free(m->losses);
         m->losses = NULL;
         return ctl_complain(EXIT_FAILED, "%s", error.text);
@@ -69,8 +69,8 @@ lum_result monitor_ask(struct ctl *ctl, void *context)
     struct monitor *m = context;
     const int64_t now = lum_time_monotonic_ns();
     const bool has_first = m->has_status || !m->asks;
-    if (ctl->options.every_s > 0.0 && has_first && now >= m->clock_ns) {
-        m->clock_ns = now + clock_period(ctl->options.every_s);
+    if (ctl->options.repeat.every_s > 0.0 && has_first && now >= m->clock_ns) {
+        m->clock_ns = now + clock_period(ctl->options.repeat.every_s);
         return session_request_time(ctl);
     }
     return m->asks ? session_request(ctl, NULL, 0) : LUM_OK;
@@ -92,12 +92,11 @@ static uint16_t hazards_of(const struct monitor *m, uint16_t status,
 /* Where lines go to files, a person is told at once. */
 static void tell_hazard(const struct monitor *m, uint16_t hazards)
 {
-    char when[REPORT_UTC_BYTES];
     char bits[LUM_LASER_BITS_TEXT];
-    const unsigned begun = hazards & ~(unsigned)m->hazards;
-    if (m->writer != NULL && begun != 0) {
+    const unsigned begun = hazards & ~(unsigned)m->hazards.now;
+    if (m->rows.writer != NULL && begun != 0) {
         (void)ctl_complain(
-            EXIT_HAZARD, "%s: %s", report_utc(m->hazard_utc_ns, when),
+            EXIT_HAZARD, "%s: %s", report_utc(m->hazards.seen_utc_ns).text,
             lum_laser_bits_name((uint16_t)begun, ", ", bits, sizeof bits));
     }
 }
@@ -107,14 +106,15 @@ static void take_status(struct monitor *m, uint16_t status)
     const bool is_owned = session_is_owned(m->ctl, status);
     const uint16_t hazards = hazards_of(m, status, is_owned);
     m->was_owned = is_owned;
-    m->hazard_count += (hazards & ~(unsigned)m->hazards) != 0 ? 1u : 0u;
-    m->hazard_utc_ns = hazards != 0 ? lum_time_utc_ns() : m->hazard_utc_ns;
+    m->hazards.count += (hazards & ~(unsigned)m->hazards.now) != 0 ? 1u : 0u;
+    m->hazards.seen_utc_ns =
+        hazards != 0 ? lum_time_utc_ns() : m->hazards.seen_utc_ns;
     tell_hazard(m, hazards);
     m->has_status = true;
     m->status = status;
-    m->hazards = hazards;
-    m->since |= hazards;
-    m->ever |= hazards;
+    m->hazards.now = hazards;
+    m->hazards.since |= hazards;
+    m->hazards.ever |= hazards;
 }
 
 static void take_answer(struct monitor *m, const lum_sensor_event *event)
@@ -135,12 +135,12 @@ static void take_data(struct monitor *m, const lum_sensor_event *event)
 
 /* --- Rows --- */
 
-static void fill(const struct monitor *m, struct sample *out,
-                 char name[SESSION_NAME_BYTES])
+static void fill(const struct monitor *m, const char *sensor,
+                 struct sample *out)
 {
     const int64_t now = lum_time_monotonic_ns();
     *out = (struct sample){
-        .sensor = session_name(session_host(m->ctl), name),
+        .sensor = sensor,
         .utc_ns = lum_time_utc_ns(),
         .monitor = m,
         .is_owned = m->has_status && session_is_owned(m->ctl, m->status),
@@ -163,24 +163,24 @@ static void fill(const struct monitor *m, struct sample *out,
 static bool print_row(struct monitor *m, const struct sample *s)
 {
     char row[SAMPLE_ROW_BYTES];
-    if (m->writes_rows && m->ctl->owns && !writable(stdout, 0)) {
-        m->unprinted++;
+    if (m->rows.prints && m->ctl->owns && !writable(stdout, 0)) {
+        m->rows.unprinted++;
         return true;
     }
-    if (m->writes_rows && m->ctl->options.json) {
+    if (m->rows.prints && m->ctl->options.json) {
         sample_json(s, stdout);
-    } else if (m->writes_rows) {
+    } else if (m->rows.prints) {
         sample_text(s, row);
         (void)fputs(row, stdout);
     }
-    m->since = 0;
-    return !m->writes_rows || report_flush();
+    m->hazards.since = 0;
+    return !m->rows.prints || report_flush();
 }
 
 static void tell_failure(const struct monitor *m)
 {
     lum_error error = {""};
-    if (writable(stderr, 0) && file_writer_tell(m->writer, &error)) {
+    if (writable(stderr, 0) && file_writer_tell(m->rows.writer, &error)) {
         (void)ctl_complain(EXIT_FAILED, "%s; it is tried again at each line",
                            error.text);
     }
@@ -191,34 +191,34 @@ static void write_files(const struct monitor *m, const struct sample *s)
     char row[SAMPLE_ROW_BYTES];
     char page[SAMPLE_PAGE_BYTES];
     sample_csv(s, row);
-    file_writer_add(m->writer, row);
+    file_writer_add(m->rows.writer, row);
     sample_page(s, page);
-    file_writer_turn(m->writer, page);
+    file_writer_turn(m->rows.writer, page);
     tell_failure(m);
 }
 
 static bool write_row(struct monitor *m)
 {
+    const struct session_name name = session_name(session_host(m->ctl));
     struct sample s;
-    char name[SESSION_NAME_BYTES];
-    fill(m, &s, name);
-    if (m->writer != NULL) {
+    fill(m, name.text, &s);
+    if (m->rows.writer != NULL) {
         write_files(m, &s);
     }
     const bool goes_on = print_row(m, &s);
-    m->has_row = true;
+    m->rows.has_any = true;
     m->was_up = m->has_status && lum_laser_is_on(m->status);
     return goes_on;
 }
 
 static bool is_due(struct monitor *m)
 {
-    const int64_t every = (int64_t)(m->ctl->options.every_s * 1e9);
+    const int64_t every = (int64_t)(m->ctl->options.repeat.every_s * 1e9);
     const int64_t now = lum_time_monotonic_ns();
-    if (every == 0 || !m->knows || now < m->row_ns) {
+    if (every == 0 || !m->knows || now < m->rows.due_ns) {
         return false;
     }
-    m->row_ns += every * ((now - m->row_ns) / every + 1);
+    m->rows.due_ns += every * ((now - m->rows.due_ns) / every + 1);
     return true;
 }
 
@@ -249,9 +249,9 @@ bool monitor_take(struct monitor *m, const lum_sensor_event *event)
 
 bool monitor_is_met(const struct monitor *m)
 {
-    switch (m->ctl->options.until) {
+    switch (m->ctl->options.repeat.until) {
     case UNTIL_HAZARD:
-        return m->ever != 0;
+        return m->hazards.ever != 0;
     case UNTIL_UP:
         return m->answers && m->has_status && lum_laser_is_on(m->status);
     case UNTIL_DOWN:
@@ -264,21 +264,22 @@ bool monitor_is_met(const struct monitor *m)
 /* The last row, and what was never written. */
 static enum exit_status end_files(struct monitor *m, enum exit_status status)
 {
-    const struct file_writer_rest rest = file_writer_end(m->writer);
-    m->writer = NULL;
+    const struct file_writer_rest rest = file_writer_end(m->rows.writer);
+    m->rows.writer = NULL;
     if (rest.has_news) {
         (void)ctl_complain(EXIT_FAILED, "%s", rest.news.text);
     }
     if (rest.lost > 0) {
-        status = ctl_complain(
-            EXIT_FAILED, "%s: lines that are missing: %" PRIu64,
-            strcmp(m->ctl->options.csv, "-") == 0 ? "standard output"
-                                                  : m->ctl->options.csv,
-            rest.lost);
+        status =
+            ctl_complain(EXIT_FAILED, "%s: lines that are missing: %" PRIu64,
+                         strcmp(m->ctl->options.repeat.csv, "-") == 0
+                             ? "standard output"
+                             : m->ctl->options.repeat.csv,
+                         rest.lost);
     }
     if (rest.page_failed) {
         status = ctl_complain(EXIT_FAILED, "%s is not up to date",
-                              m->ctl->options.prometheus);
+                              m->ctl->options.repeat.prometheus);
     }
     return status;
 }
@@ -300,25 +301,25 @@ static void tell_passed(uint16_t passed)
 
 enum exit_status monitor_end(struct monitor *m, enum exit_status status)
 {
-    const struct ctl_options *o = &m->ctl->options;
-    if (o->every_s > 0.0 && (m->since != 0 || !m->has_row)) {
+    const struct repeat_options *o = &m->ctl->options.repeat;
+    if (o->every_s > 0.0 && (m->hazards.since != 0 || !m->rows.has_any)) {
         (void)write_row(m);
     }
-    if (m->writer != NULL) {
+    if (m->rows.writer != NULL) {
         status = end_files(m, status);
     }
-    if (m->unprinted > 0) {
+    if (m->rows.unprinted > 0) {
         (void)ctl_complain(EXIT_FAILED,
                            "%" PRIu64 " lines were not printed: nobody read "
                            "standard output",
-                           m->unprinted);
+                           m->rows.unprinted);
     }
     losses_free(m->losses);
     m->losses = NULL;
     const uint16_t now = hazards_at_end(m);
     const bool counts_all = o->every_s > 0.0 || o->until == UNTIL_HAZARD;
     const uint16_t passed =
-        counts_all ? (uint16_t)(m->ever & ~(unsigned)now) : 0;
+        counts_all ? (uint16_t)(m->hazards.ever & ~(unsigned)now) : 0;
     if (passed != 0) {
         tell_passed(passed);
     }

@@ -10,31 +10,39 @@
 
 #include "lum/host/clock_sync.h"
 
+struct monitor_hazards {
+    uint16_t now;        /* of the last status */
+    uint16_t since;      /* of any status since the row before */
+    uint16_t ever;       /* and since the beginning */
+    uint64_t count;      /* times that a hazard began */
+    int64_t seen_utc_ns; /* the last time that one was seen; 0: never */
+};
+
+struct monitor_rows {
+    int64_t due_ns;             /* when the next one is */
+    struct file_writer *writer; /* NULL: no files */
+    bool prints;                /* to standard output */
+    bool has_any;               /* was written */
+    uint64_t unprinted;         /* nobody read them */
+};
+
 struct monitor {
     struct ctl *ctl;
     bool asks; /* for the status; else the laser session does (watch.looks) */
-    int64_t row_ns;   /* when the next row is due */
-    int64_t clock_ns; /* when the clock is asked for next */
-    bool knows;       /* a request has ended */
-    bool answers;     /* the last one with an answer */
-    bool has_status;
-    uint16_t status;       /* the last */
-    bool was_up;           /* at the row before */
-    bool was_owned;        /* at the status before */
-    uint16_t hazards;      /* of the last status */
-    uint16_t since;        /* hazards of any status since the row before */
-    uint16_t ever;         /* and since the beginning */
-    uint64_t hazard_count; /* times that a hazard began */
-    int64_t hazard_utc_ns; /* the last time that one was seen; 0: never */
+    int64_t clock_ns;      /* when the clock is asked for next */
+    bool knows;            /* a request has ended */
+    bool answers;          /* the last one with an answer */
     int64_t answered_ns;   /* monotonic; 0: never */
     int64_t round_trip_ns; /* of the last answer; 0: not known */
+    bool has_status;
+    uint16_t status; /* the last */
+    bool was_up;     /* at the row before */
+    bool was_owned;  /* at the status before */
+    struct monitor_hazards hazards;
     lum_clock_sync sync;
-    lum_sensor_counters begun;  /* an owner's: a shell has counted before */
-    struct losses *losses;      /* an owner's; NULL: none is */
-    struct file_writer *writer; /* NULL: no files */
-    bool writes_rows;           /* to standard output */
-    bool has_row;               /* any was written */
-    uint64_t unprinted;         /* nobody read them */
+    lum_sensor_counters begun; /* an owner's: a shell has counted before */
+    struct losses *losses;     /* an owner's; NULL: none is */
+    struct monitor_rows rows;
 };
 
 /* Begins to look at the session's sensor, as its options say. Complains. */

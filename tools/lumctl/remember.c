@@ -173,10 +173,9 @@ static bool is_plain(char c)
 static int find_path(const struct memory_key *key, const char *folder,
                      char out[STORE_PATH_BYTES], lum_error *error)
 {
-    char name[SESSION_NAME_BYTES];
     const lum_endpoint host = {key->address, LUM_PORT};
     size_t n = (size_t)snprintf(out, STORE_PATH_BYTES, "%s/%s_%u_", folder,
-                                session_name(host, name), (unsigned)key->port);
+                                session_name(host).text, (unsigned)key->port);
     for (const char *c = key->interface; *c != '\0' && n < STORE_PATH_BYTES;
          c++) {
         n += (size_t)snprintf(out + n, STORE_PATH_BYTES - n,
@@ -255,11 +254,10 @@ static void ask_clock(struct ctl *ctl, struct memory_clock *out)
 
 static void note_restart(const struct ctl *ctl)
 {
-    char name[SESSION_NAME_BYTES];
     ctl_note(ctl,
              "the clock of %s has started again since its settings were "
              "remembered: it has restarted, and the old settings are gone",
-             session_name(session_host(ctl), name));
+             session_name(session_host(ctl)).text);
 }
 
 /* --- What was set, into the file --- */

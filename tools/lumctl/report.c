@@ -88,16 +88,16 @@ static bool is_hazard(unsigned bit)
     return (LUM_LASER_HAZARDS >> bit & 1u) != 0;
 }
 
-const char *report_line(uint16_t status, bool is_owned,
-                        char out[REPORT_LINE_BYTES])
+struct report_line report_line(uint16_t status, bool is_owned)
 {
+    struct report_line line;
     char bits[LUM_LASER_BITS_TEXT];
     (void)snprintf(
-        out, REPORT_LINE_BYTES, "laser %s%s: %s", lum_laser_status_name(status),
-        report_aside(status, is_owned),
+        line.text, sizeof line.text, "laser %s%s: %s",
+        lum_laser_status_name(status), report_aside(status, is_owned),
         status == 0 ? "no bit set"
                     : lum_laser_bits_name(status, ", ", bits, sizeof bits));
-    return out;
+    return line;
 }
 
 static const char *kind_of(uint16_t status, bool is_owned, unsigned bit)
@@ -186,18 +186,20 @@ static void civil(int64_t days, int *year, int *month, int *day)
     *year = (int)(y + era * 400 + (m < 10 ? 0 : 1));
 }
 
-const char *report_utc(int64_t utc_ns, char out[REPORT_UTC_BYTES])
+struct report_utc report_utc(int64_t utc_ns)
 {
+    struct report_utc utc;
     const int64_t ms = utc_ns / 1000000;
     const int of_day = (int)(ms % 86400000);
     int year = 0;
     int month = 0;
     int day = 0;
     civil(ms / 86400000, &year, &month, &day);
-    (void)snprintf(out, REPORT_UTC_BYTES, "%04d-%02d-%02dT%02d:%02d:%02d.%03dZ",
-                   year, month, day, of_day / 3600000, of_day / 60000 % 60,
-                   of_day / 1000 % 60, of_day % 1000);
-    return out;
+    (void)snprintf(utc.text, sizeof utc.text,
+                   "%04d-%02d-%02dT%02d:%02d:%02d.%03dZ", year, month, day,
+                   of_day / 3600000, of_day / 60000 % 60, of_day / 1000 % 60,
+                   of_day % 1000);
+    return utc;
 }
 
 bool report_flush(void)

@@ -21,10 +21,11 @@ bool report_is_idle(uint16_t status, bool is_owned);
 /* A hazard other than idleness. */
 bool report_has_hazard(uint16_t status, bool is_owned);
 
-/* "laser down: FAN_PWM_BAD, TLV_CMD_ON", hazards first. Returns out. */
-#define REPORT_LINE_BYTES 400
-const char *report_line(uint16_t status, bool is_owned,
-                        char out[REPORT_LINE_BYTES]);
+/* "laser down: FAN_PWM_BAD, TLV_CMD_ON", hazards first. */
+struct report_line {
+    char text[400];
+};
+struct report_line report_line(uint16_t status, bool is_owned);
 
 /* The text after "laser down": ", idle", that the owner is silent, or
  * nothing. */
@@ -45,9 +46,11 @@ void report_debug(FILE *out, const char *text);
 /* Lines of a text as an array. */
 void report_json_lines(struct json *json, const char *key, const char *text);
 
-/* 2026-11-21T12:34:56.789Z. Returns out. */
-#define REPORT_UTC_BYTES 64
-const char *report_utc(int64_t utc_ns, char out[REPORT_UTC_BYTES]);
+/* 2026-11-21T12:34:56.789Z */
+struct report_utc {
+    char text[64];
+};
+struct report_utc report_utc(int64_t utc_ns);
 
 /* Flushes the output. False if nobody reads it any more, which is not a
  * failure, or if it cannot be written. */

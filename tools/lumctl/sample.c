@@ -22,7 +22,7 @@ static uint16_t passed(const struct sample *s)
 {
     const struct monitor *m = s->monitor;
     const unsigned shown = m->answers && m->has_status ? m->status : 0u;
-    return (uint16_t)(m->since & ~shown);
+    return (uint16_t)(m->hazards.since & ~shown);
 }
 
 /* --- For people --- */
@@ -30,18 +30,16 @@ static uint16_t passed(const struct sample *s)
 void sample_text(const struct sample *s, char out[SAMPLE_ROW_BYTES])
 {
     const struct monitor *m = s->monitor;
-    char when[REPORT_UTC_BYTES];
-    char line[REPORT_LINE_BYTES];
     char bits[LUM_LASER_BITS_TEXT];
     out[0] = '\0';
-    ADD(out, SAMPLE_ROW_BYTES, "%s %s: ", report_utc(s->utc_ns, when),
+    ADD(out, SAMPLE_ROW_BYTES, "%s %s: ", report_utc(s->utc_ns).text,
         s->sensor);
     if (!m->answers || !m->has_status) {
         ADD(out, SAMPLE_ROW_BYTES, "%s",
             m->answers ? "answers, without a status" : "does not answer");
     } else {
         ADD(out, SAMPLE_ROW_BYTES, "%s%s",
-            report_line(m->status, s->is_owned, line),
+            report_line(m->status, s->is_owned).text,
             report_cause(m->status, m->was_up));
     }
     if (has_trip(s)) {
@@ -91,12 +89,11 @@ static void put_counts(struct json *json, const struct sample *s)
 void sample_json(const struct sample *s, FILE *out)
 {
     const struct monitor *m = s->monitor;
-    char when[REPORT_UTC_BYTES];
     char bits[LUM_LASER_BITS_TEXT];
     struct json json;
     json_init(&json, out);
     json_open_object(&json, NULL);
-    json_text(&json, "time", report_utc(s->utc_ns, when));
+    json_text(&json, "time", report_utc(s->utc_ns).text);
     json_text(&json, "sensor", s->sensor);
     json_bool(&json, "answers", m->answers);
     if (s->age_s >= 0.0) {
@@ -106,9 +103,9 @@ void sample_json(const struct sample *s, FILE *out)
         report_json(&json, m->status, s->is_owned);
     }
     json_text(&json, "hazards_since",
-              m->since == 0
-                  ? ""
-                  : lum_laser_bits_name(m->since, " ", bits, sizeof bits));
+              m->hazards.since == 0 ? ""
+                                    : lum_laser_bits_name(m->hazards.since, " ",
+                                                          bits, sizeof bits));
     if (m->answers) {
         report_json_trip(&json, m->round_trip_ns);
     }
@@ -169,9 +166,8 @@ void sample_csv(const struct sample *s, char out[SAMPLE_ROW_BYTES])
 {
     const struct monitor *m = s->monitor;
     const bool has_status = m->answers && m->has_status;
-    char when[REPORT_UTC_BYTES];
     out[0] = '\0';
-    ADD(out, SAMPLE_ROW_BYTES, "%s,%s,%d,", report_utc(s->utc_ns, when),
+    ADD(out, SAMPLE_ROW_BYTES, "%s,%s,%d,", report_utc(s->utc_ns).text,
         s->sensor, m->answers ? 1 : 0);
     if (s->age_s >= 0.0) {
         ADD(out, SAMPLE_ROW_BYTES, "%.3f", s->age_s);
@@ -182,8 +178,8 @@ void sample_csv(const struct sample *s, char out[SAMPLE_ROW_BYTES])
     } else {
         ADD(out, SAMPLE_ROW_BYTES, ",,");
     }
-    add_bits(out, has_status ? m->hazards : 0);
-    add_bits(out, m->since);
+    add_bits(out, has_status ? m->hazards.now : 0);
+    add_bits(out, m->hazards.since);
     if (has_trip(s)) {
         ADD(out, SAMPLE_ROW_BYTES, ",%.3f", (double)m->round_trip_ns / 1e6);
     } else {
@@ -239,7 +235,7 @@ static void add_status(char out[SAMPLE_PAGE_BYTES], const struct sample *s)
     add_whole(out, s, "laser_up", "Whether the status shows the laser on.",
               lum_laser_is_on(m->status));
     add_whole(out, s, "hazard", "Whether the status shows a hazard.",
-              m->hazards != 0);
+              m->hazards.now != 0);
     ADD(out, SAMPLE_PAGE_BYTES,
         "# HELP lumsdk_status_bit The bits of the status.\n"
         "# TYPE lumsdk_status_bit gauge\n");
@@ -307,11 +303,11 @@ void sample_page(const struct sample *s, char out[SAMPLE_PAGE_BYTES])
         add_status(out, s);
     }
     add_whole(out, s, "hazards_total", "Times that a hazard began.",
-              m->hazard_count);
-    if (m->hazard_utc_ns != 0) {
+              m->hazards.count);
+    if (m->hazards.seen_utc_ns != 0) {
         add_metric(out, s, "last_hazard_timestamp_seconds", "gauge",
                    "When a hazard was last seen.",
-                   seconds_text(m->hazard_utc_ns, when));
+                   seconds_text(m->hazards.seen_utc_ns, when));
     }
     if (m->answers && s->has_clock) {
         add_clock(out, s);

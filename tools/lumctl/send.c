@@ -129,22 +129,20 @@ static enum exit_status switch_on(struct ctl *ctl)
 static void print_off(const struct ctl *ctl, lum_laser_off result,
                       uint16_t status)
 {
-    char name[SESSION_NAME_BYTES];
-    char line[REPORT_LINE_BYTES];
+    const struct session_name name = session_name(session_host(ctl));
     char text[LUM_COMMAND_TEXT_BYTES];
     struct json json;
-    (void)session_name(session_host(ctl), name);
     if (!ctl->options.json) {
         if (result == LUM_LASER_OFF_SEEN) {
             (void)printf(
-                "%s: laser off; %s\n", name,
-                report_line(status, session_is_owned(ctl, status), line));
+                "%s: laser off; %s\n", name.text,
+                report_line(status, session_is_owned(ctl, status)).text);
         }
         return;
     }
     json_init(&json, stdout);
     json_open_object(&json, NULL);
-    json_text(&json, "sensor", name);
+    json_text(&json, "sensor", name.text);
     json_text(&json, "command", text_of(LUM_COMMAND_LASER_OFF, text));
     json_bool(&json, "done", result == LUM_LASER_OFF_SEEN);
     if (result == LUM_LASER_OFF_SEEN || result == LUM_LASER_OFF_REFUSED) {

@@ -17,23 +17,26 @@
 
 /* --- Whom it talks to --- */
 
-const char *session_name(lum_endpoint host, char out[SESSION_NAME_BYTES])
+struct session_name session_name(lum_endpoint host)
 {
+    struct session_name name;
     char address[16];
     (void)number_format_address(host.address, address);
     if (host.port == LUM_PORT) {
-        (void)snprintf(out, SESSION_NAME_BYTES, "%s", address);
+        (void)snprintf(name.text, sizeof name.text, "%s", address);
     } else {
-        (void)snprintf(out, SESSION_NAME_BYTES, "%s:%u", address,
+        (void)snprintf(name.text, sizeof name.text, "%s:%u", address,
                        (unsigned)host.port);
     }
-    return out;
+    return name;
 }
 
-const char *session_ctl(const struct ctl *ctl, lum_endpoint host,
-                        char out[SESSION_CTL_BYTES])
+struct session_ctl session_ctl(const struct ctl *ctl, lum_endpoint host)
 {
-    return lum_news_ctl(host, ctl->options.interface, out, SESSION_CTL_BYTES);
+    struct session_ctl command;
+    (void)lum_news_ctl(host, ctl->options.interface, command.text,
+                       sizeof command.text);
+    return command;
 }
 
 lum_endpoint session_host(const struct ctl *ctl)
@@ -63,13 +66,13 @@ static lum_sensor_options describe(const struct ctl *ctl, lum_endpoint host,
     options.interface_name = from->interface;
     options.layout = ctl->layout;
     options.owns = owns;
-    options.timeout_ms = from->timeout_ms;
-    options.retries = from->retries;
-    options.has_sequence = from->has_sequence;
-    options.sequence = from->sequence;
+    options.timeout_ms = from->requests.timeout_ms;
+    options.retries = from->requests.retries;
+    options.has_sequence = from->requests.has_sequence;
+    options.sequence = from->requests.sequence;
     options.cancel = ctl->cancel;
-    if (from->rate_hz > 0.0) {
-        options.heartbeat_ms = (uint32_t)(1000.0 / from->rate_hz);
+    if (from->owner.rate_hz > 0.0) {
+        options.heartbeat_ms = (uint32_t)(1000.0 / from->owner.rate_hz);
     }
     return options;
 }
@@ -90,7 +93,7 @@ static lum_laser_want want_of(const struct ctl *ctl, bool owns,
                               const lum_laser_session_view *before)
 {
     const bool guards = before->laser != LUM_LASER_UNTOUCHED ||
-                        (owns && ctl->options.heartbeat);
+                        (owns && ctl->options.owner.heartbeat);
     return before->is_off_due ? LUM_WANT_OFF
            : guards           ? LUM_WANT_GUARD
                               : LUM_WANT_LOOK;
@@ -108,7 +111,7 @@ static int open_laser(struct ctl *ctl, lum_endpoint host, bool owns,
     if (ctl->laser != NULL) {
         (void)lum_laser_session_look(ctl->laser, &before);
     }
-    if (!ctl->options.laser) {
+    if (!ctl->options.owner.laser) {
         options.give_up_ms = 0;
         options.attempts = 1;
     }
@@ -240,14 +243,12 @@ static bool may_tell(const struct ctl *ctl)
 
 void session_note_status(struct ctl *ctl, uint16_t status)
 {
-    char name[SESSION_NAME_BYTES];
-    char text[REPORT_LINE_BYTES];
     const bool was_up = ctl->has_status && lum_laser_is_on(ctl->status);
     const bool is_own = lum_sensor_is_waiting(ctl->sensor);
     if ((!ctl->has_status || ctl->status != status) && may_tell(ctl)) {
         (void)fprintf(stderr, "lumctl: %s: %s%s\n",
-                      session_name(session_host(ctl), name),
-                      report_line(status, session_is_owned(ctl, status), text),
+                      session_name(session_host(ctl)).text,
+                      report_line(status, session_is_owned(ctl, status)).text,
                       is_own ? "" : report_cause(status, was_up));
     }
     ctl->has_status = true;
@@ -259,7 +260,7 @@ void session_note_status(struct ctl *ctl, uint16_t status)
 static bool is_said(const struct ctl *ctl, const lum_sensor_event *event,
                     lum_news_kind kind, bool is_alone)
 {
-    const bool is_of_laser = ctl->options.laser && is_alone &&
+    const bool is_of_laser = ctl->options.owner.laser && is_alone &&
                              kind <= LUM_NEWS_LASER_CAME_UP &&
                              lum_news_weigh(kind) != LUM_NEWS_INFO;
     const bool is_of_data =
@@ -365,22 +366,20 @@ void session_keep_alive(struct ctl *ctl)
 
 enum exit_status session_complain_silence(const struct ctl *ctl, unsigned tries)
 {
-    char name[SESSION_NAME_BYTES];
-    char at[SESSION_CTL_BYTES];
     char how[64] = "";
-    (void)session_name(session_host(ctl), name);
     if (tries > 0) {
         (void)snprintf(how, sizeof how, " (tried %u %s, %u ms%s)", tries,
                        tries == 1 ? "time" : "times",
-                       (unsigned)ctl->options.timeout_ms,
+                       (unsigned)ctl->options.requests.timeout_ms,
                        tries == 1 ? "" : " each");
-    } else if (ctl->options.duration_s > 0.0) {
+    } else if (ctl->options.repeat.duration_s > 0.0) {
         (void)snprintf(how, sizeof how, " (waited for %.6g s)",
-                       ctl->options.duration_s);
+                       ctl->options.repeat.duration_s);
     }
     return ctl_complain(EXIT_NO_ANSWER,
                         "%s does not answer%s; to find out why: %s doctor",
-                        name, how, session_ctl(ctl, session_host(ctl), at));
+                        session_name(session_host(ctl)).text, how,
+                        session_ctl(ctl, session_host(ctl)).text);
 }
 
 /* The hazard that came meanwhile was told. */

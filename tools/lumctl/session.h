@@ -15,8 +15,10 @@ enum exit_status session_change(struct ctl *ctl, lum_endpoint host, bool owns);
 
 /* The beginning of a command for a host: lum_news_ctl(). */
 #define SESSION_CTL_BYTES 320
-const char *session_ctl(const struct ctl *ctl, lum_endpoint host,
-                        char out[SESSION_CTL_BYTES]);
+struct session_ctl {
+    char text[SESSION_CTL_BYTES];
+};
+struct session_ctl session_ctl(const struct ctl *ctl, lum_endpoint host);
 
 /* Ends the session, and with it its heartbeats. */
 void session_end(struct ctl *ctl);
@@ -73,7 +75,10 @@ void session_note_status(struct ctl *ctl, uint16_t status);
 /* The sensor's name for people: its address, with the port where that is not
  * the usual one. */
 #define SESSION_NAME_BYTES 24
-const char *session_name(lum_endpoint host, char out[SESSION_NAME_BYTES]);
+struct session_name {
+    char text[SESSION_NAME_BYTES];
+};
+struct session_name session_name(lum_endpoint host);
 
 /* Who the commands talk to now. */
 lum_endpoint session_host(const struct ctl *ctl);

@@ -92,8 +92,8 @@ static bool answers(struct move *m, lum_endpoint host, unsigned tries,
     lum_sensor *sensor = NULL;
     lum_error other = {""};
     lum_error *error = host.address == m->new.address ? &m->error : &other;
-    looking.options.timeout_ms = try_ms;
-    looking.options.retries = tries - 1;
+    looking.options.requests.timeout_ms = try_ms;
+    looking.options.requests.retries = tries - 1;
     if (lum_cancel_is_raised(m->ctl->cancel) ||
         session_try(&looking, host, false, &sensor, error) != LUM_NET_OK) {
         return false;
@@ -131,19 +131,18 @@ static bool is_taken(struct move *m)
 
 static enum exit_status complain_taken(struct move *m)
 {
-    char new[SESSION_NAME_BYTES];
-    char old[SESSION_NAME_BYTES];
     if (!is_alive(m, m->old, LOOKS_ELSE)) {
         return ctl_complain(EXIT_FAILED,
                             "%s answers already; nothing was sent. If that is "
                             "your sensor, say --host %s; if it is another, "
                             "choose another address",
-                            session_name(m->new, new), new);
+                            session_name(m->new).text,
+                            session_name(m->new).text);
     }
     return ctl_complain(EXIT_FAILED,
                         "another sensor has %s already, beside the one at %s: "
                         "nothing was sent; choose another address",
-                        session_name(m->new, new), session_name(m->old, old));
+                        session_name(m->new).text, session_name(m->old).text);
 }
 
 /* The device with the old address is the sensor, even if another one answers at
@@ -196,7 +195,7 @@ static enum exit_status check_others(struct move *m)
 /* How long to search for the sensor: as long as all tries of a request take. */
 static uint32_t look_ms(const struct move *m)
 {
-    const struct ctl_options *o = &m->ctl->options;
+    const struct request_options *o = &m->ctl->options.requests;
     const uint64_t ms = (uint64_t)o->timeout_ms * (o->retries + 1u);
     return ms > LOOK_MIN_MS ? (uint32_t)ms : LOOK_MIN_MS;
 }
@@ -248,42 +247,36 @@ static enum exit_status follow(struct move *m)
 
 static void print(const struct move *m, enum found found)
 {
-    char name[SESSION_NAME_BYTES];
-    char old[SESSION_NAME_BYTES];
+    const struct session_name name = session_name(m->new);
     struct json json;
-    (void)session_name(m->new, name);
-    (void)session_name(m->old, old);
     if (m->ctl->options.json) {
         json_init(&json, stdout);
         json_open_object(&json, NULL);
-        json_text(&json, "sensor", old);
-        json_text(&json, "address", name);
+        json_text(&json, "sensor", session_name(m->old).text);
+        json_text(&json, "address", name.text);
         json_bool(&json, "done", found == FOUND_NEW);
         json_text(&json, "answers_at", found_names[found]);
         json_close_object(&json);
         json_end(&json);
     } else if (found == FOUND_NEW) {
-        (void)printf("%s: the sensor answers there now; %s%s\n", name,
+        (void)printf("%s: the sensor answers there now; %s%s\n", name.text,
                      m->ctl->in_shell ? "this shell goes on with "
                                       : "from now on say --host ",
-                     name);
+                     name.text);
     }
 }
 
 static enum exit_status complain_reversed(const struct move *m)
 {
-    char where[SESSION_NAME_BYTES];
-    char at[SESSION_CTL_BYTES];
-    char wanted[SESSION_NAME_BYTES];
     return ctl_complain(
         EXIT_FAILED,
         "the sensor took the bytes in the other order and is at %s now: write "
         "'version: 1' and 'set_ip_order: %s' to a file, and run "
         "%s --profile FILE set-ip %s",
-        session_name(m->reversed, where),
+        session_name(m->reversed).text,
         m->ctl->layout.profile.set_ip_order == LUM_SET_IP_NETWORK ? "little"
                                                                   : "network",
-        session_ctl(m->ctl, m->reversed, at), session_name(m->new, wanted));
+        session_ctl(m->ctl, m->reversed).text, session_name(m->new).text);
 }
 
 static enum exit_status complain_nowhere(struct move *m)
@@ -291,10 +284,6 @@ static enum exit_status complain_nowhere(struct move *m)
     struct arp_answers who;
     char mac[INTERFACE_MAC_TEXT_BYTES];
     char address[16];
-    char new[SESSION_NAME_BYTES];
-    char old[SESSION_NAME_BYTES];
-    char reversed[SESSION_NAME_BYTES];
-    char at[SESSION_CTL_BYTES];
     const bool has_reversed = lum_address_is_host(m->reversed.address);
     if (m->error.text[0] != '\0') {
         (void)ctl_complain(EXIT_FAILED, "%s", m->error.text);
@@ -310,15 +299,14 @@ static enum exit_status complain_nowhere(struct move *m)
         "nobody answers at %s, nor at %s%s%s. The packet may still have "
         "arrived, and its answers been lost. To find out why: %s doctor. When "
         "its power was off, the sensor is at 10.42.0.37",
-        session_name(m->new, new), session_name(m->old, old),
+        session_name(m->new).text, session_name(m->old).text,
         has_reversed ? " or " : "",
-        has_reversed ? session_name(m->reversed, reversed) : "",
-        session_ctl(m->ctl, m->new, at));
+        has_reversed ? session_name(m->reversed).text : "",
+        session_ctl(m->ctl, m->new).text);
 }
 
 static enum exit_status tell(struct move *m, enum found found)
 {
-    char old[SESSION_NAME_BYTES];
     print(m, found);
     if (found == FOUND_NEW) {
         remember_move(m->ctl, m->old, m->new);
@@ -334,7 +322,7 @@ static enum exit_status tell(struct move *m, enum found found)
             EXIT_FAILED,
             "the sensor still answers at %s: it did not take the packet, or "
             "another sensor booted there; power others off and try again",
-            session_name(m->old, old));
+            session_name(m->old).text);
     }
     if (found == FOUND_REVERSED) {
         remember_move(m->ctl, m->old, m->reversed);

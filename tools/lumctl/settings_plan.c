@@ -177,7 +177,7 @@ static enum exit_status send_packet(struct ctl *ctl, struct settings_plan *plan,
     if (status == EXIT_DONE && was_sent) {
         read_answer(plan, packet->first, end);
     }
-    ctl->options.sequence += ctl->options.dry_run ? 1u : 0u;
+    ctl->options.requests.sequence += ctl->options.dry_run ? 1u : 0u;
     return status;
 }
 

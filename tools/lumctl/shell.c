@@ -49,7 +49,6 @@ static const char *history_path(char out[PATH_BYTES])
 
 static void show_status(struct shell *s, uint16_t status)
 {
-    char text[REPORT_LINE_BYTES];
     s->ctl->was_up &= lum_laser_is_on(status);
     if (s->knows && s->status == status) {
         return;
@@ -58,7 +57,7 @@ static void show_status(struct shell *s, uint16_t status)
     s->status = status;
     s->ctl->has_status = true;
     s->ctl->status = status;
-    line_above(report_line(status, session_is_owned(s->ctl, status), text));
+    line_above(report_line(status, session_is_owned(s->ctl, status)).text);
 }
 
 static void show_news(const struct shell *s)
@@ -294,7 +293,7 @@ enum exit_status command_shell(struct ctl *ctl, int count, char **words)
         return ctl_complain(EXIT_BAD, "--dry-run does not go with shell: give "
                                       "it to the commands typed there");
     }
-    const enum exit_status opened = ctl_open(ctl, ctl->options.heartbeat);
+    const enum exit_status opened = ctl_open(ctl, ctl->options.owner.heartbeat);
     if (opened != EXIT_DONE) {
         return opened;
     }

@@ -30,9 +30,8 @@ static const char *const remarks[MEMORY_STANDINGS] = {
 
 static const char *who(const struct remembered *r, char out[WHO_BYTES])
 {
-    char name[SESSION_NAME_BYTES];
     const lum_endpoint host = {r->key.address, r->key.port};
-    (void)snprintf(out, WHO_BYTES, "%s%s%s", session_name(host, name),
+    (void)snprintf(out, WHO_BYTES, "%s%s%s", session_name(host).text,
                    r->key.interface[0] != '\0' ? " on " : "", r->key.interface);
     return out;
 }
@@ -78,11 +77,10 @@ static void print_table(const struct remembered *r)
     for (size_t i = 0; i < SETTINGS; i++) {
         const struct memory_entry *e = &r->memory.entries[settings[i].id];
         char value[MEMORY_VALUE_BYTES];
-        char when[REPORT_UTC_BYTES];
         if (e->standing != MEMORY_NOTHING) {
             (void)printf("  %-15s  %-22s  %s%s\n", settings[i].name,
                          memory_value(&r->memory, settings[i].id, value),
-                         report_utc(e->utc_ns, when), remarks[e->standing]);
+                         report_utc(e->utc_ns).text, remarks[e->standing]);
         }
     }
     if (is_known(r, LUM_COMMAND_YSCAN) &&
@@ -100,14 +98,13 @@ static void print_table(const struct remembered *r)
 
 static void put_restart(struct json *json, const struct memory *memory)
 {
-    char when[REPORT_UTC_BYTES];
     if (memory->restart_to_ns == 0) {
         json_null(json, "restart");
         return;
     }
     json_open_object(json, "restart");
-    json_text(json, "after", report_utc(memory->restart_from_ns, when));
-    json_text(json, "before", report_utc(memory->restart_to_ns, when));
+    json_text(json, "after", report_utc(memory->restart_from_ns).text);
+    json_text(json, "before", report_utc(memory->restart_to_ns).text);
     json_close_object(json);
 }
 
@@ -116,11 +113,10 @@ static void put_setting(struct json *json, const struct memory *memory,
 {
     const struct memory_entry *e = &memory->entries[id];
     char value[MEMORY_VALUE_BYTES];
-    char when[REPORT_UTC_BYTES];
     json_open_object(json, NULL);
     json_text(json, "setting", setting_name(id));
     json_text(json, "value", memory_value(memory, id, value));
-    json_text(json, "time", report_utc(e->utc_ns, when));
+    json_text(json, "time", report_utc(e->utc_ns).text);
     json_text(json, "standing", standings[e->standing]);
     json_close_object(json);
 }
@@ -128,11 +124,10 @@ static void put_setting(struct json *json, const struct memory *memory,
 static void print_json(const struct remembered *r)
 {
     struct json json;
-    char name[SESSION_NAME_BYTES];
     const lum_endpoint host = {r->key.address, r->key.port};
     json_init(&json, stdout);
     json_open_object(&json, NULL);
-    json_text(&json, "sensor", session_name(host, name));
+    json_text(&json, "sensor", session_name(host).text);
     json_text(&json, "interface", r->key.interface);
     json_bool(&json, "answers", r->has_answered);
     if (r->has_file && r->run != MEMORY_RUN_UNKNOWN) {
@@ -158,8 +153,6 @@ static void print_json(const struct remembered *r)
 static enum exit_status complain_nothing(const struct remembered *r)
 {
     char text[WHO_BYTES];
-    char from[REPORT_UTC_BYTES];
-    char to[REPORT_UTC_BYTES];
     (void)who(r, text);
     if (r->memory.restart_to_ns == 0) {
         return ctl_complain(EXIT_FAILED,
@@ -173,8 +166,8 @@ static enum exit_status complain_nothing(const struct remembered *r)
         "nothing is known of %s any more: by its clock it has restarted "
         "between %s and %s and forgotten its settings (or it is another "
         "sensor, or this host's clock was set)",
-        text, report_utc(r->memory.restart_from_ns, from),
-        report_utc(r->memory.restart_to_ns, to));
+        text, report_utc(r->memory.restart_from_ns).text,
+        report_utc(r->memory.restart_to_ns).text);
 }
 
 static enum exit_status check(const struct ctl *ctl, int count, char **words)
@@ -313,9 +306,8 @@ static bool needs_lines(const struct remembered *r)
 static void put_value(const struct remembered *r, lum_command_id id)
 {
     const struct memory_entry *e = &r->memory.entries[id];
-    char when[REPORT_UTC_BYTES];
     (void)printf("# %s: sent %s%s\n", setting_name(id),
-                 report_utc(e->utc_ns, when),
+                 report_utc(e->utc_ns).text,
                  e->standing == MEMORY_OLD
                      ? "; whether it has restarted since is not known"
                      : "");
@@ -335,10 +327,9 @@ static void put_lack(const struct remembered *r, lum_command_id id,
                      const char *lack)
 {
     char value[MEMORY_VALUE_BYTES];
-    char when[REPORT_UTC_BYTES];
     (void)printf("# left out: %s, %s, sent %s: %s\n", setting_name(id),
                  memory_value(&r->memory, id, value),
-                 report_utc(r->memory.entries[id].utc_ns, when), lack);
+                 report_utc(r->memory.entries[id].utc_ns).text, lack);
 }
 
 /* Such as "threshold" of "threshold green". */

@@ -32,17 +32,14 @@ static void log_json(const char *when, const char *name, bool has_status,
 bool status_log(const struct ctl *ctl, bool was_up, bool has_status,
                 uint16_t status)
 {
-    char name[SESSION_NAME_BYTES];
-    char line[REPORT_LINE_BYTES];
-    char when[REPORT_UTC_BYTES];
+    const struct session_name name = session_name(session_host(ctl));
+    const struct report_utc when = report_utc(lum_time_utc_ns());
     const bool is_owned = has_status && session_is_owned(ctl, status);
-    (void)report_utc(lum_time_utc_ns(), when);
-    (void)session_name(session_host(ctl), name);
     if (ctl->options.json) {
-        log_json(when, name, has_status, status, is_owned);
+        log_json(when.text, name.text, has_status, status, is_owned);
     } else {
-        (void)printf("%s %s: %s%s\n", when, name,
-                     has_status ? report_line(status, is_owned, line)
+        (void)printf("%s %s: %s%s\n", when.text, name.text,
+                     has_status ? report_line(status, is_owned).text
                                 : "does not answer",
                      has_status ? report_cause(status, was_up) : "");
     }
@@ -72,9 +69,8 @@ static void print_owner(const struct ctl *ctl)
 static void print_status(const struct ctl *ctl, uint16_t status, bool is_owned,
                          int64_t round_trip_ns)
 {
-    char name[SESSION_NAME_BYTES];
     (void)printf("%s: laser %s%s, status 0x%04x",
-                 session_name(session_host(ctl), name),
+                 session_name(session_host(ctl)).text,
                  lum_laser_status_name(status), report_aside(status, is_owned),
                  (unsigned)status);
     if (round_trip_ns > 0) {
@@ -97,13 +93,11 @@ static void print_status(const struct ctl *ctl, uint16_t status, bool is_owned,
 
 static bool redraw(const struct watching *w)
 {
-    char when[REPORT_UTC_BYTES];
     (void)printf("\033[H\033[J%s  Ctrl-C ends\n",
-                 report_utc(lum_time_utc_ns(), when));
+                 report_utc(lum_time_utc_ns()).text);
     if (w->is_silent) {
-        char name[SESSION_NAME_BYTES];
         (void)printf("%s: does not answer\n",
-                     session_name(session_host(w->ctl), name));
+                     session_name(session_host(w->ctl)).text);
     } else {
         print_status(w->ctl, w->status, session_is_owned(w->ctl, w->status),
                      w->round_trip_ns);
@@ -149,8 +143,9 @@ static bool show_change(struct watching *w, const lum_sensor_event *event)
 static bool take(void *context, const lum_sensor_event *event)
 {
     struct watching *w = context;
-    const bool goes_on = monitor_take(&w->monitor, event) &&
-                         (!w->ctl->options.watch || show_change(w, event));
+    const bool goes_on =
+        monitor_take(&w->monitor, event) &&
+        (!w->ctl->options.repeat.watch || show_change(w, event));
     return goes_on && !monitor_is_met(&w->monitor);
 }
 
@@ -167,7 +162,7 @@ static enum exit_status conclude(struct watching *w)
     if (w->monitor.answers || lum_cancel_is_raised(ctl->cancel)) {
         return EXIT_DONE;
     }
-    if (ctl->options.watch && !w->has_shown) {
+    if (ctl->options.repeat.watch && !w->has_shown) {
         (void)show(w, true, 0);
     }
     return session_complain_silence(ctl, 0);
@@ -179,12 +174,13 @@ static enum exit_status watch(struct ctl *ctl)
     struct watching w = {.ctl = ctl,
                          .redraws =
                              !ctl->options.json && report_is_terminal(stdout)};
-    const struct watch watch = {
-        .period_ns = POLL_NS,
-        .wake_ns = ctl->options.every_s > 0.0 ? &w.monitor.row_ns : NULL,
-        .ask = ask,
-        .take = take,
-        .context = &w};
+    const struct watch watch = {.period_ns = POLL_NS,
+                                .wake_ns = ctl->options.repeat.every_s > 0.0
+                                               ? &w.monitor.rows.due_ns
+                                               : NULL,
+                                .ask = ask,
+                                .take = take,
+                                .context = &w};
     enum exit_status status = ctl_open(ctl, false);
     if (status == EXIT_DONE) {
         status = monitor_begin(&w.monitor, ctl, true);
@@ -199,11 +195,10 @@ static enum exit_status watch(struct ctl *ctl)
 static void print_json(const struct ctl *ctl, const struct ctl_answer *answer,
                        bool is_owned)
 {
-    char name[SESSION_NAME_BYTES];
     struct json json;
     json_init(&json, stdout);
     json_open_object(&json, NULL);
-    json_text(&json, "sensor", session_name(session_host(ctl), name));
+    json_text(&json, "sensor", session_name(session_host(ctl)).text);
     report_json(&json, answer->status, is_owned);
     report_json_lines(&json, "debug", answer->debug);
     json_uint(&json, "tries", answer->tries);
@@ -228,7 +223,7 @@ enum exit_status command_status(struct ctl *ctl, int count, char **words)
                             "status: '%s': no word is expected after status",
                             words[1]);
     }
-    if ((ctl->options.watch || ctl->options.every_s > 0.0) &&
+    if ((ctl->options.repeat.watch || ctl->options.repeat.every_s > 0.0) &&
         !ctl->options.dry_run) {
         return watch(ctl);
     }

@@ -25,8 +25,8 @@ static const char *name_folder(const struct ctl *ctl, const char *plan,
 {
     const char *base = lum_system_base(plan);
     const char *dot = strrchr(base, '.');
-    if (ctl->options.output != NULL) {
-        return ctl->options.output;
+    if (ctl->options.sweep.output != NULL) {
+        return ctl->options.sweep.output;
     }
     if (dot == NULL || dot == base) {
         return "sweep";
@@ -124,7 +124,7 @@ static enum exit_status prepare(struct sweep *s, size_t *missing)
     struct ctl *ctl = s->ctl;
     enum exit_status status =
         manifest_open(ctl, s->folder, s->file, s->plan.count,
-                      ctl->options.goes_on, &s->manifest);
+                      ctl->options.sweep.goes_on, &s->manifest);
     *missing = 0;
     for (size_t i = 0; i < s->plan.count && status == EXIT_DONE; i++) {
         const lum_sweep_step *what = &s->plan.steps[i];
@@ -163,7 +163,8 @@ static enum exit_status switch_on(struct sweep *s)
 /* What steps that were done before have set is sent with the next one. */
 static enum exit_status do_steps(struct sweep *s)
 {
-    enum exit_status status = s->ctl->options.laser ? switch_on(s) : EXIT_DONE;
+    enum exit_status status =
+        s->ctl->options.owner.laser ? switch_on(s) : EXIT_DONE;
     lum_settings unsent = {.has_shape = false};
     for (size_t i = 0; i < s->plan.count && status == EXIT_DONE; i++) {
         lum_sweep_merge(&unsent, &s->plan.steps[i].settings);
@@ -211,7 +212,7 @@ static enum exit_status run(struct sweep *s)
     if (s->is_whole) { /* a signal comes too late now */
         status = sweep_trouble(s);
     }
-    if (ctl->options.laser && laser_leave(ctl) != EXIT_DONE &&
+    if (ctl->options.owner.laser && laser_leave(ctl) != EXIT_DONE &&
         status == EXIT_DONE) {
         (void)snprintf(s->why, sizeof s->why, "the laser was not seen off");
         status = EXIT_FAILED;
@@ -253,7 +254,7 @@ static enum exit_status sweep(struct sweep *s)
     if (missing == 0) {
         return EXIT_DONE;
     }
-    if (!s->ctl->options.laser) {
+    if (!s->ctl->options.owner.laser) {
         ctl_note(s->ctl, "without --laser the laser is left as it is");
     }
     return manifest_begin(s->manifest, &error)

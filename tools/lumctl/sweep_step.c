@@ -386,7 +386,7 @@ static enum exit_status look_at_laser(struct sweep *s)
     }
     s->has_status = answer.has_status;
     s->status = answer.status;
-    if (!s->ctl->options.laser ||
+    if (!s->ctl->options.owner.laser ||
         (answer.has_status && lum_laser_is_on(answer.status))) {
         return EXIT_DONE;
     }
@@ -448,14 +448,13 @@ static void say_about(const struct sweep *s, size_t step,
     char at[64];
     char set[256] = "";
     char source[64];
-    char name[SESSION_NAME_BYTES];
     const char *texts[OPTIONS_MAX] = {at, set};
     const struct provenance_run run = {.program = "lumctl",
                                        .source = source,
                                        .options = texts,
                                        .option_count = OPTIONS_MAX};
     (void)snprintf(source, sizeof source, "udp://%s",
-                   session_name(session_host(s->ctl), name));
+                   session_name(session_host(s->ctl)).text);
     (void)snprintf(at, sizeof at, "sweep, step %u of %u", (unsigned)step + 1u,
                    (unsigned)s->plan.count);
     for (size_t i = 0; i < s->in_force.count; i++) {

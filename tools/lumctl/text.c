@@ -157,10 +157,9 @@ void text_print_json(const struct ctl *ctl, const struct text_outcome *outcome,
                      const struct ctl_answer *answer)
 {
     struct json json;
-    char name[SESSION_NAME_BYTES];
     json_init(&json, stdout);
     json_open_object(&json, NULL);
-    json_text(&json, "sensor", session_name(session_host(ctl), name));
+    json_text(&json, "sensor", session_name(session_host(ctl)).text);
     if (outcome != NULL) {
         json_text(&json, "command", outcome->text);
         json_bool(&json, "done", outcome->is_done);
@@ -184,13 +183,12 @@ void text_print_json(const struct ctl *ctl, const struct text_outcome *outcome,
 void text_print_answer(const struct ctl *ctl, const char *what,
                        const struct ctl_answer *answer)
 {
-    char name[SESSION_NAME_BYTES];
-    char line[REPORT_LINE_BYTES];
-    (void)printf("%s: %s; %s\n", session_name(session_host(ctl), name), what,
-                 answer->has_status
-                     ? report_line(answer->status,
-                                   session_is_owned(ctl, answer->status), line)
-                     : "the answer bore no status");
+    (void)printf(
+        "%s: %s; %s\n", session_name(session_host(ctl)).text, what,
+        answer->has_status
+            ? report_line(answer->status, session_is_owned(ctl, answer->status))
+                  .text
+            : "the answer bore no status");
     report_debug(stdout, answer->debug);
     if (*answer->others != '\0') {
         (void)puts(answer->others);

@@ -82,13 +82,11 @@ static const char *drift_text(const lum_clock_estimate *e, char out[SPAN_BYTES])
 
 static void put_json(const struct timing *t, const lum_clock_estimate *e)
 {
-    char name[SESSION_NAME_BYTES];
-    char when[REPORT_UTC_BYTES];
     struct json json;
     json_init(&json, stdout);
     json_open_object(&json, NULL);
-    json_text(&json, "time", report_utc(lum_time_utc_ns(), when));
-    json_text(&json, "sensor", session_name(session_host(t->ctl), name));
+    json_text(&json, "time", report_utc(lum_time_utc_ns()).text);
+    json_text(&json, "sensor", session_name(session_host(t->ctl)).text);
     json_int(&json, "clock_us", e->clock_us);
     json_int(&json, "offset_ns", utc_offset(e));
     json_int(&json, "error_ns", e->error_ns);
@@ -110,14 +108,12 @@ static void put_json(const struct timing *t, const lum_clock_estimate *e)
 
 static void put_all(const struct timing *t, const lum_clock_estimate *e)
 {
-    char name[SESSION_NAME_BYTES];
-    char when[REPORT_UTC_BYTES];
     char text[SPAN_BYTES];
     char other[SPAN_BYTES];
-    (void)printf("%s: clock %s\n", session_name(session_host(t->ctl), name),
+    (void)printf("%s: clock %s\n", session_name(session_host(t->ctl)).text,
                  clock_text(e->clock_us, text));
     (void)printf("  was 0 at    %s by this host's clock, +-%s\n",
-                 report_utc(utc_offset(e), when), span_text(e->error_ns, text));
+                 report_utc(utc_offset(e)).text, span_text(e->error_ns, text));
     (void)printf("  round trip  %s to %s, %u exchanges\n",
                  span_text(t->least_ns, text), span_text(t->most_ns, other),
                  (unsigned)e->exchanges);
@@ -128,7 +124,6 @@ static void put_all(const struct timing *t, const lum_clock_estimate *e)
 
 static void put_line(const struct timing *t, const lum_clock_estimate *e)
 {
-    char when[REPORT_UTC_BYTES];
     char clock[SPAN_BYTES];
     char error[SPAN_BYTES];
     char trip[SPAN_BYTES];
@@ -136,7 +131,7 @@ static void put_line(const struct timing *t, const lum_clock_estimate *e)
     const int64_t offset = utc_offset(e);
     (void)printf("%s  clock %s  offset %" PRId64 ".%06d s +-%s  round trip %s  "
                  "drift %s\n",
-                 report_utc(lum_time_utc_ns(), when),
+                 report_utc(lum_time_utc_ns()).text,
                  clock_text(e->clock_us, clock), offset / NS_PER_S,
                  (int)(offset % NS_PER_S / 1000), span_text(e->error_ns, error),
                  span_text(t->round_trip_ns, trip), drift_text(e, drift));
@@ -163,10 +158,9 @@ static bool show_line(struct timing *t)
 static void note_silence(struct timing *t)
 {
     if (!t->is_silent) {
-        char name[SESSION_NAME_BYTES];
         t->is_silent = true;
         ctl_note(t->ctl, "%s does not answer",
-                 session_name(session_host(t->ctl), name));
+                 session_name(session_host(t->ctl)).text);
     }
 }
 
@@ -244,7 +238,7 @@ enum exit_status command_time(struct ctl *ctl, int count, char **words)
             EXIT_BAD, "time: '%s': no word is expected after time", words[1]);
     }
     if (ctl->options.dry_run) {
-        const lum_timestamp request = {ctl->options.sequence, 0};
+        const lum_timestamp request = {ctl->options.requests.sequence, 0};
         uint8_t packet[LUM_TIMESTAMP_BYTES];
         lum_timestamp_encode(packet, &request);
         return ctl_print_packet(ctl, packet, sizeof packet);
@@ -254,5 +248,5 @@ enum exit_status command_time(struct ctl *ctl, int count, char **words)
         return opened;
     }
     lum_clock_sync_init(&t.sync);
-    return ctl->options.watch ? watch(&t) : measure(&t);
+    return ctl->options.repeat.watch ? watch(&t) : measure(&t);
 }

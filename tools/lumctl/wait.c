@@ -80,9 +80,7 @@ static bool take(void *context, const lum_sensor_event *event)
 static enum exit_status complain(const struct waiting *w)
 {
     const struct ctl *ctl = w->ctl;
-    char name[SESSION_NAME_BYTES];
-    char line[REPORT_LINE_BYTES];
-    (void)session_name(session_host(ctl), name);
+    const struct session_name name = session_name(session_host(ctl));
     if (!w->answers) {
         return session_complain_silence(ctl, 0);
     }
@@ -90,13 +88,13 @@ static enum exit_status complain(const struct waiting *w)
         return ctl_complain(EXIT_NO_ANSWER,
                             "%s: its answers contain no status; set tlv.status "
                             "in a profile to the sensor's number",
-                            name);
+                            name.text);
     }
     const bool is_owned = session_is_owned(ctl, w->status);
     return ctl_complain(
         has_hazard(w) ? EXIT_HAZARD : EXIT_NO_ANSWER,
-        "%s: %s after %.6g s: %s%s", name, goals[w->goal].what,
-        ctl->options.duration_s, report_line(w->status, is_owned, line),
+        "%s: %s after %.6g s: %s%s", name.text, goals[w->goal].what,
+        ctl->options.repeat.duration_s, report_line(w->status, is_owned).text,
         w->goal == UP && report_is_idle(w->status, is_owned)
             ? "; nobody sends heartbeats, as lumctl heartbeat --laser does"
             : "");

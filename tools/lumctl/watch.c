@@ -13,7 +13,7 @@ static int64_t earlier(int64_t a, int64_t b)
 
 static int64_t end_of(const struct ctl *ctl, int64_t now)
 {
-    const double s = ctl->options.duration_s;
+    const double s = ctl->options.repeat.duration_s;
     return s > 0.0 ? now + (int64_t)(s * 1e9) : INT64_MAX;
 }
 

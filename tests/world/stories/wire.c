@@ -224,5 +224,5 @@ STORY(find_without_rights, "without rights all but ARP works, and that is said")
     expect_value(find, "sensors.0.mac", "null");
     expect_value(find, "left_out.0",
                  "eth1: no address in a sensor's subnet, and not asked by ARP, "
-                 "since only root may: say sudo lumctl find");
+                 "which needs root: run 'sudo lumctl find'");
 }

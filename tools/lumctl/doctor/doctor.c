@@ -1,3 +1,5 @@
+/* What all checks of the doctor say and share: findings and their fixes, and
+ * which needs of later checks are missing. */
 #include "doctor.h"
 
 #include "../../common/number.h"
@@ -69,6 +71,24 @@ const char *doctor_place(uint32_t address, uint16_t port,
                        (unsigned)port);
     }
     return out;
+}
+
+void doctor_fix_elsewhere(const struct doctor *d, struct doctor_finding *out)
+{
+    doctor_fix(out,
+               "sudo lumctl find --interface %s    # at which address does "
+               "it answer? It boots at 10.42.0.37",
+               d->route.interface);
+}
+
+void doctor_fix_watch_while(const struct doctor *d, struct doctor_finding *out,
+                            const char *filter, const char *command,
+                            const char *question)
+{
+    char what[SESSION_CTL_BYTES + 80];
+    (void)snprintf(what, sizeof what, "while %s %s runs: %s",
+                   session_ctl(d->ctl, d->sensor).text, command, question);
+    doctor_fix_watch(d, out, filter, what);
 }
 
 void doctor_lack(struct doctor *d, enum doctor_need need, const char *why)

@@ -6,10 +6,10 @@
 
 #include "../../common/interfaces.h"
 #include "../ctl.h"
+#include "doctor_session.h"
 
 #include "lum/assembler.h"
 #include "lum/frame/framer.h"
-#include "lum/host/clock_sync.h"
 #include "lum/packet.h"
 
 #include <stdbool.h>
@@ -64,13 +64,33 @@ struct doctor_stream {
     uint64_t came_in; /* at least so many datagrams, by the interface, before
                          any rule of this host; 0: not known */
     int64_t duration_ns;
+    lum_framer *framer; /* data to lines; NULL: no data was taken */
 };
 
-/* A timestamp, and when it was asked for and came. */
-struct doctor_exchange {
-    int64_t sent_ns;
-    int64_t received_ns;
-    uint32_t clock_us;
+/* This host's interfaces (doctor_interface.c). */
+struct doctor_host {
+    struct host_interface *all; /* the heap's */
+    size_t count;
+    const struct host_interface
+        *chosen;      /* in the sensor's subnet; NULL: none */
+    uint32_t address; /* this host's, there */
+    bool answers;     /* a device with the sensor's address was seen there */
+    char own[64];     /* the sensor's address, where it is this host's:
+                         "10.42.0.37/24 dev eth0"; empty: 127/8 */
+};
+
+/* The way that this host sends to the sensor (doctor_route.c). */
+struct doctor_route {
+    char interface[DOCTOR_NAME_BYTES]; /* empty: not known */
+    uint32_t source;                   /* this host's address on it */
+    uint32_t next_hop;
+};
+
+/* Whether a sensor answers by the kernel's route. */
+enum doctor_reach {
+    DOCTOR_REACH_UNKNOWN,
+    DOCTOR_REACHED,
+    DOCTOR_UNREACHED
 };
 
 struct doctor {
@@ -81,34 +101,13 @@ struct doctor {
     bool is_silent;                  /* a request was sent, and nothing came */
     bool is_misled; /* requests or answers may reach another device */
     bool has_hazard;
-    /* The host's side. */
-    struct host_interface *interfaces; /* the heap's */
-    size_t interface_count;
-    const struct host_interface
-        *chosen;             /* in the sensor's subnet; NULL: none */
-    uint32_t chosen_address; /* this host's, there */
-    bool chosen_answers;     /* a device with the address was seen there */
-    bool is_reach_known;     /* whether a sensor answers by the kernel's
-                                route */
-    bool is_reached;
-    char interface[DOCTOR_NAME_BYTES]; /* the way goes out there; empty: not
-                                          known */
-    uint32_t source;                   /* this host's address on that route */
-    uint32_t next_hop;
     bool is_local;    /* the sensor's address is one of this host's */
-    char own[64];     /* where: "10.42.0.37/24 dev eth0"; empty: 127/8 */
     bool was_refused; /* the host there says that no program listens */
-    /* The wire's side. */
-    lum_sensor *session;
-    lum_clock_sync clock;
-    bool has_time;
-    int64_t begin_ns;             /* of the exchanges, where has_time */
-    struct doctor_exchange early; /* the shortest near their beginning */
-    struct doctor_exchange late;  /* and near their end */
-    bool has_status;
-    uint16_t status;
+    enum doctor_reach reach;
+    struct doctor_host host;
+    struct doctor_route route;
+    struct doctor_session session;
     struct doctor_stream stream;
-    lum_framer *framer; /* data to lines; NULL: no data was taken */
 };
 
 /* What a check says; the text is a sentence without its full stop. */
@@ -150,9 +149,6 @@ bool doctor_is_cancelled(const struct doctor *d);
 /* Continues the heartbeats of a shell's session during the checks. */
 void doctor_keep_alive(struct doctor *d);
 
-/* Opens a session of the doctor's own. */
-lum_net_result doctor_open(struct doctor *d, bool owns, lum_error *error);
-
 /* Checks of this host: doctor_interface.c, doctor_arp.c, doctor_ports.c,
  * doctor_firewall.c, doctor_host.c; or doctor_other.c. */
 void doctor_check_interface(struct doctor *d, struct doctor_finding *out);
@@ -177,12 +173,17 @@ bool doctor_answers_at(const struct doctor *d, uint16_t port);
  * comment. */
 void doctor_fix_watch(const struct doctor *d, struct doctor_finding *out,
                       const char *filter, const char *why);
+/* The same, while a command of lumctl runs, with a question to look for. */
+void doctor_fix_watch_while(const struct doctor *d, struct doctor_finding *out,
+                            const char *filter, const char *command,
+                            const char *question);
 /* Bytes of datagrams that a receive buffer holds. */
 size_t doctor_buffer_payload(size_t granted);
 /* The command that raises the kernel's limit for receive buffers. */
 void doctor_fix_buffer(struct doctor_finding *out);
 
-/* Checks on the wire: doctor_sensor.c, doctor_stream.c. */
+/* Checks on the wire: doctor_session.c, doctor_answer.c, doctor_data.c,
+ * doctor_stream.c, doctor_sensor.c. */
 void doctor_check_session(struct doctor *d, struct doctor_finding *out);
 void doctor_check_buffer(struct doctor *d, struct doctor_finding *out);
 void doctor_check_answer(struct doctor *d, struct doctor_finding *out);

@@ -18,7 +18,7 @@ static void say_other(struct doctor *d, const struct host_interface *on,
     char address[16];
     d->is_silent = false; /* the request went to the wrong place */
     doctor_wrong(out, "nobody on %s answers for %s, but a device on %s does",
-                 d->interface, d->address, on->name);
+                 d->route.interface, d->address, on->name);
     if (interfaces_subnet(on, d->sensor.address) != NULL) {
         host_fix_interface(d, on->name, out);
         return;
@@ -44,8 +44,10 @@ static void say_nobody(struct doctor *d, struct doctor_finding *out)
     doctor_wrong(out,
                  "nobody on %s answers for %s: no power, another cable, or "
                  "another address",
-                 d->interface, number_format_address(d->next_hop, hop));
-    const struct host_interface *other = neighbours_search(d, d->interface);
+                 d->route.interface,
+                 number_format_address(d->route.next_hop, hop));
+    const struct host_interface *other =
+        neighbours_search(d, d->route.interface);
     if (other != NULL) {
         say_other(d, other, out);
     } else {
@@ -59,15 +61,16 @@ static void say_two(struct doctor *d, const struct arp_answers *who,
     char hop[16];
     char macs[NEIGHBOURS_TEXT_BYTES];
     d->is_misled = true;
-    (void)number_format_address(d->next_hop, hop);
+    (void)number_format_address(d->route.next_hop, hop);
     doctor_wrong(out,
                  "%zu devices on %s answer for %s: %s; what is sent reaches "
                  "now one and now another (every sensor boots at 10.42.0.37)",
-                 who->count, d->interface, hop, neighbours_format(who, macs));
+                 who->count, d->route.interface, hop,
+                 neighbours_format(who, macs));
     doctor_fix(out,
                "ip neigh show %s dev %s    # the one that is reached now; "
                "unplug all but one, and give that one another address",
-               hop, d->interface);
+               hop, d->route.interface);
 }
 
 /* What is on the network, beside what the kernel believes. */
@@ -88,10 +91,11 @@ static void look_at_local(struct doctor *d, struct doctor_finding *out)
 {
     struct arp_answers who;
     char macs[NEIGHBOURS_TEXT_BYTES];
-    const struct host_interface *on =
-        d->chosen != NULL && d->chosen->is_loopback && d->own[0] != '\0'
-            ? neighbours_search(d, NULL)
-            : d->chosen;
+    const struct host_interface *on = d->host.chosen != NULL &&
+                                              d->host.chosen->is_loopback &&
+                                              d->host.own[0] != '\0'
+                                          ? neighbours_search(d, NULL)
+                                          : d->host.chosen;
     if (on == NULL || !on->is_up ||
         !neighbours_hear(d, on, d->sensor.address, &who) || who.count == 0) {
         doctor_fine(out, "not needed: %s is on this host", d->address);
@@ -101,7 +105,7 @@ static void look_at_local(struct doctor *d, struct doctor_finding *out)
                  "%s is this host's own address, and a device on %s has it, "
                  "too: %s; nothing that is sent there leaves this host",
                  d->address, on->name, neighbours_format(&who, macs));
-    doctor_fix(out, "sudo ip addr del %s", d->own);
+    doctor_fix(out, "sudo ip addr del %s", d->host.own);
 }
 
 /* What is sent goes to a device that does not have the address: an entry that
@@ -114,7 +118,8 @@ static bool say_misled(struct doctor *d, const struct arp_answers *who,
     char macs[NEIGHBOURS_TEXT_BYTES];
     struct arp_answers known = *who;
     if (who->count == 0 || who->count == ARP_ANSWERS_MAX ||
-        neighbours_look_up(d->next_hop, d->interface, mac) != ARP_COMPLETE) {
+        neighbours_look_up(d->route.next_hop, d->route.interface, mac) !=
+            ARP_COMPLETE) {
         return false;
     }
     arp_answers_add(&known, mac);
@@ -122,12 +127,12 @@ static bool say_misled(struct doctor *d, const struct arp_answers *who,
         return false;
     }
     d->is_misled = true;
-    (void)number_format_address(d->next_hop, hop);
+    (void)number_format_address(d->route.next_hop, hop);
     doctor_wrong(out,
                  "this host's table says that %s is at %s, but %s answers for "
                  "it: what is sent does not reach it",
                  hop, mac, neighbours_format(who, macs));
-    doctor_fix(out, "sudo ip neigh del %s dev %s", hop, d->interface);
+    doctor_fix(out, "sudo ip neigh del %s dev %s", hop, d->route.interface);
     return true;
 }
 
@@ -138,9 +143,9 @@ static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
     struct arp_answers who = {0};
     char hop[16];
     const struct host_interface *on =
-        interfaces_find(d->interfaces, d->interface_count, d->interface);
+        interfaces_find(d->host.all, d->host.count, d->route.interface);
     if (on != NULL) {
-        (void)neighbours_hear(d, on, d->next_hop, &who);
+        (void)neighbours_hear(d, on, d->route.next_hop, &who);
     }
     if (who.is_heard && who.count == 0 && !has_spoken) {
         say_nobody(d, out);
@@ -149,8 +154,8 @@ static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
     if (say_misled(d, &who, out)) {
         return;
     }
-    doctor_fine(out, "%s is at %s", number_format_address(d->next_hop, hop),
-                mac);
+    doctor_fine(out, "%s is at %s",
+                number_format_address(d->route.next_hop, hop), mac);
     add_wire(d, &who, out);
 }
 
@@ -161,8 +166,8 @@ static void fix_own(struct doctor *d, const struct host_interface *on,
     char other[16];
     const struct interface_address *at = NULL;
     const uint32_t beside = host_address_beside(d, on);
-    if (beside == 0 || interfaces_owner(d->interfaces, d->interface_count,
-                                        d->source, &at) == NULL) {
+    if (beside == 0 || interfaces_owner(d->host.all, d->host.count,
+                                        d->route.source, &at) == NULL) {
         host_say_full(d, on, out);
         return;
     }
@@ -170,7 +175,8 @@ static void fix_own(struct doctor *d, const struct host_interface *on,
                "sudo ip addr add %s/%u dev %s && sudo ip addr del %s/%u dev "
                "%s    # or give the other one another address",
                number_format_address(beside, other), at->prefix, on->name,
-               number_format_address(d->source, own), at->prefix, on->name);
+               number_format_address(d->route.source, own), at->prefix,
+               on->name);
 }
 
 /* What the sensor sends to this host's address goes now to this host and now
@@ -181,11 +187,11 @@ static void look_at_own(struct doctor *d, struct doctor_finding *out)
     char own[16];
     char macs[NEIGHBOURS_TEXT_BYTES];
     const struct host_interface *on =
-        interfaces_find(d->interfaces, d->interface_count, d->interface);
-    if (on == NULL || d->source == 0) {
+        interfaces_find(d->host.all, d->host.count, d->route.interface);
+    if (on == NULL || d->route.source == 0) {
         return;
     }
-    neighbours_rivals(d, on, d->source, &who);
+    neighbours_rivals(d, on, d->route.source, &who);
     if (who.count == 0) {
         return;
     }
@@ -199,15 +205,16 @@ static void look_at_own(struct doctor *d, struct doctor_finding *out)
     doctor_add(out,
                " on %s has this host's address %s, too: answers and data reach "
                "now this host and now that one",
-               d->interface, number_format_address(d->source, own));
+               d->route.interface, number_format_address(d->route.source, own));
 }
 
 static void look_at_sensors(struct doctor *d, struct doctor_finding *out)
 {
     char mac[MAC_BYTES] = "";
     enum arp_state state = ARP_UNKNOWN;
-    const enum knock_answer answer = neighbours_probe(
-        d, d->ctl->options.interface, d->next_hop, d->interface, mac, &state);
+    const enum knock_answer answer =
+        neighbours_probe(d, d->ctl->options.interface, d->route.next_hop,
+                         d->route.interface, mac, &state);
     const bool has_spoken = answer == KNOCK_ANSWERED || answer == KNOCK_REFUSED;
     d->was_refused = answer == KNOCK_REFUSED;
     if (answer == KNOCK_DENIED) {
@@ -222,7 +229,7 @@ static void look_at_sensors(struct doctor *d, struct doctor_finding *out)
         say_neighbour(d, mac, has_spoken, out);
     } else if (has_spoken) {
         doctor_fine(out, "%s answers, and needs no ARP on %s", d->address,
-                    d->interface);
+                    d->route.interface);
     } else if (state == ARP_INCOMPLETE || answer == KNOCK_UNREACHABLE) {
         say_nobody(d, out);
     } else {

@@ -73,9 +73,8 @@ static void run(struct doctor *d, struct experiment *e)
 /* "lumctl --host 10.42.0.37 --interface eth0 doctor" */
 static void fix_by_trace(const struct doctor *d, struct doctor_finding *out)
 {
-    char at[SESSION_CTL_BYTES];
     doctor_fix(out, "sudo %s doctor --trace    # names the rule",
-               session_ctl(d->ctl, d->sensor, at));
+               session_ctl(d->ctl, d->sensor).text);
 }
 
 static bool is_builtin(const char *chain)
@@ -164,11 +163,11 @@ static unsigned read_filter(const char *interface)
 static bool is_filtered(const struct doctor *d)
 {
     struct way way;
-    const unsigned here = read_filter(d->interface);
+    const unsigned here = read_filter(d->route.interface);
     const unsigned all = read_filter("all");
     return (here > all ? here : all) == 1u &&
            way_find(d->sensor.address, NULL, &way) && way.exists &&
-           strcmp(way.interface, d->interface) != 0;
+           strcmp(way.interface, d->route.interface) != 0;
 }
 
 static void say_filtered(const struct doctor *d, struct doctor_finding *out)
@@ -176,9 +175,9 @@ static void say_filtered(const struct doctor *d, struct doctor_finding *out)
     doctor_wrong(out,
                  "answers of %s come in by %s and are dropped by this host's "
                  "reverse path filter, since its own route leads elsewhere",
-                 d->address, d->interface);
+                 d->address, d->route.interface);
     doctor_fix(out, "sudo sysctl -w net/ipv4/conf/%s/rp_filter=2",
-               d->interface);
+               d->route.interface);
 }
 
 /* Rules of iptables-legacy are not traced. */
@@ -276,7 +275,7 @@ static void say_dropped(struct doctor *d, struct experiment *e,
         doctor_wrong(out,
                      "answers of %s come in by %s, and this host drops them: "
                      "a rule of its firewall",
-                     d->address, d->interface);
+                     d->address, d->route.interface);
     }
     if (e->trace == NULL) {
         fix_by_trace(d, out);
@@ -298,7 +297,7 @@ static void say_unseen(const struct doctor *d, const struct fate *fate,
         doctor_unseen(out,
                       "not looked at: no answer of %s comes in by %s that "
                       "could be dropped",
-                      d->address, d->interface);
+                      d->address, d->route.interface);
     } else {
         doctor_unseen(out, "not looked at: no answer was heard, and only root "
                            "can see whether one comes in and is dropped; "
@@ -328,8 +327,8 @@ static void conclude(struct doctor *d, struct experiment *e,
 static bool begin_trace(struct doctor *d, struct experiment *e,
                         lum_error *error)
 {
-    int ready =
-        trace_start(d->interface, d->sensor, e->knock.port, &e->trace, error);
+    int ready = trace_start(d->route.interface, d->sensor, e->knock.port,
+                            &e->trace, error);
     for (int i = 0; i < READY_TRIES && ready == 0 && !doctor_is_cancelled(d);
          i++) {
         doctor_keep_alive(d);
@@ -357,7 +356,7 @@ void doctor_check_firewall(struct doctor *d, struct doctor_finding *out)
         knock_end(&e.knock);
         return;
     }
-    e.capture = capture_open(d->interface, d->sensor, e.knock.port);
+    e.capture = capture_open(d->route.interface, d->sensor, e.knock.port);
     e.fate.may_look = e.capture >= 0;
     run(d, &e);
     conclude(d, &e, out);

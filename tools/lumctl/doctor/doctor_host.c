@@ -1,38 +1,123 @@
-/* What Linux says about this host, besides its interfaces. */
-#include "doctor.h"
+/* What the checks of a Linux host share: advice that several give, an address
+ * that is free, what comes in by the interface; and the check of its MTU. */
+#include "doctor_host.h"
 
+#include "../../common/number.h"
+#include "../beside.h"
+#include "../session.h"
 #include "doctor_capture.h"
 #include "doctor_knock.h"
+#include "doctor_neighbour.h"
 #include "doctor_trace.h"
 #include "doctor_way.h"
 
+#include <string.h>
 #include <unistd.h>
 
 #define MTU_MIN 1500u
 
+bool host_is_asked_for(const struct doctor *d, const struct host_interface *i)
+{
+    const char *only = d->ctl->options.interface;
+    return only == NULL || strcmp(only, i->name) == 0;
+}
+
+bool host_spare(struct doctor *d, struct doctor_finding *out)
+{
+    if (d->reach == DOCTOR_REACH_UNKNOWN) {
+        doctor_keep_alive(d);
+        d->reach = knock_reaches(d->sensor, d->ctl->options.interface)
+                       ? DOCTOR_REACHED
+                       : DOCTOR_UNREACHED;
+    }
+    if (d->reach != DOCTOR_REACHED) {
+        return false;
+    }
+    out->result = DOCTOR_NOTE;
+    out->fix[0] = '\0';
+    doctor_add(out, "; a sensor answers at %s all the same", d->address);
+    return true;
+}
+
+void host_fix_interface(const struct doctor *d, const char *interface,
+                        struct doctor_finding *out)
+{
+    char at[SESSION_CTL_BYTES];
+    doctor_fix(out, "%s doctor    # --interface %s with every tool",
+               lum_news_ctl(d->sensor, interface, at, sizeof at), interface);
+}
+
+/* --- An address for this host --- */
+
+struct wish {
+    struct doctor *d;
+    const struct host_interface *on; /* NULL: none that can be asked */
+};
+
+static bool is_taken(void *context, uint32_t address)
+{
+    struct wish *w = context;
+    struct arp_answers who = {0};
+    if (interfaces_owner(w->d->host.all, w->d->host.count, address, NULL) !=
+        NULL) {
+        return true;
+    }
+    return w->on != NULL && neighbours_hear(w->d, w->on, address, &who) &&
+           who.count > 0;
+}
+
+uint32_t host_address_beside(struct doctor *d, const struct host_interface *w)
+{
+    struct wish wish = {d, w != NULL && w->is_up && w->has_link ? w : NULL};
+    return beside_find(d->sensor.address, is_taken, &wish);
+}
+
+void host_say_full(const struct doctor *d, const struct host_interface *w,
+                   struct doctor_finding *out)
+{
+    char first[16];
+    char last[16];
+    const uint32_t subnet = d->sensor.address & BESIDE_MASK;
+    doctor_add(out, "; of %s to %s every address is taken",
+               number_format_address(subnet | 1u, first),
+               number_format_address(subnet | BESIDE_LAST, last));
+    doctor_fix(out,
+               "sudo lumctl find --interface %s --subnet %s/24    # who has "
+               "which; then give %s one that nobody has",
+               w != NULL ? w->name : "INTERFACE",
+               number_format_address(subnet, first),
+               w != NULL ? w->name : "INTERFACE");
+}
+
+/* --- Check: MTU --- */
+
 void doctor_check_mtu(struct doctor *d, struct doctor_finding *out)
 {
-    const unsigned mtu = way_mtu(d->interface);
+    const unsigned mtu = way_mtu(d->route.interface);
     if (mtu == 0) {
         doctor_unseen(out, "not looked at: the kernel does not tell that of %s",
-                      d->interface);
+                      d->route.interface);
     } else if (mtu < MTU_MIN) {
         doctor_wrong(out,
                      "%s takes packets of %u bytes at most; the sensor's need "
                      "%u",
-                     d->interface, mtu, MTU_MIN);
-        doctor_fix(out, "sudo ip link set dev %s mtu %u", d->interface,
+                     d->route.interface, mtu, MTU_MIN);
+        doctor_fix(out, "sudo ip link set dev %s mtu %u", d->route.interface,
                    MTU_MIN);
     } else {
-        doctor_fine(out, "%s takes packets of %u bytes", d->interface, mtu);
+        doctor_fine(out, "%s takes packets of %u bytes", d->route.interface,
+                    mtu);
     }
 }
+
+/* --- For checks on the wire --- */
 
 void doctor_fix_watch(const struct doctor *d, struct doctor_finding *out,
                       const char *filter, const char *why)
 {
     doctor_fix(out, "sudo tcpdump -ni %s '%s'    # %s",
-               d->interface[0] != '\0' ? d->interface : "any", filter, why);
+               d->route.interface[0] != '\0' ? d->route.interface : "any",
+               filter, why);
 }
 
 /* The kernel doubles the requested size, for its own overhead. */
@@ -65,9 +150,9 @@ bool doctor_answers_at(const struct doctor *d, uint16_t port)
 
 int doctor_count_begin(const struct doctor *d, uint16_t to_port)
 {
-    return d->interface[0] == '\0'
+    return d->route.interface[0] == '\0'
                ? -1
-               : capture_open(d->interface, d->sensor, to_port);
+               : capture_open(d->route.interface, d->sensor, to_port);
 }
 
 uint64_t doctor_count_end(int counter)

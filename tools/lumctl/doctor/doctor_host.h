@@ -20,14 +20,36 @@ struct candidate {
 
 #define CANDIDATES_MAX 16u
 
+/* Whether --interface allows it. */
 bool host_is_asked_for(const struct doctor *d, const struct host_interface *i);
 
-/* Those that --interface allows; returns how many. */
+/* Those that --interface allows; returns how many (doctor_candidate.c, as all
+ * up to host_near()). */
 size_t host_candidates(const struct doctor *d,
                        struct candidate out[CANDIDATES_MAX]);
 
 /* Checks once whether a device answers there. */
 void host_look(struct doctor *d, struct candidate *c);
+
+/* The best of them: where a sensor answers, then any device, then by the
+ * kernel's route. Asks only where there are several. */
+struct candidate *host_choose(struct doctor *d, struct candidate *all,
+                              size_t n);
+
+/* Whether a device answers for the sensor on the chosen interface. */
+bool host_answers(struct doctor *d);
+
+/* Where a device answers for the sensor, if that can be heard; else a guess;
+ * NULL: none is allowed. */
+const struct host_interface *host_likeliest(struct doctor *d);
+
+/* Where else than on the requested interface the sensor answers; NULL: nowhere,
+ * or none was requested. */
+const struct host_interface *host_elsewhere(struct doctor *d);
+
+/* An address of an interface beside the sensor's; NULL: none. */
+const struct interface_address *host_near(const struct doctor *d,
+                                          const struct host_interface *w);
 
 /* An address for this host in the sensor's subnet that no other device has, if
  * this can be asked on an interface (NULL: none); 0: all are in use. With the

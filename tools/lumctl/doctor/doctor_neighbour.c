@@ -45,11 +45,10 @@ bool neighbours_hear(struct doctor *d, const struct host_interface *on,
 
 static bool is_ours(const struct doctor *d, const char *mac)
 {
-    for (size_t i = 0; i < d->interface_count; i++) {
+    for (size_t i = 0; i < d->host.count; i++) {
         char own[INTERFACE_MAC_TEXT_BYTES];
-        if (d->interfaces[i].has_mac &&
-            strcmp(interfaces_format_mac(d->interfaces[i].mac, own), mac) ==
-                0) {
+        if (d->host.all[i].has_mac &&
+            strcmp(interfaces_format_mac(d->host.all[i].mac, own), mac) == 0) {
             return true;
         }
     }
@@ -82,8 +81,8 @@ struct search {
 static void open_all(const struct doctor *d, const char *but, struct search *s)
 {
     s->count = 0;
-    for (size_t i = 0; i < d->interface_count && s->count < SEARCH_MAX; i++) {
-        const struct host_interface *w = &d->interfaces[i];
+    for (size_t i = 0; i < d->host.count && s->count < SEARCH_MAX; i++) {
+        const struct host_interface *w = &d->host.all[i];
         if (w->is_up && w->has_link &&
             (but == NULL || strcmp(but, w->name) != 0) &&
             arp_open(w, &s->arps[s->count], NULL) == ARP_OPENED) {

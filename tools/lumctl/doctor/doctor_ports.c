@@ -148,8 +148,9 @@ static void say_own_address(const struct doctor *d, struct doctor_finding *out)
     doctor_wrong(out,
                  "%s is this host's own address (%s), and no simulator has "
                  "its port %u: what is sent to the sensor does not leave",
-                 d->address, strstr(d->own, "dev "), (unsigned)d->sensor.port);
-    doctor_fix(out, "sudo ip addr del %s", d->own);
+                 d->address, strstr(d->host.own, "dev "),
+                 (unsigned)d->sensor.port);
+    doctor_fix(out, "sudo ip addr del %s", d->host.own);
 }
 
 static void say_nothing_listens(const struct doctor *d,
@@ -178,7 +179,7 @@ static void look_at_own(struct doctor *d, const struct udp_user *users,
     }
     d->is_silent = true;
     doctor_lack(d, DOCTOR_NEEDS_NEIGHBOUR, "nothing listens there");
-    if (d->own[0] != '\0') {
+    if (d->host.own[0] != '\0') {
         say_own_address(d, out);
     } else if (find_simulator(&simulator)) {
         say_elsewhere(d, &simulator, out);

@@ -204,10 +204,10 @@ enum exit_status command_doctor(struct ctl *ctl, int count, char **words)
         return ctl_complain(EXIT_FAILED, "doctor: %s", error.text);
     }
     (void)number_format_address(d.sensor.address, d.address);
-    lum_clock_sync_init(&d.clock);
+    lum_clock_sync_init(&d.session.clock);
     const enum exit_status status = examine(&d);
-    lum_sensor_close(d.session);
-    lum_framer_free(d.framer);
-    free(d.interfaces);
+    doctor_close(&d);
+    lum_framer_free(d.stream.framer);
+    free(d.host.all);
     return status;
 }

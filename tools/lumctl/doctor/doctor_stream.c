@@ -29,8 +29,8 @@ bool doctor_stream_open(struct doctor *d)
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         d->stream.pass_over[eye] = open_lines();
     }
-    return lum_framer_new(&options, &d->framer, NULL) == 0 &&
-           lum_framer_set_views(d->framer, NULL, 0, NULL) == 0;
+    return lum_framer_new(&options, &d->stream.framer, NULL) == 0 &&
+           lum_framer_set_views(d->stream.framer, NULL, 0, NULL) == 0;
 }
 
 /* What was under way when the doctor began to listen is incomplete, and does
@@ -50,7 +50,7 @@ static void take_event(struct doctor *d, lum_framer_event event)
 {
     switch (event) {
     case LUM_FRAMER_LINE:
-        take_line(&d->stream, lum_framer_line(d->framer));
+        take_line(&d->stream, lum_framer_line(d->stream.framer));
         break;
     case LUM_FRAMER_FAILED:
         d->stream.lacks_memory = true;
@@ -77,11 +77,11 @@ static void take_data(struct doctor *d, const lum_received *datagram,
                                .kind = LUM_RECORD_DATAGRAM};
     lum_framer_event event = LUM_FRAMER_NONE;
     do {
-        event = lum_framer_push(d->framer, &record, NULL);
+        event = lum_framer_push(d->stream.framer, &record, NULL);
         take_event(d, event);
     } while (event != LUM_FRAMER_NONE && event != LUM_FRAMER_FAILED);
     lum_demux_counters counters = {.struct_size = sizeof counters};
-    lum_demux_total(lum_framer_demux(d->framer), &counters);
+    lum_demux_total(lum_framer_demux(d->stream.framer), &counters);
     d->stream.assembly = counters.assembly;
     if (counters.assembly.stray > stray) {
         /* If the clock jumps, the first packet is dropped here and was not lost
@@ -132,12 +132,11 @@ static uint64_t odd_datagrams(const struct doctor_stream *s)
 
 static void fix_layout(const struct doctor *d, struct doctor_finding *out)
 {
-    char name[SESSION_NAME_BYTES];
     doctor_fix(out,
                "lumdump udp://%s --laser --duration 3 -o look.pcap; lumdump "
                "look.pcap --infer -o profile.yaml    # records 3 s with the "
                "laser on, and finds the layout for --profile profile.yaml",
-               session_name(d->sensor, name));
+               session_name(d->sensor).text);
 }
 
 static void say_odd(const struct doctor *d, uint64_t odd, uint64_t good,
@@ -218,7 +217,8 @@ static void say_filtered(const struct doctor *d, struct doctor_finding *out)
                  "of %" PRIu64 " datagrams that came in by %s this host "
                  "dropped %" PRIu64 ", and not for want of buffer: a rule of "
                  "its firewall that limits them",
-                 d->stream.came_in, d->interface, doctor_stream_filtered(d));
+                 d->stream.came_in, d->route.interface,
+                 doctor_stream_filtered(d));
     doctor_fix(out,
                "sudo nft list ruleset | grep -nE 'limit|quota|drop'    # and "
                "let UDP from %s through before it",
@@ -234,11 +234,11 @@ static void fix_wire(const struct doctor *d, struct doctor_finding *out)
                    "--reorder, --corrupt and --jitter; where it cannot keep "
                    "up, with a lower --rate",
                    doctor_place(d->sensor.address, d->sensor.port, place));
-    } else if (d->interface[0] != '\0') {
+    } else if (d->route.interface[0] != '\0') {
         doctor_fix(out,
                    "ethtool -S %s | grep -iE 'err|drop|miss|fifo'    # "
                    "rising: sudo ethtool -G %s rx 4096, or another cable",
-                   d->interface, d->interface);
+                   d->route.interface, d->route.interface);
     }
 }
 

@@ -51,10 +51,10 @@ static enum exit_status make_table(struct ctl *ctl,
                                    const lum_calibration *calibration,
                                    struct yscan_table *out)
 {
-    const char *text = ctl->options.shape;
+    const char *text = ctl->options.yscan.shape;
     const char *csv = yscan_csv_name(text);
     const size_t lines =
-        ctl->options.lines != 0 ? ctl->options.lines : YSCAN_LINES;
+        ctl->options.yscan.lines != 0 ? ctl->options.yscan.lines : YSCAN_LINES;
     char from[MEMORY_FROM_BYTES];
     lum_yscan_shape shape;
     enum exit_status status = EXIT_DONE;
@@ -131,7 +131,7 @@ static enum exit_status send_shape(struct ctl *ctl)
     if (status != EXIT_DONE) {
         return status;
     }
-    if (ctl->options.lines == 0) {
+    if (ctl->options.yscan.lines == 0) {
         ctl_note(ctl,
                  "the table is for %u lines, because a sensor cannot be asked; "
                  "use --lines %u if it runs with those",
@@ -146,8 +146,8 @@ static enum exit_status send_shape(struct ctl *ctl)
 
 enum exit_status command_yscan(struct ctl *ctl, int count, char **words)
 {
-    const bool has_shape = ctl->options.shape != NULL;
-    const uint32_t lines = ctl->options.lines;
+    const bool has_shape = ctl->options.yscan.shape != NULL;
+    const uint32_t lines = ctl->options.yscan.lines;
     if (count > (has_shape ? 1 : 2)) {
         return ctl_complain(EXIT_BAD,
                             "yscan: '%.40s' is one word too many: give a field "

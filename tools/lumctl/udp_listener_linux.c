@@ -16,7 +16,7 @@
 #define FRAME_BYTES   192u /* of each frame, its IP header included */
 #define PASS_OVER_MAX 64u
 
-struct find_ear {
+struct udp_listener {
     int fd;
 };
 
@@ -39,28 +39,29 @@ static bool attach(int fd, uint16_t port)
                       sizeof program) == 0;
 }
 
-struct find_ear *find_ear_open(const struct host_interface *interface,
-                               uint16_t port)
+struct udp_listener *udp_listener_open(const struct host_interface *interface,
+                                       uint16_t port)
 {
     struct sockaddr_ll link;
-    struct find_ear *ear = malloc(sizeof *ear);
-    if (ear == NULL) {
+    struct udp_listener *listener = malloc(sizeof *listener);
+    if (listener == NULL) {
         return NULL;
     }
     memset(&link, 0, sizeof link);
     link.sll_family = AF_PACKET;
     link.sll_protocol = htons(ETH_P_IP);
     link.sll_ifindex = (int)interface->index;
-    ear->fd = socket(AF_PACKET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (ear->fd < 0 || !attach(ear->fd, port) ||
-        bind(ear->fd, (const struct sockaddr *)&link, sizeof link) != 0) {
-        find_ear_close(ear);
+    listener->fd =
+        socket(AF_PACKET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (listener->fd < 0 || !attach(listener->fd, port) ||
+        bind(listener->fd, (const struct sockaddr *)&link, sizeof link) != 0) {
+        udp_listener_close(listener);
         return NULL;
     }
-    return ear;
+    return listener;
 }
 
-static bool read_frame(const uint8_t *frame, size_t len, struct find_heard *out)
+static bool read_frame(const uint8_t *frame, size_t len, struct udp_heard *out)
 {
     const size_t head = len > 0 ? (size_t)(frame[0] & 15u) * 4u : 0;
     uint32_t address = 0;
@@ -81,14 +82,14 @@ static bool read_frame(const uint8_t *frame, size_t len, struct find_heard *out)
     return true;
 }
 
-bool find_ear_take(struct find_ear *ear, struct find_heard *out)
+bool udp_listener_take(struct udp_listener *listener, struct udp_heard *out)
 {
     for (unsigned passed = 0; passed < PASS_OVER_MAX; passed++) {
         uint8_t frame[FRAME_BYTES];
         struct sockaddr_ll from;
         socklen_t from_len = sizeof from;
         memset(&from, 0, sizeof from);
-        const ssize_t n = recvfrom(ear->fd, frame, sizeof frame, 0,
+        const ssize_t n = recvfrom(listener->fd, frame, sizeof frame, 0,
                                    (struct sockaddr *)&from, &from_len);
         if (n < 0) {
             return false;
@@ -103,12 +104,12 @@ bool find_ear_take(struct find_ear *ear, struct find_heard *out)
     return false;
 }
 
-void find_ear_close(struct find_ear *ear)
+void udp_listener_close(struct udp_listener *listener)
 {
-    if (ear != NULL) {
-        if (ear->fd >= 0) {
-            (void)close(ear->fd);
+    if (listener != NULL) {
+        if (listener->fd >= 0) {
+            (void)close(listener->fd);
         }
-        free(ear);
+        free(listener);
     }
 }

@@ -1,0 +1,172 @@
+/* Which interface of a Linux host may lead to the sensor: those in its subnet,
+ * the best of them by what answers there, else the likeliest. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "doctor_host.h"
+
+#include "../beside.h"
+#include "doctor_knock.h"
+#include "doctor_neighbour.h"
+#include "doctor_way.h"
+
+#include <string.h>
+
+/* --- Interfaces in the sensor's subnet --- */
+
+static bool is_usable(const struct host_interface *i)
+{
+    return i->is_up && i->has_link;
+}
+
+size_t host_candidates(const struct doctor *d,
+                       struct candidate out[CANDIDATES_MAX])
+{
+    size_t n = 0;
+    for (size_t i = 0; i < d->host.count && n < CANDIDATES_MAX; i++) {
+        const struct host_interface *w = &d->host.all[i];
+        const struct interface_address *a =
+            interfaces_subnet(w, d->sensor.address);
+        if (a != NULL && is_usable(w) && host_is_asked_for(d, w)) {
+            out[n] = (struct candidate){w, a, false, false, false};
+            n++;
+        }
+    }
+    return n;
+}
+
+void host_look(struct doctor *d, struct candidate *c)
+{
+    struct arp_answers who;
+    if (c->is_looked_at) {
+        return;
+    }
+    c->is_looked_at = true;
+    doctor_keep_alive(d);
+    c->is_sensor = knock_reaches(d->sensor, c->interface->name);
+    c->has_neighbour = c->is_sensor;
+    if (!c->is_sensor) {
+        neighbours_find(d, c->interface, &who);
+        c->has_neighbour = who.count > 0;
+    }
+}
+
+/* An interface that the kernel would not choose must be better, not just as
+ * good. */
+static int rank(const struct candidate *c, const struct way *way)
+{
+    return (c->is_sensor ? 4 : 0) + (c->has_neighbour ? 2 : 0) +
+           (way->exists && strcmp(way->interface, c->interface->name) == 0 ? 1
+                                                                           : 0);
+}
+
+struct candidate *host_choose(struct doctor *d, struct candidate *all, size_t n)
+{
+    struct way way;
+    struct candidate *best = &all[0];
+    if (n == 1) {
+        return best;
+    }
+    if (!way_find(d->sensor.address, d->ctl->options.interface, &way)) {
+        way.exists = false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        host_look(d, &all[i]);
+        if (rank(&all[i], &way) > rank(best, &way)) {
+            best = &all[i];
+        }
+    }
+    return best;
+}
+
+bool host_answers(struct doctor *d)
+{
+    struct arp_answers who;
+    if (!d->host.answers) {
+        neighbours_find(d, d->host.chosen, &who);
+        d->host.answers = who.count > 0;
+    }
+    return d->host.answers;
+}
+
+/* --- Where the sensor most likely is --- */
+
+static bool has_global_address(const struct host_interface *w)
+{
+    for (size_t i = 0; i < w->address_count; i++) {
+        if (w->addresses[i].address >> 16 != 0xa9feu) {
+            return true;
+        }
+    }
+    return false;
+}
+
+const struct interface_address *host_near(const struct doctor *d,
+                                          const struct host_interface *w)
+{
+    for (size_t i = 0; i < w->address_count; i++) {
+        if (((w->addresses[i].address ^ d->sensor.address) & BESIDE_MASK) ==
+            0) {
+            return &w->addresses[i];
+        }
+    }
+    return NULL;
+}
+
+/* How likely the sensor's cable is there. Every distribution names cables e...,
+ * but not bridges and the ends of containers. An interface with an address in
+ * the sensor's subnet was set up for it. */
+static int likelihood(const struct doctor *d, const struct host_interface *w)
+{
+    if (!host_is_asked_for(d, w) || w->is_loopback) {
+        return 0;
+    }
+    if (d->ctl->options.interface != NULL || host_near(d, w) != NULL) {
+        return 100;
+    }
+    return w->is_ethernet
+               ? 1 + (w->has_link ? 4 : 0) + (w->name[0] == 'e' ? 3 : 0) +
+                     (has_global_address(w) ? 0 : 2)
+               : 0;
+}
+
+static const struct host_interface *likeliest(const struct doctor *d)
+{
+    const struct host_interface *best = NULL;
+    for (size_t i = 0; i < d->host.count; i++) {
+        const int here = likelihood(d, &d->host.all[i]);
+        if (here > 0 && (best == NULL || here > likelihood(d, best))) {
+            best = &d->host.all[i];
+        }
+    }
+    return best;
+}
+
+const struct host_interface *host_likeliest(struct doctor *d)
+{
+    const struct host_interface *found = neighbours_search(d, NULL);
+    return found != NULL && host_is_asked_for(d, found) ? found : likeliest(d);
+}
+
+const struct host_interface *host_elsewhere(struct doctor *d)
+{
+    const char *only = d->ctl->options.interface;
+    struct way way;
+    if (only == NULL) {
+        return NULL;
+    }
+    doctor_keep_alive(d);
+    if (way_find(d->sensor.address, NULL, &way) && way.exists &&
+        strcmp(way.interface, only) != 0 && knock_reaches(d->sensor, NULL)) {
+        return interfaces_find(d->host.all, d->host.count, way.interface);
+    }
+    for (size_t i = 0; i < d->host.count; i++) {
+        const struct host_interface *w = &d->host.all[i];
+        doctor_keep_alive(d);
+        if (is_usable(w) && !w->is_loopback && strcmp(w->name, only) != 0 &&
+            interfaces_subnet(w, d->sensor.address) != NULL &&
+            knock_reaches(d->sensor, w->name)) {
+            return w;
+        }
+    }
+    return neighbours_search(d, only);
+}
