@@ -77,3 +77,10 @@ const char *number_format_address(uint32_t address, char out[16])
                    (unsigned)(address & 0xffu));
     return out;
 }
+
+struct number_address number_address(uint32_t address)
+{
+    struct number_address out;
+    (void)number_format_address(address, out.text);
+    return out;
+}

@@ -17,4 +17,10 @@ bool number_parse_address(const char *text, uint32_t *out);
 /* Host order to a.b.c.d; out holds 16 bytes. Returns out. */
 const char *number_format_address(uint32_t address, char out[16]);
 
+/* The same as a value, to be shown at once. */
+struct number_address {
+    char text[16];
+};
+struct number_address number_address(uint32_t address);
+
 #endif

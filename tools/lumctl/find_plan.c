@@ -45,10 +45,8 @@ bool find_parse_subnet(const char *text, struct find_subnet *out)
 const char *find_show_subnet(const struct find_subnet *subnet,
                              char out[FIND_SUBNET_BYTES])
 {
-    char address[16];
     (void)snprintf(out, FIND_SUBNET_BYTES, "%s/%u",
-                   number_format_address(subnet->network, address),
-                   subnet->bits);
+                   number_address(subnet->network).text, subnet->bits);
     return out;
 }
 

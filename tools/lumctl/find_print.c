@@ -120,15 +120,13 @@ static void print_reach(const struct find_plan *plan, struct find_result *r,
                         const struct find_found *f)
 {
     char reach[FIND_REACH_BYTES];
-    char network[16];
     if (*find_reach(plan, r, f, reach) != '\0') {
         (void)printf("    not reached from this host; as root: %s\n", reach);
     } else if (find_needs_address(plan, f)) {
-        (void)printf(
-            "    not reached from this host: give %s an address in "
-            "%s/24 that no device has\n",
-            f->interface->name,
-            number_format_address(f->host.address & BESIDE_MASK, network));
+        (void)printf("    not reached from this host: give %s an address in "
+                     "%s/24 that no device has\n",
+                     f->interface->name,
+                     number_address(f->host.address & BESIDE_MASK).text);
     }
 }
 

@@ -131,18 +131,16 @@ const char *find_reach(const struct find_plan *plan, struct find_result *result,
                        const struct find_found *found,
                        char out[FIND_REACH_BYTES])
 {
-    char address[16];
     out[0] = '\0';
     if (find_needs_address(plan, found)) {
         const uint32_t free = free_address(plan, result, found);
         if (free != 0) {
             (void)snprintf(out, FIND_REACH_BYTES, "ip addr add %s/24 dev %s",
-                           number_format_address(free, address),
-                           found->interface->name);
+                           number_address(free).text, found->interface->name);
         }
     } else if (is_out_of_reach(found) && !has_twin(result, found)) {
         (void)snprintf(out, FIND_REACH_BYTES, "ip route add %s/32 dev %s",
-                       number_format_address(found->host.address, address),
+                       number_address(found->host.address).text,
                        found->interface->name);
     }
     return out;

@@ -73,10 +73,8 @@ size_t memory_write(const struct memory_key *key, const struct memory *memory,
                     char out[MEMORY_TEXT_BYTES])
 {
     struct text t = {out, 0};
-    char address[16];
     PUT(&t, HEAD "\nsensor %s %u\ninterface %s\n",
-        number_format_address(key->address, address), (unsigned)key->port,
-        key->interface);
+        number_address(key->address).text, (unsigned)key->port, key->interface);
     if (memory->clock.is_known) {
         PUT(&t, "clock %" PRId64 " %" PRIu32 " %" PRId64 "\n",
             memory->clock.utc_ns, memory->clock.clock_us,

@@ -20,12 +20,11 @@
 struct session_name session_name(lum_endpoint host)
 {
     struct session_name name;
-    char address[16];
-    (void)number_format_address(host.address, address);
+    const struct number_address address = number_address(host.address);
     if (host.port == LUM_PORT) {
-        (void)snprintf(name.text, sizeof name.text, "%s", address);
+        (void)snprintf(name.text, sizeof name.text, "%s", address.text);
     } else {
-        (void)snprintf(name.text, sizeof name.text, "%s:%u", address,
+        (void)snprintf(name.text, sizeof name.text, "%s:%u", address.text,
                        (unsigned)host.port);
     }
     return name;

@@ -178,7 +178,6 @@ static enum exit_status check_others(struct move *m)
 {
     struct arp_answers who;
     char mac[INTERFACE_MAC_TEXT_BYTES];
-    char address[16];
     if (m->ctl->options.force || !find_other(m, &who, mac)) {
         return EXIT_DONE;
     }
@@ -186,7 +185,7 @@ static enum exit_status check_others(struct move *m)
                         "set-ip: another device has %s (%s%s), and the sensor "
                         "would be lost behind it: nothing was sent. Choose "
                         "another address; --force sends it anyway",
-                        number_format_address(m->new.address, address), mac,
+                        number_address(m->new.address).text, mac,
                         who.is_heard ? "" : ", as this host's ARP table says");
 }
 
@@ -283,7 +282,6 @@ static enum exit_status complain_nowhere(struct move *m)
 {
     struct arp_answers who;
     char mac[INTERFACE_MAC_TEXT_BYTES];
-    char address[16];
     const bool has_reversed = lum_address_is_host(m->reversed.address);
     if (m->error.text[0] != '\0') {
         (void)ctl_complain(EXIT_FAILED, "%s", m->error.text);
@@ -292,7 +290,7 @@ static enum exit_status complain_nowhere(struct move *m)
         (void)ctl_complain(EXIT_FAILED,
                            "another device has %s (%s): what is sent there "
                            "may reach that one instead of the sensor",
-                           number_format_address(m->new.address, address), mac);
+                           number_address(m->new.address).text, mac);
     }
     return ctl_complain(
         EXIT_NO_ANSWER,

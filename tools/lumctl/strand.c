@@ -31,10 +31,9 @@ static const struct host_interface *owner_of(const struct move_plan *p,
 
 static enum exit_status refuse(uint32_t address, const char *why)
 {
-    char text[16];
     return ctl_complain(
         EXIT_BAD, "set-ip: %s %s: nothing was sent. --force sends it anyway",
-        number_format_address(address, text), why);
+        number_address(address).text, why);
 }
 
 static enum exit_status check_own(const struct move_plan *p)
@@ -58,7 +57,6 @@ static enum exit_status check_own(const struct move_plan *p)
 static enum exit_status check_ends(const struct move_plan *p)
 {
     char why[INTERFACE_NAME_BYTES + 80];
-    char own[16];
     for (size_t i = 0; i < p->count; i++) {
         const struct interface_address *a =
             interfaces_subnet(&p->interfaces[i], p->new);
@@ -69,7 +67,7 @@ static enum exit_status check_ends(const struct move_plan *p)
         (void)snprintf(
             why, sizeof why, "is the %s address of %s's subnet %s/%u",
             host == 0 ? "network" : "broadcast", p->interfaces[i].name,
-            number_format_address(a->address & a->mask, own), a->prefix);
+            number_address(a->address & a->mask).text, a->prefix);
         return refuse(p->new, why);
     }
     return EXIT_DONE;

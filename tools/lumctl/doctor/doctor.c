@@ -59,18 +59,18 @@ void doctor_add(struct doctor_finding *out, const char *text, ...)
     va_end(arguments);
 }
 
-const char *doctor_place(uint32_t address, uint16_t port,
-                         char out[DOCTOR_PLACE_BYTES])
+struct doctor_place doctor_place(lum_endpoint at)
 {
-    char text[16];
-    (void)number_format_address(address != 0 ? address : LOOPBACK, text);
-    if (port == LUM_PORT) {
-        (void)snprintf(out, DOCTOR_PLACE_BYTES, "%s", text);
+    struct doctor_place place;
+    const struct number_address address =
+        number_address(at.address != 0 ? at.address : LOOPBACK);
+    if (at.port == LUM_PORT) {
+        (void)snprintf(place.text, sizeof place.text, "%s", address.text);
     } else {
-        (void)snprintf(out, DOCTOR_PLACE_BYTES, "%s --port %u", text,
-                       (unsigned)port);
+        (void)snprintf(place.text, sizeof place.text, "%s --port %u",
+                       address.text, (unsigned)at.port);
     }
-    return out;
+    return place;
 }
 
 void doctor_fix_elsewhere(const struct doctor *d, struct doctor_finding *out)

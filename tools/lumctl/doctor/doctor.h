@@ -127,9 +127,10 @@ void doctor_add(struct doctor_finding *out, const char *text, ...);
 
 /* Where a program listens, as options: "127.0.0.1 --port 5518"; the port only
  * if it is not the usual one. */
-#define DOCTOR_PLACE_BYTES 40u
-const char *doctor_place(uint32_t address, uint16_t port,
-                         char out[DOCTOR_PLACE_BYTES]);
+struct doctor_place {
+    char text[40];
+};
+struct doctor_place doctor_place(lum_endpoint at);
 
 /* Where a simulator of this host is, if there is one that may be named; else
  * false, and nothing is written. otherwise: a command for users who have

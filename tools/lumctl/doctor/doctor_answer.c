@@ -117,7 +117,6 @@ static void say_unanswered(struct doctor *d, int64_t begin_ns,
 static void say_silent(struct doctor *d, int64_t begin_ns,
                        struct doctor_finding *out)
 {
-    char place[DOCTOR_PLACE_BYTES];
     if (!d->was_refused) {
         say_unanswered(d, begin_ns, out);
         return;
@@ -131,8 +130,7 @@ static void say_silent(struct doctor *d, int64_t begin_ns,
     if (d->host.own[0] != '\0') {
         doctor_fix(out, "sudo ip addr del %s", d->host.own);
     } else if (d->is_local) {
-        doctor_fix(out, "lumsim --address %s &",
-                   doctor_place(d->sensor.address, d->sensor.port, place));
+        doctor_fix(out, "lumsim --address %s &", doctor_place(d->sensor).text);
     } else {
         doctor_fix_elsewhere(d, out);
     }

@@ -15,7 +15,6 @@
 static void say_other(struct doctor *d, const struct host_interface *on,
                       struct doctor_finding *out)
 {
-    char address[16];
     d->is_silent = false; /* the request went to the wrong place */
     doctor_wrong(out, "nobody on %s answers for %s, but a device on %s does",
                  d->route.interface, d->address, on->name);
@@ -29,23 +28,21 @@ static void say_other(struct doctor *d, const struct host_interface *on,
         host_say_full(d, on, out);
         return;
     }
-    (void)number_format_address(ours, address);
+    const struct number_address address = number_address(ours);
     doctor_fix(out,
                "sudo ip addr add %s/32 dev %s && sudo ip route add %s/32 dev "
                "%s src %s",
-               address, on->name, d->address, on->name, address);
+               address.text, on->name, d->address, on->name, address.text);
 }
 
 static void say_nobody(struct doctor *d, struct doctor_finding *out)
 {
-    char hop[16];
     d->is_silent = true;
     doctor_lack(d, DOCTOR_NEEDS_NEIGHBOUR, "nobody has the address");
     doctor_wrong(out,
                  "nobody on %s answers for %s: no power, another cable, or "
                  "another address",
-                 d->route.interface,
-                 number_format_address(d->route.next_hop, hop));
+                 d->route.interface, number_address(d->route.next_hop).text);
     const struct host_interface *other =
         neighbours_search(d, d->route.interface);
     if (other != NULL) {
@@ -58,19 +55,17 @@ static void say_nobody(struct doctor *d, struct doctor_finding *out)
 static void say_two(struct doctor *d, const struct arp_answers *who,
                     struct doctor_finding *out)
 {
-    char hop[16];
-    char macs[NEIGHBOURS_TEXT_BYTES];
+    const struct number_address hop = number_address(d->route.next_hop);
     d->is_misled = true;
-    (void)number_format_address(d->route.next_hop, hop);
     doctor_wrong(out,
                  "%zu devices on %s answer for %s: %s; what is sent reaches "
                  "now one and now another (every sensor boots at 10.42.0.37)",
-                 who->count, d->route.interface, hop,
-                 neighbours_format(who, macs));
+                 who->count, d->route.interface, hop.text,
+                 neighbours_format(who).text);
     doctor_fix(out,
                "ip neigh show %s dev %s    # the one that is reached now; "
                "unplug all but one, and give that one another address",
-               hop, d->route.interface);
+               hop.text, d->route.interface);
 }
 
 /* What is on the network, beside what the kernel believes. */
@@ -90,7 +85,6 @@ static void add_wire(struct doctor *d, const struct arp_answers *who,
 static void look_at_local(struct doctor *d, struct doctor_finding *out)
 {
     struct arp_answers who;
-    char macs[NEIGHBOURS_TEXT_BYTES];
     const struct host_interface *on = d->host.chosen != NULL &&
                                               d->host.chosen->is_loopback &&
                                               d->host.own[0] != '\0'
@@ -104,7 +98,7 @@ static void look_at_local(struct doctor *d, struct doctor_finding *out)
     doctor_wrong(out,
                  "%s is this host's own address, and a device on %s has it, "
                  "too: %s; nothing that is sent there leaves this host",
-                 d->address, on->name, neighbours_format(&who, macs));
+                 d->address, on->name, neighbours_format(&who).text);
     doctor_fix(out, "sudo ip addr del %s", d->host.own);
 }
 
@@ -114,8 +108,7 @@ static bool say_misled(struct doctor *d, const struct arp_answers *who,
                        struct doctor_finding *out)
 {
     char mac[MAC_BYTES] = "";
-    char hop[16];
-    char macs[NEIGHBOURS_TEXT_BYTES];
+    const struct number_address hop = number_address(d->route.next_hop);
     struct arp_answers known = *who;
     if (who->count == 0 || who->count == ARP_ANSWERS_MAX ||
         neighbours_look_up(d->route.next_hop, d->route.interface, mac) !=
@@ -127,12 +120,12 @@ static bool say_misled(struct doctor *d, const struct arp_answers *who,
         return false;
     }
     d->is_misled = true;
-    (void)number_format_address(d->route.next_hop, hop);
     doctor_wrong(out,
                  "this host's table says that %s is at %s, but %s answers for "
                  "it: what is sent does not reach it",
-                 hop, mac, neighbours_format(who, macs));
-    doctor_fix(out, "sudo ip neigh del %s dev %s", hop, d->route.interface);
+                 hop.text, mac, neighbours_format(who).text);
+    doctor_fix(out, "sudo ip neigh del %s dev %s", hop.text,
+               d->route.interface);
     return true;
 }
 
@@ -141,7 +134,6 @@ static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
                           struct doctor_finding *out)
 {
     struct arp_answers who = {0};
-    char hop[16];
     const struct host_interface *on =
         interfaces_find(d->host.all, d->host.count, d->route.interface);
     if (on != NULL) {
@@ -154,16 +146,14 @@ static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
     if (say_misled(d, &who, out)) {
         return;
     }
-    doctor_fine(out, "%s is at %s",
-                number_format_address(d->route.next_hop, hop), mac);
+    doctor_fine(out, "%s is at %s", number_address(d->route.next_hop).text,
+                mac);
     add_wire(d, &who, out);
 }
 
 static void fix_own(struct doctor *d, const struct host_interface *on,
                     struct doctor_finding *out)
 {
-    char own[16];
-    char other[16];
     const struct interface_address *at = NULL;
     const uint32_t beside = host_address_beside(d, on);
     if (beside == 0 || interfaces_owner(d->host.all, d->host.count,
@@ -174,9 +164,8 @@ static void fix_own(struct doctor *d, const struct host_interface *on,
     doctor_fix(out,
                "sudo ip addr add %s/%u dev %s && sudo ip addr del %s/%u dev "
                "%s    # or give the other one another address",
-               number_format_address(beside, other), at->prefix, on->name,
-               number_format_address(d->route.source, own), at->prefix,
-               on->name);
+               number_address(beside).text, at->prefix, on->name,
+               number_address(d->route.source).text, at->prefix, on->name);
 }
 
 /* What the sensor sends to this host's address goes now to this host and now
@@ -184,8 +173,6 @@ static void fix_own(struct doctor *d, const struct host_interface *on,
 static void look_at_own(struct doctor *d, struct doctor_finding *out)
 {
     struct arp_answers who;
-    char own[16];
-    char macs[NEIGHBOURS_TEXT_BYTES];
     const struct host_interface *on =
         interfaces_find(d->host.all, d->host.count, d->route.interface);
     if (on == NULL || d->route.source == 0) {
@@ -197,15 +184,15 @@ static void look_at_own(struct doctor *d, struct doctor_finding *out)
     }
     d->is_misled = true;
     if (out->result == DOCTOR_WRONG) {
-        doctor_add(out, "; and %s", neighbours_format(&who, macs));
+        doctor_add(out, "; and %s", neighbours_format(&who).text);
     } else {
-        doctor_wrong(out, "%s", neighbours_format(&who, macs));
+        doctor_wrong(out, "%s", neighbours_format(&who).text);
         fix_own(d, on, out);
     }
     doctor_add(out,
                " on %s has this host's address %s, too: answers and data reach "
                "now this host and now that one",
-               d->route.interface, number_format_address(d->route.source, own));
+               d->route.interface, number_address(d->route.source).text);
 }
 
 static void look_at_sensors(struct doctor *d, struct doctor_finding *out)

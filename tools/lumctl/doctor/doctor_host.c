@@ -75,17 +75,14 @@ uint32_t host_address_beside(struct doctor *d, const struct host_interface *w)
 void host_say_full(const struct doctor *d, const struct host_interface *w,
                    struct doctor_finding *out)
 {
-    char first[16];
-    char last[16];
     const uint32_t subnet = d->sensor.address & BESIDE_MASK;
     doctor_add(out, "; of %s to %s every address is taken",
-               number_format_address(subnet | 1u, first),
-               number_format_address(subnet | BESIDE_LAST, last));
+               number_address(subnet | 1u).text,
+               number_address(subnet | BESIDE_LAST).text);
     doctor_fix(out,
                "sudo lumctl find --interface %s --subnet %s/24    # who has "
                "which; then give %s one that nobody has",
-               w != NULL ? w->name : "INTERFACE",
-               number_format_address(subnet, first),
+               w != NULL ? w->name : "INTERFACE", number_address(subnet).text,
                w != NULL ? w->name : "INTERFACE");
 }
 

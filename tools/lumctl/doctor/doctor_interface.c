@@ -18,11 +18,10 @@
 static size_t list_address(char *out, size_t room,
                            const struct host_interface *w, size_t k)
 {
-    char address[16];
     const struct interface_address *a = &w->addresses[k];
-    return (size_t)snprintf(
-        out, room, "%s%s%s/%u", k > 0 ? "" : w->name, k > 0 ? " and " : " has ",
-        number_format_address(a->address, address), a->prefix);
+    return (size_t)snprintf(out, room, "%s%s%s/%u", k > 0 ? "" : w->name,
+                            k > 0 ? " and " : " has ",
+                            number_address(a->address).text, a->prefix);
 }
 
 /* "eth0 has 10.42.0.1/28 and 192.168.7.2/24, eth1 has none" */
@@ -51,7 +50,6 @@ static void fix_subnet(struct doctor *d, const struct host_interface *w,
                        const struct interface_address *near,
                        struct doctor_finding *out)
 {
-    char address[16];
     char add[128 + 2 * INTERFACE_NAME_BYTES];
     const uint32_t ours =
         near != NULL ? near->address : host_address_beside(d, w);
@@ -63,7 +61,7 @@ static void fix_subnet(struct doctor *d, const struct host_interface *w,
                    w != NULL && !w->is_up ? "sudo ip link set " : "",
                    w != NULL && !w->is_up ? w->name : "",
                    w != NULL && !w->is_up ? " up && " : "",
-                   number_format_address(ours, address),
+                   number_address(ours).text,
                    w != NULL ? w->name : "INTERFACE");
     if (!doctor_fix_simulator(out, add)) {
         doctor_fix(out, "%s", add);
@@ -108,17 +106,14 @@ static void say_addresses(const struct doctor *d, struct doctor_finding *out)
 
 static void say_no_subnet(struct doctor *d, struct doctor_finding *out)
 {
-    char text[3][16];
     const struct host_interface *w = host_likeliest(d);
     const struct interface_address *near = w != NULL ? host_near(d, w) : NULL;
     if (near != NULL) {
         doctor_wrong(
             out, "%s has %s/%u, a subnet from %s to %s, which leaves %s out",
-            w->name, number_format_address(near->address, text[0]),
-            near->prefix,
-            number_format_address(near->address & near->mask, text[1]),
-            number_format_address(near->address | ~near->mask, text[2]),
-            d->address);
+            w->name, number_address(near->address).text, near->prefix,
+            number_address(near->address & near->mask).text,
+            number_address(near->address | ~near->mask).text, d->address);
     } else {
         say_addresses(d, out);
     }
@@ -155,7 +150,6 @@ static void say_no_link(struct doctor *d, const struct host_interface *w,
 static bool find_unusable(struct doctor *d, struct doctor_finding *out)
 {
     char has[INTERFACE_NAME_BYTES + 32];
-    char address[16];
     for (size_t i = 0; i < d->host.count; i++) {
         const struct host_interface *w = &d->host.all[i];
         const struct interface_address *a =
@@ -164,7 +158,7 @@ static bool find_unusable(struct doctor *d, struct doctor_finding *out)
             continue;
         }
         (void)snprintf(has, sizeof has, "%s has %s/%u", w->name,
-                       number_format_address(a->address, address), a->prefix);
+                       number_address(a->address).text, a->prefix);
         (w->is_up ? say_no_link : say_down)(d, w, has, out);
         return true;
     }
@@ -175,9 +169,8 @@ static void say_candidates(struct doctor *d, const struct candidate *all,
                            size_t n, const struct candidate *best,
                            struct doctor_finding *out)
 {
-    char address[16];
     doctor_fine(out, "%s is up and has %s/%u", best->interface->name,
-                number_format_address(best->address->address, address),
+                number_address(best->address->address).text,
                 best->address->prefix);
     if (n > 1) {
         doctor_add(out,
@@ -191,7 +184,7 @@ static void say_candidates(struct doctor *d, const struct candidate *all,
             doctor_add(out,
                        "; %s with %s/%u is in that subnet too, and %s there",
                        all[i].interface->name,
-                       number_format_address(all[i].address->address, address),
+                       number_address(all[i].address->address).text,
                        all[i].address->prefix,
                        all[i].has_neighbour ? "the address answers"
                                             : "nobody answers");
@@ -233,7 +226,6 @@ static void look_for_subnet(struct doctor *d, struct doctor_finding *out)
 {
     struct candidate all[CANDIDATES_MAX];
     struct way way;
-    char gateway[16];
     const size_t n = host_candidates(d, all);
     if (n > 0) {
         const struct candidate *best = host_choose(d, all, n);
@@ -248,7 +240,7 @@ static void look_for_subnet(struct doctor *d, struct doctor_finding *out)
         doctor_note(out,
                     "no interface is in the sensor's subnet; %s leads there by "
                     "the gateway %s",
-                    way.interface, number_format_address(way.gateway, gateway));
+                    way.interface, number_address(way.gateway).text);
     } else {
         say_no_subnet(d, out);
     }

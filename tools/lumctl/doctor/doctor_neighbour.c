@@ -190,13 +190,12 @@ void neighbours_find(struct doctor *d, const struct host_interface *on,
     }
 }
 
-const char *neighbours_format(const struct arp_answers *all,
-                              char out[NEIGHBOURS_TEXT_BYTES])
+struct neighbours_text neighbours_format(const struct arp_answers *all)
 {
+    struct neighbours_text out = {""};
     size_t len = 0;
-    *out = '\0';
     for (size_t i = 0; i < all->count; i++) {
-        len += (size_t)snprintf(out + len, NEIGHBOURS_TEXT_BYTES - len, "%s%s",
+        len += (size_t)snprintf(out.text + len, sizeof out.text - len, "%s%s",
                                 i > 0 ? " and " : "", all->macs[i]);
     }
     return out;

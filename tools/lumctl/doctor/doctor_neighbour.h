@@ -44,9 +44,10 @@ enum knock_answer neighbours_probe(struct doctor *d, const char *by,
                                    uint32_t hop, const char *on,
                                    char mac[MAC_BYTES], enum arp_state *state);
 
-/* "9a:62:cd:08:a4:01 and 9a:62:cd:08:a4:02"; returns out. */
-#define NEIGHBOURS_TEXT_BYTES 128u
-const char *neighbours_format(const struct arp_answers *all,
-                              char out[NEIGHBOURS_TEXT_BYTES]);
+/* "9a:62:cd:08:a4:01 and 9a:62:cd:08:a4:02" */
+struct neighbours_text {
+    char text[128];
+};
+struct neighbours_text neighbours_format(const struct arp_answers *all);
 
 #endif

@@ -16,7 +16,6 @@ static bool is_loopback(const struct doctor *d)
 void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
 {
     const uint32_t subnet = d->sensor.address & 0xffffff00u;
-    char address[16];
     if (is_loopback(d)) {
         doctor_fine(out, "%s is this host itself", d->address);
         return;
@@ -25,8 +24,8 @@ void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
         out,
         "not looked at on this system; one of the host's interfaces "
         "needs an address such as %s/24",
-        number_format_address(
-            subnet | ((d->sensor.address & 0xffu) == 1u ? 2u : 1u), address));
+        number_address(subnet | ((d->sensor.address & 0xffu) == 1u ? 2u : 1u))
+            .text);
 }
 
 /* A datagram that cannot leave has no route. */

@@ -13,7 +13,6 @@
 
 #define USERS_MAX 16u
 #define ALL_MAX   64u
-#define WHO_BYTES 96u
 
 #define LOOKS 4
 
@@ -65,25 +64,35 @@ static size_t find_users(uint16_t port, struct udp_user *out, size_t room)
     return n;
 }
 
-/* "lumsim (process 12)"; returns out. */
-static const char *name_user(const struct udp_user *user, char out[WHO_BYTES])
+static lum_endpoint endpoint_of(const struct udp_user *user)
 {
-    const lum_endpoint local = {user->address, user->port};
-    const long process = lum_program_of_port(local);
+    return (lum_endpoint){user->address, user->port};
+}
+
+struct who {
+    char text[96];
+};
+
+/* "lumsim (process 12)" */
+static struct who name_user(const struct udp_user *user)
+{
+    struct who who;
+    const long process = lum_program_of_port(endpoint_of(user));
     if (process > 0) {
-        (void)snprintf(out, WHO_BYTES, "%s", lum_program_show(process).text);
+        (void)snprintf(who.text, sizeof who.text, "%s",
+                       lum_program_show(process).text);
     } else {
-        (void)snprintf(out, WHO_BYTES,
+        (void)snprintf(who.text, sizeof who.text,
                        "a program of user %" PRIu32 ", which root could name,",
                        user->uid);
     }
-    return out;
+    return who;
 }
 
-static const char *name_address(const struct udp_user *user, char out[16])
+static struct number_address name_address(const struct udp_user *user)
 {
-    return user->address == 0 ? "any address"
-                              : number_format_address(user->address, out);
+    return user->address == 0 ? (struct number_address){"any address"}
+                              : number_address(user->address);
 }
 
 static const struct udp_user *find_sensor(const struct doctor *d,
@@ -102,11 +111,10 @@ static const struct udp_user *find_sensor(const struct doctor *d,
 static bool find_simulator(struct udp_user *out)
 {
     struct udp_user all[ALL_MAX];
-    char who[WHO_BYTES];
     const size_t n = find_users(0, all, ALL_MAX);
     for (size_t i = 0; i < n; i++) {
-        (void)name_user(&all[i], who);
-        if (strncmp(who, "lumsim (", strlen("lumsim (")) == 0) {
+        if (strncmp(name_user(&all[i]).text, "lumsim (", strlen("lumsim (")) ==
+            0) {
             *out = all[i];
             return true;
         }
@@ -117,12 +125,11 @@ static bool find_simulator(struct udp_user *out)
 bool doctor_fix_simulator(struct doctor_finding *out, const char *otherwise)
 {
     struct udp_user user;
-    char place[DOCTOR_PLACE_BYTES];
     if (!find_simulator(&user)) {
         return false;
     }
-    (void)doctor_place(user.address, user.port, place);
-    doctor_fix(out, "lumctl --host %s doctor    # lumsim is there%s%s", place,
+    doctor_fix(out, "lumctl --host %s doctor    # lumsim is there%s%s",
+               doctor_place(endpoint_of(&user)).text,
                otherwise[0] != '\0' ? "; for another sensor: " : "", otherwise);
     return true;
 }
@@ -131,15 +138,11 @@ bool doctor_fix_simulator(struct doctor_finding *out, const char *otherwise)
 static void say_elsewhere(const struct doctor *d, const struct udp_user *user,
                           struct doctor_finding *out)
 {
-    char who[WHO_BYTES];
-    char address[16];
-    char place[DOCTOR_PLACE_BYTES];
-    (void)name_user(user, who);
     doctor_wrong(out, "nothing listens at %s:%u, but %s does at %s:%u",
-                 d->address, (unsigned)d->sensor.port, who,
-                 name_address(user, address), (unsigned)user->port);
+                 d->address, (unsigned)d->sensor.port, name_user(user).text,
+                 name_address(user).text, (unsigned)user->port);
     doctor_fix(out, "lumctl --host %s doctor",
-               doctor_place(user->address, user->port, place));
+               doctor_place(endpoint_of(user)).text);
 }
 
 /* Packets to an address of this host never leave it. */
@@ -156,25 +159,20 @@ static void say_own_address(const struct doctor *d, struct doctor_finding *out)
 static void say_nothing_listens(const struct doctor *d,
                                 struct doctor_finding *out)
 {
-    char place[DOCTOR_PLACE_BYTES];
     doctor_wrong(out, "%s is on this host, and nothing listens on its port %u",
                  d->address, (unsigned)d->sensor.port);
-    doctor_fix(out, "lumsim --address %s &",
-               doctor_place(d->sensor.address, d->sensor.port, place));
+    doctor_fix(out, "lumsim --address %s &", doctor_place(d->sensor).text);
 }
 
 /* The sensor should be a program of this host. */
 static void look_at_own(struct doctor *d, const struct udp_user *users,
                         size_t n, struct doctor_finding *out)
 {
-    char who[WHO_BYTES];
-    char address[16];
     struct udp_user simulator;
     const struct udp_user *user = find_sensor(d, users, n);
     if (user != NULL) {
-        (void)name_user(user, who);
-        doctor_fine(out, "%s has port %u of %s", who, (unsigned)d->sensor.port,
-                    name_address(user, address));
+        doctor_fine(out, "%s has port %u of %s", name_user(user).text,
+                    (unsigned)d->sensor.port, name_address(user).text);
         return;
     }
     d->is_silent = true;
@@ -192,28 +190,23 @@ static void look_at_own(struct doctor *d, const struct udp_user *users,
 
 static void note_user(const struct udp_user *user, struct doctor_finding *out)
 {
-    char who[WHO_BYTES];
-    char address[16];
-    (void)name_user(user, who);
     doctor_note(out,
                 "%s has port %u of %s on this host: a simulator? lumctl "
                 "and lumdump do not need that port, other programs may",
-                who, (unsigned)user->port, name_address(user, address));
+                name_user(user).text, (unsigned)user->port,
+                name_address(user).text);
 }
 
 static void note_simulator(const struct udp_user *user,
                            struct doctor_finding *out)
 {
-    char who[WHO_BYTES];
-    char address[16];
-    char place[DOCTOR_PLACE_BYTES];
-    (void)name_user(user, who);
     doctor_note(out,
                 "%s listens at %s:%u of this host: harmless, unless it is the "
                 "sensor that you mean",
-                who, name_address(user, address), (unsigned)user->port);
+                name_user(user).text, name_address(user).text,
+                (unsigned)user->port);
     doctor_fix(out, "lumctl --host %s doctor",
-               doctor_place(user->address, user->port, place));
+               doctor_place(endpoint_of(user)).text);
 }
 
 void doctor_check_port(struct doctor *d, struct doctor_finding *out)

@@ -26,14 +26,13 @@ static void say_no_route(struct doctor *d, int error,
 static void fix_astray(const struct doctor *d, struct doctor_finding *out)
 {
     struct way there;
-    char source[16];
     const char *name = d->host.chosen->name;
     if (way_find(d->sensor.address, name, &there) && there.exists &&
         !there.has_gateway) {
         host_fix_interface(d, name, out);
     } else {
         doctor_fix(out, "sudo ip route replace %s/32 dev %s src %s", d->address,
-                   name, number_format_address(d->host.address, source));
+                   name, number_address(d->host.address).text);
     }
 }
 
@@ -42,12 +41,11 @@ static void fix_astray(const struct doctor *d, struct doctor_finding *out)
 static void say_astray(struct doctor *d, const struct way *way,
                        struct doctor_finding *out)
 {
-    char gateway[16];
-    doctor_wrong(
-        out, "%s goes out by %s%s%s, and not by %s in its subnet", d->address,
-        way->interface, way->has_gateway ? " to the gateway " : "",
-        way->has_gateway ? number_format_address(way->gateway, gateway) : "",
-        d->host.chosen->name);
+    doctor_wrong(out, "%s goes out by %s%s%s, and not by %s in its subnet",
+                 d->address, way->interface,
+                 way->has_gateway ? " to the gateway " : "",
+                 way->has_gateway ? number_address(way->gateway).text : "",
+                 d->host.chosen->name);
     if (host_spare(d, out)) {
         return;
     }
@@ -73,7 +71,6 @@ static void keep_way(struct doctor *d, const struct way *way)
 void doctor_check_route(struct doctor *d, struct doctor_finding *out)
 {
     struct way way;
-    char address[16];
     if (!way_find(d->sensor.address, d->ctl->options.interface, &way)) {
         doctor_unseen(out,
                       "not looked at: the kernel does not tell its routes");
@@ -91,10 +88,8 @@ void doctor_check_route(struct doctor *d, struct doctor_finding *out)
     }
     doctor_fine(out, "%s goes out by %s%s%s", d->address, way.interface,
                 way.has_gateway ? " to the gateway " : ", directly",
-                way.has_gateway ? number_format_address(way.gateway, address)
-                                : "");
+                way.has_gateway ? number_address(way.gateway).text : "");
     if (way.source != 0) {
-        doctor_add(out, ", from %s",
-                   number_format_address(way.source, address));
+        doctor_add(out, ", from %s", number_address(way.source).text);
     }
 }

@@ -227,13 +227,12 @@ static void say_filtered(const struct doctor *d, struct doctor_finding *out)
 
 static void fix_wire(const struct doctor *d, struct doctor_finding *out)
 {
-    char place[DOCTOR_PLACE_BYTES];
     if (d->is_local) {
         doctor_fix(out,
                    "lumsim --address %s &    # anew, without --loss, "
                    "--reorder, --corrupt and --jitter; where it cannot keep "
                    "up, with a lower --rate",
-                   doctor_place(d->sensor.address, d->sensor.port, place));
+                   doctor_place(d->sensor).text);
     } else if (d->route.interface[0] != '\0') {
         doctor_fix(out,
                    "ethtool -S %s | grep -iE 'err|drop|miss|fifo'    # "
