@@ -99,8 +99,7 @@ static void more_than_can_be_counted_are_more(void **state)
 
 static void check_reach(const struct find_found *found, const char *wanted)
 {
-    char text[FIND_REACH_BYTES];
-    assert_string_equal(find_reach(&plan, &result, found, text), wanted);
+    assert_string_equal(find_reach(&plan, &result, found).text, wanted);
 }
 
 static struct find_subnet_beside *ask(void)

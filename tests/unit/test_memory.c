@@ -316,7 +316,6 @@ static void every_changed_byte_is_refused_or_sound(void **state)
     struct memory m;
     char text[MEMORY_TEXT_BYTES];
     char again[MEMORY_TEXT_BYTES];
-    char value[MEMORY_VALUE_BYTES];
     (void)state;
     fill(&m);
     const size_t len = memory_write(&key, &m, text);
@@ -330,8 +329,8 @@ static void every_changed_byte_is_refused_or_sound(void **state)
             }
             (void)memory_write(&key, &m, again);
             for (int id = 0; id < LUM_COMMANDS; id++) {
-                assert_true(memory_value(&m, (lum_command_id)id, value) ==
-                            value);
+                assert_true(strlen(memory_value(&m, (lum_command_id)id).text) >
+                            0);
             }
         }
         text[i] = was;

@@ -114,6 +114,10 @@ void json_bool(struct json *json, const char *key, bool value)
 
 void json_text(struct json *json, const char *key, const char *text)
 {
+    if (text == NULL) {
+        json_null(json, key);
+        return;
+    }
     begin(json, key);
     put_text(json->out, text);
 }
@@ -139,4 +143,16 @@ void json_end(struct json *json)
 {
     (void)fputc('\n', json->out);
     json->has_before = false;
+}
+
+void json_begin_line(struct json *json, FILE *out)
+{
+    json_init(json, out);
+    json_open_object(json, NULL);
+}
+
+void json_end_line(struct json *json)
+{
+    json_close_object(json);
+    json_end(json);
 }

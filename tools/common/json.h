@@ -24,6 +24,7 @@ void json_uint(struct json *json, const char *key, uint64_t value);
 void json_real(struct json *json, const char *key, double value,
                unsigned decimals);
 void json_bool(struct json *json, const char *key, bool value);
+/* NULL becomes null. */
 void json_text(struct json *json, const char *key, const char *text);
 void json_null(struct json *json, const char *key);
 
@@ -32,5 +33,9 @@ void json_laser_bits(struct json *json, const char *key, uint16_t bits);
 
 /* The line's end, after the outermost value. */
 void json_end(struct json *json);
+
+/* A line that is one object: its begin, and its end. */
+void json_begin_line(struct json *json, FILE *out);
+void json_end_line(struct json *json);
 
 #endif

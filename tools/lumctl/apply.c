@@ -23,8 +23,7 @@ static void print_json(const struct ctl *ctl, const struct settings_plan *plan,
                        bool is_done)
 {
     struct json json;
-    json_init(&json, stdout);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, stdout);
     json_text(&json, "sensor", session_name(session_host(ctl)).text);
     json_text(&json, "file", plan->file);
     json_bool(&json, "done", is_done);
@@ -45,8 +44,7 @@ static void print_json(const struct ctl *ctl, const struct settings_plan *plan,
     }
     report_json_lines(&json, "debug", plan->answer.debug);
     json_uint(&json, "tries", plan->answer.tries);
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 static void print_text(const struct ctl *ctl, const struct settings_plan *plan,

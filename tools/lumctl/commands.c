@@ -453,30 +453,17 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
 {
     const bool owned = ctl->owns;
     enum exit_status status = check_own(command, found->own);
-    if (status == EXIT_DONE) {
-        status = ctl->in_shell ? check_typed(&ctl->options) : status;
+    if (status == EXIT_DONE && ctl->in_shell) {
+        status = check_typed(&ctl->options);
     }
-    if (status == EXIT_DONE) {
-        status = check_files(&ctl->options.repeat);
-    }
-    if (status == EXIT_DONE) {
-        status = check_company(ctl, command);
-    }
-    if (status == EXIT_DONE) {
-        status = check_shell(ctl, found->own);
-    }
-    if (status == EXIT_DONE) {
-        status = check_set(ctl, command);
-    }
-    if (status == EXIT_DONE) {
-        status = check_interface(ctl, command);
-    }
-    if (status == EXIT_DONE) {
-        status = check_stdin(ctl, command, found, words);
-    }
-    if (status == EXIT_DONE) {
-        status = load_layout(ctl);
-    }
+    status = status == EXIT_DONE ? check_files(&ctl->options.repeat) : status;
+    status = status == EXIT_DONE ? check_company(ctl, command) : status;
+    status = status == EXIT_DONE ? check_shell(ctl, found->own) : status;
+    status = status == EXIT_DONE ? check_set(ctl, command) : status;
+    status = status == EXIT_DONE ? check_interface(ctl, command) : status;
+    status =
+        status == EXIT_DONE ? check_stdin(ctl, command, found, words) : status;
+    status = status == EXIT_DONE ? load_layout(ctl) : status;
     if (status == EXIT_DONE) {
         status = command->run(ctl, found->count, words);
         ctl_end_packets(ctl);

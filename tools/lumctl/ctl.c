@@ -14,8 +14,7 @@ static void put_packet(struct ctl *ctl, const char *hex)
 {
     if (!ctl->has_packets) {
         ctl->has_packets = true;
-        json_init(&ctl->packets, stdout);
-        json_open_object(&ctl->packets, NULL);
+        json_begin_line(&ctl->packets, stdout);
         json_open_array(&ctl->packets, "packets");
     }
     json_text(&ctl->packets, NULL, hex);
@@ -43,8 +42,7 @@ void ctl_end_packets(struct ctl *ctl)
     if (ctl->has_packets) {
         ctl->has_packets = false;
         json_close_array(&ctl->packets);
-        json_close_object(&ctl->packets);
-        json_end(&ctl->packets);
+        json_end_line(&ctl->packets);
     }
 }
 

@@ -116,9 +116,7 @@ static enum exit_status search(struct ctl *ctl, struct find_plan *plan)
     if (status == EXIT_DONE || result->count > 0) {
         find_print(ctl, plan, result);
     }
-    if (status == EXIT_DONE) {
-        status = conclude(ctl, plan, result);
-    }
+    status = status == EXIT_DONE ? conclude(ctl, plan, result) : status;
     free(result);
     return status;
 }
@@ -136,9 +134,7 @@ enum exit_status command_find(struct ctl *ctl, int count, char **words)
         return ctl_complain(EXIT_FAILED, "no memory for a search");
     }
     status = make_plan(ctl, ctl->options.subnet != NULL ? &subnet : NULL, plan);
-    if (status == EXIT_DONE) {
-        status = search(ctl, plan);
-    }
+    status = status == EXIT_DONE ? search(ctl, plan) : status;
     free(plan->interfaces);
     free(plan);
     return status;

@@ -15,7 +15,6 @@
 #define FIND_BESIDES_MAX    16u
 #define FIND_LEFT_OUT_MAX   32u
 #define FIND_LEFT_OUT_BYTES 448u
-#define FIND_REACH_BYTES    (INTERFACE_NAME_BYTES + 64u)
 
 /* A subnet as it was given or as an interface has it. */
 struct find_subnet {
@@ -62,9 +61,10 @@ void find_add_name(char names[FIND_NAMES_BYTES], const char *name);
 bool find_parse_subnet(const char *text, struct find_subnet *out);
 
 /* "10.42.0.0/24" */
-#define FIND_SUBNET_BYTES 20u
-const char *find_show_subnet(const struct find_subnet *subnet,
-                             char out[FIND_SUBNET_BYTES]);
+struct find_subnet_text {
+    char text[20];
+};
+struct find_subnet_text find_show_subnet(const struct find_subnet *subnet);
 
 /* Whether an address is asked already by a range before this one, as when two
  * interfaces are in one subnet. */
@@ -158,9 +158,12 @@ void find_note_taken(uint32_t *taken, uint32_t network, uint32_t address);
 /* The command that lets the host reach a finding; empty if it already does, if
  * --interface distinguishes it from another one, or if no address is known to
  * be free. */
-const char *find_reach(const struct find_plan *plan, struct find_result *result,
-                       const struct find_found *found,
-                       char out[FIND_REACH_BYTES]);
+struct find_reach {
+    char text[INTERFACE_NAME_BYTES + 64u];
+};
+struct find_reach find_reach(const struct find_plan *plan,
+                             struct find_result *result,
+                             const struct find_found *found);
 
 /* Sorts, prints for people or as JSON. */
 void find_print(const struct ctl *ctl, const struct find_plan *plan,

@@ -284,16 +284,6 @@ static enum exit_status ask_besides(struct search *s)
 
 /* --- Asking again --- */
 
-static bool has_arp(const struct search *s)
-{
-    for (size_t i = 0; i < s->links.listener_count; i++) {
-        if (s->links.listeners[i].arp != NULL) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* Using an address of another device would cut that device off the network, so
  * all addresses that could be proposed are asked first. */
 static enum exit_status ask_again(struct search *s)
@@ -302,7 +292,7 @@ static enum exit_status ask_again(struct search *s)
     enum exit_status status = EXIT_DONE;
     find_plan_besides(s->plan, r);
     const unsigned passes = r->beside_count > 0 ? BESIDE_PASSES : AGAIN_PASSES;
-    const bool has_any = r->count > 0 && has_arp(s);
+    const bool has_any = r->count > 0 && s->links.has_arp;
     for (unsigned pass = 0; pass < passes && has_any && status == EXIT_DONE;
          pass++) {
         status = pass < AGAIN_PASSES ? ask_found(s) : EXIT_DONE;
@@ -340,15 +330,9 @@ enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,
                      : (uint32_t)lum_time_monotonic_ns();
     enum exit_status status =
         find_links_open(&s.links, plan, ctl->options.host.port);
-    if (status == EXIT_DONE) {
-        status = number_all(&s);
-    }
-    if (status == EXIT_DONE) {
-        status = ask_all(&s);
-    }
-    if (status == EXIT_DONE) {
-        status = ask_again(&s);
-    }
+    status = status == EXIT_DONE ? number_all(&s) : status;
+    status = status == EXIT_DONE ? ask_all(&s) : status;
+    status = status == EXIT_DONE ? ask_again(&s) : status;
     tell_lost(&s);
     clear_progress(&s);
     find_links_close(&s.links);

@@ -66,6 +66,7 @@ static void add_listener(struct find_links *links,
     struct listener *l = &links->listeners[links->listener_count++];
     l->interface = interface;
     links->has_no_right |= arp_open(interface, &l->arp, NULL) == ARP_NO_RIGHT;
+    links->has_arp |= l->arp != NULL;
     l->udp = udp_listener_open(interface, port);
 }
 

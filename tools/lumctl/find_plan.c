@@ -42,10 +42,10 @@ bool find_parse_subnet(const char *text, struct find_subnet *out)
     return true;
 }
 
-const char *find_show_subnet(const struct find_subnet *subnet,
-                             char out[FIND_SUBNET_BYTES])
+struct find_subnet_text find_show_subnet(const struct find_subnet *subnet)
 {
-    (void)snprintf(out, FIND_SUBNET_BYTES, "%s/%u",
+    struct find_subnet_text out;
+    (void)snprintf(out.text, sizeof out.text, "%s/%u",
                    number_address(subnet->network).text, subnet->bits);
     return out;
 }
@@ -82,7 +82,6 @@ static bool has_range(const struct find_plan *plan,
 
 static void add_range(struct find_plan *plan, const struct find_range *range)
 {
-    char text[FIND_SUBNET_BYTES];
     if (has_range(plan, range)) {
         return;
     }
@@ -90,7 +89,7 @@ static void add_range(struct find_plan *plan, const struct find_range *range)
         (void)snprintf(find_leave_out(&plan->left_out), FIND_LEFT_OUT_BYTES,
                        "%s%s%s was not searched: more than %u subnets; name "
                        "one by --interface or --subnet",
-                       find_show_subnet(&range->subnet, text),
+                       find_show_subnet(&range->subnet).text,
                        range->interface != NULL ? " on " : "",
                        range->interface != NULL ? range->interface->name : "",
                        FIND_RANGES_MAX);
@@ -126,8 +125,6 @@ static void add_own(struct find_plan *plan,
 {
     const struct find_subnet whole = {own->address & own->mask, own->prefix};
     struct find_subnet part = whole;
-    char whole_text[FIND_SUBNET_BYTES];
-    char part_text[FIND_SUBNET_BYTES];
     if (own->prefix == 32u) {
         (void)snprintf(find_leave_out(&plan->left_out), FIND_LEFT_OUT_BYTES,
                        "%s has a /32: nobody else is in that subnet",
@@ -141,8 +138,8 @@ static void add_own(struct find_plan *plan,
             find_leave_out(&plan->left_out), FIND_LEFT_OUT_BYTES,
             "of %s on %s only %s was searched, around this host's "
             "own address%s; --subnet searches another part",
-            find_show_subnet(&whole, whole_text), interface->name,
-            find_show_subnet(&part, part_text),
+            find_show_subnet(&whole).text, interface->name,
+            find_show_subnet(&part).text,
             is_boot_in(&whole) && !is_boot_in(&part) ? ", and 10.42.0.37" : "");
     }
     add_subnet(plan, interface, part, false);

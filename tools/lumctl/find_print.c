@@ -2,6 +2,7 @@
 
 #include "../common/number.h"
 #include "beside.h"
+#include "report.h"
 #include "session.h"
 
 #include <stdio.h>
@@ -42,7 +43,7 @@ static void put_found(struct json *json, const struct find_plan *plan,
                       struct find_result *r, const struct find_found *f)
 {
     char mac[INTERFACE_MAC_TEXT_BYTES];
-    char reach[FIND_REACH_BYTES];
+    const struct find_reach reach = find_reach(plan, r, f);
     json_open_object(json, NULL);
     json_text(json, "sensor", session_name(f->host).text);
     json_text(json, "interface", name_of(f->interface));
@@ -52,36 +53,22 @@ static void put_found(struct json *json, const struct find_plan *plan,
     } else {
         json_null(json, "clock_us");
     }
-    if (f->round_trip_ns > 0) {
-        json_real(json, "round_trip_ms", (double)f->round_trip_ns / 1e6, 3);
-    } else {
-        json_null(json, "round_trip_ms");
-    }
-    if (f->has_mac) {
-        json_text(json, "mac", interfaces_format_mac(f->mac, mac));
-    } else {
-        json_null(json, "mac");
-    }
+    report_json_trip(json, f->round_trip_ns);
+    json_text(json, "mac",
+              f->has_mac ? interfaces_format_mac(f->mac, mac) : NULL);
     json_bool(json, "several_macs", f->has_other_mac);
-    if (f->has_other_mac) {
-        json_text(json, "other_mac", interfaces_format_mac(f->other_mac, mac));
-    } else {
-        json_null(json, "other_mac");
-    }
-    if (*find_reach(plan, r, f, reach) != '\0') {
-        json_text(json, "reach", reach);
-    } else {
-        json_null(json, "reach");
-    }
+    json_text(json, "other_mac",
+              f->has_other_mac ? interfaces_format_mac(f->other_mac, mac)
+                               : NULL);
+    json_text(json, "reach", *reach.text != '\0' ? reach.text : NULL);
     json_close_object(json);
 }
 
 static void put_range(struct json *json, const struct find_range *range)
 {
-    char subnet[FIND_SUBNET_BYTES];
     json_open_object(json, NULL);
     json_text(json, "interface", name_of(range->interface));
-    json_text(json, "subnet", find_show_subnet(&range->subnet, subnet));
+    json_text(json, "subnet", find_show_subnet(&range->subnet).text);
     json_text(json, "by", range->by_arp ? "arp" : "udp");
     json_close_object(json);
 }
@@ -89,8 +76,7 @@ static void put_range(struct json *json, const struct find_range *range)
 static void print_json(const struct find_plan *plan, struct find_result *r)
 {
     struct json json;
-    json_init(&json, stdout);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, stdout);
     json_open_array(&json, "sensors");
     for (size_t i = 0; i < r->count; i++) {
         put_found(&json, plan, r, &r->found[i]);
@@ -112,16 +98,16 @@ static void print_json(const struct find_plan *plan, struct find_result *r)
     json_uint(&json, "asked", r->asked);
     json_uint(&json, "not_sent", r->unsent);
     json_bool(&json, "complete", !r->is_cut_short && r->lost_count == 0);
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 static void print_reach(const struct find_plan *plan, struct find_result *r,
                         const struct find_found *f)
 {
-    char reach[FIND_REACH_BYTES];
-    if (*find_reach(plan, r, f, reach) != '\0') {
-        (void)printf("    not reached from this host; as root: %s\n", reach);
+    const struct find_reach reach = find_reach(plan, r, f);
+    if (*reach.text != '\0') {
+        (void)printf("    not reached from this host; as root: %s\n",
+                     reach.text);
     } else if (find_needs_address(plan, f)) {
         (void)printf("    not reached from this host: give %s an address in "
                      "%s/24 that no device has\n",

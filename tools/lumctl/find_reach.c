@@ -127,19 +127,20 @@ static uint32_t free_address(const struct find_plan *plan,
     return beside_find(found->host.address, is_taken, &wish);
 }
 
-const char *find_reach(const struct find_plan *plan, struct find_result *result,
-                       const struct find_found *found,
-                       char out[FIND_REACH_BYTES])
+struct find_reach find_reach(const struct find_plan *plan,
+                             struct find_result *result,
+                             const struct find_found *found)
 {
-    out[0] = '\0';
+    struct find_reach out = {""};
     if (find_needs_address(plan, found)) {
         const uint32_t free = free_address(plan, result, found);
         if (free != 0) {
-            (void)snprintf(out, FIND_REACH_BYTES, "ip addr add %s/24 dev %s",
+            (void)snprintf(out.text, sizeof out.text,
+                           "ip addr add %s/24 dev %s",
                            number_address(free).text, found->interface->name);
         }
     } else if (is_out_of_reach(found) && !has_twin(result, found)) {
-        (void)snprintf(out, FIND_REACH_BYTES, "ip route add %s/32 dev %s",
+        (void)snprintf(out.text, sizeof out.text, "ip route add %s/32 dev %s",
                        number_address(found->host.address).text,
                        found->interface->name);
     }

@@ -20,6 +20,7 @@ struct find_links {
     lum_socket *socket_of[FIND_RANGES_MAX]; /* NULL: the range has none */
     struct listener listeners[FIND_SOCKETS_MAX];
     size_t listener_count;
+    bool has_arp;      /* one of them asks by ARP */
     bool has_no_right; /* to listen to the wire */
 };
 

@@ -124,8 +124,7 @@ static void sum_up(const struct beating *b)
                  c.kernel_drops - b->begun.kernel_drops);
         return;
     }
-    json_init(&json, stdout);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, stdout);
     json_text(&json, "sensor", session_name(session_host(ctl)).text);
     json_real(&json, "duration_s", s, 3);
     json_uint(&json, "heartbeats", c.heartbeats - b->begun.heartbeats);
@@ -135,8 +134,7 @@ static void sum_up(const struct beating *b)
     if (ctl->has_status) {
         report_json(&json, ctl->status, true);
     }
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 static void announce(const struct ctl *ctl)
@@ -204,9 +202,7 @@ static enum exit_status beat(struct ctl *ctl)
                         .begun.struct_size = sizeof b.begun};
     const struct watch watch = {.looks = true,
                                 .period_ns = MONITOR_ASK_NS,
-                                .wake_ns = ctl->options.repeat.every_s > 0.0
-                                               ? &b.monitor.rows.due_ns
-                                               : NULL,
+                                .wake_ns = &b.monitor.rows.due_ns,
                                 .ask = ask,
                                 .take = take,
                                 .context = &b};
@@ -220,9 +216,7 @@ static enum exit_status beat(struct ctl *ctl)
     if (status == EXIT_DONE && ctl->options.owner.laser) {
         lum_laser_session_want(ctl->laser, LUM_WANT_ON, now);
     }
-    if (status == EXIT_DONE) {
-        status = watch_run(ctl, &watch);
-    }
+    status = status == EXIT_DONE ? watch_run(ctl, &watch) : status;
     clear_line(&b);
     status = conclude(&b, status);
     const enum exit_status seen = monitor_end(&b.monitor, status);

@@ -200,8 +200,7 @@ static void put_begin(const struct manifest *m, FILE *out, size_t step,
                       const lum_sweep_step *what)
 {
     struct json json;
-    json_init(&json, out);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, out);
     json_uint(&json, "step", step + 1u);
     json_text(&json, "sensor", session_name(session_host(m->ctl)).text);
     json_bool(&json, "laser", m->ctl->options.owner.laser);
@@ -338,8 +337,7 @@ static void put_all(const struct manifest *m, FILE *out, const char *why,
                     int status)
 {
     struct json json;
-    json_init(&json, out);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, out);
     json_uint(&json, "version", 1);
     json_text(&json, "program", "lumctl " LUM_VERSION);
     json_text(&json, "sensor", session_name(session_host(m->ctl)).text);
@@ -361,8 +359,7 @@ static void put_all(const struct manifest *m, FILE *out, const char *why,
     }
     (void)fputc('\n', out);
     json_close_array(&json);
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 /* The whole text, to be freed; NULL: no memory. */

@@ -11,18 +11,19 @@
 #define WRAP_NS   (INT64_C(0x100000000) * 1000)
 #define DRIFT_PER INT64_C(2000) /* clocks differ by one part in so many */
 
-const char *memory_value(const struct memory *memory, lum_command_id id,
-                         char out[MEMORY_VALUE_BYTES])
+struct memory_value memory_value(const struct memory *memory, lum_command_id id)
 {
+    struct memory_value out;
     const uint16_t value = memory->entries[id].value;
     if (id == LUM_COMMAND_LINE_MODE) {
-        (void)snprintf(out, MEMORY_VALUE_BYTES, "%u", setting_lines(value));
+        (void)snprintf(out.text, sizeof out.text, "%u", setting_lines(value));
     } else if (id != LUM_COMMAND_YSCAN) {
-        (void)snprintf(out, MEMORY_VALUE_BYTES, "%u", (unsigned)value);
+        (void)snprintf(out.text, sizeof out.text, "%u", (unsigned)value);
     } else if (memory->table.scan == MEMORY_DEGREES) {
-        (void)snprintf(out, MEMORY_VALUE_BYTES, "%u degrees", (unsigned)value);
+        (void)snprintf(out.text, sizeof out.text, "%u degrees",
+                       (unsigned)value);
     } else {
-        (void)snprintf(out, MEMORY_VALUE_BYTES, "%s of %u lines",
+        (void)snprintf(out.text, sizeof out.text, "%s of %u lines",
                        memory->table.scan == MEMORY_SHAPE
                            ? setting_shapes[memory->table.shape.kind]
                            : "a table",

@@ -126,8 +126,10 @@ int memory_read(const char *text, const struct memory_key *key,
                 struct memory *out, lum_error *error);
 
 /* The value for people: "640" for lines 0, "15 degrees". */
-#define MEMORY_VALUE_BYTES 64
-const char *memory_value(const struct memory *memory, lum_command_id id,
-                         char out[MEMORY_VALUE_BYTES]);
+struct memory_value {
+    char text[64];
+};
+struct memory_value memory_value(const struct memory *memory,
+                                 lum_command_id id);
 
 #endif

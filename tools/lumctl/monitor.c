@@ -264,22 +264,20 @@ bool monitor_is_met(const struct monitor *m)
 /* The last row, and what was never written. */
 static enum exit_status end_files(struct monitor *m, enum exit_status status)
 {
+    const struct repeat_options *o = &m->ctl->options.repeat;
     const struct file_writer_rest rest = file_writer_end(m->rows.writer);
     m->rows.writer = NULL;
     if (rest.has_news) {
         (void)ctl_complain(EXIT_FAILED, "%s", rest.news.text);
     }
     if (rest.lost > 0) {
-        status =
-            ctl_complain(EXIT_FAILED, "%s: lines that are missing: %" PRIu64,
-                         strcmp(m->ctl->options.repeat.csv, "-") == 0
-                             ? "standard output"
-                             : m->ctl->options.repeat.csv,
-                         rest.lost);
+        status = ctl_complain(
+            EXIT_FAILED, "%s: lines that are missing: %" PRIu64,
+            strcmp(o->csv, "-") == 0 ? "standard output" : o->csv, rest.lost);
     }
     if (rest.page_failed) {
-        status = ctl_complain(EXIT_FAILED, "%s is not up to date",
-                              m->ctl->options.repeat.prometheus);
+        status =
+            ctl_complain(EXIT_FAILED, "%s is not up to date", o->prometheus);
     }
     return status;
 }

@@ -91,8 +91,7 @@ void sample_json(const struct sample *s, FILE *out)
     const struct monitor *m = s->monitor;
     char bits[LUM_LASER_BITS_TEXT];
     struct json json;
-    json_init(&json, out);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, out);
     json_text(&json, "time", report_utc(s->utc_ns).text);
     json_text(&json, "sensor", s->sensor);
     json_bool(&json, "answers", m->answers);
@@ -113,8 +112,7 @@ void sample_json(const struct sample *s, FILE *out)
     if (s->has_counts) {
         put_counts(&json, s);
     }
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 /* --- CSV --- */
@@ -132,14 +130,17 @@ static void add_bits(char out[SAMPLE_ROW_BYTES], uint16_t bits)
         bits == 0 ? "" : lum_laser_bits_name(bits, " ", text, sizeof text));
 }
 
-#define SECONDS_BYTES 40
+struct seconds {
+    char text[40];
+};
 
 /* Seconds of nanoseconds, exactly. */
-static const char *seconds_text(int64_t ns, char out[SECONDS_BYTES])
+static struct seconds seconds_text(int64_t ns)
 {
+    struct seconds out;
     const int64_t whole = ns / INT64_C(1000000000);
     const int64_t part = ns % INT64_C(1000000000);
-    (void)snprintf(out, SECONDS_BYTES, "%s%" PRId64 ".%09" PRId64,
+    (void)snprintf(out.text, sizeof out.text, "%s%" PRId64 ".%09" PRId64,
                    ns < 0 && whole == 0 ? "-" : "", whole,
                    part < 0 ? -part : part);
     return out;
@@ -147,14 +148,12 @@ static const char *seconds_text(int64_t ns, char out[SECONDS_BYTES])
 
 static void add_csv_clock(char out[SAMPLE_ROW_BYTES], const struct sample *s)
 {
-    char offset[SECONDS_BYTES];
-    char error[SECONDS_BYTES];
     if (!s->has_clock) {
         ADD(out, SAMPLE_ROW_BYTES, ",,,");
         return;
     }
-    ADD(out, SAMPLE_ROW_BYTES, ",%s,%s", seconds_text(s->utc_offset_ns, offset),
-        seconds_text(s->clock.error_ns, error));
+    ADD(out, SAMPLE_ROW_BYTES, ",%s,%s", seconds_text(s->utc_offset_ns).text,
+        seconds_text(s->clock.error_ns).text);
     if (s->clock.has_drift) {
         ADD(out, SAMPLE_ROW_BYTES, ",%.3f", (double)s->clock.drift_ppb / 1e3);
     } else {
@@ -251,10 +250,9 @@ static void add_status(char out[SAMPLE_PAGE_BYTES], const struct sample *s)
 
 static void add_clock(char out[SAMPLE_PAGE_BYTES], const struct sample *s)
 {
-    char text[SECONDS_BYTES];
     add_metric(out, s, "clock_offset_seconds", "gauge",
                "UTC at which the sensor's clock was 0.",
-               seconds_text(s->utc_offset_ns, text));
+               seconds_text(s->utc_offset_ns).text);
     add_real(out, s, "clock_error_seconds",
              "The most by which the offset may be wrong.",
              (double)s->clock.error_ns / 1e9);
@@ -287,7 +285,6 @@ static void add_counts(char out[SAMPLE_PAGE_BYTES], const struct sample *s)
 void sample_page(const struct sample *s, char out[SAMPLE_PAGE_BYTES])
 {
     const struct monitor *m = s->monitor;
-    char when[SECONDS_BYTES];
     out[0] = '\0';
     add_whole(out, s, "up", "Whether the sensor answers.", m->answers);
     if (s->age_s >= 0.0) {
@@ -307,7 +304,7 @@ void sample_page(const struct sample *s, char out[SAMPLE_PAGE_BYTES])
     if (m->hazards.seen_utc_ns != 0) {
         add_metric(out, s, "last_hazard_timestamp_seconds", "gauge",
                    "When a hazard was last seen.",
-                   seconds_text(m->hazards.seen_utc_ns, when));
+                   seconds_text(m->hazards.seen_utc_ns).text);
     }
     if (m->answers && s->has_clock) {
         add_clock(out, s);

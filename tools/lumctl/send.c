@@ -100,21 +100,25 @@ enum exit_status command_send(struct ctl *ctl, int count, char **words)
 
 /* --- The laser --- */
 
-/* The text of a command without a number. */
-static const char *text_of(lum_command_id id, char out[LUM_COMMAND_TEXT_BYTES])
+struct command_text {
+    char text[LUM_COMMAND_TEXT_BYTES];
+};
+
+/* Of a command without a number. */
+static struct command_text text_of(lum_command_id id)
 {
+    struct command_text out;
     size_t len = 0;
     const lum_command command = {.id = id};
-    const lum_result result = lum_command_format(&command, out, &len);
-    out[result == LUM_OK ? len : 0] = '\0';
+    const lum_result result = lum_command_format(&command, out.text, &len);
+    out.text[result == LUM_OK ? len : 0] = '\0';
     return out;
 }
 
 static enum exit_status switch_on(struct ctl *ctl)
 {
-    char text[LUM_COMMAND_TEXT_BYTES];
     const enum exit_status status =
-        ctl_command_words(ctl, text_of(LUM_COMMAND_LASER_ON, text), "laser on");
+        ctl_command_words(ctl, text_of(LUM_COMMAND_LASER_ON).text, "laser on");
     if (status == EXIT_DONE && !ctl->options.dry_run) {
         ctl_note(ctl,
                  "the laser goes off 3 s after the last heartbeat%s; full "
@@ -130,7 +134,6 @@ static void print_off(const struct ctl *ctl, lum_laser_off result,
                       uint16_t status)
 {
     const struct session_name name = session_name(session_host(ctl));
-    char text[LUM_COMMAND_TEXT_BYTES];
     struct json json;
     if (!ctl->options.json) {
         if (result == LUM_LASER_OFF_SEEN) {
@@ -140,16 +143,14 @@ static void print_off(const struct ctl *ctl, lum_laser_off result,
         }
         return;
     }
-    json_init(&json, stdout);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, stdout);
     json_text(&json, "sensor", name.text);
-    json_text(&json, "command", text_of(LUM_COMMAND_LASER_OFF, text));
+    json_text(&json, "command", text_of(LUM_COMMAND_LASER_OFF).text);
     json_bool(&json, "done", result == LUM_LASER_OFF_SEEN);
     if (result == LUM_LASER_OFF_SEEN || result == LUM_LASER_OFF_REFUSED) {
         report_json(&json, status, session_is_owned(ctl, status));
     }
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 static enum exit_status switch_off(struct ctl *ctl)
@@ -171,10 +172,9 @@ static enum exit_status switch_off(struct ctl *ctl)
 
 static enum exit_status print_off_packet(struct ctl *ctl)
 {
-    char text[LUM_COMMAND_TEXT_BYTES];
     struct ctl_answer answer;
     bool was_sent = false;
-    return text_send(ctl, text_of(LUM_COMMAND_LASER_OFF, text), &answer,
+    return text_send(ctl, text_of(LUM_COMMAND_LASER_OFF).text, &answer,
                      &was_sent);
 }
 

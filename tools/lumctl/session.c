@@ -20,11 +20,9 @@
 struct session_name session_name(lum_endpoint host)
 {
     struct session_name name;
-    const struct number_address address = number_address(host.address);
-    if (host.port == LUM_PORT) {
-        (void)snprintf(name.text, sizeof name.text, "%s", address.text);
-    } else {
-        (void)snprintf(name.text, sizeof name.text, "%s:%u", address.text,
+    const size_t len = strlen(number_format_address(host.address, name.text));
+    if (host.port != LUM_PORT) {
+        (void)snprintf(name.text + len, sizeof name.text - len, ":%u",
                        (unsigned)host.port);
     }
     return name;

@@ -249,14 +249,12 @@ static void print(const struct move *m, enum found found)
     const struct session_name name = session_name(m->new);
     struct json json;
     if (m->ctl->options.json) {
-        json_init(&json, stdout);
-        json_open_object(&json, NULL);
+        json_begin_line(&json, stdout);
         json_text(&json, "sensor", session_name(m->old).text);
         json_text(&json, "address", name.text);
         json_bool(&json, "done", found == FOUND_NEW);
         json_text(&json, "answers_at", found_names[found]);
-        json_close_object(&json);
-        json_end(&json);
+        json_end_line(&json);
     } else if (found == FOUND_NEW) {
         (void)printf("%s: the sensor answers there now; %s%s\n", name.text,
                      m->ctl->in_shell ? "this shell goes on with "

@@ -23,15 +23,18 @@ static const char *const remarks[MEMORY_STANDINGS] = {
     [MEMORY_OLD] = "  whether it has restarted since is not known",
 };
 
-/* Room for a sensor's name and its interface's. */
-#define WHO_BYTES (SESSION_NAME_BYTES + MEMORY_NAME_BYTES + 8)
-
 /* --- show --- */
 
-static const char *who(const struct remembered *r, char out[WHO_BYTES])
+/* A sensor's name and its interface's. */
+struct who {
+    char text[SESSION_NAME_BYTES + MEMORY_NAME_BYTES + 8];
+};
+
+static struct who who(const struct remembered *r)
 {
+    struct who out;
     const lum_endpoint host = {r->key.address, r->key.port};
-    (void)snprintf(out, WHO_BYTES, "%s%s%s", session_name(host).text,
+    (void)snprintf(out.text, sizeof out.text, "%s%s%s", session_name(host).text,
                    r->key.interface[0] != '\0' ? " on " : "", r->key.interface);
     return out;
 }
@@ -71,15 +74,13 @@ static void print_run(FILE *out, const struct remembered *r, const char *before)
 
 static void print_table(const struct remembered *r)
 {
-    char text[WHO_BYTES];
-    (void)printf("%s, as far as this host knows:\n", who(r, text));
+    (void)printf("%s, as far as this host knows:\n", who(r).text);
     (void)printf("  %-15s  %-22s  %s\n", "setting", "value", "sent at");
     for (size_t i = 0; i < SETTINGS; i++) {
         const struct memory_entry *e = &r->memory.entries[settings[i].id];
-        char value[MEMORY_VALUE_BYTES];
         if (e->standing != MEMORY_NOTHING) {
             (void)printf("  %-15s  %-22s  %s%s\n", settings[i].name,
-                         memory_value(&r->memory, settings[i].id, value),
+                         memory_value(&r->memory, settings[i].id).text,
                          report_utc(e->utc_ns).text, remarks[e->standing]);
         }
     }
@@ -112,10 +113,9 @@ static void put_setting(struct json *json, const struct memory *memory,
                         lum_command_id id)
 {
     const struct memory_entry *e = &memory->entries[id];
-    char value[MEMORY_VALUE_BYTES];
     json_open_object(json, NULL);
     json_text(json, "setting", setting_name(id));
-    json_text(json, "value", memory_value(memory, id, value));
+    json_text(json, "value", memory_value(memory, id).text);
     json_text(json, "time", report_utc(e->utc_ns).text);
     json_text(json, "standing", standings[e->standing]);
     json_close_object(json);
@@ -125,8 +125,7 @@ static void print_json(const struct remembered *r)
 {
     struct json json;
     const lum_endpoint host = {r->key.address, r->key.port};
-    json_init(&json, stdout);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, stdout);
     json_text(&json, "sensor", session_name(host).text);
     json_text(&json, "interface", r->key.interface);
     json_bool(&json, "answers", r->has_answered);
@@ -145,28 +144,26 @@ static void print_json(const struct remembered *r)
         }
     }
     json_close_array(&json);
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 /* Nothing is known: why. */
 static enum exit_status complain_nothing(const struct remembered *r)
 {
-    char text[WHO_BYTES];
-    (void)who(r, text);
+    const struct who sensor = who(r);
     if (r->memory.restart_to_ns == 0) {
         return ctl_complain(EXIT_FAILED,
                             "nothing is known of %s: no setting that lumctl of "
                             "this user on this host sent there is on record as "
                             "acknowledged",
-                            text);
+                            sensor.text);
     }
     return ctl_complain(
         EXIT_FAILED,
         "nothing is known of %s any more: by its clock it has restarted "
         "between %s and %s and forgotten its settings (or it is another "
         "sensor, or this host's clock was set)",
-        text, report_utc(r->memory.restart_from_ns).text,
+        sensor.text, report_utc(r->memory.restart_from_ns).text,
         report_utc(r->memory.restart_to_ns).text);
 }
 
@@ -326,9 +323,8 @@ static void put_value(const struct remembered *r, lum_command_id id)
 static void put_lack(const struct remembered *r, lum_command_id id,
                      const char *lack)
 {
-    char value[MEMORY_VALUE_BYTES];
     (void)printf("# left out: %s, %s, sent %s: %s\n", setting_name(id),
-                 memory_value(&r->memory, id, value),
+                 memory_value(&r->memory, id).text,
                  report_utc(r->memory.entries[id].utc_ns).text, lack);
 }
 
@@ -416,7 +412,6 @@ static unsigned put_yaml(const struct ctl *ctl, const struct remembered *r)
 enum exit_status command_save(struct ctl *ctl, int count, char **words)
 {
     struct remembered r;
-    char text[WHO_BYTES];
     enum exit_status status = check(ctl, count, words);
     if (status == EXIT_DONE && ctl->options.json) {
         status = ctl_complain(EXIT_BAD, "--json does not go with save, which "
@@ -431,7 +426,7 @@ enum exit_status command_save(struct ctl *ctl, int count, char **words)
         return status == EXIT_DONE ? nothing : status;
     }
     (void)printf("# Settings of %s, as far as this host knows.\n",
-                 who(&r, text));
+                 who(&r).text);
     print_run(stdout, &r, "# ");
     (void)puts("version: 1");
     const unsigned left_out = put_yaml(ctl, &r);

@@ -17,16 +17,14 @@ static void log_json(const char *when, const char *name, bool has_status,
                      uint16_t status, bool is_owned)
 {
     struct json json;
-    json_init(&json, stdout);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, stdout);
     json_text(&json, "time", when);
     json_text(&json, "sensor", name);
     json_bool(&json, "answers", has_status);
     if (has_status) {
         report_json(&json, status, is_owned);
     }
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 bool status_log(const struct ctl *ctl, bool was_up, bool has_status,
@@ -175,16 +173,13 @@ static enum exit_status watch(struct ctl *ctl)
                          .redraws =
                              !ctl->options.json && report_is_terminal(stdout)};
     const struct watch watch = {.period_ns = POLL_NS,
-                                .wake_ns = ctl->options.repeat.every_s > 0.0
-                                               ? &w.monitor.rows.due_ns
-                                               : NULL,
+                                .wake_ns = &w.monitor.rows.due_ns,
                                 .ask = ask,
                                 .take = take,
                                 .context = &w};
     enum exit_status status = ctl_open(ctl, false);
-    if (status == EXIT_DONE) {
-        status = monitor_begin(&w.monitor, ctl, true);
-    }
+    status =
+        status == EXIT_DONE ? monitor_begin(&w.monitor, ctl, true) : status;
     if (status != EXIT_DONE) {
         return status;
     }
@@ -196,15 +191,13 @@ static void print_json(const struct ctl *ctl, const struct ctl_answer *answer,
                        bool is_owned)
 {
     struct json json;
-    json_init(&json, stdout);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, stdout);
     json_text(&json, "sensor", session_name(session_host(ctl)).text);
     report_json(&json, answer->status, is_owned);
     report_json_lines(&json, "debug", answer->debug);
     json_uint(&json, "tries", answer->tries);
     report_json_trip(&json, answer->round_trip_ns);
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 static void print(const struct ctl *ctl, const struct ctl_answer *answer,

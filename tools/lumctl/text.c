@@ -157,8 +157,7 @@ void text_print_json(const struct ctl *ctl, const struct text_outcome *outcome,
                      const struct ctl_answer *answer)
 {
     struct json json;
-    json_init(&json, stdout);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, stdout);
     json_text(&json, "sensor", session_name(session_host(ctl)).text);
     if (outcome != NULL) {
         json_text(&json, "command", outcome->text);
@@ -176,8 +175,7 @@ void text_print_json(const struct ctl *ctl, const struct text_outcome *outcome,
     report_json_lines(&json, "tlvs", answer->others);
     json_uint(&json, "tries", answer->tries);
     report_json_trip(&json, answer->round_trip_ns);
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 void text_print_answer(const struct ctl *ctl, const char *what,

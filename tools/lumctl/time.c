@@ -46,36 +46,42 @@ static int64_t utc_offset(const lum_clock_estimate *e)
     return e->offset_ns + (lum_time_utc_ns() - lum_time_monotonic_ns());
 }
 
-#define SPAN_BYTES 40
+struct span {
+    char text[40];
+};
 
 /* 0:12:34.567890 */
-static const char *clock_text(int64_t us, char out[SPAN_BYTES])
+static struct span clock_text(int64_t us)
 {
+    struct span out;
     const int64_t s = us / 1000000;
-    (void)snprintf(out, SPAN_BYTES, "%" PRId64 ":%02d:%02d.%06d", s / 3600,
-                   (int)(s / 60 % 60), (int)(s % 60), (int)(us % 1000000));
+    (void)snprintf(out.text, sizeof out.text, "%" PRId64 ":%02d:%02d.%06d",
+                   s / 3600, (int)(s / 60 % 60), (int)(s % 60),
+                   (int)(us % 1000000));
     return out;
 }
 
 /* 182 us, or 12.3 ms */
-static const char *span_text(int64_t ns, char out[SPAN_BYTES])
+static struct span span_text(int64_t ns)
 {
+    struct span out;
     if (ns < 1000000) {
-        (void)snprintf(out, SPAN_BYTES, "%.0f us", (double)ns / 1e3);
+        (void)snprintf(out.text, sizeof out.text, "%.0f us", (double)ns / 1e3);
     } else {
-        (void)snprintf(out, SPAN_BYTES, "%.2f ms", (double)ns / 1e6);
+        (void)snprintf(out.text, sizeof out.text, "%.2f ms", (double)ns / 1e6);
     }
     return out;
 }
 
-static const char *drift_text(const lum_clock_estimate *e, char out[SPAN_BYTES])
+static struct span drift_text(const lum_clock_estimate *e)
 {
+    struct span out;
     if (e->has_drift) {
-        (void)snprintf(out, SPAN_BYTES, "%+.3f +-%.3f ppm",
+        (void)snprintf(out.text, sizeof out.text, "%+.3f +-%.3f ppm",
                        (double)e->drift_ppb / 1e3,
                        (double)e->drift_error_ppb / 1e3);
     } else {
-        (void)snprintf(out, SPAN_BYTES, "not known yet");
+        (void)snprintf(out.text, sizeof out.text, "not known yet");
     }
     return out;
 }
@@ -83,8 +89,7 @@ static const char *drift_text(const lum_clock_estimate *e, char out[SPAN_BYTES])
 static void put_json(const struct timing *t, const lum_clock_estimate *e)
 {
     struct json json;
-    json_init(&json, stdout);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, stdout);
     json_text(&json, "time", report_utc(lum_time_utc_ns()).text);
     json_text(&json, "sensor", session_name(session_host(t->ctl)).text);
     json_int(&json, "clock_us", e->clock_us);
@@ -102,39 +107,32 @@ static void put_json(const struct timing *t, const lum_clock_estimate *e)
     }
     json_uint(&json, "exchanges", e->exchanges);
     json_uint(&json, "resets", e->resets);
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 static void put_all(const struct timing *t, const lum_clock_estimate *e)
 {
-    char text[SPAN_BYTES];
-    char other[SPAN_BYTES];
     (void)printf("%s: clock %s\n", session_name(session_host(t->ctl)).text,
-                 clock_text(e->clock_us, text));
+                 clock_text(e->clock_us).text);
     (void)printf("  was 0 at    %s by this host's clock, +-%s\n",
-                 report_utc(utc_offset(e)).text, span_text(e->error_ns, text));
+                 report_utc(utc_offset(e)).text, span_text(e->error_ns).text);
     (void)printf("  round trip  %s to %s, %u exchanges\n",
-                 span_text(t->least_ns, text), span_text(t->most_ns, other),
+                 span_text(t->least_ns).text, span_text(t->most_ns).text,
                  (unsigned)e->exchanges);
-    (void)printf("  drift       %s%s\n", drift_text(e, text),
+    (void)printf("  drift       %s%s\n", drift_text(e).text,
                  e->has_drift ? "" : ": lumctl time --watch measures it");
     (void)puts("  It counts from boot and returns to 0 every 71.6 minutes.");
 }
 
 static void put_line(const struct timing *t, const lum_clock_estimate *e)
 {
-    char clock[SPAN_BYTES];
-    char error[SPAN_BYTES];
-    char trip[SPAN_BYTES];
-    char drift[SPAN_BYTES];
     const int64_t offset = utc_offset(e);
     (void)printf("%s  clock %s  offset %" PRId64 ".%06d s +-%s  round trip %s  "
                  "drift %s\n",
                  report_utc(lum_time_utc_ns()).text,
-                 clock_text(e->clock_us, clock), offset / NS_PER_S,
-                 (int)(offset % NS_PER_S / 1000), span_text(e->error_ns, error),
-                 span_text(t->round_trip_ns, trip), drift_text(e, drift));
+                 clock_text(e->clock_us).text, offset / NS_PER_S,
+                 (int)(offset % NS_PER_S / 1000), span_text(e->error_ns).text,
+                 span_text(t->round_trip_ns).text, drift_text(e).text);
 }
 
 static bool show_line(struct timing *t)

@@ -1,9 +1,5 @@
 #include "find.h"
 
-struct udp_listener {
-    int nothing;
-};
-
 struct udp_listener *udp_listener_open(const struct host_interface *interface,
                                        uint16_t port)
 {

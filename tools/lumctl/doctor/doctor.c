@@ -62,13 +62,11 @@ void doctor_add(struct doctor_finding *out, const char *text, ...)
 struct doctor_place doctor_place(lum_endpoint at)
 {
     struct doctor_place place;
-    const struct number_address address =
-        number_address(at.address != 0 ? at.address : LOOPBACK);
-    if (at.port == LUM_PORT) {
-        (void)snprintf(place.text, sizeof place.text, "%s", address.text);
-    } else {
-        (void)snprintf(place.text, sizeof place.text, "%s --port %u",
-                       address.text, (unsigned)at.port);
+    const size_t len = strlen(number_format_address(
+        at.address != 0 ? at.address : LOOPBACK, place.text));
+    if (at.port != LUM_PORT) {
+        (void)snprintf(place.text + len, sizeof place.text - len, " --port %u",
+                       (unsigned)at.port);
     }
     return place;
 }
@@ -79,16 +77,6 @@ void doctor_fix_elsewhere(const struct doctor *d, struct doctor_finding *out)
                "sudo lumctl find --interface %s    # at which address does "
                "it answer? It boots at 10.42.0.37",
                d->route.interface);
-}
-
-void doctor_fix_watch_while(const struct doctor *d, struct doctor_finding *out,
-                            const char *filter, const char *command,
-                            const char *question)
-{
-    char what[SESSION_CTL_BYTES + 80];
-    (void)snprintf(what, sizeof what, "while %s %s runs: %s",
-                   session_ctl(d->ctl, d->sensor).text, command, question);
-    doctor_fix_watch(d, out, filter, what);
 }
 
 void doctor_lack(struct doctor *d, enum doctor_need need, const char *why)

@@ -174,10 +174,6 @@ bool doctor_answers_at(const struct doctor *d, uint16_t port);
  * comment. */
 void doctor_fix_watch(const struct doctor *d, struct doctor_finding *out,
                       const char *filter, const char *why);
-/* The same, while a command of lumctl runs, with a question to look for. */
-void doctor_fix_watch_while(const struct doctor *d, struct doctor_finding *out,
-                            const char *filter, const char *command,
-                            const char *question);
 /* Bytes of datagrams that a receive buffer holds. */
 size_t doctor_buffer_payload(size_t granted);
 /* The command that raises the kernel's limit for receive buffers. */
@@ -195,10 +191,17 @@ void doctor_check_strangers(struct doctor *d, struct doctor_finding *out);
 void doctor_check_clock(struct doctor *d, struct doctor_finding *out);
 void doctor_check_status(struct doctor *d, struct doctor_finding *out);
 
+/* As doctor_fix_watch(), while a command of lumctl runs, with a question to
+ * look for. */
+void doctor_fix_watch_while(const struct doctor *d, struct doctor_finding *out,
+                            const char *filter, const char *command,
+                            const char *question);
 /* False without memory. */
 bool doctor_stream_open(struct doctor *d);
 void doctor_stream_take(struct doctor *d, const lum_received *datagram,
                         int64_t arrived_ns);
+/* Datagrams that are data, and do not fit the wire profile. */
+uint64_t doctor_stream_odd(const struct doctor_stream *s);
 /* Datagrams that this host dropped between interface and program, except those
  * for which the buffer was full; 0: none, or not known. */
 uint64_t doctor_stream_filtered(const struct doctor *d);

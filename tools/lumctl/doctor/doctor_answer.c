@@ -19,6 +19,16 @@
 
 /* --- No answer --- */
 
+void doctor_fix_watch_while(const struct doctor *d, struct doctor_finding *out,
+                            const char *filter, const char *command,
+                            const char *question)
+{
+    char what[SESSION_CTL_BYTES + 80];
+    (void)snprintf(what, sizeof what, "while %s %s runs: %s",
+                   session_ctl(d->ctl, d->sensor).text, command, question);
+    doctor_fix_watch(d, out, filter, what);
+}
+
 /* It answers, but from another place than the request went to. */
 static void say_other_port(struct doctor *d, uint16_t port,
                            struct doctor_finding *out)

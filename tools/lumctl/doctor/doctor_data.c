@@ -95,12 +95,6 @@ static bool take_data(struct doctor *d, lum_error *error)
 
 /* --- Check: data --- */
 
-static uint64_t data_datagrams(const struct doctor_stream *s)
-{
-    return s->kinds[LUM_PACKET_DATA] + s->kinds[LUM_PACKET_UNKNOWN_TYPE] +
-           s->kinds[LUM_PACKET_MALFORMED] + s->kinds[LUM_PACKET_UNKNOWN_TAG];
-}
-
 static void say_no_data(struct doctor *d, struct doctor_finding *out)
 {
     char filter[48];
@@ -135,7 +129,8 @@ static void say_no_data(struct doctor *d, struct doctor_finding *out)
 static void say_data(struct doctor *d, struct doctor_finding *out)
 {
     const double seconds = 1e-9 * (double)d->stream.duration_ns;
-    const uint64_t n = data_datagrams(&d->stream);
+    const uint64_t n =
+        d->stream.kinds[LUM_PACKET_DATA] + doctor_stream_odd(&d->stream);
     if (n == 0) {
         say_no_data(d, out);
         return;

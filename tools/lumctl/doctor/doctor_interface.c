@@ -13,36 +13,31 @@
 
 #define LIST_SIZE 384u
 
-/* --- Addresses --- */
+/* Adds to a terminated text of LIST_SIZE. */
+#define ADD(out, ...)                                                          \
+    (void)snprintf((out) + strlen(out), LIST_SIZE - strlen(out), __VA_ARGS__)
 
-static size_t list_address(char *out, size_t room,
-                           const struct host_interface *w, size_t k)
-{
-    const struct interface_address *a = &w->addresses[k];
-    return (size_t)snprintf(out, room, "%s%s%s/%u", k > 0 ? "" : w->name,
-                            k > 0 ? " and " : " has ",
-                            number_address(a->address).text, a->prefix);
-}
+/* --- Addresses --- */
 
 /* "eth0 has 10.42.0.1/28 and 192.168.7.2/24, eth1 has none" */
 static void list_addresses(const struct doctor *d, char out[LIST_SIZE])
 {
-    size_t len = 0;
-    (void)snprintf(out, LIST_SIZE, "there is no other than loopback");
-    for (size_t i = 0; i < d->host.count && len < LIST_SIZE; i++) {
+    out[0] = '\0';
+    for (size_t i = 0; i < d->host.count; i++) {
         const struct host_interface *w = &d->host.all[i];
         if (w->is_loopback || !host_is_asked_for(d, w)) {
             continue;
         }
-        len += (size_t)snprintf(out + len, LIST_SIZE - len, "%s",
-                                len > 0 ? ", " : "");
-        for (size_t k = 0; k < w->address_count && len < LIST_SIZE; k++) {
-            len += list_address(out + len, LIST_SIZE - len, w, k);
+        ADD(out, "%s%s has%s", out[0] != '\0' ? ", " : "", w->name,
+            w->address_count == 0 ? " none" : "");
+        for (size_t k = 0; k < w->address_count; k++) {
+            ADD(out, "%s %s/%u", k > 0 ? " and" : "",
+                number_address(w->addresses[k].address).text,
+                w->addresses[k].prefix);
         }
-        if (w->address_count == 0 && len < LIST_SIZE) {
-            len += (size_t)snprintf(out + len, LIST_SIZE - len, "%s has none",
-                                    w->name);
-        }
+    }
+    if (out[0] == '\0') {
+        ADD(out, "there is no other than loopback");
     }
 }
 

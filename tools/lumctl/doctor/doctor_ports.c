@@ -156,14 +156,6 @@ static void say_own_address(const struct doctor *d, struct doctor_finding *out)
     doctor_fix(out, "sudo ip addr del %s", d->host.own);
 }
 
-static void say_nothing_listens(const struct doctor *d,
-                                struct doctor_finding *out)
-{
-    doctor_wrong(out, "%s is on this host, and nothing listens on its port %u",
-                 d->address, (unsigned)d->sensor.port);
-    doctor_fix(out, "lumsim --address %s &", doctor_place(d->sensor).text);
-}
-
 /* The sensor should be a program of this host. */
 static void look_at_own(struct doctor *d, const struct udp_user *users,
                         size_t n, struct doctor_finding *out)
@@ -184,7 +176,10 @@ static void look_at_own(struct doctor *d, const struct udp_user *users,
     } else if (n > 0) {
         say_elsewhere(d, &users[0], out);
     } else {
-        say_nothing_listens(d, out);
+        doctor_wrong(out,
+                     "%s is on this host, and nothing listens on its port %u",
+                     d->address, (unsigned)d->sensor.port);
+        doctor_fix(out, "lumsim --address %s &", doctor_place(d->sensor).text);
     }
 }
 

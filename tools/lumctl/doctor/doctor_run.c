@@ -62,24 +62,16 @@ static bool print_finding(const struct check *check,
     return fflush(stdout) == 0;
 }
 
-static void put_fix(struct json *json, const char *key, const char *fix)
-{
-    if (fix[0] != '\0') {
-        json_text(json, key, fix);
-    } else {
-        json_null(json, key);
-    }
-}
-
 static void put_finding(struct json *json, const struct check *check,
                         const struct doctor_finding *f)
 {
+    const char *fix = f->fix[0] != '\0' ? f->fix : NULL;
     json_open_object(json, NULL);
     json_text(json, "name", check->name);
     json_text(json, "result", results[f->result].json);
     json_text(json, "text", f->text);
-    put_fix(json, "fix", f->fix);
-    put_fix(json, "mend", f->fix); /* the name before */
+    json_text(json, "fix", fix);
+    json_text(json, "mend", fix); /* the name before */
     json_close_object(json);
 }
 
@@ -127,8 +119,7 @@ static void print_json(const struct doctor *d, enum exit_status status,
                        const struct doctor_finding *findings)
 {
     struct json json;
-    json_init(&json, stdout);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, stdout);
     json_text(&json, "sensor", d->address);
     json_open_array(&json, "checks");
     for (size_t i = 0; i < CHECKS; i++) {
@@ -136,8 +127,7 @@ static void print_json(const struct doctor *d, enum exit_status status,
     }
     json_close_array(&json);
     json_text(&json, "overall", overall_names[status]);
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }
 
 static void print_verdict(const struct doctor *d, enum exit_status status)

@@ -124,7 +124,7 @@ void doctor_stream_take(struct doctor *d, const lum_received *datagram,
     }
 }
 
-static uint64_t odd_datagrams(const struct doctor_stream *s)
+uint64_t doctor_stream_odd(const struct doctor_stream *s)
 {
     return s->kinds[LUM_PACKET_UNKNOWN_TYPE] + s->kinds[LUM_PACKET_MALFORMED] +
            s->kinds[LUM_PACKET_UNKNOWN_TAG];
@@ -158,7 +158,7 @@ void doctor_check_layout(struct doctor *d, struct doctor_finding *out)
 {
     const struct doctor_stream *s = &d->stream;
     const uint64_t good = s->kinds[LUM_PACKET_DATA];
-    const uint64_t odd = odd_datagrams(s);
+    const uint64_t odd = doctor_stream_odd(s);
     if (odd * 100u > good) {
         say_odd(d, odd, good, out);
     } else if (s->assembly.bad_words > s->assembly.words / 10u) {

@@ -90,8 +90,7 @@ static bool add_tables(struct trace *t, const char *interface,
                        lum_endpoint sensor, uint16_t port)
 {
     char text[1536];
-    char address[16];
-    (void)number_format_address(sensor.address, address);
+    const struct number_address address = number_address(sensor.address);
     const int n = snprintf(
         text, sizeof text,
         "add table netdev %s { flags owner; chain comes { type filter hook "
@@ -103,8 +102,8 @@ static bool add_tables(struct trace *t, const char *interface,
         "chain leaves { type filter hook output priority " FIRST "; "
         "ip daddr %s udp sport %u meta nftrace set 1; }; }\n"
         "list tables ip\n",
-        t->table, interface, address, (unsigned)port, t->table, address,
-        (unsigned)port, address, (unsigned)port);
+        t->table, interface, address.text, (unsigned)port, t->table,
+        address.text, (unsigned)port, address.text, (unsigned)port);
     return n > 0 && (size_t)n < sizeof text &&
            write(t->editor.in, text, (size_t)n) == n;
 }
