@@ -37,7 +37,7 @@ static void values_are_parted_by_commas_at_every_depth(void **state)
     struct text t;
     (void)state;
     begin(&t);
-    json_open_object(&t.json, NULL);
+    json_begin_line(&t.json, t.json.out);
     json_int(&t.json, "a", INT64_MIN);
     json_open_array(&t.json, "b");
     json_uint(&t.json, NULL, UINT64_MAX);
@@ -46,10 +46,11 @@ static void values_are_parted_by_commas_at_every_depth(void **state)
     json_bool(&t.json, NULL, true);
     json_close_array(&t.json);
     json_null(&t.json, "c");
-    json_close_object(&t.json);
-    json_end(&t.json);
+    json_text(&t.json, "d", NULL);
+    json_end_line(&t.json);
     expect(&t, "{\"a\": -9223372036854775808, \"b\": "
-               "[18446744073709551615, {}, true], \"c\": null}\n");
+               "[18446744073709551615, {}, true], \"c\": null, \"d\": "
+               "null}\n");
 }
 
 static void text_is_escaped_and_always_utf8(void **state)
