@@ -1,3 +1,4 @@
+/* Hears UDP on an interface of a Linux host, also what is for others. */
 #define _GNU_SOURCE
 
 #include "find.h"

@@ -1,3 +1,4 @@
+/* On other systems nothing is heard but what is for this host. */
 #include "find.h"
 
 struct udp_listener *udp_listener_open(const struct host_interface *interface,

@@ -150,8 +150,8 @@ bool doctor_is_cancelled(const struct doctor *d);
 /* Continues the heartbeats of a shell's session during the checks. */
 void doctor_keep_alive(struct doctor *d);
 
-/* Checks of this host: doctor_interface.c, doctor_arp.c, doctor_ports.c,
- * doctor_firewall.c, doctor_host.c; or doctor_other.c. */
+/* Checks of this host: doctor_interface.c, doctor_route.c, doctor_arp.c,
+ * doctor_ports.c, doctor_firewall.c, doctor_host.c; or doctor_other.c. */
 void doctor_check_interface(struct doctor *d, struct doctor_finding *out);
 void doctor_check_route(struct doctor *d, struct doctor_finding *out);
 void doctor_check_arp(struct doctor *d, struct doctor_finding *out);

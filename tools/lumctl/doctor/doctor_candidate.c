@@ -27,20 +27,16 @@ size_t host_candidates(const struct doctor *d,
         const struct interface_address *a =
             interfaces_subnet(w, d->sensor.address);
         if (a != NULL && is_usable(w) && host_is_asked_for(d, w)) {
-            out[n] = (struct candidate){w, a, false, false, false};
+            out[n] = (struct candidate){w, a, false, false};
             n++;
         }
     }
     return n;
 }
 
-void host_look(struct doctor *d, struct candidate *c)
+static void look(struct doctor *d, struct candidate *c)
 {
     struct arp_answers who;
-    if (c->is_looked_at) {
-        return;
-    }
-    c->is_looked_at = true;
     doctor_keep_alive(d);
     c->is_sensor = knock_reaches(d->sensor, c->interface->name);
     c->has_neighbour = c->is_sensor;
@@ -70,22 +66,12 @@ struct candidate *host_choose(struct doctor *d, struct candidate *all, size_t n)
         way.exists = false;
     }
     for (size_t i = 0; i < n; i++) {
-        host_look(d, &all[i]);
+        look(d, &all[i]);
         if (rank(&all[i], &way) > rank(best, &way)) {
             best = &all[i];
         }
     }
     return best;
-}
-
-bool host_answers(struct doctor *d)
-{
-    struct arp_answers who;
-    if (!d->host.answers) {
-        neighbours_find(d, d->host.chosen, &who);
-        d->host.answers = who.count > 0;
-    }
-    return d->host.answers;
 }
 
 /* --- Where the sensor most likely is --- */

@@ -1,5 +1,5 @@
 /* What the checks of a Linux host share: advice that several give, an address
- * that is free, what comes in by the interface; and the check of its MTU. */
+ * that is free, what the kernel tells of packets from the sensor. */
 #include "doctor_host.h"
 
 #include "../../common/number.h"
@@ -9,12 +9,9 @@
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
 #include "doctor_trace.h"
-#include "doctor_way.h"
 
 #include <string.h>
 #include <unistd.h>
-
-#define MTU_MIN 1500u
 
 bool host_is_asked_for(const struct doctor *d, const struct host_interface *i)
 {
@@ -84,27 +81,6 @@ void host_say_full(const struct doctor *d, const struct host_interface *w,
                "which; then give %s one that nobody has",
                w != NULL ? w->name : "INTERFACE", number_address(subnet).text,
                w != NULL ? w->name : "INTERFACE");
-}
-
-/* --- Check: MTU --- */
-
-void doctor_check_mtu(struct doctor *d, struct doctor_finding *out)
-{
-    const unsigned mtu = way_mtu(d->route.interface);
-    if (mtu == 0) {
-        doctor_unseen(out, "not looked at: the kernel does not tell that of %s",
-                      d->route.interface);
-    } else if (mtu < MTU_MIN) {
-        doctor_wrong(out,
-                     "%s takes packets of %u bytes at most; the sensor's need "
-                     "%u",
-                     d->route.interface, mtu, MTU_MIN);
-        doctor_fix(out, "sudo ip link set dev %s mtu %u", d->route.interface,
-                   MTU_MIN);
-    } else {
-        doctor_fine(out, "%s takes packets of %u bytes", d->route.interface,
-                    mtu);
-    }
 }
 
 /* --- For checks on the wire --- */

@@ -13,7 +13,6 @@
 struct candidate {
     const struct host_interface *interface;
     const struct interface_address *address;
-    bool is_looked_at;
     bool is_sensor;     /* a sensor answers a request that goes out there */
     bool has_neighbour; /* a device answers ARP there */
 };
@@ -28,16 +27,10 @@ bool host_is_asked_for(const struct doctor *d, const struct host_interface *i);
 size_t host_candidates(const struct doctor *d,
                        struct candidate out[CANDIDATES_MAX]);
 
-/* Checks once whether a device answers there. */
-void host_look(struct doctor *d, struct candidate *c);
-
 /* The best of them: where a sensor answers, then any device, then by the
  * kernel's route. Asks only where there are several. */
 struct candidate *host_choose(struct doctor *d, struct candidate *all,
                               size_t n);
-
-/* Whether a device answers for the sensor on the chosen interface. */
-bool host_answers(struct doctor *d);
 
 /* Where a device answers for the sensor, if that can be heard; else a guess;
  * NULL: none is allowed. */
@@ -50,6 +43,10 @@ const struct host_interface *host_elsewhere(struct doctor *d);
 /* An address of an interface beside the sensor's; NULL: none. */
 const struct interface_address *host_near(const struct doctor *d,
                                           const struct host_interface *w);
+
+/* Whether a device answers for the sensor on the chosen interface
+ * (doctor_interface.c). */
+bool host_answers(struct doctor *d);
 
 /* An address for this host in the sensor's subnet that no other device has, if
  * this can be asked on an interface (NULL: none); 0: all are in use. With the

@@ -6,6 +6,7 @@
 
 #include "../../common/host.h"
 #include "../../common/number.h"
+#include "doctor_neighbour.h"
 #include "doctor_way.h"
 
 #include <stdio.h>
@@ -264,4 +265,14 @@ void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
     } else {
         look_for_subnet(d, out);
     }
+}
+
+bool host_answers(struct doctor *d)
+{
+    struct arp_answers who;
+    if (!d->host.answers) {
+        neighbours_find(d, d->host.chosen, &who);
+        d->host.answers = who.count > 0;
+    }
+    return d->host.answers;
 }

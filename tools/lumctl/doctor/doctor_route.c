@@ -1,5 +1,5 @@
-/* Whether the kernel of a Linux host sends to the sensor by the interface in
- * its subnet, and how its route is put right. */
+/* The way of packets from a Linux host to the sensor: whether the kernel's
+ * route leads out by the interface in its subnet, and the MTU there. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "doctor_host.h"
@@ -9,6 +9,8 @@
 
 #include <stdio.h>
 #include <string.h>
+
+#define MTU_MIN 1500u
 
 static void say_no_route(struct doctor *d, int error,
                          struct doctor_finding *out)
@@ -91,5 +93,24 @@ void doctor_check_route(struct doctor *d, struct doctor_finding *out)
                 way.has_gateway ? number_address(way.gateway).text : "");
     if (way.source != 0) {
         doctor_add(out, ", from %s", number_address(way.source).text);
+    }
+}
+
+void doctor_check_mtu(struct doctor *d, struct doctor_finding *out)
+{
+    const unsigned mtu = way_mtu(d->route.interface);
+    if (mtu == 0) {
+        doctor_unseen(out, "not looked at: the kernel does not tell that of %s",
+                      d->route.interface);
+    } else if (mtu < MTU_MIN) {
+        doctor_wrong(out,
+                     "%s takes packets of %u bytes at most; the sensor's need "
+                     "%u",
+                     d->route.interface, mtu, MTU_MIN);
+        doctor_fix(out, "sudo ip link set dev %s mtu %u", d->route.interface,
+                   MTU_MIN);
+    } else {
+        doctor_fine(out, "%s takes packets of %u bytes", d->route.interface,
+                    mtu);
     }
 }
