@@ -527,10 +527,13 @@ class Columns(Case):
 
 
 class Script(unittest.TestCase):
-    def test_is_the_tables_and_the_dissector(self):
-        folder = ROOT / "tools" / "wireshark"
-        parts = [(folder / name).read_text() for name in ("tables.lua", "dissector.lua")]
-        self.assertEqual(SCRIPT.read_text(), "".join(parts))
+    def test_is_the_tables_and_the_parts(self):
+        rest = SCRIPT.read_text()
+        for path in (ROOT / "tools" / "wireshark").glob("*.lua"):
+            with self.subTest(path.name):
+                self.assertEqual(rest.count(path.read_text()), 1)
+            rest = rest.replace(path.read_text(), "")
+        self.assertRegex(rest, r"^(local \w+ = \(function\(\)\nend\)\(\)\n\n)+$")
 
 
 if __name__ == "__main__":
