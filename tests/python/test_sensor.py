@@ -19,7 +19,7 @@ import pytest
 from conftest import PATIENCE_S
 
 import lumsdk
-from lumsdk import _refusal, _sensor, _session
+from lumsdk import _laser, _refusal, _session
 
 # Addresses of this file: one for each sensor, so that no test waits for another's port.
 _numbers = itertools.count(1)
@@ -197,7 +197,7 @@ def test_the_collector_switches_the_laser_off_and_complains(simulated):
     before = len(downs(simulated))
     sensor = lumsdk.Sensor(simulated.host)
     sensor.laser_on()
-    with pytest.warns(ResourceWarning, match="unclosed <Sensor"):
+    with pytest.warns(ResourceWarning, match="<Sensor .* was not closed"):
         del sensor
         gc.collect()
     assert went_down(simulated, before)
@@ -206,7 +206,7 @@ def test_the_collector_switches_the_laser_off_and_complains(simulated):
 
 def run(simulated, text, **options):
     """A program of its own, with a sensor as sys.argv[1]."""
-    code = f"import os, signal, sys, threading\nimport lumsdk, lumsdk._sensor\n{text}"
+    code = f"import os, signal, sys, threading\nimport lumsdk, lumsdk._laser\n{text}"
     return subprocess.Popen([sys.executable, "-B", "-c", code, simulated.host], stdout=subprocess.PIPE,
                             stderr=subprocess.PIPE, text=True, **options)
 
@@ -241,8 +241,8 @@ with lumsdk.Sensor(sys.argv[1]) as sensor, sensor.laser():
 def test_ctrl_c_ends_any_wait_for_a_silent_sensor(silent, wait):
     """With many tries of a minute each, only Ctrl-C ends them in the time of a test."""
     process = run(silent, f"""
-put_down = lumsdk._sensor.put_down
-lumsdk._sensor.put_down = lambda *a: put_down(*a[:2], 0.2)
+put_down = lumsdk._laser.put_down
+lumsdk._laser.put_down = lambda *a: put_down(*a[:2], 0.2)
 with lumsdk.Sensor(sys.argv[1], timeout=60, retries=20) as sensor:
     threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     try:
@@ -272,7 +272,7 @@ def test_an_interruption_of_frames_is_raised_once(simulated):
 
 
 def test_laser_off_that_is_not_answered_is_an_error_and_ends_the_heartbeats(monkeypatch):
-    monkeypatch.setattr(_sensor, "put_down", functools.partial(_session.put_down, seconds=0.5))
+    monkeypatch.setattr(_laser, "put_down", functools.partial(_laser.put_down, seconds=0.5))
     with start(address(), fault="silence@USR1") as sim:
         sensor = lumsdk.Sensor(sim.host)
         with pytest.raises(lumsdk.LaserError) as told, sensor.laser():
@@ -288,7 +288,7 @@ def test_laser_off_that_is_not_answered_is_an_error_and_ends_the_heartbeats(monk
 
 
 def test_a_laser_that_was_not_seen_to_go_off_in_its_block_stays_the_error(monkeypatch):
-    monkeypatch.setattr(_sensor, "put_down", functools.partial(_session.put_down, seconds=0.5))
+    monkeypatch.setattr(_laser, "put_down", functools.partial(_laser.put_down, seconds=0.5))
     with start(address(), fault="silence@USR1") as sim:
         sensor = lumsdk.Sensor(sim.host)
         with pytest.raises(lumsdk.LaserError, match="laser off was not answered"), sensor.laser():
@@ -305,16 +305,16 @@ def test_a_closed_sensor_ends_the_block_of_its_laser(simulated):
 
 
 def test_laser_off_is_repeated_with_a_word_and_given_up(silent, monkeypatch):
-    monkeypatch.setattr(_session, "_OFF_ALONE_S", 0.0)
+    monkeypatch.setattr(_laser, "_OFF_ALONE_S", 0.0)
     plan = _session.Plan(silent.host, None, lumsdk.Profile(), 0.4, 4)
-    session, laser = plan.open(False), _session.LaserSession(plan, False)
+    session, laser = plan.open(False), _laser.LaserSession(plan, False)
     with pytest.warns(lumsdk.SensorWarning, match="no answer yet: laser off is repeated for 1 s more; Ctrl-C gives up"):
-        off = _session.put_down(laser, session, 0.3)
-    assert off.result == _session.lib.LUM_LASER_OFF_UNKNOWN
+        off = _laser.put_down(laser, session, 0.3)
+    assert off.result == _laser.lib.LUM_LASER_OFF_UNKNOWN
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # it must not end the attempt
-        assert _session.put_down(laser, session, 0.3).result == _session.lib.LUM_LASER_OFF_UNKNOWN
-    _session.lib.lum_sensor_close(session)
+        assert _laser.put_down(laser, session, 0.3).result == _laser.lib.LUM_LASER_OFF_UNKNOWN
+    _laser.lib.lum_sensor_close(session)
 
 
 # --- Hazards ---

@@ -218,7 +218,7 @@ class Laser(unittest.TestCase):
         r"\blum_laser_rules_\w+\s*\(": set(),
         r'(?:send|command|request|tlv)\w*\s*\([^;)]*"[ud]"': set(),
         # The session; what Python sends has no word for the laser, which it refuses.
-        r"\blum_sensor_command\s*\(": {"src/net/sensor.c", "tools/python/lumsdk/_sensor.py"},
+        r"\blum_sensor_command\s*\(": {"src/net/sensor.c", "tools/python/lumsdk/_commands.py"},
         # Command TLVs by hand: lumctl's settings, and its texts, which its laser session knows of.
         r"\blum_tlv_add\s*\([^;]*\bLUM_TLV_COMMAND\b": {"src/net/sensor.c", "tools/lumctl/settings_plan.c", "tools/lumctl/text.c"},
     }

@@ -1,16 +1,17 @@
-"""A session with a sensor in C: how it is opened, how requests and their answers go, how the laser goes off."""
+"""A session with a sensor in C: where the sensor is, how the session is opened, what comes over it."""
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import ipaddress
 import re
 import threading
-import time
-from typing import Any, NamedTuple, Optional
+from typing import TYPE_CHECKING, Any, Optional
 
 from ._c import address_of, failure, ffi, lib, sized, text
-from ._errors import HazardError, LaserError, OptionError, SensorError, SensorWarning, warn
+from ._errors import OptionError, SensorError
+
+if TYPE_CHECKING:
+    from ._laser import LaserSession
 
 SLICE_NS = 50_000_000
 """Longest wait in C, so that Ctrl-C is taken soon."""
@@ -18,8 +19,6 @@ SLICE_NS = 50_000_000
 RECEIVE_BUFFER = int(lib.LUM_SOCKET_RECEIVE_BUFFER)
 """Bytes of data that the system is asked to keep for a session."""
 
-_OFF_SLICE_MS = 200
-_OFF_ALONE_S = lib.LUM_HEARTBEAT_TIMEOUT_MS / 1000
 _HAZARDS = int(lib.LUM_LASER_HAZARDS)
 _TIMEOUT_BIT = int(lib.LUM_LASER_HEARTBEAT_TIMEOUT)
 
@@ -211,13 +210,6 @@ class Plan:
             raise failure(error, SensorError)
         return out[0]
 
-    def news(self, kind: int, said: str = "") -> News:
-        """What is to be said of the sensor, where no laser session has found it."""
-        c = sized("lum_news", kind=kind, interface_name=self.interface, text=said.encode()[:int(lib.LUM_NEWS_TEXT_BYTES) - 1],
-                  tlv_status=self.layout.profile.tlv[lib.LUM_TLV_STATUS])
-        c.sensor.address, c.sensor.port = self.address, self.port
-        return News(c)
-
 
 def new_cancel() -> Any:
     """What ends waits from outside."""
@@ -263,123 +255,3 @@ def receive(session: Any, laser: Optional[LaserSession] = None) -> Event:
     if laser is not None:
         lib.lum_laser_session_take(laser.c, c, now_ns())
     return Event(c)
-
-
-# --- Its laser session ---
-
-# What a program does about news, where the table tells a person at a terminal what to run.
-_REMEDIES = dict.fromkeys(("laser-fell", "laser-refused", "laser-held-up"),
-                          "it is not switched on again automatically: when it is safe, call laser_on(); heartbeats are sent "
-                          "only inside calls") | {"unknown-layout": "is a profile needed?"}
-
-# What there is to say where data does not come.
-MISSING = ("no-answer-yet", "no-data-yet", "unknown-layout", "silent", "data-stopped", "link-down", "moved")
-
-
-class News:
-    """News of a laser session, as lum_news_tell() has it."""
-
-    def __init__(self, c: Any) -> None:
-        self.name = text(lib.lum_news_name(c.kind)) if c.kind else ""
-        self.weight = int(lib.lum_news_weigh(c.kind))
-        self.status = int(c.status)
-        out = ffi.new("char[]", int(lib.LUM_ERROR_BYTES))
-        self.told = text(lib.lum_news_sentence(c, out, len(out)))
-        remedy = _REMEDIES.get(self.name) or text(lib.lum_news_remedy(c, out, len(out)))
-        self.told += f"; {remedy}" if remedy else ""
-
-    def error(self, also: str = "") -> SensorError:
-        """It, where it ends the work."""
-        is_of_laser = self.name.startswith(("laser-", "off-", "ended-"))
-        kind = LaserError if is_of_laser and self.name not in ("laser-unanswered", "laser-held-up") else SensorError
-        if self.name in ("laser-fell", "laser-refused") and hazards_of(self.status):
-            kind = HazardError
-        error = kind(self.told + also)
-        error.news = self.name
-        return error
-
-    def warning(self) -> SensorWarning:
-        """It, where the work goes on."""
-        warning = SensorWarning(self.told)
-        warning.news = self.name
-        return warning
-
-
-class LaserSession:
-    """What keeps a sensor and its laser, in C (lum/live/laser_session.h): it alone has the rules for both."""
-
-    def __init__(self, plan: Plan, owns: bool) -> None:
-        options, out, error = ffi.new("lum_laser_session_options *"), ffi.new("lum_laser_session **"), ffi.new("lum_error *")
-        lib.lum_laser_session_options_default(options, plan.options(owns))
-        if lib.lum_laser_session_new(options, now_ns(), out, error) != 0:
-            raise failure(error, SensorError)
-        self.c = ffi.gc(out[0], lib.lum_laser_session_free)
-        self._view, self._news = sized("lum_laser_session_view"), sized("lum_news")
-
-    def want(self, want: int) -> None:
-        """Of the laser."""
-        lib.lum_laser_session_want(self.c, want, now_ns())
-
-    def look(self) -> Any:
-        """What it knows, until the next look."""
-        lib.lum_laser_session_look(self.c, self._view)
-        return self._view
-
-    def news(self) -> list[News]:
-        """What has happened."""
-        found = []
-        while lib.lum_laser_session_next(self.c, self._news):
-            found.append(News(self._news))
-        return found
-
-    def missing(self, since_ns: int) -> News:
-        """Why no data came since then, also where a sensor may be silent for longer."""
-        found, now = sized("lum_news"), now_ns()
-        for at in (now, now + int(lib.LUM_SENSOR_SILENCE_MS) * 1_000_000):
-            if lib.lum_laser_session_standing(self.c, at, found, 1) and News(found).name in MISSING:
-                break
-        found.ns = now - since_ns
-        return News(found)
-
-    def end(self, session: Any, ms: int, goes_on_ms: int = 0) -> tuple[int, News]:
-        """Switch the laser off, as lum_laser_session_end(). Earlier news is lost."""
-        result = int(lib.lum_laser_session_end(self.c, session, ms, goes_on_ms, ffi.NULL))
-        return result, self.news()[-1]
-
-
-class Off(NamedTuple):
-    """How an attempt to switch the laser off ended."""
-
-    result: int
-    """One of lum_laser_off."""
-    news: News
-    """What to say."""
-    is_broken: bool
-    """The session sends nothing any more; another one may."""
-    was_interrupted: bool
-    """Ctrl-C came meanwhile."""
-
-
-def put_down(laser: LaserSession, session: Any, seconds: float = lib.LUM_SENSOR_OFF_MS / 1000) -> Off:
-    """Switch the laser off and see that it is down. In the first three seconds nothing ends it; after that a sensor
-    that gets no heartbeats is down by itself, and Ctrl-C ends it."""
-    begin, is_told, was_interrupted = time.monotonic(), False, False
-    while True:
-        try:
-            before = time.monotonic()
-            is_alone = before - begin >= _OFF_ALONE_S
-            slice_ms = _OFF_SLICE_MS if is_alone else round(1000 * min(_OFF_ALONE_S, seconds))
-            rest = seconds - (before - begin) - slice_ms / 1000
-            is_last = rest <= 0 or (is_alone and was_interrupted)
-            result, news = laser.end(session, slice_ms, 0 if is_last else 1000 * max(1, round(rest)))
-            if is_last or result in (lib.LUM_LASER_OFF_SEEN, lib.LUM_LASER_OFF_UNSEEN):
-                return Off(result, news, False, was_interrupted)
-            if time.monotonic() - before < _OFF_SLICE_MS / 2000:
-                return Off(*laser.end(ffi.NULL, 0), True, was_interrupted)
-            if is_alone and not is_told:
-                is_told = True
-                news.told += "; Ctrl-C gives up"
-                with contextlib.suppress(SensorWarning):  # where warnings are errors, this one comes first
-                    warn(news.warning())
-        except KeyboardInterrupt:
-            was_interrupted = True

@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Any, Optional
 from ._c import failure, ffi, lib, sized
 from ._errors import ClosedError, Error, LaserError, SensorError, SensorWarning
 from ._frame import Frame
+from ._laser import MISSING
 from ._reading import LOSSES, Counts
-from ._session import MISSING, RECEIVE_BUFFER, now_ns
+from ._session import RECEIVE_BUFFER, now_ns
 
 if TYPE_CHECKING:
+    from ._connection import Connection
+    from ._laser import LaserControl
     from ._sensor import Sensor
 
 _TICK_MS = 20
@@ -30,9 +33,10 @@ def losses_of(reader: Any) -> dict[str, int]:
 class Stream:
     """Frames of a session under way."""
 
-    def __init__(self, sensor: Sensor, duration: Optional[float], silence: float, framer: Any) -> None:
-        self._sensor = sensor
-        self._session: Any = sensor._session
+    def __init__(self, connection: Connection, laser: LaserControl, duration: Optional[float], silence: float,
+                 framer: Any) -> None:
+        self._connection, self._laser = connection, laser
+        self._session: Any = connection.session
         self._duration, self._silence = duration, silence
         self._ready: collections.deque[Frame] = collections.deque()
         self.failure: Optional[BaseException] = None
@@ -43,7 +47,7 @@ class Stream:
         self._error, self._out = ffi.new("lum_error *"), ffi.new("const lum_frame **")
         self._handle = ffi.new_handle(weakref.ref(self))
         self._reader: Any = ffi.NULL
-        lib.lum_cancel_reset(sensor._cancel)
+        lib.lum_cancel_reset(connection.cancel)
         live = sized("lum_live_options", sensor=self._session, silence_ms=_FOREVER_MS, on_event=_c_on_event,
                      context=self._handle, data_ms=_TICK_MS)
         records, reader = sized("lum_record_source"), ffi.new("lum_reader **")
@@ -61,10 +65,10 @@ class Stream:
     def close(self) -> None:
         """End it; what it counted stays with the sensor."""
         reader, self._reader = self._reader, ffi.NULL
-        if reader and not self._sensor._is_of_parent():
-            self._sensor._add_losses(reader)
+        if reader and not self._connection.is_of_parent():
+            self._connection.past_losses.update(losses_of(reader))
             lib.lum_reader_close(reader)
-            lib.lum_cancel_reset(self._sensor._cancel)
+            lib.lum_cancel_reset(self._connection.cancel)
         self.has_ended = True
 
     @property
@@ -76,28 +80,27 @@ class Stream:
 
     def take(self, event: Any) -> bool:
         """An event of the session, in C. Whether to go on."""
-        lib.lum_laser_session_take(self._sensor._laser.c, event, now_ns())
+        lib.lum_laser_session_take(self._laser.session.c, event, now_ns())
         return self.failure is None
 
     def tick(self) -> None:
         """Look at what may end the stream, and send what is due. Called every few milliseconds."""
-        now, sensor = now_ns(), self._sensor
+        now, laser = now_ns(), self._laser
         if now < self._next_tick or not self._reader:  # it is also called while the reader opens
             return
         self._next_tick = now + _TICK_MS * 1_000_000
-        sensor._hear()
-        sensor._serve()
-        view = sensor._laser.look()
+        laser.take_news()
+        laser.send_due()
+        view = laser.session.look()
         if view.has_data and view.data_ns > self._begun:
             self._heard = max(self._heard, int(view.data_ns))
             self._first = self._first or now
-        self.failure = self.failure or sensor._take_problem() or self._find_silence(now)
+        self.failure = self.failure or laser.take_problem() or self._find_silence(now)
         is_over = self._first is not None and _is_past(self._first, self._duration, now)
         if self.failure is not None:  # which says it
-            said = (*MISSING, "hazard", getattr(self.failure, "news", ""))
-            sensor._told = [warning for warning in sensor._told if warning.news not in said]
+            laser.drop_warnings((*MISSING, "hazard", getattr(self.failure, "news", "")))
         if is_over or self.failure is not None:
-            lib.lum_cancel_raise(sensor._cancel)  # then what was read comes out first
+            lib.lum_cancel_raise(self._connection.cancel)  # then what was read comes out first
         else:
             self._tell_drops(now)
 
@@ -105,7 +108,7 @@ class Stream:
         """Data that does not come."""
         has_lasted = self._first is None and _is_past(self._begun, self._duration, now)
         is_silent = has_lasted or _is_past(self._heard, self._silence, now)
-        return self._sensor._laser.missing(self._heard).error() if is_silent else None
+        return self._laser.session.missing(self._heard).error() if is_silent else None
 
     def _tell_drops(self, now: int) -> None:
         if now < self._drops_told + _DROPS_NS:
@@ -117,8 +120,8 @@ class Stream:
         has_room = lib.lum_socket_has_room(lib.lum_sensor_socket(self._session))
         why = ("; this program is too slow" if has_room else
                f", and is smaller than was asked for: sysctl -w net.core.rmem_max={RECEIVE_BUFFER}")
-        self._sensor._told.append(SensorWarning(
-            f"{self._sensor.address}: the system dropped {drops} datagrams so far: its receive buffer was full{why}; "
+        self._laser.add_warning(SensorWarning(
+            f"{self._connection.address}: the system dropped {drops} datagrams so far: its receive buffer was full{why}; "
             "or they came damaged, with wrong checksums"))
 
     # What the sensor's calls do.
@@ -135,8 +138,8 @@ class Stream:
         lost = _lost.pop(threading.get_ident(), None)
         if lost is not None:
             self.failure = lost
-        if isinstance(self.failure, LaserError) and self._sensor._laser_is_due:
-            self._sensor._put_down_after(self.failure)
+        if isinstance(self.failure, LaserError) and self._laser.was_switched_on:
+            self._laser.off_after(self.failure)
         if self.failure is not None and not isinstance(self.failure, Error):
             problem, self.failure = self.failure, None
             self.close()
@@ -153,7 +156,7 @@ class Stream:
         """The next frame; None: it has ended."""
         while not self._ready and self.read():
             pass
-        self._sensor._tell()
+        self._laser.give_warnings()
         if self._ready:
             return self._ready.popleft()
         problem, self.failure = self.failure, None
@@ -205,7 +208,7 @@ class Frames(Iterator[Frame]):
     """The frames of a live sensor, as they come; made by Sensor.frames()."""
 
     def __init__(self, sensor: Sensor, stream: Stream) -> None:
-        self._sensor, self._stream = sensor, stream
+        self._stream, self._sensor = stream, sensor  # in this order they are collected
 
     def __iter__(self) -> Frames:
         return self
@@ -213,8 +216,8 @@ class Frames(Iterator[Frame]):
     def __next__(self) -> Frame:
         """Wait for the next frame. Heartbeats are sent in here."""
         stream = self._stream
-        with self._sensor._use():
-            if stream is not self._sensor._stream_ref():
+        with self._sensor._connection.use():
+            if stream is not self._sensor._connection.stream_ref():
                 raise ClosedError(f"{self._sensor.address}: these frames have ended: frames() was called again")
             frame = stream.next()
         if frame is None:
@@ -223,7 +226,7 @@ class Frames(Iterator[Frame]):
 
     def close(self) -> None:
         """End it. Frames, and arrays of them, stay valid."""
-        with self._sensor._use(closed_is_fine=True):
+        with self._sensor._connection.use(closed_is_fine=True):
             self._stream._ready.clear()
             self._stream.failure = None
             self._stream.close()
