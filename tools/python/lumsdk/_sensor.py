@@ -334,10 +334,10 @@ class Sensor:
 
     def lines(self, count: Literal[640, 64]) -> Answer:
         """Set the number of lines of a frame: 640 or 64."""
-        whole = whole("lines", count, "640 or 64")
-        if whole not in (640, 64):
+        number = whole("lines", count, "640 or 64")
+        if number not in (640, 64):
             raise OptionError(f"lines: {count!r} is not 640 or 64")
-        return self._requests.change("0f" if whole == 640 else "1f", f"lines {whole}")
+        return self._requests.change("0f" if number == 640 else "1f", f"lines {number}")
 
     def yscan(self, degrees: int) -> Answer:
         """Spread the lines evenly over 11 to 30 degrees around the horizon. Other shapes: lumctl yscan."""
