@@ -242,8 +242,5 @@ local function show_tlvs(tree, tvb, way)
     return string.format("TLV %s seq %d", table.concat(parts, ", "), sequence)
 end
 
-local function reset()
-    requests, links = {}, {}
-end
-
-return {set_ip = show_set_ip, timestamp = show_timestamp, tlv = show_tlvs, reset = reset}
+return {set_ip = show_set_ip, timestamp = show_timestamp, tlv = show_tlvs,
+        reset = function() requests, links = {}, {} end}

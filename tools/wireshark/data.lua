@@ -23,14 +23,6 @@ end
 
 -- Samples ---------------------------------------------------------------------
 
-local function angle_at(tvb, at)
-    local a, b = tvb(at, 2), tvb(at + 2, 2)
-    if settings.layout.angle_order == "azimuth_elevation" then
-        return a, b
-    end
-    return b, a
-end
-
 -- Samples are in the order of bytes that the layout says.
 local function int_of(range)
     return settings.layout.sample_order == "little" and range:le_int() or range:int()
@@ -41,7 +33,10 @@ local function add_sample(tree, field, range)
 end
 
 local function show_angle(tree, tvb, at, group, i)
-    local azimuth_range, elevation_range = angle_at(tvb, at)
+    local azimuth_range, elevation_range = tvb(at, 2), tvb(at + 2, 2)
+    if settings.layout.angle_order ~= "azimuth_elevation" then
+        azimuth_range, elevation_range = elevation_range, azimuth_range
+    end
     local azimuth_raw, elevation_raw = int_of(azimuth_range), int_of(elevation_range)
     local azimuth = decode.azimuth_of(azimuth_raw, group.eye_name)
     local elevation = decode.elevation_of(elevation_raw, group.eye_name)
@@ -204,8 +199,4 @@ local function show_data(tree, tvb, way, kind, fault, group)
                          bad > 0 and string.format(" [%d bad]", bad) or "")
 end
 
-local function reset()
-    streams, missing = {}, {}
-end
-
-return {show = show_data, show_group = show_group, reset = reset}
+return {show = show_data, show_group = show_group, reset = function() streams, missing = {}, {} end}

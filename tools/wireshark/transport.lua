@@ -17,20 +17,15 @@ local function last(...)
     return n > 0 and (select(n, ...)).value or nil
 end
 
--- Fields exist only where Wireshark builds a tree. Where it does not, it wants
--- no more than the columns.
-local function has_tree()
-    return last(frame_length()) ~= nil
-end
-
 local function is_fragment()
     local more, offset = last(ip_more()), last(ip_offset())
     return more == true or more == 1 or (offset or 0) > 0
 end
 
--- Why a datagram is not decoded at all, if so.
+-- Why a datagram is not decoded at all, if so. Fields exist only where Wireshark
+-- builds a tree; where it does not, it wants no more than the columns.
 local function transport_fault(tvb, pinfo)
-    if is_fragment() or not has_tree() then
+    if is_fragment() or not last(frame_length()) then
         return nil
     elseif not last(ip_length()) then
         return "other", "not_ipv4"
@@ -181,11 +176,6 @@ local function read_ip(tvb)
     }
 end
 
-local function is_fragment_fit(ip)
-    return ip.whole > 0 and not (ip.more and ip.whole % 8 ~= 0)
-        and ip.header + ip.offset + ip.whole <= DATAGRAM_MAX
-end
-
 -- Ports and payload of the UDP datagram at the start of tvb; nil unless ours.
 local function read_udp(tvb)
     if tvb:len() < 6 then
@@ -203,7 +193,9 @@ end
 -- The datagram that ends with this fragment, if any.
 local function take_fragment(tvb, pinfo, ip)
     taken[pinfo.number] = taken[pinfo.number] or not pinfo.visited
-    if not pinfo.visited and is_fragment_fit(ip) and ip.held == ip.whole then
+    local is_valid = ip.whole > 0 and not (ip.more and ip.whole % 8 ~= 0)
+        and ip.header + ip.offset + ip.whole <= DATAGRAM_MAX
+    if not pinfo.visited and is_valid and ip.held == ip.whole then
         completed[pinfo.number] = keep(ip.key, pinfo.rel_ts, {
             offset = ip.offset, length = ip.whole, more = ip.more, bytes = tvb(ip.data, ip.whole):bytes()})
     end
@@ -229,10 +221,6 @@ local function bare_kind(tvb, ip)
     return nil
 end
 
-local function reset()
-    waiting, completed, taken = {}, {}, {}
-end
-
 return {UDP_BYTES = UDP_BYTES, fault = transport_fault, is_udp = is_udp, read_ip = read_ip, read_udp = read_udp,
         is_joined_here = is_joined_here, take_fragment = take_fragment, bare_kind = bare_kind, expire = expire,
-        reset = reset}
+        reset = function() waiting, completed, taken = {}, {}, {} end}

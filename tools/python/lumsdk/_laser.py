@@ -170,7 +170,8 @@ class LaserControl:
         self._off_was_called = False
         self._on: Optional[News] = None
         self._problem: Optional[SensorError] = None
-        self._warnings: list[SensorWarning] = []
+        self.warnings: list[SensorWarning] = []
+        """For the next give_warnings()."""
 
     # What is due, and news.
 
@@ -191,7 +192,7 @@ class LaserControl:
             elif news.weight != lib.LUM_NEWS_INFO and news.name not in said:
                 if news.weight == lib.LUM_NEWS_ERROR and (self.was_switched_on or news.name == "moved"):
                     self._problem = self._problem or news.error()
-                self._warnings.append(news.warning())
+                self.warnings.append(news.warning())
 
     def take_problem(self) -> Optional[SensorError]:
         """The news that ends frames, once."""
@@ -200,16 +201,12 @@ class LaserControl:
 
     def drop_warnings(self, said: tuple[str, ...]) -> None:
         """Forget warnings of news that an exception tells."""
-        self._warnings = [warning for warning in self._warnings if warning.news not in said]
-
-    def add_warning(self, warning: SensorWarning) -> None:
-        """Keep a warning for the next give_warnings()."""
-        self._warnings.append(warning)
+        self.warnings = [warning for warning in self.warnings if warning.news not in said]
 
     def give_warnings(self) -> None:
         """Warn of what was found. In C's calls this is not possible."""
-        while self._warnings:
-            warn(self._warnings.pop(0))
+        while self.warnings:
+            warn(self.warnings.pop(0))
 
     def step(self, session: Any, serves: bool = True) -> Event:
         """Send what is due, and take one event, or nothing for a while."""

@@ -120,7 +120,7 @@ class Stream:
         has_room = lib.lum_socket_has_room(lib.lum_sensor_socket(self._session))
         why = ("; this program is too slow" if has_room else
                f", and is smaller than was asked for: sysctl -w net.core.rmem_max={RECEIVE_BUFFER}")
-        self._laser.add_warning(SensorWarning(
+        self._laser.warnings.append(SensorWarning(
             f"{self._connection.address}: the system dropped {drops} datagrams so far: its receive buffer was full{why}; "
             "or they came damaged, with wrong checksums"))
 
