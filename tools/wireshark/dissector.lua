@@ -198,6 +198,7 @@ function lum.init()
     control.reset()
     data.reset()
     transport.reset()
+    told = nil
 end
 
 -- Ports -----------------------------------------------------------------------

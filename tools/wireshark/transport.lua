@@ -223,4 +223,4 @@ end
 
 return {UDP_BYTES = UDP_BYTES, fault = transport_fault, is_udp = is_udp, read_ip = read_ip, read_udp = read_udp,
         is_joined_here = is_joined_here, take_fragment = take_fragment, bare_kind = bare_kind, expire = expire,
-        reset = function() waiting, completed, taken = {}, {}, {} end}
+        reset = function() waiting, whole, completed, taken = {}, {}, {}, {} end}
