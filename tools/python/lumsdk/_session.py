@@ -192,7 +192,9 @@ class Plan:
         self.layout = ffi.new("lum_layout *")
         if lib.lum_layout_init(self.layout, profile._to_c(), ffi.NULL, ffi.NULL) != lib.LUM_OK:
             raise OptionError("the profile is out of range")
-        self.timeout_ms, self.retries = _timeout(timeout), _retries(retries)
+        seconds = _number("timeout", timeout, (int, float), "a number of seconds, such as 0.4", (0.001, 60), " seconds")
+        self.timeout_ms = round(seconds * 1000)
+        self.retries: int = _number("retries", retries, (int,), "a whole number, such as 4", (0, 100))
 
     def options(self, owns: bool, cancel: Any = ffi.NULL) -> Any:
         """Of a session in C; its waits end with the cancel. One that owns the sensor sends heartbeats and gets data."""
@@ -219,19 +221,11 @@ def new_cancel() -> Any:
     return ffi.gc(out[0], lib.lum_cancel_free)
 
 
-def _timeout(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise TypeError(f"timeout is {value!r}; right is a number of seconds, such as 0.4")
-    if not 0.001 <= value <= 60:
-        raise OptionError(f"timeout is {value!r}; right is 0.001 to 60 seconds")
-    return round(value * 1000)
-
-
-def _retries(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise TypeError(f"retries is {value!r}; right is a whole number, such as 4")
-    if not 0 <= value <= 100:
-        raise OptionError(f"retries is {value!r}; right is 0 to 100")
+def _number(name: str, value: Any, kinds: Any, right: str, bounds: tuple[float, int], unit: str = "") -> Any:
+    if isinstance(value, bool) or not isinstance(value, kinds):
+        raise TypeError(f"{name} is {value!r}; right is {right}")
+    if not bounds[0] <= value <= bounds[1]:
+        raise OptionError(f"{name} is {value!r}; right is {bounds[0]} to {bounds[1]}{unit}")
     return value
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 import collections
 import threading
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Optional
 
 from ._c import failure, ffi, lib, sized
@@ -83,11 +83,11 @@ class Stream:
         lib.lum_laser_session_take(self._laser.session.c, event, now_ns())
         return self.failure is None
 
-    def tick(self) -> None:
+    def tick(self) -> bool:
         """Look at what may end the stream, and send what is due. Called every few milliseconds."""
         now, laser = now_ns(), self._laser
         if now < self._next_tick or not self._reader:  # it is also called while the reader opens
-            return
+            return True
         self._next_tick = now + _TICK_MS * 1_000_000
         laser.take_news()
         laser.send_due()
@@ -103,6 +103,7 @@ class Stream:
             lib.lum_cancel_raise(self._connection.cancel)  # then what was read comes out first
         else:
             self._tell_drops(now)
+        return True
 
     def _find_silence(self, now: int) -> Optional[SensorError]:
         """Data that does not come."""
@@ -177,27 +178,24 @@ def _keep(kind: Any, value: Any, traceback: Any) -> None:
     _lost[threading.get_ident()] = value
 
 
-def _on_event(context: Any, event: Any) -> bool:
+def _call(context: Any, method: Callable[..., bool], *arguments: Any) -> bool:
+    """A method of the stream, by C; what it raises is raised once C has returned."""
     stream: Optional[Stream] = ffi.from_handle(context)()
     if stream is None:
         return False
     try:
-        return stream.take(event)
+        return method(stream, *arguments)
     except BaseException as problem:
         stream.failure = problem
         return False
+
+
+def _on_event(context: Any, event: Any) -> bool:
+    return _call(context, Stream.take, event)
 
 
 def _go_on(context: Any) -> bool:
-    stream: Optional[Stream] = ffi.from_handle(context)()
-    if stream is None:
-        return False
-    try:
-        stream.tick()
-        return True
-    except BaseException as problem:
-        stream.failure = problem
-        return False
+    return _call(context, Stream.tick)
 
 
 _c_on_event = ffi.callback("bool(void *, const lum_sensor_event *)", _on_event, error=False, onerror=_keep)
