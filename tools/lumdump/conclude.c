@@ -3,6 +3,9 @@
 #include "../common/number.h"
 #include "../common/shell_word.h"
 
+#include "summary_json.h"
+#include "summary_text.h"
+
 #include "lum/wire.h"
 
 #include <errno.h>
@@ -100,10 +103,10 @@ static enum exit_status refuse_sensor(const struct pass *pass)
     return EXIT_FAILED;
 }
 
-bool conclude_lacks_data(const struct pass *pass)
+/* Whether packets of ours came, and no data among them. */
+static bool lacks_data(const struct pass *pass)
 {
-    lum_demux_counters total = {.struct_size = sizeof total};
-    lum_demux_total(lum_framer_demux(pass->framer), &total);
+    const lum_demux_counters total = summary_count_packets(&pass->summary);
     return total.packets[LUM_PACKET_DATA] == 0 &&
            pass->diagnosis.shape_count > 0;
 }
@@ -114,11 +117,10 @@ bool conclude_lacks_data(const struct pass *pass)
 static void warn_of_no_points(const struct pass *pass)
 {
     const lum_framer_counters p = summary_count(&pass->summary);
+    const lum_demux_counters c = summary_count_packets(&pass->summary);
     const struct live_counts *live = pass->summary.live;
     const char *why = "the selection leaves none";
     char text[400];
-    lum_demux_counters c = {.struct_size = sizeof c};
-    lum_demux_total(lum_framer_demux(pass->framer), &c);
     if (p.points > 0 || p.lines[LUM_EYE_BLUE] + p.lines[LUM_EYE_GREEN] == 0) {
         return;
     }
@@ -148,7 +150,7 @@ static void warn_of_points(const struct options *o, const char *name,
 static void warn_of_left_out(const struct pass *pass)
 {
     const struct options *o = pass->options;
-    const struct summary *s = &pass->summary;
+    const struct summary_outputs *s = &pass->summary.outputs;
     for (size_t i = 0; i < s->left_out_count; i++) {
         const struct left_out *l = &s->left_out[i];
         warn_of_points(o, l->name, l->late,
@@ -178,14 +180,14 @@ static void warn_of_few(const struct pass *pass)
 /* Of several frames over each other, the losses tell. */
 static void warn_of_pictures(const struct pass *pass)
 {
-    const struct summary *s = &pass->summary;
+    const struct summary_outputs *s = &pass->summary.outputs;
     char text[200];
     for (size_t i = 0; i < s->drawn_count; i++) {
         const struct drawn *d = &s->drawn[i];
         if (d->frames == 1 && !d->is_whole && !pass->options->quiet) {
             (void)fprintf(stderr, "lumdump: warning: %s: it shows %s\n",
                           output_title(d->name),
-                          summary_drawn(d, text, sizeof text));
+                          summary_text_drawn(d, text, sizeof text));
         }
     }
 }
@@ -194,12 +196,11 @@ static void warn_of_pictures(const struct pass *pass)
 static void warn_of_layout(const struct pass *pass)
 {
     const struct options *o = pass->options;
-    lum_demux_counters total = {.struct_size = sizeof total};
+    const lum_demux_counters total = summary_count_packets(&pass->summary);
     char what[160];
     char capture[MISFIT_CAPTURE_BYTES];
     char advice[MISFIT_ADVICE_BYTES + sizeof capture];
     char text[sizeof what + sizeof advice + 2];
-    lum_demux_total(lum_framer_demux(pass->framer), &total);
     if (!misfit_find(&total, what, sizeof what)) {
         return;
     }
@@ -274,7 +275,7 @@ static void warn_of_losses(const struct pass *pass)
         warn(o, "a later part of it has another calibration or profile: those "
                 "of its begin were used for all");
     }
-    if (!pass->summary.has_time) {
+    if (!pass->summary.span.is_known) {
         warn_of_nothing(o);
     }
     conclude_remarks(o, pass->capture, lum_framer_demux(pass->framer));
@@ -307,9 +308,9 @@ enum exit_status conclude_summary(const struct pass *pass)
     const struct options *o = pass->options;
     warn_of_losses(pass);
     if (o->json) {
-        summary_print_json(&pass->summary, stdout);
+        summary_json_print(&pass->summary, stdout);
     } else if (!o->quiet) {
-        summary_print_text(&pass->summary,
+        summary_text_print(&pass->summary,
                            o->output_count > 0 ? stderr : stdout);
     }
     return conclude_stdout();
@@ -323,7 +324,7 @@ static enum exit_status finish(struct pass *pass, lum_error *error)
         pass->outputs = NULL;
         const int closed = outputs_close(outputs, error);
         const int reason = errno;
-        pass->summary.retention = pass->notes.retention;
+        pass->summary.outputs.retention = pass->notes.retention;
         conclude_notes(pass);
         if (closed != 0) {
             return reason == EPIPE ? EXIT_DONE
@@ -355,7 +356,7 @@ enum exit_status conclude(struct pass *pass, enum pass_result result,
     if (lacks_asked_sensor(pass)) {
         return refuse_sensor(pass);
     }
-    if (conclude_lacks_data(pass)) {
+    if (lacks_data(pass)) {
         char capture[MISFIT_CAPTURE_BYTES];
         conclude_remarks(pass->options, pass->capture,
                          lum_framer_demux(pass->framer));

@@ -32,9 +32,6 @@ void conclude_notes(struct pass *pass);
 void conclude_remarks(const struct options *options, const lum_capture *capture,
                       const lum_demux *demux);
 
-/* Whether packets of ours came, and no data among them. */
-bool conclude_lacks_data(const struct pass *pass);
-
 /* Say how a pass ended, finish its outputs if it came to its end, print the
  * summary. */
 enum exit_status conclude(struct pass *pass, enum pass_result result,

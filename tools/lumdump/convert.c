@@ -149,10 +149,10 @@ static bool has_too_many_sensors(const struct pass *pass)
            lum_demux_sensor_count(lum_framer_demux(pass->framer)) > 1;
 }
 
-static void note_time(struct summary *s, int64_t time_ns)
+static void note_time(struct summary_span *s, int64_t time_ns)
 {
-    if (!s->has_time) {
-        s->has_time = true;
+    if (!s->is_known) {
+        s->is_known = true;
         s->first_ns = time_ns;
         s->last_ns = time_ns;
     }
@@ -227,7 +227,7 @@ static enum pass_result note_ours(struct pass *pass, const lum_record *record,
 {
     const bool is_foreign = kind == LUM_PACKET_FOREIGN;
     if (!is_foreign) {
-        note_time(&pass->summary, record->time_ns);
+        note_time(&pass->summary.span, record->time_ns);
     }
     if (!is_foreign && kind != LUM_PACKET_DATA) {
         diagnosis_note(&pass->diagnosis, record->payload, record->len, kind);
@@ -436,10 +436,10 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
 /* What comes after its frame was handed out is in no frame. */
 void pass_note_left_out(struct pass *pass)
 {
-    struct summary *s = &pass->summary;
+    struct summary_outputs *s = &pass->summary.outputs;
     struct left_out of_frames = {.late = 0};
-    if (pass->frame_lines != NULL && s->whole.asked == 0) {
-        const lum_framer_counters c = summary_count(s);
+    if (pass->frame_lines != NULL && pass->summary.whole.asked == 0) {
+        const lum_framer_counters c = summary_count(&pass->summary);
         of_frames.late = c.points_late;
         of_frames.cut = c.points_cut;
     }

@@ -203,17 +203,16 @@ static enum pass_result tell_all(struct pass *pass, bool has_ended,
     const struct summary *s = &pass->summary;
     struct health h;
     char name[LUM_SENSOR_NAME_BYTES];
-    lum_demux_counters c = {.struct_size = sizeof c};
     const lum_demux *demux = lum_framer_demux(pass->framer);
-    if (pass->outputs == NULL || !s->has_time ||
+    if (pass->outputs == NULL || !s->span.is_known ||
         !options_writes_messages(pass->options) ||
         lum_demux_sensor_count(demux) == 0) {
         return PASS_DONE;
     }
     const int64_t now_ns =
-        pass->options->is_live ? lum_time_utc_ns() : s->last_ns;
+        pass->options->is_live ? lum_time_utc_ns() : s->span.last_ns;
     const lum_framer_counters p = summary_count(s);
-    lum_demux_total(demux, &c);
+    const lum_demux_counters c = summary_count_packets(s);
     name_sensor(pass, name);
     begin(&h, "lumdump: data", now_ns, name);
     enum pass_result result = tell_data(pass, &h, &c, &p, has_ended, error);
@@ -246,15 +245,15 @@ static bool has_reader(const struct options *o)
 enum pass_result health_tell_on_the_way(struct pass *pass, lum_error *error)
 {
     const struct summary *s = &pass->summary;
-    if (!s->has_time || !has_reader(pass->options)) {
+    if (!s->span.is_known || !has_reader(pass->options)) {
         return PASS_DONE;
     }
     if (pass->health_ns == 0) {
-        pass->health_ns = s->last_ns;
+        pass->health_ns = s->span.last_ns;
     }
-    if (s->last_ns - pass->health_ns < SECOND_NS) {
+    if (s->span.last_ns - pass->health_ns < SECOND_NS) {
         return PASS_DONE;
     }
-    pass->health_ns = s->last_ns;
+    pass->health_ns = s->span.last_ns;
     return tell_all(pass, false, error);
 }

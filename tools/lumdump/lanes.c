@@ -359,19 +359,20 @@ bool lanes_have_no_reader(const struct lanes *lanes)
 
 void lanes_note_left_out(const struct lanes *lanes, struct summary *summary)
 {
+    struct summary_outputs *all = &summary->outputs;
     for (size_t i = 0; i < lanes->count; i++) {
-        const struct lane *lane = lanes->outputs[i];
-        if (lane->worker == NULL && lane->own.summary.left_out_count > 0) {
-            summary->left_out[summary->left_out_count++] =
-                lane->own.summary.left_out[0];
+        const struct pass *pass = &lanes->outputs[i]->own;
+        const struct summary_outputs *one = &pass->summary.outputs;
+        if (lanes->outputs[i]->worker != NULL) {
+            continue;
         }
-        if (lane->worker == NULL && lane->own.summary.drawn_count > 0) {
-            summary->drawn[summary->drawn_count++] = lane->own.summary.drawn[0];
+        if (one->left_out_count > 0) {
+            all->left_out[all->left_out_count++] = one->left_out[0];
         }
-        if (lane->worker == NULL) {
-            outputs_add_retention(&summary->retention,
-                                  &lane->own.notes.retention);
+        if (one->drawn_count > 0) {
+            all->drawn[all->drawn_count++] = one->drawn[0];
         }
+        outputs_add_retention(&all->retention, &pass->notes.retention);
     }
 }
 

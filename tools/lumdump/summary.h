@@ -1,4 +1,5 @@
-/* What a source holds, for people and for programs. */
+/* What came from a source, in numbers: summary_text.c and summary_json.c print
+ * it. It only reads what it points to; of one thread at a time. */
 #ifndef LUMDUMP_SUMMARY_H
 #define LUMDUMP_SUMMARY_H
 
@@ -8,7 +9,6 @@
 
 #include <stdbool.h>
 #include <stdint.h>
-#include <stdio.h>
 
 /* One output of a live run. */
 struct live_output {
@@ -40,16 +40,30 @@ struct live_counts {
     char darkness[320]; /* why there are no ranges; empty: not known */
 };
 
+/* Capture times of the first and the last of our packets. */
+struct summary_span {
+    bool is_known; /* there was one */
+    int64_t first_ns;
+    int64_t last_ns;
+};
+
+/* What outputs have to say at their end. */
+struct summary_outputs {
+    struct left_out left_out[OUTPUTS_MAX]; /* of those that lack points */
+    size_t left_out_count;
+    struct drawn drawn[OUTPUTS_MAX]; /* of pictures */
+    size_t drawn_count;
+    struct retention_counts retention;
+};
+
 struct summary {
     const char *source;
     const struct live_counts *live; /* NULL: a capture */
     const lum_framer *framer;
     const lum_capture *capture; /* NULL: live, or none could be opened */
-    int64_t first_ns; /* capture times of the first and last of our packets */
-    int64_t last_ns;
+    struct summary_span span;
     uint64_t records; /* of the capture */
-    bool has_time;
-    bool has_frames; /* some were chosen */
+    bool has_frames;  /* some were chosen */
     struct {
         uint32_t asked; /* --frames whole:N; 0: not */
         size_t sensor;
@@ -57,27 +71,62 @@ struct summary {
         uint64_t points; /* in them */
     } whole;
     bool truncated;
-    struct left_out left_out[OUTPUTS_MAX]; /* of outputs that lack points */
-    size_t left_out_count;
-    struct drawn drawn[OUTPUTS_MAX]; /* of pictures */
-    size_t drawn_count;
-    struct retention_counts retention;
+    struct summary_outputs outputs;
 };
+
+/* Which part of a report a counter is in. */
+enum summary_group {
+    SUMMARY_PACKETS,
+    SUMMARY_CONTENT,
+    SUMMARY_LOSSES,
+    SUMMARY_UNDER_WAY /* not lost: cut by the stream's begin or end */
+};
+
+/* A counter, as reports show it. */
+struct summary_row {
+    enum summary_group group;
+    const char *key;     /* its name in JSON */
+    const char *meaning; /* the same in words */
+    const char *of; /* the key of the loss that it is a part of; NULL: none */
+    uint64_t value;
+};
+
+/* With room for what a report adds. */
+struct summary_rows {
+    struct summary_row list[48];
+    size_t count;
+};
+
+/* All counters, in the order of the reports. */
+void summary_list(const lum_demux_counters *packets,
+                  const lum_framer_counters *frames, struct summary_rows *out);
+
+/* What was made of the lines of all sensors, and of one. */
+lum_framer_counters summary_count(const struct summary *summary);
+lum_framer_counters summary_count_sensor(const struct summary *summary,
+                                         size_t sensor);
+
+/* Packets of all sensors. */
+lum_demux_counters summary_count_packets(const struct summary *summary);
+
+/* Counts of all sensors' clocks: readings, breaks, steps. */
+lum_clock_fit_info summary_count_clocks(const struct summary *summary);
+
+/* The clock of one. False: there is none, or no line yet. */
+bool summary_find_clock(const struct summary *summary, size_t sensor,
+                        lum_clock_fit_info *out);
+
+/* Whether the run was to use a sensor. */
+bool summary_shows(const struct summary *summary, size_t sensor);
 
 /* Parts of the capture that could not be read and were passed over; why: may be
  * NULL. */
 uint64_t summary_damaged(const struct summary *summary, lum_error *why);
 
-/* What was made of the lines of all sensors. */
-lum_framer_counters summary_count(const struct summary *summary);
+/* From the first packet to the last; 0: there is none. */
+double summary_seconds(const struct summary *summary);
 
-/* Counts of all sensors' clocks: readings, breaks, steps. */
-lum_clock_fit_info summary_count_clocks(const struct summary *summary);
-
-/* A sentence on what a picture shows. Returns out. */
-const char *summary_drawn(const struct drawn *drawn, char *out, size_t room);
-
-void summary_print_text(const struct summary *summary, FILE *out);
-void summary_print_json(const struct summary *summary, FILE *out);
+/* How long no lines came. */
+double summary_paused_s(const lum_framer_counters *frames);
 
 #endif

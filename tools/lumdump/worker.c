@@ -48,11 +48,10 @@ struct worker {
 static void make_view(struct worker *w)
 {
     struct worker_view view = {0};
-    lum_demux_counters c = {.struct_size = sizeof c};
     if (w->setup.only_records) {
         return;
     }
-    lum_demux_total(lum_framer_demux(w->pass->framer), &c);
+    const lum_demux_counters c = summary_count_packets(&w->pass->summary);
     const lum_framer_counters points = summary_count(&w->pass->summary);
     view.points = points.points;
     view.lost_words = c.assembly.lost_words - points.under_way.words;
