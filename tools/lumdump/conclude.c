@@ -53,8 +53,9 @@ void conclude_about(const struct options *options,
 
 void conclude_notes(struct pass *pass)
 {
-    while (pass->notes_told < pass->notes.count) {
-        warn(pass->options, pass->notes.list[pass->notes_told++].text);
+    struct outputs_notes *notes = &pass->notes;
+    while (notes->told < notes->count) {
+        warn(pass->options, notes->list[notes->told++].text);
     }
 }
 
@@ -269,16 +270,17 @@ static void warn_of_losses(const struct pass *pass)
     const struct options *o = pass->options;
     if (pass->summary.truncated && !o->quiet) {
         /* it names the source itself */
-        (void)fprintf(stderr, "lumdump: warning: %s\n", pass->warning.text);
+        (void)fprintf(stderr, "lumdump: warning: %s\n",
+                      pass->source.warning.text);
     }
-    if (pass->has_changed) {
+    if (pass->source.has_changed) {
         warn(o, "a later part of it has another calibration or profile: those "
                 "of its begin were used for all");
     }
     if (!pass->summary.span.is_known) {
         warn_of_nothing(o);
     }
-    conclude_remarks(o, pass->capture, lum_framer_demux(pass->framer));
+    conclude_remarks(o, pass->source.capture, lum_framer_demux(pass->framer));
     warn_of_layout(pass);
     warn_of_no_points(pass);
     warn_of_left_out(pass);
@@ -358,7 +360,7 @@ enum exit_status conclude(struct pass *pass, enum pass_result result,
     }
     if (lacks_data(pass)) {
         char capture[MISFIT_CAPTURE_BYTES];
-        conclude_remarks(pass->options, pass->capture,
+        conclude_remarks(pass->options, pass->source.capture,
                          lum_framer_demux(pass->framer));
         diagnosis_print(&pass->diagnosis, pass->options->source,
                         conclude_capture(pass->options, capture), stderr);

@@ -7,7 +7,7 @@
 
 /* --- Lines and frames --- */
 
-static enum pass_result output_failed(void)
+enum pass_result pass_failure(void)
 {
     return errno == EPIPE ? PASS_READER_LEFT : PASS_FAILED;
 }
@@ -95,7 +95,7 @@ static int take_frame(struct pass *pass, lum_error *error)
     if (!is_written && pass->summary.whole.asked == 0) {
         return 0;
     }
-    if (frame_lines_take(pass->frame_lines, frame, pass->wants_rows) != 0) {
+    if (frame_lines_take(pass->frame_lines, frame) != 0) {
         errno = ENOMEM;
         return lum_error_set(error, "out of memory");
     }
@@ -137,7 +137,7 @@ static enum pass_result handle_event(struct pass *pass, lum_framer_event event,
     default:
         break;
     }
-    return result == 0 ? PASS_DONE : output_failed();
+    return result == 0 ? PASS_DONE : pass_failure();
 }
 
 /* --- Records --- */
@@ -145,7 +145,7 @@ static enum pass_result handle_event(struct pass *pass, lum_framer_event event,
 /* Files have no column for the sensor. */
 static bool has_too_many_sensors(const struct pass *pass)
 {
-    return pass->outputs != NULL && !pass->has_sensor &&
+    return pass->outputs != NULL && !pass->options->has_sensor &&
            lum_demux_sensor_count(lum_framer_demux(pass->framer)) > 1;
 }
 
@@ -214,9 +214,9 @@ static void note_status(struct pass *pass, const lum_record *record)
     }
     while (lum_tlv_next(&reader, &tlv) == LUM_OK) {
         if (tlv.type == pass->layout->profile.tlv[LUM_TLV_STATUS] &&
-            lum_tlv_u16(&tlv, &pass->status) == LUM_OK) {
-            pass->has_status = true;
-            pass->status_ns = lum_time_monotonic_ns();
+            lum_tlv_u16(&tlv, &pass->laser.status) == LUM_OK) {
+            pass->laser.is_known = true;
+            pass->laser.at_ns = lum_time_monotonic_ns();
         }
     }
 }
@@ -237,7 +237,7 @@ static enum pass_result note_ours(struct pass *pass, const lum_record *record,
     }
     if (pass->outputs != NULL && !is_foreign &&
         write_datagram(pass, record, error) != 0) {
-        return output_failed();
+        return pass_failure();
     }
     return PASS_DONE;
 }
@@ -245,9 +245,9 @@ static enum pass_result note_ours(struct pass *pass, const lum_record *record,
 static bool is_of_asked_sensor(const struct pass *pass,
                                const lum_record *record)
 {
-    return !pass->has_sensor ||
-           ((record->source == pass->sensor ||
-             record->destination == pass->sensor) &&
+    const struct options *o = pass->options;
+    return !o->has_sensor ||
+           ((record->source == o->sensor || record->destination == o->sensor) &&
             lum_demux_is_wanted(lum_framer_demux(pass->framer)));
 }
 
@@ -258,7 +258,7 @@ enum pass_result pass_take(struct pass *pass, const lum_record *record,
     lum_framer_event event = LUM_FRAMER_NONE;
     if (pass->outputs != NULL &&
         outputs_set_time(pass->outputs, record->time_ns, error) != 0) {
-        return output_failed();
+        return pass_failure();
     }
     while ((event = lum_framer_push(pass->framer, record, &kind)) !=
            LUM_FRAMER_NONE) {
@@ -287,7 +287,7 @@ enum pass_result pass_record(struct pass *pass, const lum_record *record,
     return outputs_set_time(pass->outputs, record->time_ns, error) == 0 &&
                    add_datagram(pass, record, error) == 0
                ? PASS_DONE
-               : output_failed();
+               : pass_failure();
 }
 
 enum pass_result pass_flush(struct pass *pass, lum_error *error)
@@ -300,7 +300,7 @@ enum pass_result pass_flush(struct pass *pass, lum_error *error)
         }
     }
     if (pass->crew != NULL && crew_finish(pass->crew, error) != 0) {
-        return output_failed();
+        return pass_failure();
     }
     if (has_too_many_sensors(pass)) {
         return PASS_SENSORS;
@@ -309,7 +309,7 @@ enum pass_result pass_flush(struct pass *pass, lum_error *error)
         return PASS_DONE;
     }
     cut_end(pass->cut);
-    return write_cut(pass, error) == 0 ? PASS_DONE : output_failed();
+    return write_cut(pass, error) == 0 ? PASS_DONE : pass_failure();
 }
 
 /* --- Getting ready --- */
@@ -364,8 +364,8 @@ static int prepare_parts(struct pass *pass, unsigned wants)
         }
     }
     if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
-        pass->wants_rows = has_organized(o);
-        pass->frame_lines = frame_lines_new(o->eyes, clock_of_line, pass);
+        pass->frame_lines =
+            frame_lines_new(o->eyes, has_organized(o), clock_of_line, pass);
         if (pass->frame_lines == NULL) {
             return -1;
         }
@@ -392,8 +392,6 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     view.selection = o->selection;
     view.smooth_window = o->smooth_window;
     view.smooth_order = o->smooth_order;
-    pass->has_sensor = o->is_live || o->has_sensor;
-    pass->sensor = o->is_live ? o->address.address : o->sensor;
     const unsigned wants = find_wants(pass);
     if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
         view.columns = has_messages_alone(o) && o->preset == NULL
@@ -407,8 +405,8 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
                                         .view_count = 1,
                                         .wants = wants,
                                         .eyes = o->eyes,
-                                        .has_sensor = pass->has_sensor,
-                                        .sensor = pass->sensor,
+                                        .has_sensor = o->has_sensor,
+                                        .sensor = o->sensor,
                                         .port = o->port,
                                         .records_are_single = true,
                                         .sensor_interface = o->sensor_interface,
@@ -454,5 +452,5 @@ void pass_free(struct pass *pass)
     cut_free(pass->cut);
     frame_lines_free(pass->frame_lines);
     lum_framer_free(pass->framer);
-    lum_capture_close(pass->capture);
+    lum_capture_close(pass->source.capture);
 }

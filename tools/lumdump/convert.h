@@ -25,38 +25,52 @@ enum pass_result {
     PASS_FAILED       /* see the error */
 };
 
+/* The capture that is read; replay.c changes it. All zero: a live run. */
+struct pass_capture {
+    lum_capture *capture; /* open before it is read first */
+    const struct provenance_source *about;
+    bool has_changed;  /* a later part of it says something else of itself */
+    lum_error warning; /* set where it broke off */
+};
+
+/* The newest status of the sensor's laser, from TLVs. */
+struct pass_laser {
+    bool is_known;
+    uint16_t status;
+    int64_t at_ns; /* monotonic */
+};
+
+/* When outputs heard last how the run goes; of health.c. */
+struct pass_told {
+    uint64_t packets;   /* of data, as of then */
+    int64_t packets_ns; /* monotonic, when there were more of them */
+    int64_t capture_ns; /* by a capture's time; 0: not yet */
+};
+
 struct pass {
     const struct options *options;
     const lum_layout *layout;
     const lum_projector *projector;
-    const struct provenance_source *about; /* the capture; NULL: not one */
-    bool has_changed;  /* a later part of it says something else of itself */
-    bool counts_alone; /* it gets no outputs */
+    struct pass_capture source;
+    bool counts_alone;       /* it gets no outputs */
     struct outputs *outputs; /* NULL: count alone */
     struct crew *crew;       /* NULL: lines go to the outputs from here */
     struct outputs_notes notes;
-    size_t notes_told; /* as many of them */
 
     struct summary summary;
     struct diagnosis diagnosis;
     struct cut *cut;           /* of captures; NULL: they are copied whole */
     struct frame_watch frames; /* for a rotation */
-    bool has_sensor;           /* only packets of one sensor are used */
-    uint32_t sensor;
     lum_framer *framer;
     struct frame_lines *frame_lines; /* NULL: frames are not wanted */
-    bool wants_rows;
-    bool has_all;         /* of --frames nothing more comes */
-    lum_capture *capture; /* open before it is read first; NULL: live */
-    lum_error warning;    /* set where the source broke off */
-    uint64_t data_told;   /* packets of data, when outputs heard of it last */
-    int64_t data_ns;      /* by the monotonic clock, when there were more */
-    int64_t health_ns;    /* of a capture's time, likewise; 0: not yet */
-    uint64_t dropped;     /* live: datagrams that its buffer had no room for */
-    bool has_status;      /* the sensor's newest of its laser, from TLVs */
-    uint16_t status;
-    int64_t status_ns; /* by the monotonic clock */
+    bool has_all;                    /* of --frames nothing more comes */
+    struct pass_laser laser;
+    struct pass_told told;
+    uint64_t dropped; /* live: datagrams that its buffer had no room for */
 };
+
+/* How it ends where an output has failed, by errno. */
+enum pass_result pass_failure(void);
 
 /* Get ready. The pass's results live until pass_free(). */
 enum pass_result pass_prepare(struct pass *pass, lum_error *error);

@@ -6,7 +6,6 @@
 #include "lum/laser.h"
 #include "lum/net/sensor.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
@@ -61,21 +60,20 @@ static enum pass_result tell(struct pass *pass, struct health *h,
                              lum_error *error)
 {
     h->status.values = h->values;
-    if (outputs_add_status(pass->outputs, &h->status, error) == 0) {
-        return PASS_DONE;
-    }
-    return errno == EPIPE ? PASS_READER_LEFT : PASS_FAILED;
+    return outputs_add_status(pass->outputs, &h->status, error) == 0
+               ? PASS_DONE
+               : pass_failure();
 }
 
 /* Answers of the sensor are no data. */
-static bool is_silent(struct pass *pass, uint64_t packets)
+static bool is_silent(struct pass_told *told, uint64_t packets)
 {
     const int64_t now_ns = lum_time_monotonic_ns();
-    if (packets != pass->data_told) {
-        pass->data_told = packets;
-        pass->data_ns = now_ns;
+    if (packets != told->packets) {
+        told->packets = packets;
+        told->packets_ns = now_ns;
     }
-    return now_ns - pass->data_ns >= SILENCE_NS;
+    return now_ns - told->packets_ns >= SILENCE_NS;
 }
 
 static enum pass_result tell_data(struct pass *pass, struct health *h,
@@ -86,7 +84,7 @@ static enum pass_result tell_data(struct pass *pass, struct health *h,
     const bool is_live = pass->options->is_live;
     h->status.message =
         is_live || !has_ended ? "packets come" : "the capture has ended";
-    if (is_live && is_silent(pass, c->packets[LUM_PACKET_DATA])) {
+    if (is_live && is_silent(&pass->told, c->packets[LUM_PACKET_DATA])) {
         h->status.level = LUM_STATUS_WARN;
         h->status.message = "no data for 3 s";
     }
@@ -139,7 +137,7 @@ static enum pass_result tell_losses(struct pass *pass, struct health *h,
 static enum pass_result tell_status(struct pass *pass, struct health *h,
                                     lum_error *error)
 {
-    const uint16_t status = pass->status;
+    const uint16_t status = pass->laser.status;
     const char *state = lum_laser_status_name(status);
     char names[256];
     char message[sizeof names + 32];
@@ -167,16 +165,17 @@ static enum pass_result tell_status(struct pass *pass, struct health *h,
 static enum pass_result tell_laser(struct pass *pass, struct health *h,
                                    lum_error *error)
 {
-    const bool is_old = pass->options->is_live &&
-                        lum_time_monotonic_ns() - pass->status_ns >= SILENCE_NS;
-    if (pass->has_status && !is_old) {
+    const bool is_old =
+        pass->options->is_live &&
+        lum_time_monotonic_ns() - pass->laser.at_ns >= SILENCE_NS;
+    if (pass->laser.is_known && !is_old) {
         return tell_status(pass, h, error);
     }
     if (!pass->options->is_live) {
         return PASS_DONE;
     }
     h->status.level = LUM_STATUS_STALE;
-    h->status.message = pass->has_status
+    h->status.message = pass->laser.is_known
                             ? "the sensor has not told its status for 3 s"
                             : "the sensor has not told its status";
     return tell(pass, h, error);
@@ -193,7 +192,7 @@ static void name_sensor(const struct pass *pass, char *out)
     if (lum_demux_is_requested(demux, i)) {
         (void)lum_demux_name(demux, i, out);
     } else {
-        (void)number_format_address(pass->sensor, out);
+        (void)number_format_address(pass->options->sensor, out);
     }
 }
 
@@ -248,12 +247,12 @@ enum pass_result health_tell_on_the_way(struct pass *pass, lum_error *error)
     if (!s->span.is_known || !has_reader(pass->options)) {
         return PASS_DONE;
     }
-    if (pass->health_ns == 0) {
-        pass->health_ns = s->span.last_ns;
+    if (pass->told.capture_ns == 0) {
+        pass->told.capture_ns = s->span.last_ns;
     }
-    if (s->span.last_ns - pass->health_ns < SECOND_NS) {
+    if (s->span.last_ns - pass->told.capture_ns < SECOND_NS) {
         return PASS_DONE;
     }
-    pass->health_ns = s->span.last_ns;
+    pass->told.capture_ns = s->span.last_ns;
     return tell_all(pass, false, error);
 }

@@ -71,11 +71,11 @@ static int prepare(struct job *job, lum_error *error)
     o->about_points = &job->about_points;
     o->about_packets = &job->about_packets;
     o->calibrated = &job->geometry.calibration;
-    job->pass = (struct pass){.options = o,
-                              .capture = job->pass.capture,
-                              .about = &job->source,
-                              .layout = &job->layout,
-                              .projector = &job->projector};
+    job->pass = (struct pass){
+        .options = o,
+        .source = {.capture = job->pass.source.capture, .about = &job->source},
+        .layout = &job->layout,
+        .projector = &job->projector};
     return 0;
 }
 
@@ -113,9 +113,10 @@ static enum exit_status read_capture(struct job *job)
 {
     lum_error error = {""};
     struct pass *pass = &job->pass;
-    enum pass_result result = replay_open(job->options, &pass->capture, &error);
+    enum pass_result result =
+        replay_open(job->options, &pass->source.capture, &error);
     if (result == PASS_DONE) {
-        provenance_take(pass->capture, &job->geometry, &job->source);
+        provenance_take(pass->source.capture, &job->geometry, &job->source);
         conclude_about(job->options, &job->source);
         if (prepare(job, &error) != 0) {
             return conclude_error(&error, EXIT_BAD);

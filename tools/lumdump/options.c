@@ -709,6 +709,10 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
     if (out->is_live && out->receive_buffer == 0) {
         out->receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
     }
+    if (out->is_live) {
+        out->has_sensor = true;
+        out->sensor = out->address.address;
+    }
     note_filters(&result, out);
     return PARSED_RUN;
 }

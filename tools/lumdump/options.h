@@ -70,7 +70,7 @@ struct options {
     const char *profile;
     unsigned format; /* what --format says */
     bool has_format;
-    bool has_sensor;
+    bool has_sensor; /* one was chosen, as a live run always does */
     uint32_t sensor;
     char sensor_interface[LUM_INTERFACE_BYTES]; /* empty: none was named */
     uint16_t port; /* of sensors in a capture; 0: as ever */

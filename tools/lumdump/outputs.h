@@ -13,6 +13,7 @@ struct outputs;
 struct outputs_notes {
     lum_error list[(2u + RETENTION_NOTES) * OUTPUTS_MAX];
     size_t count;
+    size_t told;                       /* as many of them were printed */
     struct retention_counts retention; /* of all that have ended */
 };
 

@@ -28,7 +28,7 @@ static enum pass_result look_around(struct pass *pass,
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }
-    lum_capture_progress(pass->capture, &done, &total);
+    lum_capture_progress(pass->source.capture, &done, &total);
     progress_update(progress, done, total,
                     summary_count(&pass->summary).points);
     return health_tell_on_the_way(pass, error);
@@ -36,7 +36,7 @@ static enum pass_result look_around(struct pass *pass,
 
 static void tell_notes(struct pass *pass, struct progress *progress)
 {
-    if (pass->notes_told < pass->notes.count) {
+    if (pass->notes.told < pass->notes.count) {
         progress_clear(progress);
         conclude_notes(pass);
     }
@@ -53,10 +53,10 @@ static bool is_past_duration(const struct pass *pass, int64_t first_ns,
  * came. */
 static bool lacks_source(const struct pass *pass)
 {
-    const size_t n = lum_capture_source_count(pass->capture);
+    const size_t n = lum_capture_source_count(pass->source.capture);
     for (size_t i = 0; i < n; i++) {
         lum_capture_source source = {.struct_size = sizeof source};
-        lum_capture_get_source(pass->capture, i, &source);
+        lum_capture_get_source(pass->source.capture, i, &source);
         if (source.end == LUM_CAPTURE_UNREAD) {
             return true;
         }
@@ -71,16 +71,17 @@ static enum pass_result read_all(struct pass *pass, struct progress *progress,
     lum_record record;
     int64_t first_ns = 0;
     int status = 0;
-    for (uint64_t i = 0; (status = lum_capture_next(pass->capture, &record,
-                                                    &pass->warning)) > 0;
+    for (uint64_t i = 0;
+         (status = lum_capture_next(pass->source.capture, &record,
+                                    &pass->source.warning)) > 0;
          i++) {
         first_ns = i == 0 ? record.time_ns : first_ns;
         if (is_past_duration(pass, first_ns, record.time_ns)) {
-            s->records = stream_records(pass->capture) - 1u;
+            s->records = stream_records(pass->source.capture) - 1u;
             return PASS_DONE;
         }
         lum_framer_set_interface(pass->framer,
-                                 lum_capture_interface(pass->capture));
+                                 lum_capture_interface(pass->source.capture));
         enum pass_result result = pass_take(pass, &record, error);
         tell_notes(pass, progress);
         if (result == PASS_DONE && i % RECORDS_A_LOOK == 0) {
@@ -90,12 +91,12 @@ static enum pass_result read_all(struct pass *pass, struct progress *progress,
             return result;
         }
     }
-    s->records = stream_records(pass->capture);
+    s->records = stream_records(pass->source.capture);
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }
     if (lacks_source(pass)) {
-        *error = pass->warning;
+        *error = pass->source.warning;
         return PASS_FAILED;
     }
     s->truncated = status < 0;
@@ -158,8 +159,8 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     if (result == PASS_DONE) {
         result = learn_clocks(pass, error);
     }
-    if (result == PASS_DONE && pass->capture == NULL) {
-        result = replay_open(pass->options, &pass->capture, error);
+    if (result == PASS_DONE && pass->source.capture == NULL) {
+        result = replay_open(pass->options, &pass->source.capture, error);
     }
     if (result == PASS_DONE && pass->outputs != NULL &&
         crew_new(pass->options, pass->projector, pass->outputs, &pass->crew,
@@ -170,7 +171,7 @@ static enum pass_result run(struct pass *pass, lum_error *error)
         return result;
     }
     progress_init(&progress, pass->options->quiet);
-    pass->summary.capture = pass->capture;
+    pass->summary.capture = pass->source.capture;
     result = read_all(pass, &progress, error);
     if (result == PASS_DONE) {
         result = pass_flush(pass, error);
@@ -180,7 +181,8 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     if (result == PASS_DONE) {
         result = health_tell(pass, error);
     }
-    pass->has_changed = provenance_has_changed(pass->capture, pass->about);
+    pass->source.has_changed =
+        provenance_has_changed(pass->source.capture, pass->source.about);
     progress_clear(&progress);
     return result;
 }
@@ -218,7 +220,7 @@ static enum pass_result rehearse(struct pass *pass, struct outputs **rehearsal,
     if (result == PASS_DONE) {
         pass_free(pass);
         *pass = fresh;
-        pass->capture = NULL; /* it was read */
+        pass->source.capture = NULL; /* it was read */
     }
     return result;
 }

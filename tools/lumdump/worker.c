@@ -5,7 +5,6 @@
 #include "base/thread.h"
 #include "lum/base/time.h"
 
-#include <errno.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -95,7 +94,7 @@ static enum pass_result flush(struct worker *w, int64_t now_ns, bool is_idle)
     w->pipes_ns = now_ns;
     w->files_ns = files ? now_ns : w->files_ns;
     if (outputs_flush(w->pass->outputs, files, &w->error) != 0) {
-        return errno == EPIPE ? PASS_READER_LEFT : PASS_FAILED;
+        return pass_failure();
     }
     if (files) {
         look_for_files(w);
@@ -209,7 +208,7 @@ static enum pass_result close_outputs(struct worker *w)
         !is_fine) {
         return w->result;
     }
-    return errno == EPIPE ? PASS_READER_LEFT : PASS_FAILED;
+    return pass_failure();
 }
 
 static bool is_kept(struct worker *w)
