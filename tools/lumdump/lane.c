@@ -11,11 +11,14 @@
 #include <stdlib.h>
 
 /* A name that is not there yet will be a file. */
-static bool is_file(const char *name)
+static enum lane_target target_of(const char *name)
 {
     struct file_look look;
-    return !file_look(name, &look) || look.kind == FILE_REGULAR ||
-           look.kind == FILE_DIRECTORY;
+    if (!file_look(name, &look) || look.kind == FILE_REGULAR ||
+        look.kind == FILE_DIRECTORY) {
+        return LANE_FILE;
+    }
+    return file_look_opens_late(name) ? LANE_LATE_PIPE : LANE_STREAM;
 }
 
 static int give_ring(struct lane *lane, size_t size, lum_error *error)
@@ -32,7 +35,7 @@ static int give_ring(struct lane *lane, size_t size, lum_error *error)
  * picture all of its memory. */
 static size_t closing_room(const struct lane *lane)
 {
-    if (lane->is_recording) {
+    if (lane->kind == LANE_RECORDING) {
         return CLOSER_ROOM_MAX;
     }
     return lane->options.outputs[0].format == (unsigned)LUM_FORMAT_PNG ? 1u
@@ -42,7 +45,7 @@ static size_t closing_room(const struct lane *lane)
 static int open_here(struct lane *lane, const struct pass *run,
                      lum_error *error)
 {
-    if (lane->is_file) {
+    if (lane->target == LANE_FILE) {
         lane->closer = closer_new(closing_room(lane), error);
         if (lane->closer == NULL) {
             return -1;
@@ -66,17 +69,15 @@ static int open_output(struct lane *lane, const struct pass *run, size_t output,
                               .layout = run->layout,
                               .projector = run->projector};
     lane->pass = &lane->own;
-    lane->has_output = true;
-    lane->is_recording = options_is_recording(&lane->options, 0);
-    lane->is_file = is_file(lane->options.outputs[0].name);
-    lane->opens_late = file_look_opens_late(lane->options.outputs[0].name);
-    if (!lane->is_recording && pass_prepare(lane->pass, error) != PASS_DONE) {
+    lane->kind =
+        options_is_recording(&lane->options, 0) ? LANE_RECORDING : LANE_POINTS;
+    lane->target = target_of(lane->options.outputs[0].name);
+    if ((lane->kind == LANE_POINTS &&
+         pass_prepare(lane->pass, error) != PASS_DONE) ||
+        give_ring(lane, ring_size, error) != 0) {
         return -1;
     }
-    if (give_ring(lane, ring_size, error) != 0 || lane->opens_late) {
-        return lane->ring != NULL ? 0 : -1;
-    }
-    return open_here(lane, run, error);
+    return lane->target == LANE_LATE_PIPE ? 0 : open_here(lane, run, error);
 }
 
 struct lane *lane_new(const struct pass *run, size_t output, size_t ring_size,
@@ -115,10 +116,11 @@ int lane_start(struct lane *lane, struct worker_ends ends, lum_error *error)
     const struct worker_setup setup = {.pass = lane->pass,
                                        .ring = lane->ring,
                                        .ends = ends,
-                                       .only_records = lane->is_recording,
-                                       .opens = lane->opens_late};
-    lane->moved_ns = lum_time_monotonic_ns();
-    lane->read_ns = lane->moved_ns;
+                                       .only_records =
+                                           lane->kind == LANE_RECORDING,
+                                       .opens = lane->target == LANE_LATE_PIPE};
+    lane->moves.at_ns = lum_time_monotonic_ns();
+    lane->moves.read_ns = lane->moves.at_ns;
     return worker_start(&setup, &lane->worker, error);
 }
 
@@ -167,7 +169,7 @@ void lane_stop(struct lane *lane)
 {
     if (lane->worker != NULL) {
         worker_drop(lane->worker);
-        if (!lane->opens_late) {
+        if (lane->target != LANE_LATE_PIPE) {
             join(lane);
         }
     }
@@ -181,15 +183,13 @@ bool lane_look(struct lane *lane, int64_t now_ns)
     }
     worker_look(lane->worker, lane->dropped, &lane->view);
     if (lane->closer != NULL && closer_is_waited_for(lane->closer)) {
-        lane->moved_ns = now_ns;
+        lane->moves.at_ns = now_ns;
     }
     if (ring_level(lane->ring) == 0) {
-        lane->read_ns = now_ns;
+        lane->moves.read_ns = now_ns;
     }
     if (lane->view.taken != taken) {
-        lane->read_ns = now_ns;
-        lane->moved_ns = now_ns;
-        lane->dropped_before = lane->dropped;
+        lane->moves = (struct lane_moves){now_ns, lane->dropped, now_ns};
     }
     if (!lane->view.has_ended) {
         return false;
@@ -208,16 +208,16 @@ bool lane_take_lost(struct lane *lane, lum_error *out)
 
 bool lane_stands_still(const struct lane *lane, int64_t now_ns, int64_t limit)
 {
-    return lane->end == LANE_LIVES && lane->dropped > lane->dropped_before &&
-           now_ns - lane->moved_ns >= limit;
+    return lane->end == LANE_LIVES && lane->dropped > lane->moves.dropped &&
+           now_ns - lane->moves.at_ns >= limit;
 }
 
 bool lane_is_unread(const struct lane *lane, int64_t now_ns, int64_t limit)
 {
     const bool has_reader =
-        !lane->is_file && options_has_messages(&lane->options, 0);
+        lane->target != LANE_FILE && options_has_messages(&lane->options, 0);
     return has_reader && lane->end == LANE_LIVES && lane->view.taken > 0 &&
-           now_ns - lane->read_ns >= limit;
+           now_ns - lane->moves.read_ns >= limit;
 }
 
 void lane_drop(struct lane *lane, int64_t now_ns)

@@ -22,6 +22,28 @@ enum lane_end {
     LANE_ABANDONED    /* the same, and its thread waits still */
 };
 
+/* What it makes of datagrams. */
+enum lane_kind {
+    LANE_SUMMARY,   /* counts them; it has no output */
+    LANE_RECORDING, /* has them alone, so nothing is decoded */
+    LANE_POINTS
+};
+
+/* Where its output goes. */
+enum lane_target {
+    LANE_STREAM, /* a pipe or a terminal */
+    LANE_FILE,
+    LANE_LATE_PIPE /* whose opening waits for its reader */
+};
+
+/* When it was last seen to move; of lane_look(). */
+struct lane_moves {
+    int64_t at_ns;    /* when it took something, or waited for its disk to
+                         finish a file */
+    uint64_t dropped; /* as of then */
+    int64_t read_ns;  /* when it took something, or had nothing to take */
+};
+
 struct lane {
     struct options options; /* of its output alone */
     struct pass own;        /* the summary's lane uses the run's instead */
@@ -29,24 +51,16 @@ struct lane {
     struct ring *ring;
     struct closer *closer; /* of a file; else NULL */
     struct worker *worker; /* NULL: not started, or joined */
-    bool has_output;
-    bool is_recording;
-    bool is_file; /* neither a pipe nor a terminal */
-    bool opens_late;
-    bool is_cut_off; /* given up since a signal said so */
+    enum lane_kind kind;
+    enum lane_target target;
 
     enum lane_end end;
     lum_error error;
     int64_t ended_ns;        /* monotonic; 0: with the run */
     struct worker_view view; /* as last looked */
     uint64_t dropped;        /* datagrams that the ring had no room for */
-    uint64_t told;           /* of them */
-    int64_t told_ns;
-    int64_t moved_ns;        /* when it was last seen to take something, or to
-                                wait for its disk to finish a file */
-    uint64_t dropped_before; /* as of then */
-    int64_t read_ns;         /* when it last took something, or had nothing to
-                                take */
+    struct say_count told;   /* of them */
+    struct lane_moves moves;
 };
 
 /* The lane of an output. The output is open, except a pipe without a reader:

@@ -15,9 +15,6 @@
 /* How long a laser stays on for messages that nobody reads. */
 #define UNREAD_NS (3 * SECOND_NS)
 
-/* How often drops are reported. */
-#define DROPS_NS (10 * SECOND_NS)
-
 /* At the end. */
 #define PIPE_NS       (3 * SECOND_NS)
 #define PIPE_TOTAL_NS (60 * SECOND_NS)
@@ -103,66 +100,50 @@ static size_t count_living(const struct lanes *lanes)
     return n;
 }
 
+/* NULL: it is the run's end anyway. */
+static const char *what_follows(const struct lanes *lanes)
+{
+    return count_living(lanes) > 0 ? "that output has ended, the others go on"
+                                   : NULL;
+}
+
 /* A reader that has left is no failure, and the last one ends the run without a
  * word.
- * then: what follows from it; NULL: it is the run's end anyway. */
+ * then: what follows from it, or NULL. */
 static void tell_end(const struct lane *lane, const char *then, struct say *say)
 {
-    const char *colon = then != NULL ? ": " : "";
-    const char *rest = then != NULL ? then : "";
-    switch (lane->end) {
-    case LANE_FAILED:
-        say_error(say, "%s%s%s", lane->error.text, colon, rest);
-        break;
-    case LANE_STALLED:
-    case LANE_ABANDONED:
-        say_error(say,
-                  "%s %s given up; what was written of it is not whole%s%s",
-                  lane_name(lane),
-                  lane->is_cut_off ? "was waited for and is"
-                                   : "makes no progress and is",
-                  colon, rest);
-        break;
-    case LANE_READER_LEFT:
-        if (then != NULL) {
-            say_warn(say, "the reader of %s has left%s%s", lane_name(lane),
-                     colon, rest);
-        }
-        break;
-    case LANE_LIVES:
-    case LANE_WHOLE:
-    default:
-        break;
+    if (lane->end == LANE_FAILED) {
+        say_error(say, "%s%s%s", lane->error.text, then != NULL ? ": " : "",
+                  then != NULL ? then : "");
+    } else if (lane->end == LANE_READER_LEFT && then != NULL) {
+        say_warn(say, "the reader of %s has left: %s", lane_name(lane), then);
     }
 }
 
-/* During the run. */
-static void tell_ended(const struct lanes *lanes, const struct lane *lane,
-                       struct say *say)
+/* cut_off: as a signal said so. */
+static void tell_given_up(struct lane *lane, bool cut_off, const char *then,
+                          struct say *say)
 {
-    if (count_living(lanes) > 0) {
-        tell_end(lane, "that output has ended, the others go on", say);
-    } else {
-        tell_end(lane, NULL, say);
-    }
+    say_error(say, "%s %s given up; what was written of it is not whole%s%s",
+              lane_name(lane),
+              cut_off ? "was waited for and is" : "makes no progress and is",
+              then != NULL ? ": " : "", then != NULL ? then : "");
 }
 
 /* Losses of a recording are reported even with --quiet. */
 static void tell_drops(struct lane *lane, struct say *say, int64_t now_ns)
 {
-    if (lane->end != LANE_LIVES || lane->dropped == lane->told ||
-        (lane->told != 0 && now_ns - lane->told_ns < DROPS_NS)) {
+    if (lane->end != LANE_LIVES ||
+        !say_is_due(&lane->told, lane->dropped, now_ns)) {
         return;
     }
-    lane->told = lane->dropped;
-    lane->told_ns = now_ns;
-    if (lane->is_recording) {
+    if (lane->kind == LANE_RECORDING) {
         say_error(say,
                   "%s is too slow for the data: %" PRIu64
                   " datagrams are missing from this recording so far; record "
                   "to a faster disk, or try a larger --buffer",
                   lane_name(lane), lane->dropped);
-    } else if (lane->has_output) {
+    } else if (lane->kind == LANE_POINTS) {
         say_warn(say,
                  "%s is too slow for the data: %" PRIu64
                  " datagrams are missing from it so far; write less (--eye, "
@@ -190,14 +171,15 @@ static void watch_output(struct lanes *lanes, struct lane *lane,
 {
     tell_lost(lane, say);
     if (lane_look(lane, now_ns)) {
-        tell_ended(lanes, lane, say);
+        tell_end(lane, what_follows(lanes), say);
     }
     tell_drops(lane, say, now_ns);
     if (count_living(lanes) > 1
-            ? !lane->is_recording && lane_stands_still(lane, now_ns, STALL_NS)
+            ? lane->kind != LANE_RECORDING &&
+                  lane_stands_still(lane, now_ns, STALL_NS)
             : lanes->has_laser && lane_is_unread(lane, now_ns, UNREAD_NS)) {
         lane_drop(lane, now_ns);
-        tell_ended(lanes, lane, say);
+        tell_given_up(lane, false, what_follows(lanes), say);
     }
 }
 
@@ -253,8 +235,8 @@ unsigned lanes_level(const struct lanes *lanes)
 
 static bool has_time(const struct lane *lane, int64_t now_ns, int64_t began_ns)
 {
-    const int64_t still_ns = now_ns - lane->moved_ns;
-    return lane->is_file
+    const int64_t still_ns = now_ns - lane->moves.at_ns;
+    return lane->target == LANE_FILE
                ? still_ns < FILE_NS
                : still_ns < PIPE_NS && now_ns - began_ns < PIPE_TOTAL_NS;
 }
@@ -277,10 +259,11 @@ static bool is_pending(struct lanes *lanes, struct lane *lane, struct say *say,
     if (lane->end != LANE_LIVES) {
         return false;
     }
-    lane->is_cut_off = ending->cut_ns != 0 && now_ns - ending->cut_ns >= CUT_NS;
-    if (lane->is_cut_off || !has_time(lane, now_ns, began_ns)) {
+    const bool cut_off =
+        ending->cut_ns != 0 && now_ns - ending->cut_ns >= CUT_NS;
+    if (cut_off || !has_time(lane, now_ns, began_ns)) {
         lane_drop(lane, now_ns);
-        tell_end(lane, NULL, say);
+        tell_given_up(lane, cut_off, NULL, say);
         return false;
     }
     if (!lanes->is_waiting && now_ns - began_ns > TOLD_NS) {
@@ -321,7 +304,7 @@ void lanes_end(struct lanes *lanes, struct say *say)
     int64_t now_ns = ending.began_ns;
     bool waits = true;
     for (size_t i = 0; i < lanes->count; i++) {
-        lanes->outputs[i]->moved_ns = now_ns;
+        lanes->outputs[i]->moves.at_ns = now_ns;
     }
     for (; waits; now_ns = lum_time_monotonic_ns()) {
         if (ending.cut_ns == 0 && interrupt_count() != ending.signals) {

@@ -250,14 +250,14 @@ static void report_outputs(struct live *l)
             .name = lane_name(lane),
             .end = ends[lane->end],
             .error = lane->error.text,
-            .is_recording = lane->is_recording,
+            .is_recording = lane->kind == LANE_RECORDING,
             .has_ended_early = lane->end != LANE_WHOLE,
             .datagrams = lane->view.taken,
             .dropped = lane->dropped,
             .seconds = lane->ended_ns > from_ns
                            ? (double)(lane->ended_ns - from_ns) * 1e-9
                            : 0.0};
-        c->recording_drops += lane->is_recording ? lane->dropped : 0;
+        c->recording_drops += lane->kind == LANE_RECORDING ? lane->dropped : 0;
     }
 }
 

@@ -9,6 +9,9 @@
 #include <stdio.h>
 #include <string.h>
 
+/* How often a count that grows is told. */
+#define AGAIN_NS INT64_C(10000000000)
+
 static const char clear_line[] = "\r\033[K";
 
 void say_init(struct say *say, bool quiet)
@@ -48,6 +51,16 @@ static void append(struct say *say, const char *text)
     }
     memcpy(say->pending + say->pending_bytes, text, n);
     say->pending_bytes += n;
+}
+
+bool say_is_due(struct say_count *count, uint64_t now, int64_t now_ns)
+{
+    if (now == count->told ||
+        (count->told != 0 && now_ns - count->told_ns < AGAIN_NS)) {
+        return false;
+    }
+    *count = (struct say_count){now, now_ns};
+    return true;
 }
 
 /* A run that went to the background has the shell's prompt there now. */

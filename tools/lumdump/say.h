@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #define SAY_PENDING_BYTES 8192u
 
@@ -19,7 +20,17 @@ struct say {
     char pending[SAY_PENDING_BYTES]; /* what could not be written yet */
 };
 
+/* How many of something were told; all zero: none so far. */
+struct say_count {
+    uint64_t told;
+    int64_t told_ns;
+};
+
 void say_init(struct say *say, bool quiet);
+
+/* Whether a count that grows is to be told now: there are more, and they were
+ * not told for a while. Then it is noted as told. */
+bool say_is_due(struct say_count *count, uint64_t now, int64_t now_ns);
 
 /* Warn, unless the run is quiet; the text ends without a newline. */
 LUM_PRINTF(2, 3)

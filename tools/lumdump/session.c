@@ -20,9 +20,6 @@
 /* Longest that is spent on what waits in the kernel at the end. */
 #define DRAIN_NS (SECOND_NS / 2)
 
-/* How often drops are reported. */
-#define DROPS_NS (10 * SECOND_NS)
-
 lum_laser_session_view session_look(const struct session *session)
 {
     lum_laser_session_view view = {.struct_size = sizeof view};
@@ -102,18 +99,6 @@ static void take_event(struct session *s, const lum_sensor_event *event,
     }
 }
 
-/* Whether drops should be reported now. */
-static bool is_news(struct session_drops *drops, uint64_t count, int64_t now_ns)
-{
-    if (count == drops->told ||
-        (drops->is_told && now_ns - drops->told_ns < DROPS_NS)) {
-        return false;
-    }
-    *drops = (struct session_drops){
-        .told = count, .told_ns = now_ns, .is_told = true};
-    return true;
-}
-
 struct cause {
     char text[120];
 };
@@ -134,7 +119,7 @@ static struct cause name_cause(const struct session *s)
 static void tell_drops(struct session *s, const lum_sensor_counters *c,
                        int64_t now_ns)
 {
-    if (is_news(&s->told_kernel, c->kernel_drops, now_ns)) {
+    if (say_is_due(&s->told_kernel, c->kernel_drops, now_ns)) {
         say_warn(&s->say,
                  "the system dropped %s%" PRIu64
                  " datagrams so far: they came damaged, with wrong checksums, "

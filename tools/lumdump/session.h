@@ -24,13 +24,6 @@ enum session_end {
     SESSION_BROKEN    /* the socket; see the error */
 };
 
-/* Datagrams lost in one place, and how many of them were reported. */
-struct session_drops {
-    uint64_t told;
-    int64_t told_ns;
-    bool is_told;
-};
-
 struct session {
     const struct options *options;
     const lum_layout *layout;
@@ -49,7 +42,7 @@ struct session {
     int64_t status_ns;
     uint64_t received; /* datagrams, and bytes in them */
     uint64_t bytes;
-    struct session_drops told_kernel;
+    struct say_count told_kernel; /* of those that it dropped */
     struct status_totals before;
 };
 
