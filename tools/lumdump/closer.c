@@ -10,6 +10,22 @@
 #include <string.h>
 #include <unistd.h>
 
+/* The first failure. */
+struct failure {
+    bool is_there;
+    int code;
+    lum_error error;
+};
+
+/* What became of files that others removed or renamed. */
+struct lost {
+    bool is_there;
+    bool is_told; /* one of them was */
+    lum_error first;
+    lum_error list[CLOSER_ROOM_MAX]; /* to be told */
+    size_t count;
+};
+
 struct closer {
     size_t room;
     pthread_t thread;
@@ -23,14 +39,8 @@ struct closer {
     struct retention *plan; /* whose next file is to be planned; NULL: none */
     unsigned waiting;       /* threads */
     bool ends;
-    bool has_failed;
-    int code; /* of the failure */
-    lum_error error;
-    bool has_lost;
-    bool has_told_lost; /* one of them */
-    lum_error first_lost;
-    lum_error lost[CLOSER_ROOM_MAX]; /* to be told */
-    size_t lost_count;
+    struct failure failure;
+    struct lost lost;
 };
 
 static int finish_file(const struct closing *file, lum_error *error)
@@ -70,15 +80,15 @@ struct closer *closer_new(size_t room, lum_error *error)
     return c;
 }
 
-/* The lock is held. They are taken twice a second: there is room. */
-static void note_lost(struct closer *c, const lum_error *error)
+/* They are taken twice a second: there is room. */
+static void note_lost(struct lost *lost, const lum_error *error)
 {
-    if (!c->has_lost) {
-        c->has_lost = true;
-        c->first_lost = *error;
+    if (!lost->is_there) {
+        lost->is_there = true;
+        lost->first = *error;
     }
-    if (c->lost_count < CLOSER_ROOM_MAX) {
-        c->lost[c->lost_count++] = *error;
+    if (lost->count < CLOSER_ROOM_MAX) {
+        lost->list[lost->count++] = *error;
     }
 }
 
@@ -86,11 +96,9 @@ static void note_lost(struct closer *c, const lum_error *error)
 static void note(struct closer *c, int code, const lum_error *error)
 {
     if (code == ENOENT) {
-        note_lost(c, error);
-    } else if (code != 0 && !c->has_failed) {
-        c->has_failed = true;
-        c->code = code;
-        c->error = *error;
+        note_lost(&c->lost, error);
+    } else if (code != 0 && !c->failure.is_there) {
+        c->failure = (struct failure){true, code, *error};
     }
 }
 
@@ -178,15 +186,15 @@ static void wait_until(struct closer *c, size_t count)
 }
 
 /* The lock is held. */
-static int pass_on(const struct closer *c, lum_error *error)
+static int pass_on(const struct failure *failure, lum_error *error)
 {
-    if (!c->has_failed) {
+    if (!failure->is_there) {
         return 0;
     }
     if (error != NULL) {
-        *error = c->error;
+        *error = failure->error;
     }
-    errno = c->code;
+    errno = failure->code;
     return -1;
 }
 
@@ -213,7 +221,7 @@ int closer_put(struct closer *closer, const struct closing *file,
         finish_first(closer);
         closer->waiting--;
     }
-    const int result = pass_on(closer, error);
+    const int result = pass_on(&closer->failure, error);
     const int code = errno;
     (void)pthread_mutex_unlock(&closer->lock);
     errno = code;
@@ -257,7 +265,7 @@ bool closer_plan(struct closer *closer, struct retention *retention)
 int closer_check(struct closer *closer, lum_error *error)
 {
     (void)pthread_mutex_lock(&closer->lock);
-    const int result = pass_on(closer, error);
+    const int result = pass_on(&closer->failure, error);
     const int code = errno;
     (void)pthread_mutex_unlock(&closer->lock);
     errno = code;
@@ -265,15 +273,15 @@ int closer_check(struct closer *closer, lum_error *error)
 }
 
 /* The lock is held. */
-static bool take_lost(struct closer *c, lum_error *out)
+static bool take_lost(struct lost *lost, lum_error *out)
 {
-    if (c->lost_count == 0) {
+    if (lost->count == 0) {
         return false;
     }
-    *out = c->lost[0];
-    c->lost_count--;
-    memmove(c->lost, c->lost + 1, c->lost_count * sizeof c->lost[0]);
-    c->has_told_lost = true;
+    *out = lost->list[0];
+    lost->count--;
+    memmove(lost->list, lost->list + 1, lost->count * sizeof lost->list[0]);
+    lost->is_told = true;
     return true;
 }
 
@@ -281,23 +289,23 @@ static bool take_lost(struct closer *c, lum_error *out)
 bool closer_take_lost(struct closer *closer, lum_error *out)
 {
     (void)pthread_mutex_lock(&closer->lock);
-    const bool is_taken = closer->waiting == 0 && take_lost(closer, out);
+    const bool is_taken = closer->waiting == 0 && take_lost(&closer->lost, out);
     (void)pthread_mutex_unlock(&closer->lock);
     return is_taken;
 }
 
 /* The lock is held. */
-static int pass_on_lost(struct closer *c, lum_error *error)
+static int pass_on_lost(struct lost *lost, lum_error *error)
 {
     lum_error first;
-    if (!c->has_lost) {
+    if (!lost->is_there) {
         return 0;
     }
-    if (error != NULL && !c->has_told_lost) {
-        (void)take_lost(c, &first);
+    if (error != NULL && !lost->is_told) {
+        (void)take_lost(lost, &first);
     }
     if (error != NULL) {
-        *error = c->first_lost;
+        *error = lost->first;
     }
     errno = ENOENT;
     return -1;
@@ -307,8 +315,9 @@ int closer_wait(struct closer *closer, lum_error *error)
 {
     (void)pthread_mutex_lock(&closer->lock);
     wait_until(closer, 0);
-    const int result =
-        pass_on(closer, error) != 0 ? -1 : pass_on_lost(closer, error);
+    const int result = pass_on(&closer->failure, error) != 0
+                           ? -1
+                           : pass_on_lost(&closer->lost, error);
     const int code = errno;
     (void)pthread_mutex_unlock(&closer->lock);
     errno = code;

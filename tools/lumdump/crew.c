@@ -18,7 +18,28 @@ struct job {
 };
 
 /* Jobs are counted from 0: taken <= claimed <= given, and given - taken is less
- * than job_count: the next is being filled. */
+ * than job_count: the next is being filled. Guarded by the lock. */
+struct job_counts {
+    uint64_t given;   /* to be made; only the caller changes it */
+    uint64_t claimed; /* by who makes them */
+    uint64_t taken;   /* to the outputs */
+    bool is_taking;   /* a thread is at it */
+};
+
+/* The first one, after which nothing is taken any more. */
+struct failure {
+    bool is_there;
+    int code;
+    lum_error error;
+};
+
+/* Of the caller, who starts them. */
+struct threads {
+    pthread_t list[CREW_MAX - 1];
+    size_t count;
+    size_t max;
+};
+
 struct crew {
     struct outputs *outputs; /* of the thread that takes a job */
     struct batch_view view;
@@ -27,20 +48,13 @@ struct crew {
     struct job *jobs;
     size_t job_count;
     struct batch_tools *tools; /* of the caller */
-    pthread_t threads[CREW_MAX - 1];
-    size_t thread_max;
-    size_t thread_count;
+    struct threads threads;
     pthread_mutex_t lock; /* guards what follows */
     pthread_cond_t is_given;
     pthread_cond_t is_taken;
-    uint64_t given;   /* to be made; only the caller changes it */
-    uint64_t claimed; /* by who makes them */
-    uint64_t taken;   /* to the outputs */
-    bool is_taking;   /* a thread is at it */
+    struct job_counts counts;
     bool stops;
-    bool has_failed; /* nothing is taken any more */
-    int failure_code;
-    lum_error failure;
+    struct failure failure;
 };
 
 static struct job *job_at(struct crew *crew, uint64_t number)
@@ -73,8 +87,9 @@ static int take(struct crew *crew, struct job *job, lum_error *error)
 
 static bool can_take(struct crew *crew)
 {
-    return !crew->is_taking && !crew->has_failed && !crew->stops &&
-           crew->taken < crew->given && job_at(crew, crew->taken)->is_made;
+    return !crew->counts.is_taking && !crew->failure.is_there && !crew->stops &&
+           crew->counts.taken < crew->counts.given &&
+           job_at(crew, crew->counts.taken)->is_made;
 }
 
 /* Write what is made, in its order, if no other thread is at it; the lock is
@@ -83,19 +98,17 @@ static void take_made(struct crew *crew)
 {
     lum_error error = {""};
     while (can_take(crew)) {
-        struct job *job = job_at(crew, crew->taken);
-        crew->is_taking = true;
+        struct job *job = job_at(crew, crew->counts.taken);
+        crew->counts.is_taking = true;
         (void)pthread_mutex_unlock(&crew->lock);
         const bool fails = take(crew, job, &error) != 0;
         const int code = errno;
         (void)pthread_mutex_lock(&crew->lock);
-        crew->is_taking = false;
+        crew->counts.is_taking = false;
         job->is_made = false;
-        crew->taken++;
+        crew->counts.taken++;
         if (fails) {
-            crew->has_failed = true;
-            crew->failure_code = code;
-            crew->failure = error;
+            crew->failure = (struct failure){true, code, error};
         }
         (void)pthread_cond_signal(&crew->is_taken);
     }
@@ -106,7 +119,7 @@ static void take_made(struct crew *crew)
 /* Make the next job; the lock is held before and after. */
 static void make_next(struct crew *crew, struct batch_tools *tools)
 {
-    struct job *job = job_at(crew, crew->claimed++);
+    struct job *job = job_at(crew, crew->counts.claimed++);
     (void)pthread_mutex_unlock(&crew->lock);
     batch_make(job->batch, &crew->view, tools);
     (void)pthread_mutex_lock(&crew->lock);
@@ -118,7 +131,7 @@ static void work(struct crew *crew, struct batch_tools *tools)
 {
     (void)pthread_mutex_lock(&crew->lock);
     while (!crew->stops) {
-        if (crew->claimed < crew->given) {
+        if (crew->counts.claimed < crew->counts.given) {
             make_next(crew, tools);
         } else {
             (void)pthread_cond_wait(&crew->is_given, &crew->lock);
@@ -142,13 +155,14 @@ static void *run(void *argument)
  * has none, the caller does the work. */
 static void start_another(struct crew *crew)
 {
-    if (crew->thread_count == crew->thread_max) {
+    struct threads *t = &crew->threads;
+    if (t->count == t->max) {
         return;
     }
-    if (lum_thread_start(&crew->threads[crew->thread_count], run, crew) == 0) {
-        crew->thread_count++;
+    if (lum_thread_start(&t->list[t->count], run, crew) == 0) {
+        t->count++;
     } else {
-        crew->thread_max = crew->thread_count;
+        t->max = t->count;
     }
 }
 
@@ -158,32 +172,33 @@ static void start_another(struct crew *crew)
 static int work_until(struct crew *crew, uint64_t under_way, lum_error *error)
 {
     (void)pthread_mutex_lock(&crew->lock);
-    while (!crew->has_failed && crew->given - crew->taken > under_way) {
-        if (crew->claimed < crew->given) {
+    while (!crew->failure.is_there &&
+           crew->counts.given - crew->counts.taken > under_way) {
+        if (crew->counts.claimed < crew->counts.given) {
             make_next(crew, crew->tools);
         } else {
             (void)pthread_cond_wait(&crew->is_taken, &crew->lock);
         }
     }
-    const bool fails = crew->has_failed;
+    const bool fails = crew->failure.is_there;
     (void)pthread_mutex_unlock(&crew->lock);
     if (fails) {
-        *error = crew->failure;
-        errno = crew->failure_code;
+        *error = crew->failure.error;
+        errno = crew->failure.code;
     }
     return fails ? -1 : 0;
 }
 
 static struct job *being_filled(struct crew *crew)
 {
-    return job_at(crew, crew->given);
+    return job_at(crew, crew->counts.given);
 }
 
 /* Have the job being filled made, and get the next. */
 static int give(struct crew *crew, lum_error *error)
 {
     (void)pthread_mutex_lock(&crew->lock);
-    crew->given++;
+    crew->counts.given++;
     (void)pthread_cond_signal(&crew->is_given);
     (void)pthread_mutex_unlock(&crew->lock);
     return work_until(crew, crew->job_count - 1u, error);
@@ -334,7 +349,7 @@ int crew_new(const struct options *options, const lum_projector *projector,
     (void)pthread_cond_init(&crew->is_given, NULL);
     (void)pthread_cond_init(&crew->is_taken, NULL);
     crew->outputs = outputs;
-    crew->thread_max = threads - 1u;
+    crew->threads.max = threads - 1u;
     crew->is_pattern = options_pattern(options->outputs[0].name) == 1;
     if (set_view(crew, options, projector) != 0 ||
         make_jobs(crew, threads * BATCHES_EACH + 1u, error) != 0) {
@@ -354,8 +369,8 @@ void crew_free(struct crew *crew)
     crew->stops = true;
     (void)pthread_cond_broadcast(&crew->is_given);
     (void)pthread_mutex_unlock(&crew->lock);
-    for (size_t i = 0; i < crew->thread_count; i++) {
-        (void)pthread_join(crew->threads[i], NULL);
+    for (size_t i = 0; i < crew->threads.count; i++) {
+        (void)pthread_join(crew->threads.list[i], NULL);
     }
     for (size_t i = 0; i < crew->job_count; i++) {
         batch_free(crew->jobs[i].batch);
