@@ -95,7 +95,7 @@ static int take_frame(struct pass *pass, lum_error *error)
     if (!is_written && pass->summary.whole.asked == 0) {
         return 0;
     }
-    if (frame_lines_take(pass->frame_lines, frame) != 0) {
+    if (frame_lines_take(pass->frame_lines, frame, pass->wants_rows) != 0) {
         errno = ENOMEM;
         return lum_error_set(error, "out of memory");
     }
@@ -332,25 +332,10 @@ static unsigned find_wants(const struct pass *pass)
     return wants | (cut_is_asked(o) ? (unsigned)LUM_WANT_ALL_LINES : 0u);
 }
 
-/* All that takes frames makes messages of them. */
-static bool has_messages_alone(const struct options *o)
+/* Messages need fewer columns. */
+static bool needs_all_columns(const struct options *o, size_t i)
 {
-    for (size_t i = 0; i < o->output_count; i++) {
-        if (options_takes_frames(o, i) && !options_has_messages(o, i)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-static bool has_organized(const struct options *o)
-{
-    for (size_t i = 0; i < o->output_count; i++) {
-        if (options_is_organized(o, i)) {
-            return true;
-        }
-    }
-    return false;
+    return options_takes_frames(o, i) && !options_has_messages(o, i);
 }
 
 /* What is needed besides the framer. */
@@ -364,8 +349,8 @@ static int prepare_parts(struct pass *pass, unsigned wants)
         }
     }
     if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
-        pass->frame_lines =
-            frame_lines_new(o->eyes, has_organized(o), clock_of_line, pass);
+        pass->wants_rows = options_any(o, options_is_organized);
+        pass->frame_lines = frame_lines_new(o->eyes, clock_of_line, pass);
         if (pass->frame_lines == NULL) {
             return -1;
         }
@@ -394,9 +379,9 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     view.smooth_order = o->smooth_order;
     const unsigned wants = find_wants(pass);
     if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
-        view.columns = has_messages_alone(o) && o->preset == NULL
-                           ? FRAME_LINES_OF_MESSAGES
-                           : FRAME_LINES_COLUMNS;
+        view.columns = o->preset != NULL || options_any(o, needs_all_columns)
+                           ? FRAME_LINES_COLUMNS
+                           : FRAME_LINES_OF_MESSAGES;
     }
     const lum_framer_options options = {.struct_size = sizeof options,
                                         .layout = pass->layout,

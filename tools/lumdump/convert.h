@@ -63,6 +63,7 @@ struct pass {
     struct frame_watch frames; /* for a rotation */
     lum_framer *framer;
     struct frame_lines *frame_lines; /* NULL: frames are not wanted */
+    bool wants_rows;                 /* of them */
     bool has_all;                    /* of --frames nothing more comes */
     struct pass_laser laser;
     struct pass_told told;

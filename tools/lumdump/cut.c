@@ -54,19 +54,9 @@ struct cut {
     bool has_ended;
 };
 
-static bool writes_capture(const struct options *o)
-{
-    for (size_t i = 0; i < o->output_count; i++) {
-        if (options_takes_packets(o, i)) {
-            return true;
-        }
-    }
-    return false;
-}
-
 bool cut_is_asked(const struct options *options)
 {
-    return !options->is_live && writes_capture(options) &&
+    return !options->is_live && options_any(options, options_takes_packets) &&
            (options->eyes != 3u || options_has_frames(options) ||
             options->drop_incomplete);
 }

@@ -23,7 +23,6 @@ struct columns {
 
 struct frame_lines {
     unsigned eyes;
-    bool wants_rows;
     frame_lines_clock *clock;
     const void *context;
     const lum_frame *frame;
@@ -44,14 +43,12 @@ struct frame_lines {
     float times[LUM_LINE_PIXELS];
 };
 
-struct frame_lines *frame_lines_new(unsigned eyes, bool wants_rows,
-                                    frame_lines_clock *clock,
+struct frame_lines *frame_lines_new(unsigned eyes, frame_lines_clock *clock,
                                     const void *context)
 {
     struct frame_lines *f = calloc(1, sizeof *f);
     if (f != NULL) {
         f->eyes = eyes;
-        f->wants_rows = wants_rows;
         f->clock = clock;
         f->context = context;
     }
@@ -173,7 +170,8 @@ static struct columns columns_of(const lum_frame *f)
         .edge = lum_frame_uint8s(f, LUM_COLUMN_EDGE)};
 }
 
-int frame_lines_take(struct frame_lines *f, const lum_frame *frame)
+int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
+                     bool wants_rows)
 {
     lum_frame_info info = {.struct_size = sizeof info};
     lum_frame_get_info(frame, &info);
@@ -184,7 +182,7 @@ int frame_lines_take(struct frame_lines *f, const lum_frame *frame)
     f->was_lit = info.lines_dark < (uint64_t)info.lines[0] + info.lines[1];
     f->begin_utc_ns = info.times.begin_utc_ns;
     f->begin_arrival_ns = info.times.begin_arrival_ns;
-    return f->wants_rows ? lay_out(f) : 0;
+    return wants_rows ? lay_out(f) : 0;
 }
 
 /* --- Asking --- */

@@ -28,17 +28,18 @@ struct frame_lines;
 typedef int64_t frame_lines_clock(const void *context,
                                   const lum_frame_line *line);
 
-/* eyes: those that have rows, bit 1 << LUM_EYE_... wants_rows: frames are also
- * arranged in rows. context: for the clock. Returns NULL without memory. */
-struct frame_lines *frame_lines_new(unsigned eyes, bool wants_rows,
-                                    frame_lines_clock *clock,
+/* eyes: those that have rows, bit 1 << LUM_EYE_... context: for the clock.
+ * Returns NULL without memory. */
+struct frame_lines *frame_lines_new(unsigned eyes, frame_lines_clock *clock,
                                     const void *context);
 
 void frame_lines_free(struct frame_lines *lines);
 
-/* Take a frame, which must live as long as it is used here. The frames before
- * give the smallest number of rows. -1 without memory. */
-int frame_lines_take(struct frame_lines *lines, const lum_frame *frame);
+/* Take a frame, which must live as long as it is used here. wants_rows: also
+ * arrange it in rows; the frames before give the smallest number of rows. -1
+ * without memory. */
+int frame_lines_take(struct frame_lines *lines, const lum_frame *frame,
+                     bool wants_rows);
 
 int64_t frame_lines_number(const struct frame_lines *lines);
 

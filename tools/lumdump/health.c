@@ -8,7 +8,6 @@
 
 #include <inttypes.h>
 #include <stdio.h>
-#include <string.h>
 
 #define SECOND_NS  INT64_C(1000000000)
 #define SILENCE_NS (LUM_SENSOR_SILENCE_MS * INT64_C(1000000))
@@ -204,7 +203,7 @@ static enum pass_result tell_all(struct pass *pass, bool has_ended,
     char name[LUM_SENSOR_NAME_BYTES];
     const lum_demux *demux = lum_framer_demux(pass->framer);
     if (pass->outputs == NULL || !s->span.is_known ||
-        !options_writes_messages(pass->options) ||
+        !options_any(pass->options, options_has_messages) ||
         lum_demux_sensor_count(demux) == 0) {
         return PASS_DONE;
     }
@@ -231,20 +230,11 @@ enum pass_result health_tell(struct pass *pass, lum_error *error)
     return tell_all(pass, true, error);
 }
 
-static bool has_reader(const struct options *o)
-{
-    for (size_t i = 0; i < o->output_count; i++) {
-        if (strcmp(o->outputs[i].name, "-") == 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
 enum pass_result health_tell_on_the_way(struct pass *pass, lum_error *error)
 {
     const struct summary *s = &pass->summary;
-    if (!s->span.is_known || !has_reader(pass->options)) {
+    if (!s->span.is_known ||
+        !options_any(pass->options, options_is_standard_output)) {
         return PASS_DONE;
     }
     if (pass->told.capture_ns == 0) {

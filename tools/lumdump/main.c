@@ -2,10 +2,10 @@
 #include "../common/geometry.h"
 #include "../common/interrupt.h"
 #include "check_preset.h"
+#include "command_line.h"
 #include "conclude.h"
 #include "infer.h"
 #include "live.h"
-#include "options.h"
 #include "replay.h"
 #include "targets.h"
 
@@ -182,7 +182,7 @@ int main(int argc, char **argv)
     struct options options;
     interrupt_catch();
     const enum exit_status status =
-        act(options_parse(argc, argv, &options), &options);
-    options_free(&options);
+        act(command_line_read(argc, argv, &options), &options);
+    command_line_free(&options);
     return (int)status;
 }

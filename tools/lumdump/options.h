@@ -1,4 +1,4 @@
-/* What lumdump was asked to do. */
+/* What lumdump was asked to do, and what that says of each output. */
 #ifndef LUMDUMP_OPTIONS_H
 #define LUMDUMP_OPTIONS_H
 
@@ -112,11 +112,14 @@ struct options {
     const lum_calibration *calibrated; /* that of the points */
 };
 
-enum parsed {
-    PARSED_RUN,  /* go on */
-    PARSED_DONE, /* help or version was printed */
-    PARSED_BAD   /* a message was printed */
-};
+/* A question about the i-th output. */
+typedef bool options_question(const struct options *options, size_t i);
+
+/* Whether the answer is yes for any output. */
+bool options_any(const struct options *options, options_question *is_so);
+
+/* The format by a name's ending. False: that shows none. */
+bool options_find_format(const char *name, unsigned *out);
 
 /* Whether a format is one of captures. */
 bool options_is_capture(unsigned format);
@@ -134,8 +137,8 @@ bool options_has_preset(const struct options *options, size_t i);
 /* Whether the i-th output has clouds as messages. */
 bool options_has_messages(const struct options *options, size_t i);
 
-/* Whether an output of this run does. */
-bool options_writes_messages(const struct options *options);
+/* Whether the i-th output is standard output. */
+bool options_is_standard_output(const struct options *options, size_t i);
 
 /* Whether the i-th output is made of whole frames and not of lines as they
  * come: in these alone it is known where a point stands, and when they began.
@@ -159,11 +162,5 @@ bool options_draws_one(const struct options *options, size_t i);
 
 /* Whether it is an organised cloud. */
 bool options_is_organized(const struct options *options, size_t i);
-
-/* The options point into argv. To be freed by options_free() whatever the
- * result. */
-enum parsed options_parse(int argc, char **argv, struct options *out);
-
-void options_free(struct options *options);
 
 #endif

@@ -118,7 +118,7 @@ static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
     lum_record record;
     int64_t first_ns = INT64_MAX;
     if ((pass->options->time != TIME_UTC &&
-         !options_writes_messages(pass->options)) ||
+         !options_any(pass->options, options_has_messages)) ||
         !sources_are_files(&pass->options->sources) ||
         open_sources(pass->options, &capture, NULL) != 0) {
         return PASS_DONE;
@@ -187,16 +187,6 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     return result;
 }
 
-static bool needs_rehearsal(const struct options *o)
-{
-    for (size_t i = 0; i < o->output_count; i++) {
-        if (targets_needs_rehearsal(o, i)) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* The first of two passes; if it does not come to its end, its results stay in
  * pass. */
 static enum pass_result rehearse(struct pass *pass, struct outputs **rehearsal,
@@ -230,7 +220,7 @@ enum pass_result replay(struct pass *pass, lum_error *error)
     const struct options *o = pass->options;
     struct outputs *rehearsal = NULL;
     enum pass_result result = PASS_DONE;
-    if (needs_rehearsal(o)) {
+    if (options_any(o, targets_needs_rehearsal)) {
         result = rehearse(pass, &rehearsal, error);
     }
     if (result == PASS_DONE && o->output_count > 0 &&

@@ -171,11 +171,9 @@ static int check_others(const struct options *options, size_t i,
 
 static int check_rotation(const struct options *options, lum_error *error)
 {
-    bool is_used = options->rotation.bytes == 0 && options->rotation.ns == 0;
-    for (size_t i = 0; i < options->output_count; i++) {
-        is_used = is_used || options_rotates(options, i);
-    }
-    return is_used
+    const struct rotation *r = &options->rotation;
+    return (r->bytes == 0 && r->ns == 0) ||
+                   options_any(options, options_rotates)
                ? 0
                : lum_error_set(
                      error,
@@ -183,24 +181,9 @@ static int check_rotation(const struct options *options, lum_error *error)
                      "output and outputs with a file for each frame cannot");
 }
 
-static bool writes_packets(const struct options *o)
+static bool has_more(const struct options *options, size_t i)
 {
-    for (size_t i = 0; i < o->output_count; i++) {
-        if (options_takes_packets(o, i)) {
-            return true;
-        }
-    }
-    return false;
-}
-
-static bool only_records(const struct options *o)
-{
-    for (size_t i = 0; i < o->output_count; i++) {
-        if (!options_is_recording(o, i)) {
-            return false;
-        }
-    }
-    return o->output_count > 0;
+    return !options_is_recording(options, i);
 }
 
 /* The first option that chooses among the points of a line; NULL: none does. */
@@ -240,23 +223,12 @@ static int check_recording(const struct options *o, lum_error *error)
         return lum_error_set(error, "--packets goes with a capture that is "
                                     "cut: a recording holds all packets");
     }
-    return option == NULL || !only_records(o)
+    return option == NULL || o->output_count == 0 || options_any(o, has_more)
                ? 0
                : lum_error_set(error,
                                "%s: a recording holds all packets: record it, "
                                "and cut the file by lumdump FILE %s ...",
                                option, option);
-}
-
-/* Whether an output has packets alone; beside them, clouds may be chosen. */
-static bool writes_recording(const struct options *o)
-{
-    for (size_t i = 0; i < o->output_count; i++) {
-        if (options_is_recording(o, i)) {
-            return true;
-        }
-    }
-    return false;
 }
 
 /* An output that cannot be cut by these options is refused. */
@@ -266,14 +238,15 @@ static int check_cut(const struct options *o, lum_error *error)
     if (o->is_live) {
         return check_recording(o, error);
     }
-    if (writes_recording(o) && points != NULL) {
+    if (options_any(o, options_is_recording) && points != NULL) {
         return lum_error_set(error,
                              "%s: a packet holds many points, so a capture "
                              "cannot be cut by it; it can by --frames, --eye, "
                              "--incomplete, --duration and --sensor",
                              points);
     }
-    return !o->has_packets || (writes_packets(o) && find_line_option(o) != NULL)
+    return !o->has_packets || (options_any(o, options_takes_packets) &&
+                               find_line_option(o) != NULL)
                ? 0
                : lum_error_set(error,
                                "--packets goes with a capture that "

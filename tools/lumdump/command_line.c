@@ -1,0 +1,306 @@
+/* The command line of lumdump: the table of its options, read into a struct
+ * options. */
+#include "command_line.h"
+
+#include "../common/host.h"
+#include "../common/option_table.h"
+#include "../common/source_url.h"
+
+#include "crew.h"
+#include "help.h"
+#include "lum/net/socket.h"
+#include "lum/version.h"
+#include "picture.h"
+#include "rules.h"
+#include "values.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* --- The table --- */
+
+static const struct option_word formats[] = {
+    {"csv", LUM_FORMAT_CSV},
+    {"ply", LUM_FORMAT_PLY},
+    {"pcd", LUM_FORMAT_PCD},
+    {"las", LUM_FORMAT_LAS},
+    {"xyz", LUM_FORMAT_XYZ},
+    {"png", LUM_FORMAT_PNG},
+    {"mcap", LUM_FORMAT_MCAP},
+    {"pcap", FORMAT_PCAP},
+    {"pcapng", FORMAT_PCAPNG},
+    {"rosbag2", FORMAT_ROSBAG2},
+    {NULL, 0},
+};
+static const struct option_word compressions[] = {
+    {"zstd", 0}, {"none", 1}, {NULL, 0}};
+static const struct option_word clocks[] = {{"sensor", TIME_SENSOR},
+                                            {"utc", TIME_UTC},
+                                            {"arrival", TIME_ARRIVAL},
+                                            {NULL, 0}};
+static const struct option_word keeps[] = {{"keep", 0}, {"drop", 1}, {NULL, 0}};
+static const struct option_word packets[] = {
+    {"lines", 0}, {"all", 1}, {NULL, 0}};
+static const struct option_word eyes[] = {{"blue", 1u << LUM_EYE_BLUE},
+                                          {"green", 1u << LUM_EYE_GREEN},
+                                          {"both", 3},
+                                          {NULL, 0}};
+static const struct option_word edges[] = {{"rising", LUM_EDGES_RISING},
+                                           {"falling", LUM_EDGES_FALLING},
+                                           {"both", LUM_EDGES_BOTH},
+                                           {NULL, 0}};
+
+static void show_help(void)
+{
+    (void)fputs(help_output, stdout);
+    (void)fputs(help_rest, stdout);
+}
+
+static void show_version(void)
+{
+    (void)puts("lumdump " LUM_VERSION);
+}
+
+static bool take_output(void *options, const char *text, lum_error *why)
+{
+    struct options *o = options;
+    if (o->output_count == OUTPUTS_MAX) {
+        (void)lum_error_set(why, "more than 16 outputs");
+        return false;
+    }
+    o->outputs[o->output_count++].name = text;
+    return true;
+}
+
+#define INTO(field)       OPTION_INTO(struct options, field)
+#define HAS(field)        .has = offsetof(struct options, field)
+#define FLAG(field)       .kind = OPTION_FLAG, INTO(field)
+#define TEXT(field)       .kind = OPTION_TEXT, INTO(field)
+#define CALL(called)      .kind = OPTION_CALL, .call = (called)
+#define WORD(list, field) .kind = OPTION_WORD, INTO(field), .words = (list)
+
+static const struct option_spec specs[] = {
+    {"output", .letter = 'o', CALL(take_output)},
+    {"quiet", .letter = 'q', FLAG(quiet)},
+    {"format", WORD(formats, format), HAS(has_format)},
+    {"rotate", CALL(values_take_rotation),
+     .allowed = "a size of 10kB or more, such as 100MB or 1GB, or a time of 1s "
+                "or more, such as 60s or 10min"},
+    {"keep", CALL(values_take_keep),
+     .allowed =
+         "a size of 10kB or more, such as 50GB, or a time of 1s or more, "
+         "such as 2h or 7d"},
+    {"ascii", FLAG(ascii)},
+    {"comments", FLAG(comments)},
+    {"columns", CALL(values_take_columns)},
+    {"preset", CALL(values_take_preset)},
+    {"check-preset", CALL(values_take_check_preset)},
+    {"organized", FLAG(organized)},
+    {"mcap", CALL(values_take_mcap),
+     .allowed = "frames, lines or packets, or packets with one of the others, "
+                "such as frames,packets"},
+    {"frame-id", CALL(values_take_frame_id),
+     .allowed = "a name of 1 to 200 bytes, such as luminar"},
+    {"lines", .kind = OPTION_WHOLE, INTO(lines), .min = 1,
+     .max = LUM_MCAP_LINES_MAX},
+    {"compression", WORD(compressions, is_plain), HAS(has_compression)},
+    {"time", WORD(clocks, time)},
+    {"json", FLAG(json)},
+    {"infer", FLAG(infer)},
+    {"laser", FLAG(laser)},
+    {"guard", FLAG(guards)},
+    {"interface", TEXT(interface), .allowed = "the name of an interface"},
+    {"threads", .kind = OPTION_WHOLE, INTO(threads), .min = 1, .max = CREW_MAX},
+    {"buffer", CALL(values_take_buffer),
+     .allowed = "a size from 128KiB to 64GB, such as 256MB"},
+    {"receive-buffer", CALL(values_take_receive_buffer),
+     .allowed = "a size from 64KiB to 1GB, such as 256MiB"},
+    {"sensor", CALL(values_take_sensor), HAS(has_sensor),
+     .allowed = "an address such as 10.42.0.37, or 10.42.0.37%eth1"},
+    {"port", .kind = OPTION_WHOLE, INTO(port), .min = 1, .max = UINT16_MAX},
+    {"eye", WORD(eyes, eyes)},
+    {"edge", WORD(edges, selection.edges)},
+    {"return", CALL(values_take_return),
+     .allowed = "all, first, last, strongest or a number from 1"},
+    {"frames", CALL(values_take_frames),
+     .allowed = "FIRST:LAST, such as 10:20 or 10:, or whole:N"},
+    {"range", CALL(values_take_range),
+     .allowed = "MIN:MAX in metres, such as 2:80"},
+    {"box", CALL(values_take_box),
+     .allowed = "XMIN:XMAX,YMIN:YMAX,ZMIN:ZMAX in metres, such as "
+                "0:50,-10:10,:4"},
+    {"incomplete", WORD(keeps, drop_incomplete)},
+    {"packets", WORD(packets, all_packets), HAS(has_packets)},
+    {"duration", CALL(values_take_duration),
+     .allowed = "a number of seconds above 0"},
+    {"calibration", TEXT(calibration)},
+    {"profile", TEXT(profile)},
+    {"set", CALL(values_take_set), .allowed = SET_KEYS_ALLOWED},
+    {"smooth", CALL(values_take_smooth),
+     .allowed = "0 for off, an odd number of pixels up to 63, such as 31, or "
+                "WINDOW:ORDER, the order from 0 to 5 and below the window, "
+                "such as 31:2"},
+    {"help", .letter = 'h', .kind = OPTION_SHOW, .show = show_help},
+    {"version", .kind = OPTION_SHOW, .show = show_version},
+};
+
+/* --- Formats and sources --- */
+
+static bool find_format(const struct options *o, struct output_options *output)
+{
+    const bool is_told = options_find_format(output->name, &output->format);
+    if (o->has_format && (!is_told || o->output_count == 1)) {
+        output->is_folder = o->format == FORMAT_ROSBAG2;
+        output->format = output->is_folder ? LUM_FORMAT_MCAP : o->format;
+        return true;
+    }
+    if (is_told) {
+        return true;
+    }
+    if (strcmp(output->name, "-") == 0) {
+        return rules_refuse(
+            "standard output has no ending that shows a format: give --format "
+            "csv, ply, pcd, las, xyz, png, mcap, pcap or pcapng");
+    }
+    (void)fprintf(
+        stderr,
+        "lumdump: '%s' has no ending that shows a format: use .csv .ply .pcd "
+        ".las .xyz .png .mcap .pcap or .pcapng, or give --format\n",
+        output->name);
+    return false;
+}
+
+static bool can_write(const struct output_options *output)
+{
+    if (output->format != (unsigned)LUM_FORMAT_PNG ||
+        picture_format() != NULL) {
+        return true;
+    }
+    (void)fprintf(
+        stderr,
+        "lumdump: '%s': this lumdump was built without cairo and draws no "
+        "pictures; use .csv .ply .pcd .las .xyz .mcap .pcap or "
+        ".pcapng\n",
+        output->name);
+    return false;
+}
+
+static bool find_formats(struct options *o)
+{
+    for (size_t i = 0; i < o->output_count; i++) {
+        if (!find_format(o, &o->outputs[i]) || !can_write(&o->outputs[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool take_sources(int count, char **words, struct options *out)
+{
+    lum_error why = {""};
+    if (count == 0) {
+        return rules_refuse("no SOURCE: name captures, - for standard input, "
+                            "or udp://ADDRESS; see lumdump --help");
+    }
+    out->source = words[0];
+    out->is_live = count == 1 && source_url_is_sensor(out->source);
+    if (out->is_live) {
+        return source_url_parse(out->source, &out->address, &why) ||
+               rules_refuse(why.text);
+    }
+    if (sources_init(&out->sources, (const char *const *)words, (size_t)count,
+                     &why) != 0) {
+        return rules_refuse(why.text);
+    }
+    out->source = out->sources.name;
+    return true;
+}
+
+/* --- What outputs say of them --- */
+
+static void add_filter(struct options *o, const char *name, const char *text,
+                       bool is_of_packets)
+{
+    struct filter *f = &o->filters[o->filter_count++];
+    (void)snprintf(f->text, sizeof f->text, "--%s=%s", name, text);
+    f->is_of_packets = is_of_packets;
+}
+
+/* --smooth 0 is as if it were not there. */
+static bool is_off(const struct options *o, const char *name)
+{
+    return strcmp(name, "smooth") == 0 && o->smooth_window == 0;
+}
+
+/* A recording is cut by its end alone. */
+static bool cuts_captures(const struct options *o, const char *name)
+{
+    return !o->is_live || strcmp(name, "duration") == 0;
+}
+
+static void note_filters(const struct option_result *given, struct options *o)
+{
+    static const struct {
+        const char *name;
+        bool is_of_packets;
+    } filters[] = {{"sensor", true},  {"port", true},     {"eye", true},
+                   {"edge", false},   {"return", false},  {"frames", true},
+                   {"range", false},  {"box", false},     {"incomplete", true},
+                   {"packets", true}, {"duration", true}, {"smooth", false},
+                   {"time", false}};
+    for (size_t i = 0; i < sizeof filters / sizeof filters[0]; i++) {
+        for (size_t k = 0; k < sizeof specs / sizeof specs[0]; k++) {
+            if (option_table_has(given, k) && !is_off(o, specs[k].name) &&
+                strcmp(specs[k].name, filters[i].name) == 0) {
+                add_filter(o, filters[i].name, given->text[k],
+                           filters[i].is_of_packets &&
+                               cuts_captures(o, filters[i].name));
+            }
+        }
+    }
+}
+
+/* --- Reading --- */
+
+enum parsed command_line_read(int argc, char **argv, struct options *out)
+{
+    static const struct option_table table = {
+        "lumdump", "lumdump --help", specs, sizeof specs / sizeof specs[0],
+        false};
+    struct option_result result;
+    *out = (struct options){
+        .eyes = 3, .frame_first = INT64_MIN, .frame_last = INT64_MAX};
+    lum_selection_default(&out->selection);
+    const enum option_end end =
+        option_table_read(&table, argc, argv, out, &result);
+    if (end != OPTIONS_READ) {
+        return end == OPTIONS_SHOWN ? PARSED_DONE : PARSED_BAD;
+    }
+    if (!take_sources(result.count, argv + 1, out)) {
+        return PARSED_BAD;
+    }
+    if (out->check_preset != NULL) {
+        return rules_allow_check(&table, &result) ? PARSED_RUN : PARSED_BAD;
+    }
+    if (out->infer) {
+        return rules_allow_infer(out, &table, &result) ? PARSED_RUN
+                                                       : PARSED_BAD;
+    }
+    if (!find_formats(out) || !rules_allow(out)) {
+        return PARSED_BAD;
+    }
+    if (out->is_live && out->receive_buffer == 0) {
+        out->receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
+    }
+    if (out->is_live) {
+        out->has_sensor = true;
+        out->sensor = out->address.address;
+    }
+    note_filters(&result, out);
+    return PARSED_RUN;
+}
+
+void command_line_free(struct options *options)
+{
+    sources_free(&options->sources);
+}
