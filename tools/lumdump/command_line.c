@@ -82,7 +82,7 @@ static bool take_output(void *options, const char *text, lum_error *why)
 static const struct option_spec specs[] = {
     {"output", .letter = 'o', CALL(take_output)},
     {"quiet", .letter = 'q', FLAG(quiet)},
-    {"format", WORD(formats, format), HAS(has_format)},
+    {"format", WORD(formats, format.number), HAS(format.is_given)},
     {"rotate", CALL(values_take_rotation),
      .allowed = "a size of 10kB or more, such as 100MB or 1GB, or a time of 1s "
                 "or more, such as 60s or 10min"},
@@ -90,36 +90,39 @@ static const struct option_spec specs[] = {
      .allowed =
          "a size of 10kB or more, such as 50GB, or a time of 1s or more, "
          "such as 2h or 7d"},
-    {"ascii", FLAG(ascii)},
-    {"comments", FLAG(comments)},
+    {"ascii", FLAG(cloud.ascii)},
+    {"comments", FLAG(cloud.comments)},
     {"columns", CALL(values_take_columns)},
     {"preset", CALL(values_take_preset)},
     {"check-preset", CALL(values_take_check_preset)},
-    {"organized", FLAG(organized)},
+    {"organized", FLAG(cloud.organized)},
     {"mcap", CALL(values_take_mcap),
      .allowed = "frames, lines or packets, or packets with one of the others, "
                 "such as frames,packets"},
     {"frame-id", CALL(values_take_frame_id),
      .allowed = "a name of 1 to 200 bytes, such as luminar"},
-    {"lines", .kind = OPTION_WHOLE, INTO(lines), .min = 1,
+    {"lines", .kind = OPTION_WHOLE, INTO(mcap.lines), .min = 1,
      .max = LUM_MCAP_LINES_MAX},
-    {"compression", WORD(compressions, is_plain), HAS(has_compression)},
-    {"time", WORD(clocks, time)},
+    {"compression", WORD(compressions, mcap.is_plain),
+     HAS(mcap.has_compression)},
+    {"time", WORD(clocks, points.time)},
     {"json", FLAG(json)},
     {"infer", FLAG(infer)},
-    {"laser", FLAG(laser)},
-    {"guard", FLAG(guards)},
-    {"interface", TEXT(interface), .allowed = "the name of an interface"},
-    {"threads", .kind = OPTION_WHOLE, INTO(threads), .min = 1, .max = CREW_MAX},
+    {"laser", FLAG(live.laser)},
+    {"guard", FLAG(live.guards)},
+    {"interface", TEXT(live.interface), .allowed = "the name of an interface"},
+    {"threads", .kind = OPTION_WHOLE, INTO(points.threads), .min = 1,
+     .max = CREW_MAX},
     {"buffer", CALL(values_take_buffer),
      .allowed = "a size from 128KiB to 64GB, such as 256MB"},
     {"receive-buffer", CALL(values_take_receive_buffer),
      .allowed = "a size from 64KiB to 1GB, such as 256MiB"},
-    {"sensor", CALL(values_take_sensor), HAS(has_sensor),
+    {"sensor", CALL(values_take_sensor), HAS(sensor.is_chosen),
      .allowed = "an address such as 10.42.0.37, or 10.42.0.37%eth1"},
-    {"port", .kind = OPTION_WHOLE, INTO(port), .min = 1, .max = UINT16_MAX},
-    {"eye", WORD(eyes, eyes)},
-    {"edge", WORD(edges, selection.edges)},
+    {"port", .kind = OPTION_WHOLE, INTO(sensor.port), .min = 1,
+     .max = UINT16_MAX},
+    {"eye", WORD(eyes, choice.eyes)},
+    {"edge", WORD(edges, choice.points.edges)},
     {"return", CALL(values_take_return),
      .allowed = "all, first, last, strongest or a number from 1"},
     {"frames", CALL(values_take_frames),
@@ -129,12 +132,12 @@ static const struct option_spec specs[] = {
     {"box", CALL(values_take_box),
      .allowed = "XMIN:XMAX,YMIN:YMAX,ZMIN:ZMAX in metres, such as "
                 "0:50,-10:10,:4"},
-    {"incomplete", WORD(keeps, drop_incomplete)},
-    {"packets", WORD(packets, all_packets), HAS(has_packets)},
+    {"incomplete", WORD(keeps, choice.drop_incomplete)},
+    {"packets", WORD(packets, choice.all_packets), HAS(choice.has_packets)},
     {"duration", CALL(values_take_duration),
      .allowed = "a number of seconds above 0"},
-    {"calibration", TEXT(calibration)},
-    {"profile", TEXT(profile)},
+    {"calibration", TEXT(config.calibration)},
+    {"profile", TEXT(config.profile)},
     {"set", CALL(values_take_set), .allowed = SET_KEYS_ALLOWED},
     {"smooth", CALL(values_take_smooth),
      .allowed = "0 for off, an odd number of pixels up to 63, such as 31, or "
@@ -149,9 +152,9 @@ static const struct option_spec specs[] = {
 static bool find_format(const struct options *o, struct output_options *output)
 {
     const bool is_told = options_find_format(output->name, &output->format);
-    if (o->has_format && (!is_told || o->output_count == 1)) {
-        output->is_folder = o->format == FORMAT_ROSBAG2;
-        output->format = output->is_folder ? LUM_FORMAT_MCAP : o->format;
+    if (o->format.is_given && (!is_told || o->output_count == 1)) {
+        output->is_folder = o->format.number == FORMAT_ROSBAG2;
+        output->format = output->is_folder ? LUM_FORMAT_MCAP : o->format.number;
         return true;
     }
     if (is_told) {
@@ -205,7 +208,7 @@ static bool take_sources(int count, char **words, struct options *out)
     out->source = words[0];
     out->is_live = count == 1 && source_url_is_sensor(out->source);
     if (out->is_live) {
-        return source_url_parse(out->source, &out->address, &why) ||
+        return source_url_parse(out->source, &out->live.address, &why) ||
                rules_refuse(why.text);
     }
     if (sources_init(&out->sources, (const char *const *)words, (size_t)count,
@@ -221,7 +224,7 @@ static bool take_sources(int count, char **words, struct options *out)
 static void add_filter(struct options *o, const char *name, const char *text,
                        bool is_of_packets)
 {
-    struct filter *f = &o->filters[o->filter_count++];
+    struct filter *f = &o->filters.list[o->filters.count++];
     (void)snprintf(f->text, sizeof f->text, "--%s=%s", name, text);
     f->is_of_packets = is_of_packets;
 }
@@ -229,7 +232,7 @@ static void add_filter(struct options *o, const char *name, const char *text,
 /* --smooth 0 is as if it were not there. */
 static bool is_off(const struct options *o, const char *name)
 {
-    return strcmp(name, "smooth") == 0 && o->smooth_window == 0;
+    return strcmp(name, "smooth") == 0 && o->points.smooth_window == 0;
 }
 
 /* A recording is cut by its end alone. */
@@ -268,9 +271,10 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
         "lumdump", "lumdump --help", specs, sizeof specs / sizeof specs[0],
         false};
     struct option_result result;
-    *out = (struct options){
-        .eyes = 3, .frame_first = INT64_MIN, .frame_last = INT64_MAX};
-    lum_selection_default(&out->selection);
+    *out = (struct options){.choice = {.eyes = 3,
+                                       .frame_first = INT64_MIN,
+                                       .frame_last = INT64_MAX}};
+    lum_selection_default(&out->choice.points);
     const enum option_end end =
         option_table_read(&table, argc, argv, out, &result);
     if (end != OPTIONS_READ) {
@@ -289,12 +293,12 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
     if (!find_formats(out) || !rules_allow(out)) {
         return PARSED_BAD;
     }
-    if (out->is_live && out->receive_buffer == 0) {
-        out->receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
+    if (out->is_live && out->live.receive_buffer == 0) {
+        out->live.receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
     }
     if (out->is_live) {
-        out->has_sensor = true;
-        out->sensor = out->address.address;
+        out->sensor.is_chosen = true;
+        out->sensor.address = out->live.address.address;
     }
     note_filters(&result, out);
     return PARSED_RUN;

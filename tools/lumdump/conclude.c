@@ -89,16 +89,16 @@ static bool lacks_asked_sensor(const struct pass *pass)
             return false;
         }
     }
-    return pass->options->has_sensor && lum_demux_sensor_count(demux) > 0;
+    return pass->options->sensor.is_chosen && lum_demux_sensor_count(demux) > 0;
 }
 
 static enum exit_status refuse_sensor(const struct pass *pass)
 {
     char wanted[16];
-    const char *interface = pass->options->sensor_interface;
+    const char *interface = pass->options->sensor.interface;
     (void)fprintf(stderr, "lumdump: %s: no data of %s%s%s in it, but of",
                   pass->options->source,
-                  number_format_address(pass->options->sensor, wanted),
+                  number_format_address(pass->options->sensor.address, wanted),
                   *interface != '\0' ? "%" : "", interface);
     print_sensors(pass);
     return EXIT_FAILED;
@@ -216,7 +216,8 @@ void conclude_remarks(const struct options *options, const lum_capture *capture,
 {
     lum_error text;
     for (size_t i = 0;
-         lum_capture_remark(capture, demux, options->port, i, &text); i++) {
+         lum_capture_remark(capture, demux, options->sensor.port, i, &text);
+         i++) {
         warn(options, text.text);
     }
 }
@@ -227,7 +228,7 @@ static void warn_of_nothing(const struct options *o)
     (void)snprintf(text, sizeof text,
                    "no packet of a G2 was found: no complete packet to or from "
                    "UDP port %u has its magic",
-                   o->port != 0 ? o->port : LUM_PORT);
+                   o->sensor.port != 0 ? o->sensor.port : LUM_PORT);
     warn(o, text);
 }
 

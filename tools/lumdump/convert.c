@@ -24,10 +24,10 @@ static int64_t timestamp_us(const struct pass *pass, int64_t clock_us,
     const lum_clock_fit *clock =
         lum_framer_clock(pass->framer, lum_framer_sensor(pass->framer));
     lum_clock_time time;
-    if (pass->options->time == TIME_SENSOR) {
+    if (pass->options->points.time == TIME_SENSOR) {
         return clock_us;
     }
-    return pass->options->time == TIME_UTC && clock != NULL &&
+    return pass->options->points.time == TIME_UTC && clock != NULL &&
                    lum_clock_fit_utc(clock, clock_us, &time) == LUM_OK
                ? time.utc_ns / 1000
                : arrival_ns / 1000;
@@ -107,7 +107,7 @@ static int take_frame(struct pass *pass, lum_error *error)
 static int end_frame(struct pass *pass, lum_error *error)
 {
     const int64_t number = lum_framer_frame_number(pass->framer);
-    const int64_t last = pass->options->frame_last;
+    const int64_t last = pass->options->choice.frame_last;
     pass->has_all |= last != INT64_MAX && number >= last;
     if (pass->outputs == NULL) {
         return 0;
@@ -145,7 +145,7 @@ static enum pass_result handle_event(struct pass *pass, lum_framer_event event,
 /* Files have no column for the sensor. */
 static bool has_too_many_sensors(const struct pass *pass)
 {
-    return pass->outputs != NULL && !pass->options->has_sensor &&
+    return pass->outputs != NULL && !pass->options->sensor.is_chosen &&
            lum_demux_sensor_count(lum_framer_demux(pass->framer)) > 1;
 }
 
@@ -164,7 +164,7 @@ static void note_time(struct summary_span *s, int64_t time_ns)
 static int add_datagram(struct pass *pass, const lum_record *record,
                         lum_error *error)
 {
-    const struct rotation *r = &pass->options->rotation;
+    const struct rotation *r = &pass->options->files.rotation;
     const bool begins_frame = (r->bytes != 0 || r->ns != 0) &&
                               frame_watch_begins(&pass->frames, pass->layout,
                                                  record->payload, record->len);
@@ -195,7 +195,7 @@ static lum_record with_port(lum_record record, uint16_t port)
 static int write_datagram(struct pass *pass, const lum_record *from,
                           lum_error *error)
 {
-    const lum_record record = with_port(*from, pass->options->port);
+    const lum_record record = with_port(*from, pass->options->sensor.port);
     if (pass->cut == NULL) {
         return add_datagram(pass, &record, error);
     }
@@ -246,8 +246,9 @@ static bool is_of_asked_sensor(const struct pass *pass,
                                const lum_record *record)
 {
     const struct options *o = pass->options;
-    return !o->has_sensor ||
-           ((record->source == o->sensor || record->destination == o->sensor) &&
+    return !o->sensor.is_chosen ||
+           ((record->source == o->sensor.address ||
+             record->destination == o->sensor.address) &&
             lum_demux_is_wanted(lum_framer_demux(pass->framer)));
 }
 
@@ -319,7 +320,7 @@ static unsigned find_wants(const struct pass *pass)
 {
     const struct options *o = pass->options;
     unsigned wants = LUM_WANT_FRAME_ENDS;
-    if (o->whole != 0) {
+    if (o->choice.whole != 0) {
         wants |= (unsigned)LUM_WANT_FRAMES;
     }
     for (size_t i = 0; i < o->output_count && !pass->counts_alone; i++) {
@@ -350,7 +351,8 @@ static int prepare_parts(struct pass *pass, unsigned wants)
     }
     if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
         pass->wants_rows = options_any(o, options_is_organized);
-        pass->frame_lines = frame_lines_new(o->eyes, clock_of_line, pass);
+        pass->frame_lines =
+            frame_lines_new(o->choice.eyes, clock_of_line, pass);
         if (pass->frame_lines == NULL) {
             return -1;
         }
@@ -366,7 +368,7 @@ static unsigned framer_threads(const struct options *o, unsigned wants)
         return 1u;
     }
     const unsigned threads = crew_threads(o);
-    return o->threads != 0 || threads < 2u ? threads : 2u;
+    return o->points.threads != 0 || threads < 2u ? threads : 2u;
 }
 
 enum pass_result pass_prepare(struct pass *pass, lum_error *error)
@@ -374,14 +376,15 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     const struct options *o = pass->options;
     lum_view view;
     lum_view_default(&view);
-    view.selection = o->selection;
-    view.smooth_window = o->smooth_window;
-    view.smooth_order = o->smooth_order;
+    view.selection = o->choice.points;
+    view.smooth_window = o->points.smooth_window;
+    view.smooth_order = o->points.smooth_order;
     const unsigned wants = find_wants(pass);
     if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
-        view.columns = o->preset != NULL || options_any(o, needs_all_columns)
-                           ? FRAME_LINES_COLUMNS
-                           : FRAME_LINES_OF_MESSAGES;
+        view.columns =
+            o->cloud.preset != NULL || options_any(o, needs_all_columns)
+                ? FRAME_LINES_COLUMNS
+                : FRAME_LINES_OF_MESSAGES;
     }
     const lum_framer_options options = {.struct_size = sizeof options,
                                         .layout = pass->layout,
@@ -389,16 +392,17 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
                                         .views = &view,
                                         .view_count = 1,
                                         .wants = wants,
-                                        .eyes = o->eyes,
-                                        .has_sensor = o->has_sensor,
-                                        .sensor = o->sensor,
-                                        .port = o->port,
+                                        .eyes = o->choice.eyes,
+                                        .has_sensor = o->sensor.is_chosen,
+                                        .sensor = o->sensor.address,
+                                        .port = o->sensor.port,
                                         .records_are_single = true,
-                                        .sensor_interface = o->sensor_interface,
+                                        .sensor_interface = o->sensor.interface,
                                         .has_range = true,
-                                        .frame_first = o->frame_first,
-                                        .frame_last = o->frame_last,
-                                        .drop_incomplete = o->drop_incomplete,
+                                        .frame_first = o->choice.frame_first,
+                                        .frame_last = o->choice.frame_last,
+                                        .drop_incomplete =
+                                            o->choice.drop_incomplete,
                                         .threads = framer_threads(o, wants)};
     if (lum_framer_new(&options, &pass->framer, error) != 0) {
         return PASS_FAILED;
@@ -410,7 +414,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     pass->summary.source = o->source;
     pass->summary.framer = pass->framer;
     pass->summary.has_frames = options_has_frames(o);
-    pass->summary.whole.asked = o->whole;
+    pass->summary.whole.asked = o->choice.whole;
     return PASS_DONE;
 }
 

@@ -285,8 +285,8 @@ bool crew_can_serve(const struct options *options)
 
 unsigned crew_threads(const struct options *o)
 {
-    if (o->threads != 0) {
-        return o->threads;
+    if (o->points.threads != 0) {
+        return o->points.threads;
     }
     const unsigned cores = cores_count();
     return cores < CREW_DEFAULT ? cores : CREW_DEFAULT;
@@ -302,12 +302,12 @@ static int set_view(struct crew *crew, const struct options *o,
                     const lum_projector *projector)
 {
     crew->view.projector = projector;
-    crew->view.selection = o->selection;
-    crew->view.smooths = o->smooth_window > 1u;
-    crew->wants_samples = !counts_words(&o->selection);
+    crew->view.selection = o->choice.points;
+    crew->view.smooths = o->points.smooth_window > 1u;
+    crew->wants_samples = !counts_words(&o->choice.points);
     return crew->view.smooths &&
-                   lum_smooth_init(&crew->view.smooth, o->smooth_window,
-                                   o->smooth_order) != LUM_OK
+                   lum_smooth_init(&crew->view.smooth, o->points.smooth_window,
+                                   o->points.smooth_order) != LUM_OK
                ? -1
                : 0;
 }

@@ -57,8 +57,8 @@ struct cut {
 bool cut_is_asked(const struct options *options)
 {
     return !options->is_live && options_any(options, options_takes_packets) &&
-           (options->eyes != 3u || options_has_frames(options) ||
-            options->drop_incomplete);
+           (options->choice.eyes != 3u || options_has_frames(options) ||
+            options->choice.drop_incomplete);
 }
 
 struct cut *cut_new(const struct options *options, const lum_layout *layout)
@@ -192,14 +192,14 @@ static bool decide(const struct cut *cut, struct held *h)
 
 static bool is_in_frames(const struct options *o, int64_t frame)
 {
-    return frame >= o->frame_first && frame <= o->frame_last;
+    return frame >= o->choice.frame_first && frame <= o->choice.frame_last;
 }
 
 /* Whether a packet that was decided on is written. */
 static bool is_written(struct cut *cut, const struct held *h)
 {
     if (h->fate == OTHER) {
-        return cut->options->all_packets && cut->is_inside;
+        return cut->options->choice.all_packets && cut->is_inside;
     }
     cut->is_inside = h->fate == WANTED ||
                      (cut->is_inside && is_in_frames(cut->options, h->frame));

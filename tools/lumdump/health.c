@@ -191,7 +191,7 @@ static void name_sensor(const struct pass *pass, char *out)
     if (lum_demux_is_requested(demux, i)) {
         (void)lum_demux_name(demux, i, out);
     } else {
-        (void)number_format_address(pass->options->sensor, out);
+        (void)number_format_address(pass->options->sensor.address, out);
     }
 }
 

@@ -55,7 +55,7 @@ static void note_damage(struct inference *f)
 
 static bool is_of_asked_interface(const struct inference *f)
 {
-    const char *asked = f->options->sensor_interface;
+    const char *asked = f->options->sensor.interface;
     const char *interface = lum_capture_interface(f->capture);
     return *asked == '\0' ||
            (interface != NULL && strcmp(interface, asked) == 0);
@@ -93,9 +93,9 @@ static enum pass_result solve(struct inference *f, lum_error *error)
 {
     const struct options *o = f->options;
     const lum_infer_options options = {.struct_size = sizeof options,
-                                       .has_sensor = o->has_sensor,
-                                       .sensor = o->sensor,
-                                       .port = o->port};
+                                       .has_sensor = o->sensor.is_chosen,
+                                       .sensor = o->sensor.address,
+                                       .port = o->sensor.port};
     enum pass_result result = replay_open(o, &f->capture, error);
     if (result != PASS_DONE) {
         return result;

@@ -35,11 +35,11 @@ static lum_sensor_options describe_session(const struct live *l, bool owns)
 {
     lum_sensor_options options;
     lum_sensor_options_default(&options);
-    options.sensor = l->options->address;
-    options.interface_name = l->options->interface;
+    options.sensor = l->options->live.address;
+    options.interface_name = l->options->live.interface;
     options.layout = *l->pass->layout;
     options.owns = owns;
-    options.receive_buffer = l->options->receive_buffer;
+    options.receive_buffer = l->options->live.receive_buffer;
     options.takes_joined = true;
     options.cancel = l->cancel;
     return options;
@@ -63,12 +63,12 @@ static int open_laser(struct live *l)
 
 static int start_lanes(struct live *l)
 {
-    const uint32_t address = l->options->address.address;
+    const uint32_t address = l->options->live.address.address;
     struct worker_ends ends = {.sensor = {address, LUM_PORT}};
     lum_socket_local(lum_sensor_socket(l->session.sensor), &ends.client);
     if (ends.client.address == 0) {
         ends.client.address =
-            own_address(l->options->address, l->options->interface);
+            own_address(l->options->live.address, l->options->live.interface);
     }
     return lanes_start(&l->lanes, ends, &l->error);
 }
@@ -131,7 +131,8 @@ static void count(struct live *l)
     l->counts.foreign_source = c.foreign_source;
     l->counts.heartbeats_sent = c.heartbeats;
     if (view.has_data) {
-        l->counts.dark_s = l->options->laser ? (double)s->dark_ns * 1e-9 : 0.0;
+        l->counts.dark_s =
+            l->options->live.laser ? (double)s->dark_ns * 1e-9 : 0.0;
         l->counts.silent_s =
             silent_ns >= PAUSE_NS ? (double)silent_ns * 1e-9 : 0.0;
         l->counts.seconds =
@@ -160,7 +161,7 @@ static void switch_off(struct live *l)
                                         [LUM_LASER_OFF_REFUSED] = "on",
                                         [LUM_LASER_OFF_UNSEEN] = "unknown"};
     l->counts.laser = "untouched";
-    if (!l->options->laser && !l->options->guards) {
+    if (!l->options->live.laser && !l->options->live.guards) {
         return;
     }
     if (l->session.end == SESSION_BROKEN) {
@@ -180,7 +181,7 @@ static enum exit_status tell_laser(const struct live *l,
 {
     char text[LUM_ERROR_BYTES];
     const bool is_off = l->off == LUM_LASER_OFF_SEEN;
-    if (!l->options->laser && !l->options->guards) {
+    if (!l->options->live.laser && !l->options->live.guards) {
         return EXIT_DONE;
     }
     if (!is_off || status != EXIT_DONE) {
@@ -216,8 +217,8 @@ static void tell_no_data(struct session *s)
                            .kind = session_look(s).has_answered
                                        ? LUM_NEWS_NO_DATA_YET
                                        : LUM_NEWS_NO_ANSWER_YET,
-                           .sensor = s->options->address,
-                           .interface_name = s->options->interface,
+                           .sensor = s->options->live.address,
+                           .interface_name = s->options->live.interface,
                            .ns = s->ended_ns - s->began_ns};
     say_error(&s->say, "%s", lum_news_tell(&news, text, sizeof text));
 }

@@ -30,8 +30,8 @@ static void say_about(const struct job *job, bool of_packets,
     const char *texts[FILTERS_MAX];
     struct provenance_run run = {
         .program = "lumdump", .source = job->options->source, .options = texts};
-    for (size_t i = 0; i < job->options->filter_count; i++) {
-        const struct filter *f = &job->options->filters[i];
+    for (size_t i = 0; i < job->options->filters.count; i++) {
+        const struct filter *f = &job->options->filters.list[i];
         if (f->is_of_packets || !of_packets) {
             texts[run.option_count++] = f->text;
         }
@@ -42,24 +42,24 @@ static void say_about(const struct job *job, bool of_packets,
 /* For a message; not the built-in one. */
 static const char *name_profile(const struct options *o)
 {
-    if (set_keys_first(&o->set, true) != NULL) {
+    if (set_keys_first(&o->config.set, true) != NULL) {
         return "of --set";
     }
-    return o->profile != NULL ? o->profile : "of the capture";
+    return o->config.profile != NULL ? o->config.profile : "of the capture";
 }
 
 /* What outputs say names what the run uses. */
 static int prepare(struct job *job, lum_error *error)
 {
     struct options *o = job->options;
-    if (geometry_set(&job->geometry, &o->set, error) != 0) {
+    if (geometry_set(&job->geometry, &o->config.set, error) != 0) {
         return -1;
     }
     if (geometry_make(&job->geometry, &job->layout, &job->projector, error) !=
         0) {
         return -1;
     }
-    if (o->time == TIME_UTC &&
+    if (o->points.time == TIME_UTC &&
         job->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes == 0) {
         return lum_error_set(error,
                              "--time utc: by the profile %s packets have no "
@@ -68,9 +68,9 @@ static int prepare(struct job *job, lum_error *error)
     }
     say_about(job, false, &job->about_points);
     say_about(job, true, &job->about_packets);
-    o->about_points = &job->about_points;
-    o->about_packets = &job->about_packets;
-    o->calibrated = &job->geometry.calibration;
+    o->about.points = &job->about_points;
+    o->about.packets = &job->about_packets;
+    o->about.calibration = &job->geometry.calibration;
     job->pass = (struct pass){
         .options = o,
         .source = {.capture = job->pass.source.capture, .about = &job->source},
@@ -150,8 +150,8 @@ static enum exit_status run(struct options *o)
     }
     job->options = o;
     enum exit_status status = EXIT_BAD;
-    if (geometry_load(o->calibration, o->profile, &o->sources, &job->geometry,
-                      &error) != 0 ||
+    if (geometry_load(o->config.calibration, o->config.profile, &o->sources,
+                      &job->geometry, &error) != 0 ||
         targets_check(o, &error) != 0) {
         status = conclude_error(&error, EXIT_BAD);
     } else {

@@ -59,25 +59,26 @@ bool options_takes_packets(const struct options *options, size_t i)
 {
     return options_is_capture(options->outputs[i].format) ||
            (is_mcap(options, i) &&
-            (options->mcap & LUM_MCAP_OF_DATAGRAMS) != 0);
+            (options->mcap.contents & LUM_MCAP_OF_DATAGRAMS) != 0);
 }
 
 bool options_is_recording(const struct options *options, size_t i)
 {
     return options_is_capture(options->outputs[i].format) ||
-           (is_mcap(options, i) && options->mcap == LUM_MCAP_OF_DATAGRAMS);
+           (is_mcap(options, i) &&
+            options->mcap.contents == LUM_MCAP_OF_DATAGRAMS);
 }
 
 bool options_is_organized(const struct options *options, size_t i)
 {
-    return options->organized &&
+    return options->cloud.organized &&
            options->outputs[i].format == (unsigned)LUM_FORMAT_PCD;
 }
 
 bool options_has_preset(const struct options *options, size_t i)
 {
     const unsigned format = options->outputs[i].format;
-    return options->preset != NULL && !options_is_recording(options, i) &&
+    return options->cloud.preset != NULL && !options_is_recording(options, i) &&
            lum_format_has_presets((lum_format)format);
 }
 
@@ -91,7 +92,8 @@ bool options_rotates(const struct options *options, size_t i)
 {
     const char *name = options->outputs[i].name;
     return !options_is_organized(options, i) &&
-           (options->rotation.bytes != 0 || options->rotation.ns != 0) &&
+           (options->files.rotation.bytes != 0 ||
+            options->files.rotation.ns != 0) &&
            !options_is_standard_output(options, i) &&
            options_pattern(name) == 0;
 }
@@ -104,8 +106,9 @@ bool options_is_picture(const struct options *options, size_t i)
 
 bool options_has_frames(const struct options *options)
 {
-    return options->frame_first != INT64_MIN ||
-           options->frame_last != INT64_MAX || options->whole != 0;
+    return options->choice.frame_first != INT64_MIN ||
+           options->choice.frame_last != INT64_MAX ||
+           options->choice.whole != 0;
 }
 
 bool options_draws_one(const struct options *options, size_t i)
@@ -119,8 +122,8 @@ bool options_takes_frames(const struct options *options, size_t i)
     const unsigned format = options->outputs[i].format;
     return options_is_organized(options, i) || options_is_picture(options, i) ||
            options_has_messages(options, i) || options_has_preset(options, i) ||
-           (options->whole != 0 && !options_is_recording(options, i)) ||
-           (options->has_times && !options_is_capture(format) &&
+           (options->choice.whole != 0 && !options_is_recording(options, i)) ||
+           (options->cloud.has_times && !options_is_capture(format) &&
             lum_format_has_columns((lum_format)format));
 }
 

@@ -28,19 +28,29 @@ struct output_options {
     bool is_folder;  /* of rosbag2, with files of this format */
 };
 
-/* Options that choose or change what comes out, as they were given. */
-#define FILTERS_MAX 13u
-
-struct filter {
-    char text[256];     /* such as "--eye=blue" */
-    bool is_of_packets; /* captures too are chosen by it */
+/* A sensor, of a live run. */
+struct live_options {
+    lum_endpoint address;
+    const char *interface; /* may be NULL */
+    bool laser;            /* switch it on, and off at the end */
+    bool guards;           /* the same, but do not switch it on */
+    uint64_t buffer;       /* bytes between network and outputs; 0: as many as
+                              are usual */
+    size_t receive_buffer; /* bytes that may wait in the kernel */
 };
 
-/* What the points' times are. */
-enum time_base {
-    TIME_SENSOR,  /* the sensor's clock */
-    TIME_UTC,     /* that, fitted to arrivals */
-    TIME_ARRIVAL, /* when the line's first packet came */
+/* Whose packets are used. */
+struct sensor_options {
+    bool is_chosen; /* a live run always does */
+    uint32_t address;
+    char interface[LUM_INTERFACE_BYTES]; /* empty: none was named */
+    uint16_t port; /* of sensors in a capture; 0: as ever */
+};
+
+/* What --format says. */
+struct format_option {
+    bool is_given;
+    unsigned number;
 };
 
 /* When an output continues in a new file, or how much of its files is kept; at
@@ -50,66 +60,107 @@ struct rotation {
     int64_t ns;
 };
 
-struct options {
-    const char *source;     /* its name in messages */
-    struct sources sources; /* captures */
-    bool is_live;
-    lum_endpoint address;  /* live: the sensor's */
-    const char *interface; /* live; may be NULL */
-    bool laser;            /* live: switch it on, and off at the end */
-    bool guards;           /* live: the same, but do not switch it on */
-    uint64_t buffer;       /* live: bytes between network and outputs; 0: as
-                              many as are usual */
-    size_t receive_buffer; /* live: bytes that may wait in the kernel */
-    struct output_options outputs[OUTPUTS_MAX];
-    size_t output_count; /* 0: only a summary */
+struct file_options {
     struct rotation rotation;
     struct rotation keep;
-    struct set_keys set; /* on top of these */
+};
+
+/* Names of files, and keys on top of them. */
+struct config_options {
+    struct set_keys set;
     const char *calibration;
     const char *profile;
-    unsigned format; /* what --format says */
-    bool has_format;
-    bool has_sensor; /* one was chosen, as a live run always does */
-    uint32_t sensor;
-    char sensor_interface[LUM_INTERFACE_BYTES]; /* empty: none was named */
-    uint16_t port; /* of sensors in a capture; 0: as ever */
-    lum_selection selection;
+};
+
+/* Which points, lines and packets. */
+struct choice_options {
+    lum_selection points;
     unsigned eyes; /* bit 1 << LUM_EYE_... */
     int64_t frame_first;
     int64_t frame_last;
     uint32_t whole;      /* so many whole frames; 0: these */
     int64_t duration_ns; /* 0: all */
     bool drop_incomplete;
-    bool has_packets;       /* --packets was given */
-    bool all_packets;       /* of the time range, into captures that are cut */
+    bool has_packets; /* --packets was given */
+    bool all_packets; /* of the time range, into captures that are cut */
+};
+
+/* What the points' times are. */
+enum time_base {
+    TIME_SENSOR,  /* the sensor's clock */
+    TIME_UTC,     /* that, fitted to arrivals */
+    TIME_ARRIVAL, /* when the line's first packet came */
+};
+
+/* How lines become points. */
+struct point_options {
     uint32_t smooth_window; /* of angles; 0: none */
     uint32_t smooth_order;
     enum time_base time;
+    unsigned threads; /* 0: by the cores */
+};
+
+/* What is in clouds. */
+struct cloud_options {
     bool ascii;
-    bool comments;            /* in csv and xyz */
-    const char *columns;      /* of csv, ply and pcd; NULL: their own */
-    const char *preset;       /* of csv, ply, pcd and mcap; NULL: none */
+    bool comments;       /* in csv and xyz */
+    const char *columns; /* of csv, ply and pcd; NULL: their own */
+    const char *preset;  /* of csv, ply, pcd and mcap; NULL: none */
+    bool has_times;      /* the columns have times among them */
+    bool organized;      /* pcd: a frame as rows of pixels */
+};
+
+/* What is in MCAP files. */
+struct mcap_options {
+    bool has_compression; /* --compression was given, */
+    bool is_plain;        /* and says none */
+    unsigned contents;    /* of lum_mcap_content; 0: --mcap was not given */
+    const char *frame_id; /* NULL: as the library's */
+    unsigned lines;       /* of a frame, for rings; 0: as the frames show */
+};
+
+/* Options that choose or change what comes out, as they were given. */
+#define FILTERS_MAX 13u
+
+struct filter {
+    char text[256];     /* such as "--eye=blue" */
+    bool is_of_packets; /* captures too are chosen by it */
+};
+
+struct filters {
+    struct filter list[FILTERS_MAX];
+    size_t count;
+};
+
+/* What outputs say of themselves: clouds, and captures. Not the command
+ * line's; known once the source is open. */
+struct about {
+    const struct provenance *points;
+    const struct provenance *packets;
+    const lum_calibration *calibration; /* that of the points */
+};
+
+struct options {
+    const char *source;     /* its name in messages */
+    struct sources sources; /* captures */
+    bool is_live;
+    struct live_options live;
+    struct sensor_options sensor;
+    struct output_options outputs[OUTPUTS_MAX];
+    size_t output_count; /* 0: only a summary */
+    struct format_option format;
+    struct file_options files;
+    struct config_options config;
+    struct choice_options choice;
+    struct point_options points;
+    struct cloud_options cloud;
+    struct mcap_options mcap;
     const char *check_preset; /* look at a cloud, and nothing else */
-    bool has_times;           /* these have a column of times */
-    bool organized;           /* pcd: a frame as rows of pixels */
-    bool has_compression;     /* --compression was given, */
-    bool is_plain;            /* and says none; mcap */
-    unsigned mcap;            /* of lum_mcap_content; 0: --mcap was not given */
-    const char *frame_id;     /* of messages; NULL: as the library's */
-    unsigned lines;           /* of a frame, for rings of messages; 0: as the
-                                 frames show */
-    unsigned threads;         /* 0: by the cores */
     bool infer;               /* find the layout, and nothing else */
     bool json;
     bool quiet;
-    struct filter filters[FILTERS_MAX];
-    size_t filter_count;
-    /* What outputs say of themselves: clouds, and captures. Not the command
-     * line's; known once the source is open. */
-    const struct provenance *about_points;
-    const struct provenance *about_packets;
-    const lum_calibration *calibrated; /* that of the points */
+    struct filters filters;
+    struct about about;
 };
 
 /* A question about the i-th output. */

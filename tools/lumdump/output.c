@@ -150,7 +150,7 @@ static int open_numbered(struct output *o, lum_error *error)
 
 static bool keeps(const struct output *o)
 {
-    const struct rotation *keep = &o->options->keep;
+    const struct rotation *keep = &o->options->files.keep;
     return o->rotates && (keep->bytes != 0 || keep->ns != 0);
 }
 
@@ -189,7 +189,7 @@ static int open_retention(struct output *o, lum_error *error)
         return 0;
     }
     return require_claim(o, error) == 0
-               ? retention_open(o->name, &o->options->keep, &o->retention,
+               ? retention_open(o->name, &o->options->files.keep, &o->retention,
                                 error)
                : -1;
 }
@@ -208,7 +208,7 @@ static int open_first(struct output *o, lum_error *error)
 
 static const struct provenance *about_of(const struct options *o, size_t i)
 {
-    return options_is_recording(o, i) ? o->about_packets : o->about_points;
+    return options_is_recording(o, i) ? o->about.packets : o->about.points;
 }
 
 /* Many readers of text do not skip comments. */
@@ -216,7 +216,7 @@ static const char *comment_of(const struct options *o, size_t i)
 {
     const unsigned format = o->outputs[i].format;
     const bool is_bare = format == LUM_FORMAT_CSV || format == LUM_FORMAT_XYZ;
-    if (is_bare && !o->comments) {
+    if (is_bare && !o->cloud.comments) {
         return NULL;
     }
     return about_of(o, i)->text;
@@ -227,7 +227,7 @@ static const char *columns_of(const struct options *o, size_t i)
     const unsigned format = o->outputs[i].format;
     return !options_is_capture(format) &&
                    lum_format_has_columns((lum_format)format)
-               ? o->columns
+               ? o->cloud.columns
                : NULL;
 }
 
@@ -236,14 +236,14 @@ static void choose_messages(struct output *o, const struct options *options,
 {
     o->is_growing = options->is_live && !o->is_pattern;
     o->mcap = (lum_mcap_options){.struct_size = sizeof o->mcap,
-                                 .frame_id = options->frame_id,
-                                 .calibration = options->calibrated,
+                                 .frame_id = options->mcap.frame_id,
+                                 .calibration = options->about.calibration,
                                  .calibration_yaml = about->calibration,
                                  .profile_yaml = about->profile,
-                                 .is_plain = options->is_plain,
+                                 .is_plain = options->mcap.is_plain,
                                  .is_growing = o->is_growing,
-                                 .contents = options->mcap,
-                                 .lines = options->lines};
+                                 .contents = options->mcap.contents,
+                                 .lines = options->mcap.lines};
 }
 
 static struct output *new_output(const struct options *options, size_t i,
@@ -262,7 +262,7 @@ static struct output *new_output(const struct options *options, size_t i,
     o->is_picture = options_is_picture(options, i);
     o->draws_one = options_draws_one(options, i);
     o->about = options->outputs[i].format == FORMAT_PCAPNG
-                   ? options->about_packets
+                   ? options->about.packets
                    : NULL;
     o->is_pattern = options_pattern(o->name) == 1;
     o->is_in_place = !o->is_pattern && capture_file_is_in_place(o->name);
@@ -270,14 +270,14 @@ static struct output *new_output(const struct options *options, size_t i,
     o->writer_options = (lum_writer_options){
         .struct_size = sizeof o->writer_options,
         .format = (lum_format)options->outputs[i].format,
-        .ascii = options->ascii,
-        .utc = options->time != TIME_SENSOR,
+        .ascii = options->cloud.ascii,
+        .utc = options->points.time != TIME_SENSOR,
         .projector = projector,
         .picture = picture_format(),
         .comment = comment_of(options, i),
         .columns = columns_of(options, i),
         .organized = o->is_organized,
-        .preset = options_has_preset(options, i) ? options->preset : NULL,
+        .preset = options_has_preset(options, i) ? options->cloud.preset : NULL,
         .mcap = &o->mcap};
     o->takes_packets = options_takes_packets(options, i);
     o->is_recording = options_is_recording(options, i);
@@ -441,7 +441,7 @@ static bool has_ending(const struct output *o)
 
 static void note_rotated(struct output *o)
 {
-    const int64_t ns = o->options->rotation.ns;
+    const int64_t ns = o->options->files.rotation.ns;
     o->is_due = false;
     o->has_top = false;
     if (ns != 0) {
@@ -498,7 +498,7 @@ static uint64_t present_bytes(const struct output *o)
 
 static bool is_due(const struct output *o)
 {
-    const struct rotation *r = &o->options->rotation;
+    const struct rotation *r = &o->options->files.rotation;
     return r->bytes != 0 ? present_bytes(o) >= r->bytes
                          : o->now_ns - o->began_ns >= r->ns;
 }
@@ -680,7 +680,8 @@ static int add_message(struct output *o, struct frame_lines *frame,
         return failed ? -1 : 0;
     }
     result = lum_writer_begin_frame(
-        writer, frame_lines_begin_ns(frame, o->options->time == TIME_ARRIVAL),
+        writer,
+        frame_lines_begin_ns(frame, o->options->points.time == TIME_ARRIVAL),
         error);
     for (size_t i = 0; i < frame_lines_count(frame) && result == 0; i++) {
         lum_line_samples line;

@@ -45,8 +45,8 @@ static void tell_notes(struct pass *pass, struct progress *progress)
 static bool is_past_duration(const struct pass *pass, int64_t first_ns,
                              int64_t time_ns)
 {
-    return pass->options->duration_ns != 0 &&
-           time_ns - first_ns > pass->options->duration_ns;
+    return pass->options->choice.duration_ns != 0 &&
+           time_ns - first_ns > pass->options->choice.duration_ns;
 }
 
 /* A file that was there at the start, and could not be opened when its turn
@@ -117,7 +117,7 @@ static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
     lum_capture *capture = NULL;
     lum_record record;
     int64_t first_ns = INT64_MAX;
-    if ((pass->options->time != TIME_UTC &&
+    if ((pass->options->points.time != TIME_UTC &&
          !options_any(pass->options, options_has_messages)) ||
         !sources_are_files(&pass->options->sources) ||
         open_sources(pass->options, &capture, NULL) != 0) {

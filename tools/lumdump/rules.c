@@ -44,18 +44,18 @@ static bool is_rotation(const struct rotation *r)
 /* What it would keep is no more than is never removed. */
 static bool keep_is_small(const struct options *o)
 {
-    const struct rotation *r = &o->rotation;
-    const struct rotation *k = &o->keep;
+    const struct rotation *r = &o->files.rotation;
+    const struct rotation *k = &o->files.keep;
     return (r->bytes != 0 && k->bytes != 0 && k->bytes < 2u * r->bytes) ||
            (r->ns != 0 && k->ns != 0 && k->ns < r->ns);
 }
 
 static bool keep_goes_with_rotation(const struct options *o)
 {
-    if (!is_rotation(&o->keep)) {
+    if (!is_rotation(&o->files.keep)) {
         return true;
     }
-    if (!is_rotation(&o->rotation)) {
+    if (!is_rotation(&o->files.rotation)) {
         return rules_refuse("--keep removes the oldest files of --rotate: give "
                             "that too, such as --rotate 10min");
     }
@@ -73,11 +73,11 @@ static bool keep_goes_with_rotation(const struct options *o)
 
 static bool laser_goes_with_source(const struct options *o)
 {
-    if (o->laser && o->guards) {
+    if (o->live.laser && o->live.guards) {
         return rules_refuse("--guard does not go with --laser, which does the "
                             "same and switches the laser on");
     }
-    if (!o->is_live && (o->laser || o->guards)) {
+    if (!o->is_live && (o->live.laser || o->live.guards)) {
         return rules_refuse("--laser and --guard go with a sensor, "
                             "udp://ADDRESS: a capture has no laser");
     }
@@ -86,32 +86,33 @@ static bool laser_goes_with_source(const struct options *o)
 
 static bool goes_with_source(const struct options *o)
 {
-    if (!o->is_live &&
-        (o->interface != NULL || o->buffer != 0 || o->receive_buffer != 0)) {
+    if (!o->is_live && (o->live.interface != NULL || o->live.buffer != 0 ||
+                        o->live.receive_buffer != 0)) {
         return rules_refuse("--interface, --buffer and --receive-buffer go "
                             "with a sensor, udp://ADDRESS");
     }
     lum_error why = {""};
-    if (o->interface != NULL && !host_has_interface(o->interface, &why)) {
+    if (o->live.interface != NULL &&
+        !host_has_interface(o->live.interface, &why)) {
         (void)fprintf(stderr, "lumdump: --interface: %s\n", why.text);
         return false;
     }
-    if (o->is_live && o->threads != 0) {
+    if (o->is_live && o->points.threads != 0) {
         return rules_refuse("--threads goes with captures: of a sensor each "
                             "output has a thread of its own");
     }
-    if (o->is_live && o->port != 0) {
+    if (o->is_live && o->sensor.port != 0) {
         return rules_refuse("--port is of the sensors in a capture: for a "
                             "sensor name it in udp://ADDRESS:PORT");
     }
-    if (!o->is_live && o->whole != 0 &&
+    if (!o->is_live && o->choice.whole != 0 &&
         (o->output_count == 0 || options_any(o, options_takes_packets))) {
         return rules_refuse(
             "--frames whole:N goes with an output of points: a frame is known "
             "to be whole only at its end, too late to cut a capture; choose by "
             "numbers, such as 2:2");
     }
-    if (o->is_live && o->has_sensor) {
+    if (o->is_live && o->sensor.is_chosen) {
         return rules_refuse("--sensor chooses among the sensors of a capture: "
                             "udp://ADDRESS already names one");
     }
@@ -122,7 +123,7 @@ static bool goes_with_source(const struct options *o)
 
 static bool can_preset(const struct options *o)
 {
-    if (o->columns != NULL) {
+    if (o->cloud.columns != NULL) {
         return rules_refuse(
             "--preset and --columns both choose the columns: give one of them");
     }
@@ -136,7 +137,8 @@ static bool can_choose_messages(const struct options *o)
     if (!writes(o, LUM_FORMAT_MCAP)) {
         return rules_refuse("--mcap goes with mcap output only");
     }
-    return o->preset == NULL || (o->mcap & LUM_MCAP_OF_LINES) == 0 ||
+    return o->cloud.preset == NULL ||
+           (o->mcap.contents & LUM_MCAP_OF_LINES) == 0 ||
            rules_refuse(
                "--mcap lines: the fields of --preset are of whole frames");
 }
@@ -146,12 +148,12 @@ static bool can_organize(const struct options *o)
     if (!writes(o, LUM_FORMAT_PCD)) {
         return rules_refuse("--organized goes with pcd output only");
     }
-    if (o->selection.returns == LUM_RETURNS_ALL) {
+    if (o->choice.points.returns == LUM_RETURNS_ALL) {
         return rules_refuse(
             "--organized has room for one point of a pixel: choose it by "
             "--return first, last, strongest or a number");
     }
-    return o->selection.edges != LUM_EDGES_BOTH ||
+    return o->choice.points.edges != LUM_EDGES_BOTH ||
            rules_refuse("--organized has room for one point of a pixel: say "
                         "--edge rising or falling, not both");
 }
@@ -161,18 +163,18 @@ static bool can_compress(const struct options *o)
     if (!writes(o, LUM_FORMAT_MCAP)) {
         return rules_refuse("--compression goes with mcap output only");
     }
-    return o->is_plain || lum_mcap_can_compress() ||
+    return o->mcap.is_plain || lum_mcap_can_compress() ||
            rules_refuse("--compression zstd: this lumdump was built without a "
                         "libzstd that compresses; leave it out, or say none");
 }
 
 static bool goes_with_messages(const struct options *o)
 {
-    return (!o->has_compression || can_compress(o)) &&
-           (o->mcap == 0 || can_choose_messages(o)) &&
-           (o->frame_id == NULL || writes(o, LUM_FORMAT_MCAP) ||
+    return (!o->mcap.has_compression || can_compress(o)) &&
+           (o->mcap.contents == 0 || can_choose_messages(o)) &&
+           (o->mcap.frame_id == NULL || writes(o, LUM_FORMAT_MCAP) ||
             rules_refuse("--frame-id goes with mcap output only")) &&
-           (o->lines == 0 || writes(o, LUM_FORMAT_MCAP) ||
+           (o->mcap.lines == 0 || writes(o, LUM_FORMAT_MCAP) ||
             rules_refuse("--lines goes with mcap output only"));
 }
 
@@ -180,23 +182,23 @@ static bool goes_with_messages(const struct options *o)
 
 bool rules_allow(const struct options *o)
 {
-    if (o->columns != NULL && !options_any(o, has_columns)) {
+    if (o->cloud.columns != NULL && !options_any(o, has_columns)) {
         return rules_refuse("--columns goes with csv, ply and pcd output only");
     }
-    if (o->preset != NULL && !can_preset(o)) {
+    if (o->cloud.preset != NULL && !can_preset(o)) {
         return false;
     }
-    if (o->organized && !can_organize(o)) {
+    if (o->cloud.organized && !can_organize(o)) {
         return false;
     }
-    if (o->ascii && o->output_count > 0 && !writes(o, LUM_FORMAT_PLY) &&
+    if (o->cloud.ascii && o->output_count > 0 && !writes(o, LUM_FORMAT_PLY) &&
         !writes(o, LUM_FORMAT_PCD)) {
         return rules_refuse("--ascii goes with ply and pcd output only");
     }
     if (!goes_with_messages(o)) {
         return false;
     }
-    if (o->comments && !writes(o, LUM_FORMAT_CSV) &&
+    if (o->cloud.comments && !writes(o, LUM_FORMAT_CSV) &&
         !writes(o, LUM_FORMAT_XYZ)) {
         return rules_refuse("--comments goes with csv and xyz output only: "
                             "ply, pcd, las and pcapng always have them");

@@ -76,8 +76,8 @@ static void take_datagrams(struct session *s, const lum_sensor_event *event,
     s->received += event->datagram_count;
     lum_laser_session_take(s->laser, event, now_ns);
     const lum_laser_session_view view = session_look(s);
-    if (view.has_data && !had_data && s->options->duration_ns != 0) {
-        s->end_ns = now_ns + s->options->duration_ns;
+    if (view.has_data && !had_data && s->options->choice.duration_ns != 0) {
+        s->end_ns = now_ns + s->options->choice.duration_ns;
     }
     if (view.has_data || view.has_unknown) {
         lanes_publish(s->lanes);
@@ -111,7 +111,7 @@ static struct cause name_cause(const struct session *s)
         (void)snprintf(out.text, sizeof out.text,
                        ", and is smaller than was asked for: sysctl -w "
                        "net.core.rmem_max=%lu",
-                       (unsigned long)s->options->receive_buffer);
+                       (unsigned long)s->options->live.receive_buffer);
     }
     return out;
 }
@@ -226,9 +226,9 @@ void session_run(struct session *session)
     session->before = (struct status_totals){.time_ns = now_ns};
     say_init(&session->say, session->options->quiet);
     lum_laser_session_want(session->laser,
-                           session->options->laser    ? LUM_WANT_ON
-                           : session->options->guards ? LUM_WANT_GUARD
-                                                      : LUM_WANT_LOOK,
+                           session->options->live.laser    ? LUM_WANT_ON
+                           : session->options->live.guards ? LUM_WANT_GUARD
+                                                           : LUM_WANT_LOOK,
                            now_ns);
     while (session->end == SESSION_GOES_ON) {
         step(session);

@@ -11,8 +11,8 @@ int targets_check_inputs(const struct options *options, const char *name,
                          lum_error *error)
 {
     const struct input_file inputs[] = {
-        {options->calibration, "the calibration"},
-        {options->profile, "the profile"}};
+        {options->config.calibration, "the calibration"},
+        {options->config.profile, "the profile"}};
     return sources_check(&options->sources, inputs,
                          sizeof inputs / sizeof inputs[0], name, error);
 }
@@ -65,8 +65,8 @@ static int check_organized(const struct options *options, size_t i,
 {
     const char *name = options->outputs[i].name;
     return !options_is_organized(options, i) || options_pattern(name) == 1 ||
-                   options->frame_first == options->frame_last ||
-                   options->whole == 1
+                   options->choice.frame_first == options->choice.frame_last ||
+                   options->choice.whole == 1
                ? 0
                : lum_error_set(error,
                                "%s: --organized makes a file of each frame: "
@@ -143,8 +143,10 @@ static int check_all_numbered(const struct options *options, size_t i,
             return -1;
         }
     }
-    return check_numbered(options, i, options->calibration, error) == 0 &&
-                   check_numbered(options, i, options->profile, error) == 0
+    return check_numbered(options, i, options->config.calibration, error) ==
+                       0 &&
+                   check_numbered(options, i, options->config.profile, error) ==
+                       0
                ? 0
                : -1;
 }
@@ -171,7 +173,7 @@ static int check_others(const struct options *options, size_t i,
 
 static int check_rotation(const struct options *options, lum_error *error)
 {
-    const struct rotation *r = &options->rotation;
+    const struct rotation *r = &options->files.rotation;
     return (r->bytes == 0 && r->ns == 0) ||
                    options_any(options, options_rotates)
                ? 0
@@ -204,22 +206,22 @@ static const char *find_point_option(const lum_selection *s)
 /* The first that chooses among lines. */
 static const char *find_line_option(const struct options *o)
 {
-    if (o->eyes != 3u) {
+    if (o->choice.eyes != 3u) {
         return "--eye";
     }
     if (options_has_frames(o)) {
         return "--frames";
     }
-    return o->drop_incomplete ? "--incomplete drop" : NULL;
+    return o->choice.drop_incomplete ? "--incomplete drop" : NULL;
 }
 
 /* A recording holds all packets; the options of selection apply to the other
  * outputs of the run. */
 static int check_recording(const struct options *o, lum_error *error)
 {
-    const char *points = find_point_option(&o->selection);
+    const char *points = find_point_option(&o->choice.points);
     const char *option = points != NULL ? points : find_line_option(o);
-    if (o->has_packets) {
+    if (o->choice.has_packets) {
         return lum_error_set(error, "--packets goes with a capture that is "
                                     "cut: a recording holds all packets");
     }
@@ -234,7 +236,7 @@ static int check_recording(const struct options *o, lum_error *error)
 /* An output that cannot be cut by these options is refused. */
 static int check_cut(const struct options *o, lum_error *error)
 {
-    const char *points = find_point_option(&o->selection);
+    const char *points = find_point_option(&o->choice.points);
     if (o->is_live) {
         return check_recording(o, error);
     }
@@ -245,8 +247,8 @@ static int check_cut(const struct options *o, lum_error *error)
                              "--incomplete, --duration and --sensor",
                              points);
     }
-    return !o->has_packets || (options_any(o, options_takes_packets) &&
-                               find_line_option(o) != NULL)
+    return !o->choice.has_packets || (options_any(o, options_takes_packets) &&
+                                      find_line_option(o) != NULL)
                ? 0
                : lum_error_set(error,
                                "--packets goes with a capture that "

@@ -35,7 +35,7 @@ static bool look_up(const struct option_word *words, const char *text,
 
 bool values_take_return(void *options, const char *text, lum_error *why)
 {
-    lum_selection *out = &((struct options *)options)->selection;
+    lum_selection *out = &((struct options *)options)->choice.points;
     (void)why;
     unsigned choice = 0;
     int64_t number = 0;
@@ -87,7 +87,7 @@ static bool parse_limits(const char *text, float *min, float *max)
 
 bool values_take_range(void *options, const char *text, lum_error *why)
 {
-    lum_selection *out = &((struct options *)options)->selection;
+    lum_selection *out = &((struct options *)options)->choice.points;
     (void)why;
     out->has_range = parse_limits(text, &out->range_min, &out->range_max);
     return out->has_range;
@@ -95,7 +95,7 @@ bool values_take_range(void *options, const char *text, lum_error *why)
 
 bool values_take_box(void *options, const char *text, lum_error *why)
 {
-    lum_selection *out = &((struct options *)options)->selection;
+    lum_selection *out = &((struct options *)options)->choice.points;
     (void)why;
     const char *p = text;
     for (unsigned axis = 0; axis < 3; axis++) {
@@ -124,30 +124,31 @@ bool values_take_frames(void *options, const char *text, lum_error *why)
     char *last = NULL;
     int64_t whole = 0;
     (void)why;
-    out->frame_first = INT64_MIN;
-    out->frame_last = INT64_MAX;
+    out->choice.frame_first = INT64_MIN;
+    out->choice.frame_last = INT64_MAX;
     if (strncmp(text, "whole:", 6) == 0) {
         const bool is_fine = number_parse_int(text + 6, 1, UINT32_MAX, &whole);
-        out->whole = (uint32_t)whole;
+        out->choice.whole = (uint32_t)whole;
         return is_fine;
     }
-    out->whole = 0;
+    out->choice.whole = 0;
     if (strlen(text) >= sizeof copy) {
         return false;
     }
     (void)memcpy(copy, text, strlen(text) + 1);
     return split(copy, &first, &last) &&
-           (*first == '\0' ||
-            number_parse_int(first, INT64_MIN, INT64_MAX, &out->frame_first)) &&
-           (*last == '\0' ||
-            number_parse_int(last, INT64_MIN, INT64_MAX, &out->frame_last)) &&
-           out->frame_first <= out->frame_last;
+           (*first == '\0' || number_parse_int(first, INT64_MIN, INT64_MAX,
+                                               &out->choice.frame_first)) &&
+           (*last == '\0' || number_parse_int(last, INT64_MIN, INT64_MAX,
+                                              &out->choice.frame_last)) &&
+           out->choice.frame_first <= out->choice.frame_last;
 }
 
 bool values_take_sensor(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;
-    return host_parse_sensor(text, &out->sensor, out->sensor_interface, why);
+    return host_parse_sensor(text, &out->sensor.address, out->sensor.interface,
+                             why);
 }
 
 bool values_take_duration(void *options, const char *text, lum_error *why)
@@ -158,7 +159,7 @@ bool values_take_duration(void *options, const char *text, lum_error *why)
     if (!number_parse_real(text, 1e-6, 1e9, &seconds)) {
         return false;
     }
-    out->duration_ns = (int64_t)(seconds * 1e9);
+    out->choice.duration_ns = (int64_t)(seconds * 1e9);
     return true;
 }
 
@@ -217,13 +218,13 @@ static bool take_limit(const char *text, double max_ns, struct rotation *out)
 bool values_take_rotation(void *options, const char *text, lum_error *why)
 {
     (void)why;
-    return take_limit(text, 1e16, &((struct options *)options)->rotation);
+    return take_limit(text, 1e16, &((struct options *)options)->files.rotation);
 }
 
 bool values_take_keep(void *options, const char *text, lum_error *why)
 {
     (void)why;
-    return take_limit(text, 1e18, &((struct options *)options)->keep);
+    return take_limit(text, 1e18, &((struct options *)options)->files.keep);
 }
 
 bool values_take_buffer(void *options, const char *text, lum_error *why)
@@ -234,7 +235,7 @@ bool values_take_buffer(void *options, const char *text, lum_error *why)
     if (!parse_quantity(text, sizes, RING_BYTES_MIN, 64e9, &value)) {
         return false;
     }
-    out->buffer = (uint64_t)value;
+    out->live.buffer = (uint64_t)value;
     return true;
 }
 
@@ -246,14 +247,14 @@ bool values_take_receive_buffer(void *options, const char *text, lum_error *why)
     if (!parse_quantity(text, sizes, 65536, 1e9, &value)) {
         return false;
     }
-    out->receive_buffer = (size_t)value;
+    out->live.receive_buffer = (size_t)value;
     return true;
 }
 
 bool values_take_set(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
-    return set_keys_add(&o->set, text, why);
+    return set_keys_add(&o->config.set, text, why);
 }
 
 /* WINDOW or WINDOW:ORDER; 0 is off. */
@@ -279,25 +280,25 @@ bool values_take_smooth(void *options, const char *text, lum_error *why)
         return false;
     }
     lum_smooth smooth;
-    out->smooth_window = (uint32_t)window;
-    out->smooth_order = (uint32_t)order;
-    return window == 0 || lum_smooth_init(&smooth, out->smooth_window,
-                                          out->smooth_order) == LUM_OK;
+    out->points.smooth_window = (uint32_t)window;
+    out->points.smooth_order = (uint32_t)order;
+    return window == 0 || lum_smooth_init(&smooth, out->points.smooth_window,
+                                          out->points.smooth_order) == LUM_OK;
 }
 
 bool values_take_columns(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;
     const char *p = text;
-    out->columns = text;
-    out->has_times = false;
+    out->cloud.columns = text;
+    out->cloud.has_times = false;
     if (lum_writer_check_columns(text, why) != 0) {
         return false;
     }
     while (*p != '\0') {
         const size_t n = strcspn(p, ",");
-        out->has_times =
-            out->has_times || (n == 4 && strncmp(p, "time", 4) == 0);
+        out->cloud.has_times =
+            out->cloud.has_times || (n == 4 && strncmp(p, "time", 4) == 0);
         p += n + (p[n] != '\0' ? 1u : 0u);
     }
     return true;
@@ -328,19 +329,20 @@ bool values_take_mcap(void *options, const char *text, lum_error *why)
     const char *p = text;
     bool is_fine = true;
     (void)why;
-    out->mcap = 0;
+    out->mcap.contents = 0;
     while (is_fine) {
         const size_t n = strcspn(p, ",");
         const unsigned content = content_of(p, n);
-        is_fine = content != 0 && (out->mcap & content) == 0;
-        out->mcap |= content;
+        is_fine = content != 0 && (out->mcap.contents & content) == 0;
+        out->mcap.contents |= content;
         if (p[n] == '\0') {
             break;
         }
         p += n + 1u;
     }
-    return is_fine && (out->mcap & (LUM_MCAP_OF_FRAMES | LUM_MCAP_OF_LINES)) !=
-                          (LUM_MCAP_OF_FRAMES | LUM_MCAP_OF_LINES);
+    return is_fine &&
+           (out->mcap.contents & (LUM_MCAP_OF_FRAMES | LUM_MCAP_OF_LINES)) !=
+               (LUM_MCAP_OF_FRAMES | LUM_MCAP_OF_LINES);
 }
 
 bool values_take_frame_id(void *options, const char *text, lum_error *why)
@@ -348,14 +350,14 @@ bool values_take_frame_id(void *options, const char *text, lum_error *why)
     struct options *out = options;
     const size_t n = strlen(text);
     (void)why;
-    out->frame_id = text;
+    out->mcap.frame_id = text;
     return n >= 1 && n <= LUM_MCAP_FRAME_ID_MAX;
 }
 
 bool values_take_preset(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;
-    out->preset = text;
+    out->cloud.preset = text;
     return lum_preset_find(text, why) != NULL;
 }
 
