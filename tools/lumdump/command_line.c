@@ -165,12 +165,10 @@ static bool find_format(const struct options *o, struct output_options *output)
             "standard output has no ending that shows a format: give --format "
             "csv, ply, pcd, las, xyz, png, mcap, pcap or pcapng");
     }
-    (void)fprintf(
-        stderr,
-        "lumdump: '%s' has no ending that shows a format: use .csv .ply .pcd "
-        ".las .xyz .png .mcap .pcap or .pcapng, or give --format\n",
+    return rules_refuse(
+        "'%s' has no ending that shows a format: use .csv .ply .pcd .las .xyz "
+        ".png .mcap .pcap or .pcapng, or give --format",
         output->name);
-    return false;
 }
 
 static bool can_write(const struct output_options *output)
@@ -179,13 +177,10 @@ static bool can_write(const struct output_options *output)
         picture_format() != NULL) {
         return true;
     }
-    (void)fprintf(
-        stderr,
-        "lumdump: '%s': this lumdump was built without cairo and draws no "
-        "pictures; use .csv .ply .pcd .las .xyz .mcap .pcap or "
-        ".pcapng\n",
+    return rules_refuse(
+        "'%s': this lumdump was built without cairo and draws no pictures; use "
+        ".csv .ply .pcd .las .xyz .mcap .pcap or .pcapng",
         output->name);
-    return false;
 }
 
 static bool find_formats(struct options *o)
@@ -209,11 +204,11 @@ static bool take_sources(int count, char **words, struct options *out)
     out->is_live = count == 1 && source_url_is_sensor(out->source);
     if (out->is_live) {
         return source_url_parse(out->source, &out->live.address, &why) ||
-               rules_refuse(why.text);
+               rules_refuse("%s", why.text);
     }
     if (sources_init(&out->sources, (const char *const *)words, (size_t)count,
                      &why) != 0) {
-        return rules_refuse(why.text);
+        return rules_refuse("%s", why.text);
     }
     out->source = out->sources.name;
     return true;

@@ -10,8 +10,12 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+
+/* A name of a file, and what is said of it. */
+#define WARNING_BYTES 6000u
 
 enum exit_status conclude_error(const lum_error *error, enum exit_status status)
 {
@@ -35,19 +39,31 @@ const char *conclude_capture(const struct options *options,
                : misfit_capture(&options->sources, out, MISFIT_CAPTURE_BYTES);
 }
 
-static void warn(const struct options *o, const char *text)
+/* One write, so that a line of another program is not within it. */
+LUM_PRINTF(2, 3)
+static void warn(const struct options *o, const char *format, ...)
 {
+    char text[WARNING_BYTES];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
     if (!o->quiet) {
-        (void)fprintf(stderr, "lumdump: warning: %s: %s\n", o->source, text);
+        (void)fprintf(stderr, "lumdump: warning: %s\n", text);
     }
+}
+
+static void warn_of_source(const struct options *o, const char *text)
+{
+    warn(o, "%s: %s", o->source, text);
 }
 
 /* They name the source themselves. */
 void conclude_about(const struct options *options,
                     const struct provenance_source *about)
 {
-    for (size_t i = 0; i < about->note_count && !options->quiet; i++) {
-        (void)fprintf(stderr, "lumdump: warning: %s\n", about->notes[i].text);
+    for (size_t i = 0; i < about->note_count; i++) {
+        warn(options, "%s", about->notes[i].text);
     }
 }
 
@@ -55,7 +71,7 @@ void conclude_notes(struct pass *pass)
 {
     struct outputs_notes *notes = &pass->notes;
     while (notes->told < notes->count) {
-        warn(pass->options, notes->list[notes->told++].text);
+        warn_of_source(pass->options, notes->list[notes->told++].text);
     }
 }
 
@@ -121,7 +137,6 @@ static void warn_of_no_points(const struct pass *pass)
     const lum_demux_counters c = summary_count_packets(&pass->summary);
     const struct live_counts *live = pass->summary.live;
     const char *why = "the selection leaves none";
-    char text[400];
     if (p.points > 0 || p.lines[LUM_EYE_BLUE] + p.lines[LUM_EYE_GREEN] == 0) {
         return;
     }
@@ -132,19 +147,16 @@ static void warn_of_no_points(const struct pass *pass)
     } else if (p.losses.no_angle + p.losses.no_range > 0) {
         why = "see no_angle and no_range in the summary, and the selection";
     }
-    (void)snprintf(text, sizeof text,
-                   "lines came, but no point is left of them: %s", why);
-    warn(pass->options, text);
+    warn(pass->options, "%s: lines came, but no point is left of them: %s",
+         pass->options->source, why);
 }
 
 static void warn_of_points(const struct options *o, const char *name,
                            uint64_t n, const char *why)
 {
-    if (n > 0 && !o->quiet) {
-        (void)fprintf(stderr,
-                      "lumdump: warning: %s: %" PRIu64
-                      " point%s left out, which %s\n",
-                      output_title(name), n, n == 1 ? "" : "s", why);
+    if (n > 0) {
+        warn(o, "%s: %" PRIu64 " point%s left out, which %s",
+             output_title(name), n, n == 1 ? "" : "s", why);
     }
 }
 
@@ -166,15 +178,13 @@ static void warn_of_left_out(const struct pass *pass)
 static void warn_of_few(const struct pass *pass)
 {
     const struct summary *s = &pass->summary;
-    char text[200];
     if (s->whole.frames < s->whole.asked) {
-        (void)snprintf(
-            text, sizeof text,
-            "only %" PRIu64 " of %u whole frames came: others lack lines or "
-            "words, or the laser was off, or came on during them; choose them "
-            "by numbers, such as --frames 2:2",
-            s->whole.frames, (unsigned)s->whole.asked);
-        warn(pass->options, text);
+        warn(pass->options,
+             "%s: only %" PRIu64
+             " of %u whole frames came: others lack lines or "
+             "words, or the laser was off, or came on during them; choose them "
+             "by numbers, such as --frames 2:2",
+             s->source, s->whole.frames, (unsigned)s->whole.asked);
     }
 }
 
@@ -185,10 +195,9 @@ static void warn_of_pictures(const struct pass *pass)
     char text[200];
     for (size_t i = 0; i < s->drawn_count; i++) {
         const struct drawn *d = &s->drawn[i];
-        if (d->frames == 1 && !d->is_whole && !pass->options->quiet) {
-            (void)fprintf(stderr, "lumdump: warning: %s: it shows %s\n",
-                          output_title(d->name),
-                          summary_text_drawn(d, text, sizeof text));
+        if (d->frames == 1 && !d->is_whole) {
+            warn(pass->options, "%s: it shows %s", output_title(d->name),
+                 summary_text_drawn(d, text, sizeof text));
         }
     }
 }
@@ -201,14 +210,12 @@ static void warn_of_layout(const struct pass *pass)
     char what[160];
     char capture[MISFIT_CAPTURE_BYTES];
     char advice[MISFIT_ADVICE_BYTES + sizeof capture];
-    char text[sizeof what + sizeof advice + 2];
     if (!misfit_find(&total, what, sizeof what)) {
         return;
     }
     misfit_advise(o->source, conclude_capture(o, capture), advice,
                   sizeof advice);
-    (void)snprintf(text, sizeof text, "%s: %s", what, advice);
-    warn(o, text);
+    warn(o, "%s: %s: %s", o->source, what, advice);
 }
 
 void conclude_remarks(const struct options *options, const lum_capture *capture,
@@ -218,26 +225,24 @@ void conclude_remarks(const struct options *options, const lum_capture *capture,
     for (size_t i = 0;
          lum_capture_remark(capture, demux, options->sensor.port, i, &text);
          i++) {
-        warn(options, text.text);
+        warn_of_source(options, text.text);
     }
 }
 
 static void warn_of_nothing(const struct options *o)
 {
-    char text[160];
-    (void)snprintf(text, sizeof text,
-                   "no packet of a G2 was found: no complete packet to or from "
-                   "UDP port %u has its magic",
-                   o->sensor.port != 0 ? o->sensor.port : LUM_PORT);
-    warn(o, text);
+    warn(o,
+         "%s: no packet of a G2 was found: no complete packet to or from "
+         "UDP port %u has its magic",
+         o->source, o->sensor.port != 0 ? o->sensor.port : LUM_PORT);
 }
 
 /* It names the capture itself. */
 static void warn_of_damage(const struct pass *pass)
 {
     lum_error why = {""};
-    if (summary_damaged(&pass->summary, &why) != 0 && !pass->options->quiet) {
-        (void)fprintf(stderr, "lumdump: warning: %s\n", why.text);
+    if (summary_damaged(&pass->summary, &why) != 0) {
+        warn(pass->options, "%s", why.text);
     }
 }
 
@@ -247,36 +252,32 @@ static void warn_of_clocks(const struct pass *pass)
     const lum_clock_fit_info clocks = summary_count_clocks(&pass->summary);
     const uint64_t still = clocks.still;
     const uint64_t steps = clocks.host_steps;
-    char text[200];
     if (still > 0) {
-        (void)snprintf(text, sizeof text,
-                       "the arrival times of %" PRIu64
-                       " line%s stood still: UTC is not known there; the "
-                       "sensor's clock is right, --time sensor",
-                       still, still == 1 ? "" : "s");
-        warn(pass->options, text);
+        warn(pass->options,
+             "%s: the arrival times of %" PRIu64
+             " line%s stood still: UTC is not known there; the "
+             "sensor's clock is right, --time sensor",
+             pass->options->source, still, still == 1 ? "" : "s");
     }
     if (steps > 0) {
-        (void)snprintf(text, sizeof text,
-                       "the clock of the host that recorded it was stepped "
-                       "%" PRIu64 " time%s: within a second of that, UTC is "
-                       "not known",
-                       steps, steps == 1 ? "" : "s");
-        warn(pass->options, text);
+        warn(pass->options,
+             "%s: the clock of the host that recorded it was stepped "
+             "%" PRIu64 " time%s: within a second of that, UTC is "
+             "not known",
+             pass->options->source, steps, steps == 1 ? "" : "s");
     }
 }
 
 static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
-    if (pass->summary.truncated && !o->quiet) {
-        /* it names the source itself */
-        (void)fprintf(stderr, "lumdump: warning: %s\n",
-                      pass->source.warning.text);
+    if (pass->summary.truncated) {
+        warn(o, "%s", pass->source.warning.text); /* it names the source */
     }
     if (pass->source.has_changed) {
-        warn(o, "a later part of it has another calibration or profile: those "
-                "of its begin were used for all");
+        warn_of_source(
+            o, "a later part of it has another calibration or profile: those "
+               "of its begin were used for all");
     }
     if (!pass->summary.span.is_known) {
         warn_of_nothing(o);

@@ -4,14 +4,42 @@
 
 #include "../common/host.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-bool rules_refuse(const char *why)
+/* In one write. */
+bool rules_refuse(const char *format, ...)
 {
-    (void)fprintf(stderr, "lumdump: %s\n", why);
+    char text[6000];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    (void)fprintf(stderr, "lumdump: %s\n", text);
     return false;
 }
+
+/* A rule for options, and what is said where it is broken. */
+struct rule {
+    bool is_broken;
+    const char *why;
+};
+
+/* The first that is broken is refused. */
+static bool keep_to(const struct rule *rules, size_t count)
+{
+    size_t i = 0;
+    while (i < count && !rules[i].is_broken) {
+        i++;
+    }
+    return i == count || rules_refuse("%s", rules[i].why);
+}
+
+#define KEEP_TO(rules) keep_to(rules, sizeof(rules) / sizeof(rules)[0])
+
+static const char both_print[] =
+    "--json and -o - would both write to standard output: name a file";
 
 /* Whether an output has this format. */
 static bool writes(const struct options *o, unsigned format)
@@ -52,162 +80,119 @@ static bool keep_is_small(const struct options *o)
 
 static bool keep_goes_with_rotation(const struct options *o)
 {
-    if (!is_rotation(&o->files.keep)) {
-        return true;
-    }
-    if (!is_rotation(&o->files.rotation)) {
-        return rules_refuse("--keep removes the oldest files of --rotate: give "
-                            "that too, such as --rotate 10min");
-    }
-    if (options_any(o, is_folder)) {
-        return rules_refuse("--keep does not go with rosbag2, whose folder is "
-                            "new in each run: record .mcap files");
-    }
-    return !keep_is_small(o) ||
-           rules_refuse(
-               "--keep has to be at least the time of a file of --rotate, or "
-               "twice its size: the newest whole file is never removed");
+    const struct rule rules[] = {
+        {!is_rotation(&o->files.rotation),
+         "--keep removes the oldest files of --rotate: give that too, such as "
+         "--rotate 10min"},
+        {options_any(o, is_folder),
+         "--keep does not go with rosbag2, whose folder is new in each run: "
+         "record .mcap files"},
+        {keep_is_small(o),
+         "--keep has to be at least the time of a file of --rotate, or twice "
+         "its size: the newest whole file is never removed"}};
+    return !is_rotation(&o->files.keep) || KEEP_TO(rules);
 }
 
 /* --- The source --- */
 
-static bool laser_goes_with_source(const struct options *o)
+static bool live_goes_with_source(const struct options *o)
 {
-    if (o->live.laser && o->live.guards) {
-        return rules_refuse("--guard does not go with --laser, which does the "
-                            "same and switches the laser on");
-    }
-    if (!o->is_live && (o->live.laser || o->live.guards)) {
-        return rules_refuse("--laser and --guard go with a sensor, "
-                            "udp://ADDRESS: a capture has no laser");
-    }
-    return true;
+    const struct live_options *l = &o->live;
+    const struct rule rules[] = {
+        {o->is_live && o->points.threads != 0,
+         "--threads goes with captures: of a sensor each output has a thread "
+         "of its own"},
+        {o->is_live && o->sensor.port != 0,
+         "--port is of the sensors in a capture: for a sensor name it in "
+         "udp://ADDRESS:PORT"},
+        {!o->is_live && o->choice.whole != 0 &&
+             (o->output_count == 0 || options_any(o, options_takes_packets)),
+         "--frames whole:N goes with an output of points: a frame is known to "
+         "be whole only at its end, too late to cut a capture; choose by "
+         "numbers, such as 2:2"},
+        {o->is_live && o->sensor.is_chosen,
+         "--sensor chooses among the sensors of a capture: udp://ADDRESS "
+         "already names one"},
+        {l->laser && l->guards, "--guard does not go with --laser, which does "
+                                "the same and switches the laser on"},
+        {!o->is_live && (l->laser || l->guards),
+         "--laser and --guard go with a sensor, udp://ADDRESS: a capture has "
+         "no laser"}};
+    return KEEP_TO(rules);
 }
 
 static bool goes_with_source(const struct options *o)
 {
-    if (!o->is_live && (o->live.interface != NULL || o->live.buffer != 0 ||
-                        o->live.receive_buffer != 0)) {
+    const struct live_options *l = &o->live;
+    lum_error why = {""};
+    if (!o->is_live &&
+        (l->interface != NULL || l->buffer != 0 || l->receive_buffer != 0)) {
         return rules_refuse("--interface, --buffer and --receive-buffer go "
                             "with a sensor, udp://ADDRESS");
     }
-    lum_error why = {""};
-    if (o->live.interface != NULL &&
-        !host_has_interface(o->live.interface, &why)) {
-        (void)fprintf(stderr, "lumdump: --interface: %s\n", why.text);
-        return false;
+    if (l->interface != NULL && !host_has_interface(l->interface, &why)) {
+        return rules_refuse("--interface: %s", why.text);
     }
-    if (o->is_live && o->points.threads != 0) {
-        return rules_refuse("--threads goes with captures: of a sensor each "
-                            "output has a thread of its own");
-    }
-    if (o->is_live && o->sensor.port != 0) {
-        return rules_refuse("--port is of the sensors in a capture: for a "
-                            "sensor name it in udp://ADDRESS:PORT");
-    }
-    if (!o->is_live && o->choice.whole != 0 &&
-        (o->output_count == 0 || options_any(o, options_takes_packets))) {
-        return rules_refuse(
-            "--frames whole:N goes with an output of points: a frame is known "
-            "to be whole only at its end, too late to cut a capture; choose by "
-            "numbers, such as 2:2");
-    }
-    if (o->is_live && o->sensor.is_chosen) {
-        return rules_refuse("--sensor chooses among the sensors of a capture: "
-                            "udp://ADDRESS already names one");
-    }
-    return laser_goes_with_source(o);
+    return live_goes_with_source(o);
 }
 
 /* --- What outputs hold --- */
 
-static bool can_preset(const struct options *o)
+static bool goes_with_clouds(const struct options *o)
 {
-    if (o->cloud.columns != NULL) {
-        return rules_refuse(
-            "--preset and --columns both choose the columns: give one of them");
-    }
-    return options_any(o, options_has_preset) ||
-           rules_refuse(
-               "--preset goes with csv, ply, pcd and mcap output only");
-}
-
-static bool can_choose_messages(const struct options *o)
-{
-    if (!writes(o, LUM_FORMAT_MCAP)) {
-        return rules_refuse("--mcap goes with mcap output only");
-    }
-    return o->cloud.preset == NULL ||
-           (o->mcap.contents & LUM_MCAP_OF_LINES) == 0 ||
-           rules_refuse(
-               "--mcap lines: the fields of --preset are of whole frames");
-}
-
-static bool can_organize(const struct options *o)
-{
-    if (!writes(o, LUM_FORMAT_PCD)) {
-        return rules_refuse("--organized goes with pcd output only");
-    }
-    if (o->choice.points.returns == LUM_RETURNS_ALL) {
-        return rules_refuse(
-            "--organized has room for one point of a pixel: choose it by "
-            "--return first, last, strongest or a number");
-    }
-    return o->choice.points.edges != LUM_EDGES_BOTH ||
-           rules_refuse("--organized has room for one point of a pixel: say "
-                        "--edge rising or falling, not both");
-}
-
-static bool can_compress(const struct options *o)
-{
-    if (!writes(o, LUM_FORMAT_MCAP)) {
-        return rules_refuse("--compression goes with mcap output only");
-    }
-    return o->mcap.is_plain || lum_mcap_can_compress() ||
-           rules_refuse("--compression zstd: this lumdump was built without a "
-                        "libzstd that compresses; leave it out, or say none");
+    const struct cloud_options *c = &o->cloud;
+    const struct rule rules[] = {
+        {c->columns != NULL && !options_any(o, has_columns),
+         "--columns goes with csv, ply and pcd output only"},
+        {c->preset != NULL && c->columns != NULL,
+         "--preset and --columns both choose the columns: give one of them"},
+        {c->preset != NULL && !options_any(o, options_has_preset),
+         "--preset goes with csv, ply, pcd and mcap output only"},
+        {c->organized && !writes(o, LUM_FORMAT_PCD),
+         "--organized goes with pcd output only"},
+        {c->organized && o->choice.points.returns == LUM_RETURNS_ALL,
+         "--organized has room for one point of a pixel: choose it by --return "
+         "first, last, strongest or a number"},
+        {c->organized && o->choice.points.edges == LUM_EDGES_BOTH,
+         "--organized has room for one point of a pixel: say --edge rising or "
+         "falling, not both"},
+        {c->ascii && o->output_count > 0 && !writes(o, LUM_FORMAT_PLY) &&
+             !writes(o, LUM_FORMAT_PCD),
+         "--ascii goes with ply and pcd output only"}};
+    return KEEP_TO(rules);
 }
 
 static bool goes_with_messages(const struct options *o)
 {
-    return (!o->mcap.has_compression || can_compress(o)) &&
-           (o->mcap.contents == 0 || can_choose_messages(o)) &&
-           (o->mcap.frame_id == NULL || writes(o, LUM_FORMAT_MCAP) ||
-            rules_refuse("--frame-id goes with mcap output only")) &&
-           (o->mcap.lines == 0 || writes(o, LUM_FORMAT_MCAP) ||
-            rules_refuse("--lines goes with mcap output only"));
+    const struct mcap_options *m = &o->mcap;
+    const bool has_none = !writes(o, LUM_FORMAT_MCAP);
+    const struct rule rules[] = {
+        {m->has_compression && has_none,
+         "--compression goes with mcap output only"},
+        {m->has_compression && !m->is_plain && !lum_mcap_can_compress(),
+         "--compression zstd: this lumdump was built without a libzstd that "
+         "compresses; leave it out, or say none"},
+        {m->contents != 0 && has_none, "--mcap goes with mcap output only"},
+        {o->cloud.preset != NULL && (m->contents & LUM_MCAP_OF_LINES) != 0,
+         "--mcap lines: the fields of --preset are of whole frames"},
+        {m->frame_id != NULL && has_none,
+         "--frame-id goes with mcap output only"},
+        {m->lines != 0 && has_none, "--lines goes with mcap output only"}};
+    return KEEP_TO(rules);
 }
 
 /* --- All of a run --- */
 
 bool rules_allow(const struct options *o)
 {
-    if (o->cloud.columns != NULL && !options_any(o, has_columns)) {
-        return rules_refuse("--columns goes with csv, ply and pcd output only");
-    }
-    if (o->cloud.preset != NULL && !can_preset(o)) {
-        return false;
-    }
-    if (o->cloud.organized && !can_organize(o)) {
-        return false;
-    }
-    if (o->cloud.ascii && o->output_count > 0 && !writes(o, LUM_FORMAT_PLY) &&
-        !writes(o, LUM_FORMAT_PCD)) {
-        return rules_refuse("--ascii goes with ply and pcd output only");
-    }
-    if (!goes_with_messages(o)) {
-        return false;
-    }
-    if (o->cloud.comments && !writes(o, LUM_FORMAT_CSV) &&
-        !writes(o, LUM_FORMAT_XYZ)) {
-        return rules_refuse("--comments goes with csv and xyz output only: "
-                            "ply, pcd, las and pcapng always have them");
-    }
-    if (o->json && options_any(o, options_is_standard_output)) {
-        return rules_refuse(
-            "--json and -o - would both write to standard output: name a file");
-    }
-    return keep_goes_with_rotation(o) && goes_with_source(o);
+    const struct rule rules[] = {
+        {o->cloud.comments && !writes(o, LUM_FORMAT_CSV) &&
+             !writes(o, LUM_FORMAT_XYZ),
+         "--comments goes with csv and xyz output only: ply, pcd, las and "
+         "pcapng always have them"},
+        {o->json && options_any(o, options_is_standard_output), both_print}};
+    return goes_with_clouds(o) && goes_with_messages(o) && KEEP_TO(rules) &&
+           keep_goes_with_rotation(o) && goes_with_source(o);
 }
 
 /* --- Finding a layout --- */
@@ -237,15 +222,12 @@ static bool can_write_profile(const struct options *o)
     }
     if (o->output_count == 1 &&
         options_find_format(o->outputs[0].name, &format)) {
-        (void)fprintf(stderr,
-                      "lumdump: '%s': --infer writes a profile, which is YAML: "
-                      "use a name such as profile.yaml\n",
-                      o->outputs[0].name);
-        return false;
+        return rules_refuse("'%s': --infer writes a profile, which is YAML: "
+                            "use a name such as profile.yaml",
+                            o->outputs[0].name);
     }
     return !o->json || !options_any(o, options_is_standard_output) ||
-           rules_refuse("--json and -o - would both write to standard output: "
-                        "name a file");
+           rules_refuse("%s", both_print);
 }
 
 bool rules_allow_infer(const struct options *o,
@@ -257,20 +239,16 @@ bool rules_allow_infer(const struct options *o,
     const char *other =
         find_other(table, given, names, sizeof names / sizeof names[0]);
     if (o->is_live) {
-        (void)fprintf(stderr,
-                      "lumdump: --infer looks at a capture: record one by "
-                      "lumdump %s --laser --duration 3 -o look.pcap, then use "
-                      "lumdump look.pcap --infer\n",
-                      o->source);
-        return false;
+        return rules_refuse(
+            "--infer looks at a capture: record one by lumdump %s --laser "
+            "--duration 3 -o look.pcap, then use lumdump look.pcap --infer",
+            o->source);
     }
     if (other != NULL) {
-        (void)fprintf(stderr,
-                      "lumdump: --%s does not go with --infer, which looks at "
-                      "packets and makes no points: it goes with --output, "
-                      "--sensor, --port, --json and --quiet\n",
-                      other);
-        return false;
+        return rules_refuse("--%s does not go with --infer, which looks at "
+                            "packets and makes no points: it goes with "
+                            "--output, --sensor, --port, --json and --quiet",
+                            other);
     }
     return can_write_profile(o);
 }
@@ -283,11 +261,9 @@ bool rules_allow_check(const struct option_table *table,
     static const char *const names[] = {"check-preset"};
     const char *other = find_other(table, given, names, 1);
     if (other != NULL) {
-        (void)fprintf(stderr,
-                      "lumdump: --%s does not go with --check-preset, which "
-                      "only looks at the fields of a cloud\n",
-                      other);
-        return false;
+        return rules_refuse("--%s does not go with --check-preset, which only "
+                            "looks at the fields of a cloud",
+                            other);
     }
     return given->count == 1 ||
            rules_refuse("--check-preset looks at one cloud: name one FILE");

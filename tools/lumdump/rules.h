@@ -6,7 +6,8 @@
 #include "options.h"
 
 /* Print why, and return false. */
-bool rules_refuse(const char *why);
+LUM_PRINTF(1, 2)
+bool rules_refuse(const char *format, ...);
 
 /* Of a run whose outputs have their formats. */
 bool rules_allow(const struct options *options);
