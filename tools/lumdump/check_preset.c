@@ -7,13 +7,6 @@
 #include <stdio.h>
 #include <string.h>
 
-static bool has_ending(const char *name, const char *ending)
-{
-    const size_t n = strlen(name);
-    const size_t m = strlen(ending);
-    return n > m && strcmp(name + n - m, ending) == 0;
-}
-
 /* What lumdump makes clouds of. */
 static bool is_source(const char *name)
 {
@@ -22,7 +15,7 @@ static bool is_source(const char *name)
                                           ".pcap.zst", ".pcapng.zst"};
     bool is = source_url_is_sensor(name);
     for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++) {
-        is = is || has_ending(name, endings[i]);
+        is = is || options_has_ending(name, endings[i]);
     }
     return is;
 }

@@ -40,8 +40,7 @@ const char *conclude_capture(const struct options *options,
 }
 
 /* One write, so that a line of another program is not within it. */
-LUM_PRINTF(2, 3)
-static void warn(const struct options *o, const char *format, ...)
+void conclude_warn(const struct options *o, const char *format, ...)
 {
     char text[WARNING_BYTES];
     va_list arguments;
@@ -55,7 +54,7 @@ static void warn(const struct options *o, const char *format, ...)
 
 static void warn_of_source(const struct options *o, const char *text)
 {
-    warn(o, "%s: %s", o->source, text);
+    conclude_warn(o, "%s: %s", o->source, text);
 }
 
 /* They name the source themselves. */
@@ -63,7 +62,7 @@ void conclude_about(const struct options *options,
                     const struct provenance_source *about)
 {
     for (size_t i = 0; i < about->note_count; i++) {
-        warn(options, "%s", about->notes[i].text);
+        conclude_warn(options, "%s", about->notes[i].text);
     }
 }
 
@@ -147,16 +146,17 @@ static void warn_of_no_points(const struct pass *pass)
     } else if (p.losses.no_angle + p.losses.no_range > 0) {
         why = "see no_angle and no_range in the summary, and the selection";
     }
-    warn(pass->options, "%s: lines came, but no point is left of them: %s",
-         pass->options->source, why);
+    conclude_warn(pass->options,
+                  "%s: lines came, but no point is left of them: %s",
+                  pass->options->source, why);
 }
 
 static void warn_of_points(const struct options *o, const char *name,
                            uint64_t n, const char *why)
 {
     if (n > 0) {
-        warn(o, "%s: %" PRIu64 " point%s left out, which %s",
-             output_title(name), n, n == 1 ? "" : "s", why);
+        conclude_warn(o, "%s: %" PRIu64 " point%s left out, which %s",
+                      output_title(name), n, n == 1 ? "" : "s", why);
     }
 }
 
@@ -179,12 +179,13 @@ static void warn_of_few(const struct pass *pass)
 {
     const struct summary *s = &pass->summary;
     if (s->whole.frames < s->whole.asked) {
-        warn(pass->options,
-             "%s: only %" PRIu64
-             " of %u whole frames came: others lack lines or "
-             "words, or the laser was off, or came on during them; choose them "
-             "by numbers, such as --frames 2:2",
-             s->source, s->whole.frames, (unsigned)s->whole.asked);
+        conclude_warn(
+            pass->options,
+            "%s: only %" PRIu64
+            " of %u whole frames came: others lack lines or "
+            "words, or the laser was off, or came on during them; choose them "
+            "by numbers, such as --frames 2:2",
+            s->source, s->whole.frames, (unsigned)s->whole.asked);
     }
 }
 
@@ -196,8 +197,9 @@ static void warn_of_pictures(const struct pass *pass)
     for (size_t i = 0; i < s->drawn_count; i++) {
         const struct drawn *d = &s->drawn[i];
         if (d->frames == 1 && !d->is_whole) {
-            warn(pass->options, "%s: it shows %s", output_title(d->name),
-                 summary_text_drawn(d, text, sizeof text));
+            conclude_warn(pass->options, "%s: it shows %s",
+                          output_title(d->name),
+                          summary_text_drawn(d, text, sizeof text));
         }
     }
 }
@@ -215,7 +217,7 @@ static void warn_of_layout(const struct pass *pass)
     }
     misfit_advise(o->source, conclude_capture(o, capture), advice,
                   sizeof advice);
-    warn(o, "%s: %s: %s", o->source, what, advice);
+    conclude_warn(o, "%s: %s: %s", o->source, what, advice);
 }
 
 void conclude_remarks(const struct options *options, const lum_capture *capture,
@@ -231,10 +233,11 @@ void conclude_remarks(const struct options *options, const lum_capture *capture,
 
 static void warn_of_nothing(const struct options *o)
 {
-    warn(o,
-         "%s: no packet of a G2 was found: no complete packet to or from "
-         "UDP port %u has its magic",
-         o->source, o->sensor.port != 0 ? o->sensor.port : LUM_PORT);
+    conclude_warn(
+        o,
+        "%s: no packet of a G2 was found: no complete packet to or from "
+        "UDP port %u has its magic",
+        o->source, o->sensor.port != 0 ? o->sensor.port : LUM_PORT);
 }
 
 /* It names the capture itself. */
@@ -242,7 +245,7 @@ static void warn_of_damage(const struct pass *pass)
 {
     lum_error why = {""};
     if (summary_damaged(&pass->summary, &why) != 0) {
-        warn(pass->options, "%s", why.text);
+        conclude_warn(pass->options, "%s", why.text);
     }
 }
 
@@ -253,18 +256,18 @@ static void warn_of_clocks(const struct pass *pass)
     const uint64_t still = clocks.still;
     const uint64_t steps = clocks.host_steps;
     if (still > 0) {
-        warn(pass->options,
-             "%s: the arrival times of %" PRIu64
-             " line%s stood still: UTC is not known there; the "
-             "sensor's clock is right, --time sensor",
-             pass->options->source, still, still == 1 ? "" : "s");
+        conclude_warn(pass->options,
+                      "%s: the arrival times of %" PRIu64
+                      " line%s stood still: UTC is not known there; the "
+                      "sensor's clock is right, --time sensor",
+                      pass->options->source, still, still == 1 ? "" : "s");
     }
     if (steps > 0) {
-        warn(pass->options,
-             "%s: the clock of the host that recorded it was stepped "
-             "%" PRIu64 " time%s: within a second of that, UTC is "
-             "not known",
-             pass->options->source, steps, steps == 1 ? "" : "s");
+        conclude_warn(pass->options,
+                      "%s: the clock of the host that recorded it was stepped "
+                      "%" PRIu64 " time%s: within a second of that, UTC is "
+                      "not known",
+                      pass->options->source, steps, steps == 1 ? "" : "s");
     }
 }
 
@@ -272,7 +275,8 @@ static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
     if (pass->summary.truncated) {
-        warn(o, "%s", pass->source.warning.text); /* it names the source */
+        conclude_warn(o, "%s",
+                      pass->source.warning.text); /* it names the source */
     }
     if (pass->source.has_changed) {
         warn_of_source(

@@ -16,6 +16,10 @@ enum exit_status {
 enum exit_status conclude_error(const lum_error *error,
                                 enum exit_status status);
 
+/* Print a warning, unless the run is quiet; the format has no newline. */
+LUM_PRINTF(2, 3)
+void conclude_warn(const struct options *options, const char *format, ...);
+
 /* The capture that can tell the layout, as a word of a shell, which out may
  * hold: of a sensor the recording of this run. NULL: there is none. */
 const char *conclude_capture(const struct options *options,

@@ -164,10 +164,10 @@ static void note_time(struct summary_span *s, int64_t time_ns)
 static int add_datagram(struct pass *pass, const lum_record *record,
                         lum_error *error)
 {
-    const struct rotation *r = &pass->options->files.rotation;
-    const bool begins_frame = (r->bytes != 0 || r->ns != 0) &&
-                              frame_watch_begins(&pass->frames, pass->layout,
-                                                 record->payload, record->len);
+    const bool begins_frame =
+        options_is_rotation(&pass->options->files.rotation) &&
+        frame_watch_begins(&pass->frames, pass->layout, record->payload,
+                           record->len);
     return outputs_add_datagram(pass->outputs, record, begins_frame, error);
 }
 

@@ -30,18 +30,11 @@ struct inference {
 
 /* --- Reading --- */
 
-static void warn(const struct inference *f, const lum_error *why)
-{
-    if (!f->options->quiet) {
-        (void)fprintf(stderr, "lumdump: warning: %s\n", why->text);
-    }
-}
-
 /* What cannot be read to its end is looked at as far as it can. */
 static void note_break(struct inference *f, const lum_error *why)
 {
     f->report.is_truncated = true;
-    warn(f, why);
+    conclude_warn(f->options, "%s", why->text);
 }
 
 static void note_damage(struct inference *f)
@@ -49,7 +42,7 @@ static void note_damage(struct inference *f)
     lum_error why = {""};
     f->report.damaged = lum_capture_damaged(f->capture, &why);
     if (f->report.damaged != 0) {
-        warn(f, &why);
+        conclude_warn(f->options, "%s", why.text);
     }
 }
 

@@ -90,11 +90,10 @@ static void warn_of_pcap(const struct job *job)
     const struct options *o = job->options;
     const unsigned what = (job->geometry.has_calibration ? 1u : 0u) +
                           (job->geometry.has_profile ? 2u : 0u);
-    for (size_t i = 0; i < o->output_count && what > 0 && !o->quiet; i++) {
+    for (size_t i = 0; i < o->output_count && what > 0; i++) {
         if (o->outputs[i].format == FORMAT_PCAP) {
-            (void)fprintf(stderr,
-                          "lumdump: warning: %s: pcap has no room for %s\n",
-                          o->outputs[i].name, lost[what - 1u]);
+            conclude_warn(o, "%s: pcap has no room for %s", o->outputs[i].name,
+                          lost[what - 1u]);
         }
     }
 }

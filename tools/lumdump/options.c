@@ -6,7 +6,7 @@
 
 /* --- Formats and names --- */
 
-static bool has_ending(const char *name, const char *ending)
+bool options_has_ending(const char *name, const char *ending)
 {
     const size_t n = strlen(name);
     const size_t m = strlen(ending);
@@ -16,8 +16,9 @@ static bool has_ending(const char *name, const char *ending)
 bool options_find_format(const char *name, unsigned *out)
 {
     lum_format format = LUM_FORMAT_CSV;
-    if (has_ending(name, ".pcap") || has_ending(name, ".pcapng")) {
-        *out = has_ending(name, ".pcap") ? FORMAT_PCAP : FORMAT_PCAPNG;
+    if (options_has_ending(name, ".pcap") ||
+        options_has_ending(name, ".pcapng")) {
+        *out = options_has_ending(name, ".pcap") ? FORMAT_PCAP : FORMAT_PCAPNG;
         return true;
     }
     if (lum_format_from_name(name, &format) != 0) {
@@ -35,6 +36,11 @@ bool options_is_capture(unsigned format)
 bool options_is_standard_output(const struct options *options, size_t i)
 {
     return strcmp(options->outputs[i].name, "-") == 0;
+}
+
+bool options_is_rotation(const struct rotation *r)
+{
+    return r->bytes != 0 || r->ns != 0;
 }
 
 int options_pattern(const char *name)
@@ -92,8 +98,7 @@ bool options_rotates(const struct options *options, size_t i)
 {
     const char *name = options->outputs[i].name;
     return !options_is_organized(options, i) &&
-           (options->files.rotation.bytes != 0 ||
-            options->files.rotation.ns != 0) &&
+           options_is_rotation(&options->files.rotation) &&
            !options_is_standard_output(options, i) &&
            options_pattern(name) == 0;
 }

@@ -169,6 +169,12 @@ typedef bool options_question(const struct options *options, size_t i);
 /* Whether the answer is yes for any output. */
 bool options_any(const struct options *options, options_question *is_so);
 
+/* Whether a name has an ending, and more. */
+bool options_has_ending(const char *name, const char *ending);
+
+/* Whether there is a limit. */
+bool options_is_rotation(const struct rotation *rotation);
+
 /* The format by a name's ending. False: that shows none. */
 bool options_find_format(const char *name, unsigned *out);
 

@@ -64,11 +64,6 @@ static bool has_columns(const struct options *o, size_t i)
 
 /* --- Files that follow each other --- */
 
-static bool is_rotation(const struct rotation *r)
-{
-    return r->bytes != 0 || r->ns != 0;
-}
-
 /* What it would keep is no more than is never removed. */
 static bool keep_is_small(const struct options *o)
 {
@@ -81,7 +76,7 @@ static bool keep_is_small(const struct options *o)
 static bool keep_goes_with_rotation(const struct options *o)
 {
     const struct rule rules[] = {
-        {!is_rotation(&o->files.rotation),
+        {!options_is_rotation(&o->files.rotation),
          "--keep removes the oldest files of --rotate: give that too, such as "
          "--rotate 10min"},
         {options_any(o, is_folder),
@@ -90,7 +85,7 @@ static bool keep_goes_with_rotation(const struct options *o)
         {keep_is_small(o),
          "--keep has to be at least the time of a file of --rotate, or twice "
          "its size: the newest whole file is never removed"}};
-    return !is_rotation(&o->files.keep) || KEEP_TO(rules);
+    return !options_is_rotation(&o->files.keep) || KEEP_TO(rules);
 }
 
 /* --- The source --- */

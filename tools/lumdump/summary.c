@@ -225,8 +225,3 @@ double summary_seconds(const struct summary *s)
                ? (double)(s->span.last_ns - s->span.first_ns) * 1e-9
                : 0.0;
 }
-
-double summary_paused_s(const lum_framer_counters *p)
-{
-    return (double)p->paused_us * 1e-6;
-}

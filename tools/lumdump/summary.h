@@ -126,7 +126,4 @@ uint64_t summary_damaged(const struct summary *summary, lum_error *why);
 /* From the first packet to the last; 0: there is none. */
 double summary_seconds(const struct summary *summary);
 
-/* How long no lines came. */
-double summary_paused_s(const lum_framer_counters *frames);
-
 #endif

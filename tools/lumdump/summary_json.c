@@ -24,7 +24,7 @@ static void print_counters(const lum_demux_counters *packets,
         print_number(indent, rows.list[i].key, rows.list[i].value, out);
     }
     (void)fprintf(out, "%s\"paused_s\": %.6f\n", indent,
-                  summary_paused_s(frames));
+                  (double)frames->paused_us * 1e-6);
 }
 
 /* Bytes of the UTF-8 character at p; 0 if there is none. Surrogates and

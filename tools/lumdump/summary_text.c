@@ -351,7 +351,7 @@ void summary_text_print(const struct summary *s, FILE *out)
     print_rates(s, &frames, out);
     print_clocks(s, out);
     (void)print_group("under way", SUMMARY_UNDER_WAY, &rows, out);
-    print_losses(s, &rows, summary_paused_s(&frames), out);
+    print_losses(s, &rows, (double)frames.paused_us * 1e-6, out);
     print_drawn(s, out);
     print_retention(&s->outputs.retention, out);
 }

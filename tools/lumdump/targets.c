@@ -173,8 +173,7 @@ static int check_others(const struct options *options, size_t i,
 
 static int check_rotation(const struct options *options, lum_error *error)
 {
-    const struct rotation *r = &options->files.rotation;
-    return (r->bytes == 0 && r->ns == 0) ||
+    return !options_is_rotation(&options->files.rotation) ||
                    options_any(options, options_rotates)
                ? 0
                : lum_error_set(
