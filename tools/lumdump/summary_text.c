@@ -248,20 +248,22 @@ static void add_live_losses(struct summary_rows *rows,
              c->foreign_source);
 }
 
-static void print_losses(const struct summary *s, struct summary_rows *rows,
-                         double paused_s, FILE *out)
+static void print_losses(const struct summary *s,
+                         const struct summary_rows *all, double paused_s,
+                         FILE *out)
 {
+    struct summary_rows rows = *all;
     char paused[64];
     (void)snprintf(paused, sizeof paused,
                    "times that no lines came, %.3f s in all", paused_s);
-    find(rows, "pauses")->meaning = paused;
-    leave_out_parts(rows);
+    find(&rows, "pauses")->meaning = paused;
+    leave_out_parts(&rows);
     if (s->live != NULL) {
-        add_live_losses(rows, s->live);
+        add_live_losses(&rows, s->live);
     }
-    add_loss(rows, "damaged", "parts of the capture that could not be read",
+    add_loss(&rows, "damaged", "parts of the capture that could not be read",
              summary_damaged(s, NULL));
-    if (!print_group("losses", SUMMARY_LOSSES, rows, out)) {
+    if (!print_group("losses", SUMMARY_LOSSES, &rows, out)) {
         (void)fprintf(out, "%-10s %14s\n", "losses", "none");
     }
 }
