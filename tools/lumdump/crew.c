@@ -275,7 +275,10 @@ int crew_finish(struct crew *crew, lum_error *error)
 
 /* --- Making and freeing --- */
 
-bool crew_can_serve(const struct options *options)
+/* Whether several threads can work for these options: one cloud, of lines, in a
+ * format whose rows do not depend on each other, and no new files after a size
+ * or a time. */
+static bool can_serve(const struct options *options)
 {
     return !options->is_live && options->output_count == 1 &&
            !options_is_capture(options->outputs[0].format) &&
@@ -338,7 +341,7 @@ int crew_new(const struct options *options, const lum_projector *projector,
 {
     const unsigned threads = crew_threads(options);
     *out = NULL;
-    if (threads == 1u || !crew_can_serve(options)) {
+    if (threads == 1u || !can_serve(options)) {
         return 0;
     }
     struct crew *crew = calloc(1, sizeof *crew);

@@ -22,11 +22,6 @@ struct crew;
 /* How many threads are asked for, or as many as there are cores. */
 unsigned crew_threads(const struct options *options);
 
-/* Whether several threads can work for these options: one cloud, of lines, in a
- * format whose rows do not depend on each other, and no new files after a size
- * or a time. */
-bool crew_can_serve(const struct options *options);
-
 /* A crew as the options want it.
  * *out: NULL if one thread does everything.
  * 0, or -1 with the reason in error. */
