@@ -82,7 +82,7 @@ static bool take_output(void *options, const char *text, lum_error *why)
 static const struct option_spec specs[] = {
     {"output", .letter = 'o', CALL(take_output)},
     {"quiet", .letter = 'q', FLAG(quiet)},
-    {"format", WORD(formats, format.number), HAS(format.is_given)},
+    {"format", WORD(formats, format)},
     {"rotate", CALL(values_take_rotation),
      .allowed = "a size of 10kB or more, such as 100MB or 1GB, or a time of 1s "
                 "or more, such as 60s or 10min"},
@@ -152,9 +152,9 @@ static const struct option_spec specs[] = {
 static bool find_format(const struct options *o, struct output_options *output)
 {
     const bool is_told = options_find_format(output->name, &output->format);
-    if (o->format.is_given && (!is_told || o->output_count == 1)) {
-        output->is_folder = o->format.number == FORMAT_ROSBAG2;
-        output->format = output->is_folder ? LUM_FORMAT_MCAP : o->format.number;
+    if (o->format != FORMAT_BY_NAME && (!is_told || o->output_count == 1)) {
+        output->is_folder = o->format == FORMAT_ROSBAG2;
+        output->format = output->is_folder ? LUM_FORMAT_MCAP : o->format;
         return true;
     }
     if (is_told) {
@@ -266,7 +266,8 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
         "lumdump", "lumdump --help", specs, sizeof specs / sizeof specs[0],
         false};
     struct option_result result;
-    *out = (struct options){.choice = {.eyes = 3,
+    *out = (struct options){.format = FORMAT_BY_NAME,
+                            .choice = {.eyes = 3,
                                        .frame_first = INT64_MIN,
                                        .frame_last = INT64_MAX}};
     lum_selection_default(&out->choice.points);

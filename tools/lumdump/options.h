@@ -20,6 +20,9 @@
 /* A folder of MCAP files; only what --format says. */
 #define FORMAT_ROSBAG2 (LUM_FORMATS + 2u)
 
+/* That of the name's ending. */
+#define FORMAT_BY_NAME (LUM_FORMATS + 3u)
+
 #define OUTPUTS_MAX 16u
 
 struct output_options {
@@ -45,12 +48,6 @@ struct sensor_options {
     uint32_t address;
     char interface[LUM_INTERFACE_BYTES]; /* empty: none was named */
     uint16_t port; /* of sensors in a capture; 0: as ever */
-};
-
-/* What --format says. */
-struct format_option {
-    bool is_given;
-    unsigned number;
 };
 
 /* When an output continues in a new file, or how much of its files is kept; at
@@ -148,7 +145,7 @@ struct options {
     struct sensor_options sensor;
     struct output_options outputs[OUTPUTS_MAX];
     size_t output_count; /* 0: only a summary */
-    struct format_option format;
+    unsigned format;     /* what --format says; FORMAT_BY_NAME: nothing */
     struct file_options files;
     struct config_options config;
     struct choice_options choice;
