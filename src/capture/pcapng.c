@@ -50,9 +50,11 @@ static int read_block_header(lum_pcap *r, lum_pcapng_block *b, lum_error *error)
     lum_source *s = r->source;
     r->at = lum_source_offset(s);
     if (!lum_source_has(s, HEADER_BYTES)) {
-        return s->left == 0 && !s->has_failed
-                   ? 0
-                   : lum_pcap_fail_cut(r, "block", s->left, 0, error);
+        if (s->left == 0 && !s->has_failed) {
+            return 0;
+        }
+        (void)lum_pcap_fail_cut(r, "block", s->left, 0, error);
+        return -1;
     }
     if (load_be32(s->at) == LUM_PCAPNG_SECTION && read_order(r, error) != 0) {
         return -1;
@@ -263,10 +265,9 @@ static int read_packet(const lum_pcap *r, const lum_pcapng_block *b,
     if (set_bytes(r, b, 28, out, error) != 0) {
         return -1;
     }
-    if (r->take_option != NULL && 28u + lum_pcapng_padded(out->len) <=
-                                      b->len - LUM_PCAPNG_TRAILER_BYTES) {
-        lum_pcapng_hand_out_options(r, LUM_PCAP_PACKET, b,
-                                    28u + lum_pcapng_padded(out->len));
+    const size_t options = 28u + lum_pcapng_padded(out->len);
+    if (options < b->len - LUM_PCAPNG_TRAILER_BYTES) {
+        lum_pcapng_hand_out_options(r, LUM_PCAP_PACKET, b, options);
     }
     return 0;
 }

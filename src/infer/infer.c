@@ -392,7 +392,7 @@ int lum_infer_solve(lum_infer *infer, lum_infer_result *out, lum_error *error)
     lum_infer_result *result = calloc(1, sizeof *result);
     lum_infer_state *state = calloc(1, sizeof *state);
     const size_t count = infer->store.count;
-    lum_infer_packet **lists = calloc(3u * (count + 1u), sizeof *lists);
+    lum_infer_packet **lists = calloc(3u * (count + 1u), sizeof(void *));
     int r = -1;
     if (result != NULL && state != NULL && lists != NULL) {
         state->all.at = lists;

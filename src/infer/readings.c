@@ -97,8 +97,8 @@ static bool is_paired(const finder *f)
         const int two = abs(p[2]->calm - p[1]->calm);
         const int more = one > two ? one : two;
         if (more > 0) {
-            f->steps[n] = 100 * (one < two ? one : two) / more;
-            n++;
+            const int percent = 100 * (one < two ? one : two) / more;
+            f->steps[n++] = percent;
         }
     }
     return n > 0 && lum_infer_quantile(f->steps, n, 0.5) < PAIRED;
