@@ -43,27 +43,19 @@ struct closer {
     struct lost lost;
 };
 
-static int finish_file(const struct closing *file, lum_error *error)
-{
-    return file->cloud != NULL ? lum_writer_close(file->cloud, error)
-                               : lum_capture_writer_close(file->capture, error);
-}
-
 /* A file that others have removed or renamed is told too. */
-int closing_finish(struct closing *file, lum_error *error)
+int closing_finish(const struct closing *closing, lum_error *error)
 {
-    const int result = finish_file(file, error);
+    const int result = output_file_close(&closing->file, error);
     const int code = errno;
-    if (file->retention == NULL || (result != 0 && code != ENOENT)) {
+    if (closing->retention == NULL || (result != 0 && code != ENOENT)) {
         return result;
     }
-    if (result == 0) {
-        return retention_finish(file->retention, file->number, file->last_ns,
-                                error);
-    }
-    (void)!retention_finish(file->retention, file->number, file->last_ns, NULL);
-    errno = code;
-    return result;
+    const int listed =
+        retention_finish(closing->retention, closing->file.number,
+                         closing->last_ns, result == 0 ? error : NULL);
+    errno = result == 0 ? errno : code;
+    return result == 0 ? listed : result;
 }
 
 struct closer *closer_new(size_t room, lum_error *error)

@@ -5,10 +5,8 @@
 #ifndef LUMDUMP_CLOSER_H
 #define LUMDUMP_CLOSER_H
 
+#include "output_file.h"
 #include "retention.h"
-
-#include "lum/capture/capture.h"
-#include "lum/cloud/writer.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -17,17 +15,15 @@
 
 struct closer;
 
-/* What is to be finished: one of them. */
+/* What is to be finished. */
 struct closing {
-    lum_writer *cloud; /* NULL: the capture */
-    lum_capture_writer *capture;
+    struct output_file file;
     struct retention *retention; /* to be told of it; NULL: nobody is */
-    unsigned number; /* for that: of the file, and the time of its end */
-    int64_t last_ns;
+    int64_t last_ns;             /* for that: the time of its end */
 };
 
 /* Finish it here. 0, or -1 with the reason in error and errno. */
-int closing_finish(struct closing *file, lum_error *error);
+int closing_finish(const struct closing *closing, lum_error *error);
 
 /* room: files that may wait, from 1 to CLOSER_ROOM_MAX. NULL with the reason in
  * error. */

@@ -3,23 +3,25 @@
 #include "base/system.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-static size_t stem_of(const char *base)
+static size_t stem_of(const char *path)
 {
+    const char *base = lum_system_base(path);
     const char *dot = strrchr(base, '.');
-    return dot != NULL && dot != base ? (size_t)(dot - base) : strlen(base);
+    return dot != NULL && dot != base ? (size_t)(dot - path) : strlen(path);
 }
 
-struct numbered numbered_of(const char *base)
+struct numbered numbered_of(const char *path)
 {
-    const char *percent = strchr(base, '%');
+    const char *percent = strchr(path, '%');
     if (percent != NULL) {
-        return (struct numbered){base, (size_t)(percent - base), "",
+        return (struct numbered){path, (size_t)(percent - path), "",
                                  strchr(percent, 'd') + 1};
     }
-    const size_t len = stem_of(base);
-    return (struct numbered){base, len, "-", base + len};
+    const size_t len = stem_of(path);
+    return (struct numbered){path, len, "-", path + len};
 }
 
 bool numbered_has(const struct numbered *n, const char *base)
@@ -34,15 +36,22 @@ bool numbered_has(const struct numbered *n, const char *base)
     return count > 0 && strcmp(base + count, n->tail) == 0;
 }
 
-int numbered_name(const char *name, unsigned number, char *out, size_t room,
+/* A width past two digits would only pad. */
+int numbered_name(const char *name, int64_t number, char *out, size_t room,
                   lum_error *error)
 {
-    const char *base = lum_system_base(name);
-    const size_t stem = (size_t)(base - name) + stem_of(base);
-    const int n = snprintf(out, room, "%.*s-%04u%s", (int)stem, name, number,
-                           name + stem);
-    if (n < 0 || (size_t)n >= room) {
-        return lum_error_set(error, "%s: the name is too long", name);
+    const struct numbered n = numbered_of(name);
+    const char *digits = *n.divider == '\0' ? name + n.head_len + 1 : "04";
+    const long width = strtol(digits, NULL, 10);
+    if (width > 64) {
+        return lum_error_set(
+            error, "%s: a frame number of %ld digits; use %%04d", name, width);
     }
-    return 0;
+    const int len =
+        snprintf(out, room, *digits == '0' ? "%.*s%s%0*lld%s" : "%.*s%s%*lld%s",
+                 (int)n.head_len, name, n.divider, (int)width,
+                 (long long)number, n.tail);
+    return len >= 0 && (size_t)len < room
+               ? 0
+               : lum_error_set(error, "%s: the name is too long", name);
 }

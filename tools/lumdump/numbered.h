@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 /* The text before the number, the separator, and the text after it. */
 struct numbered {
@@ -15,17 +16,17 @@ struct numbered {
     const char *tail;
 };
 
-/* How the files of an output are named. base: the last part of its name, with
- * %d for the number as options_pattern() wants it, else it is NAME-0001.EXT;
- * kept. */
-struct numbered numbered_of(const char *base);
+/* How the files of an output are named. path: its name or the last part of it,
+ * with %d for the number as options_pattern() wants it, else it is
+ * NAME-0001.EXT; kept. */
+struct numbered numbered_of(const char *path);
 
 /* Whether base, the last part of a path, is one of them. */
 bool numbered_has(const struct numbered *n, const char *base);
 
-/* NAME-0001.EXT of an output NAME.EXT. 0, or -1 with the reason in error: it is
- * too long. */
-int numbered_name(const char *name, unsigned number, char *out, size_t room,
+/* The name with this number. 0, or -1 with the reason in error: it is too long.
+ */
+int numbered_name(const char *name, int64_t number, char *out, size_t room,
                   lum_error *error);
 
 #endif

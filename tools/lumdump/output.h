@@ -34,21 +34,24 @@ struct drawn {
     uint64_t others; /* frames with points that it does not show */
 };
 
-/* What there is to say of an output that has ended. */
+/* What there is to say of an output that has ended: whether files of an
+ * earlier, longer run follow those that were written, and what --keep found. */
 struct output_end {
     struct retention_counts retention;
-    lum_error notes[RETENTION_NOTES];
+    lum_error notes[1u + RETENTION_NOTES];
     size_t note_count;
 };
 
 /* The i-th output of the options. A capture of a live run has its final name
- * from the start. rehearsal: NULL, or an output that took the lines to come. */
+ * from the start. rehearsal: NULL, or an output that took the lines to come.
+ * 0, or -1 with the reason in error and errno; if *out is not NULL, it is to be
+ * ended whatever is returned. */
 int output_open(const struct options *options, size_t i,
                 const lum_projector *projector, const struct output *rehearsal,
                 struct output **out, lum_error *error);
 
-/* An output that takes lines and writes nothing: the first of two passes, for a
- * header that an output which cannot seek has to begin with. */
+/* As output_open(), one that takes lines and writes nothing: the first of two
+ * passes, for a header that an output which cannot seek has to begin with. */
 int output_rehearse(const struct options *options, size_t i,
                     const lum_projector *projector, struct output **out,
                     lum_error *error);
@@ -64,10 +67,6 @@ const char *output_name(const struct output *output);
 /* The name of an output as a person reads it: "-" is standard output. */
 const char *output_title(const char *name);
 
-/* Whether files of an earlier, longer run follow the ones that were written;
- * out says so. */
-bool output_find_stale(const struct output *output, lum_error *out);
-
 /* Whether it is made of lines as they come, of whole frames. */
 bool output_wants_lines(const struct output *output);
 bool output_wants_frames(const struct output *output);
@@ -75,47 +74,49 @@ bool output_wants_frames(const struct output *output);
 /* Whether it is a picture of one frame, as none was chosen. */
 bool output_draws_one(const struct output *output);
 
-/* Pass the time, in ns since 1970: data that is added from now on may belong to
- * a new file, which begins with the next frame. */
-int output_set_time(struct output *output, int64_t time_ns, lum_error *error);
+/* What is done to an output. It takes what it has a place for, and ignores the
+ * rest. */
+struct action {
+    enum {
+        SET_TIME, /* number: ns since 1970. Data that is added from now
+                            on may belong to a new file, which begins with the
+                            next frame */
+        ADD_LINE,
+        ADD_ROWS,  /* of part, which output_open_part() gave; number: of
+                             their frame, the same for all if each has a file */
+        ADD_FRAME, /* in rising order, before the end of each is told */
+        ADD_STATUS,
+        ADD_DATAGRAM, /* record; number: not 0 if a new file may begin
+                                here, since a frame does */
+        END_FRAME,    /* number: no line of this frame or of one before
+                                it is to be expected */
+        FLUSH         /* show what was added to a reader of standard output or a
+                                pipe; number: not 0 to show it also to readers of
+                                recordings */
+    } kind;
+    int64_t number;
+    const lum_line_samples *line;
+    lum_writer *part;
+    struct frame_lines *frame;
+    const lum_record *record;
+    const lum_writer_status *status;
+};
 
-int output_add_line(struct output *output, const lum_line_samples *line,
-                    lum_error *error);
+/* 0, or -1 with the reason in error and errno; it cannot go on then. */
+int output_act(struct output *output, const struct action *action,
+               lum_error *error);
 
-/* A part of a file of it, for rows that output_add_rows() takes, which all are
- * of one frame if it has a file for each. */
+/* A part of a file of it. */
 int output_open_part(const struct output *output, lum_writer **out,
                      lum_error *error);
-int output_add_rows(struct output *output, int64_t frame, lum_writer *part,
-                    lum_error *error);
-
-/* Frames come in rising order, before the end of each is told. */
-int output_add_frame(struct output *output, struct frame_lines *frame,
-                     lum_error *error);
-
-/* Only messages have a place for it. */
-int output_add_status(struct output *output, const lum_writer_status *status,
-                      lum_error *error);
-
-/* Captures and MCAP files of packets have a place for it. begins_frame: a new
- * file may begin here. */
-int output_add_datagram(struct output *output, const lum_record *record,
-                        bool begins_frame, lum_error *error);
-
-/* No line of this frame or of one before it is to be expected. */
-int output_end_frame(struct output *output, int64_t frame, lum_error *error);
-
-/* Show what was added to a reader of standard output or a pipe; with `files`,
- * also to readers of recordings. */
-int output_flush(struct output *output, bool files, lum_error *error);
 
 /* Whether a file that is being written was removed or renamed by others, or
  * --keep cannot remove one, and was not yet found: out says what became of it.
  */
 bool output_find_lost(struct output *output, lum_error *out);
 
-/* Give the files their names, free the output. Files that could not be finished
- * are removed, except recordings. */
+/* Give the files their names, free the output. end: filled in any case. Files
+ * that could not be finished are removed, except recordings. */
 int output_close(struct output *output, struct output_end *end,
                  lum_error *error);
 

@@ -10,37 +10,11 @@ struct outputs {
     size_t count;
     bool want_lines;
     bool want_frames;
-    size_t failed; /* which has failed; count: none */
-    struct outputs_notes *notes;
+    size_t failed;               /* which has failed; count: none */
+    struct outputs_notes *notes; /* NULL: a rehearsal */
 };
 
 /* --- Opening --- */
-
-typedef int open_one(const struct options *options, size_t i,
-                     const lum_projector *projector,
-                     const struct outputs *rehearsal, struct output **out,
-                     lum_error *error);
-
-static int open_written(const struct options *options, size_t i,
-                        const lum_projector *projector,
-                        const struct outputs *rehearsal, struct output **out,
-                        lum_error *error)
-{
-    return output_open(options, i, projector,
-                       rehearsal != NULL ? rehearsal->list[i] : NULL, out,
-                       error);
-}
-
-static int open_rehearsed(const struct options *options, size_t i,
-                          const lum_projector *projector,
-                          const struct outputs *rehearsal, struct output **out,
-                          lum_error *error)
-{
-    (void)rehearsal;
-    return targets_needs_rehearsal(options, i)
-               ? output_rehearse(options, i, projector, out, error)
-               : 0;
-}
 
 static void find_wants(struct outputs *outputs)
 {
@@ -53,10 +27,23 @@ static void find_wants(struct outputs *outputs)
     }
 }
 
-static int open_all(const struct options *options,
-                    const lum_projector *projector,
-                    const struct outputs *rehearsal, open_one *open,
-                    struct outputs **out, lum_error *error)
+/* Without notes it is a rehearsal. */
+static int open_one(const struct outputs *all, const struct options *options,
+                    size_t i, const lum_projector *projector,
+                    const struct output *rehearsal, struct output **out,
+                    lum_error *error)
+{
+    if (all->notes != NULL) {
+        return output_open(options, i, projector, rehearsal, out, error);
+    }
+    return targets_needs_rehearsal(options, i)
+               ? output_rehearse(options, i, projector, out, error)
+               : 0;
+}
+
+int outputs_open(const struct options *options, const lum_projector *projector,
+                 const struct outputs *rehearsal, struct outputs_notes *notes,
+                 struct outputs **out, lum_error *error)
 {
     struct outputs *all = calloc(1, sizeof *all);
     if (all == NULL) {
@@ -64,8 +51,11 @@ static int open_all(const struct options *options,
     }
     all->count = options->output_count;
     all->failed = all->count;
+    all->notes = notes;
     for (size_t i = 0; i < all->count; i++) {
-        if (open(options, i, projector, rehearsal, &all->list[i], error) != 0) {
+        if (open_one(all, options, i, projector,
+                     rehearsal != NULL ? rehearsal->list[i] : NULL,
+                     &all->list[i], error) != 0) {
             const int code = errno;
             outputs_abort(all);
             errno = code;
@@ -77,23 +67,11 @@ static int open_all(const struct options *options,
     return 0;
 }
 
-int outputs_open(const struct options *options, const lum_projector *projector,
-                 const struct outputs *rehearsal, struct outputs_notes *notes,
-                 struct outputs **out, lum_error *error)
-{
-    if (open_all(options, projector, rehearsal, open_written, out, error) !=
-        0) {
-        return -1;
-    }
-    (*out)->notes = notes;
-    return 0;
-}
-
 int outputs_rehearse(const struct options *options,
                      const lum_projector *projector, struct outputs **out,
                      lum_error *error)
 {
-    return open_all(options, projector, NULL, open_rehearsed, out, error);
+    return outputs_open(options, projector, NULL, NULL, out, error);
 }
 
 void outputs_finish_by(struct outputs *outputs, struct closer *closer)
@@ -115,52 +93,6 @@ bool outputs_want_frames(const struct outputs *outputs)
 
 /* --- All at once --- */
 
-/* What is done to one of them. */
-struct action {
-    enum {
-        SET_TIME,
-        ADD_LINE,
-        ADD_ROWS,
-        ADD_FRAME,
-        ADD_DATAGRAM,
-        ADD_STATUS,
-        END_FRAME,
-        FLUSH
-    } kind;
-    int64_t number; /* SET_TIME, ADD_ROWS, END_FRAME, FLUSH; ADD_DATAGRAM: it
-                       begins a frame */
-    const lum_line_samples *line;
-    lum_writer *part;
-    struct frame_lines *frame;
-    const lum_record *record;
-    const lum_writer_status *status;
-};
-
-static int act(struct output *output, const struct action *action,
-               lum_error *error)
-{
-    switch (action->kind) {
-    case SET_TIME:
-        return output_set_time(output, action->number, error);
-    case ADD_LINE:
-        return output_add_line(output, action->line, error);
-    case ADD_ROWS:
-        return output_add_rows(output, action->number, action->part, error);
-    case ADD_FRAME:
-        return output_add_frame(output, action->frame, error);
-    case ADD_DATAGRAM:
-        return output_add_datagram(output, action->record, action->number != 0,
-                                   error);
-    case ADD_STATUS:
-        return output_add_status(output, action->status, error);
-    case END_FRAME:
-        return output_end_frame(output, action->number, error);
-    case FLUSH:
-    default:
-        return output_flush(output, action->number != 0, error);
-    }
-}
-
 static size_t count_others(const struct outputs *outputs, size_t i)
 {
     size_t n = 0;
@@ -179,33 +111,26 @@ static void add_left(struct outputs_notes *notes, const char *name)
 }
 
 /* What has no reader any more is done with, where there are others. */
-static int leave_out(struct outputs *outputs, size_t i)
+static bool leave_out(struct outputs *outputs, size_t i)
 {
     if (outputs->notes == NULL || count_others(outputs, i) == 0) {
-        outputs->failed = i;
-        errno = EPIPE;
-        return -1;
+        return false;
     }
     add_left(outputs->notes, output_name(outputs->list[i]));
     output_abort(outputs->list[i]);
     outputs->list[i] = NULL;
     find_wants(outputs);
-    return 0;
+    return true;
 }
 
 static int for_each(struct outputs *outputs, const struct action *action,
                     lum_error *error)
 {
     for (size_t i = 0; i < outputs->count; i++) {
-        if (outputs->list[i] == NULL ||
-            act(outputs->list[i], action, error) == 0) {
-            continue;
-        }
-        if (errno != EPIPE) {
+        if (outputs->list[i] != NULL &&
+            output_act(outputs->list[i], action, error) != 0 &&
+            (errno != EPIPE || !leave_out(outputs, i))) {
             outputs->failed = i;
-            return -1;
-        }
-        if (leave_out(outputs, i) != 0) {
             return -1;
         }
     }
@@ -310,13 +235,12 @@ static void add_end(struct outputs_notes *notes, const struct output_end *end)
 static int close_one(struct outputs *outputs, size_t i, bool has_others,
                      lum_error *error)
 {
-    lum_error *stale = &outputs->notes->list[outputs->notes->count];
     struct output *output = outputs->list[i];
     const char *name = output_name(output);
     struct output_end end;
-    outputs->notes->count += output_find_stale(output, stale) ? 1 : 0;
-    if (output_close(output, &end, error) == 0) {
-        add_end(outputs->notes, &end);
+    const int result = output_close(output, &end, error);
+    add_end(outputs->notes, &end); /* leaves errno as it is */
+    if (result == 0) {
         return 0;
     }
     if (errno != EPIPE || !has_others) {

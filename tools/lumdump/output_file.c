@@ -1,0 +1,133 @@
+/* One file of an output, a cloud or a capture: its format by the options; it is
+ * opened, given packets, flushed and finished. */
+#include "output_file.h"
+
+#include "../common/capture_file.h"
+#include "picture.h"
+
+/* --- Its format --- */
+
+static lum_mcap_options mcap_of(const struct options *o,
+                                const struct provenance *about, bool is_growing)
+{
+    return (lum_mcap_options){.struct_size = sizeof(lum_mcap_options),
+                              .frame_id = o->mcap.frame_id,
+                              .calibration = o->about.calibration,
+                              .calibration_yaml = about->calibration,
+                              .profile_yaml = about->profile,
+                              .is_plain = o->mcap.is_plain,
+                              .is_growing = is_growing,
+                              .contents = o->mcap.contents,
+                              .lines = o->mcap.lines};
+}
+
+/* Many readers of text do not skip comments. */
+static bool has_comment(const struct options *o, unsigned format)
+{
+    return o->cloud.comments ||
+           (format != LUM_FORMAT_CSV && format != LUM_FORMAT_XYZ);
+}
+
+void file_format_choose(const struct options *o, size_t i,
+                        const lum_projector *projector, struct file_format *out)
+{
+    const unsigned format = o->outputs[i].format;
+    const bool is_mcap = format == (unsigned)LUM_FORMAT_MCAP;
+    const struct provenance *about =
+        options_is_recording(o, i) ? o->about.packets : o->about.points;
+    *out = (struct file_format){.is_capture = options_is_capture(format)};
+    out->is_growing = o->is_live && options_pattern(o->outputs[i].name) != 1 &&
+                      (out->is_capture || is_mcap);
+    if (out->is_capture) {
+        out->about = format == FORMAT_PCAPNG ? about : NULL;
+        return;
+    }
+    out->cloud = (lum_writer_options){
+        .struct_size = sizeof out->cloud,
+        .format = (lum_format)format,
+        .ascii = o->cloud.ascii,
+        .utc = o->points.time != TIME_SENSOR,
+        .projector = projector,
+        .picture = picture_format(),
+        .comment = has_comment(o, format) ? about->text : NULL,
+        .columns = lum_format_has_columns((lum_format)format) ? o->cloud.columns
+                                                              : NULL,
+        .organized = options_is_organized(o, i),
+        .preset = options_has_preset(o, i) ? o->cloud.preset : NULL};
+    if (is_mcap) {
+        out->mcap = mcap_of(o, about, out->is_growing);
+        out->cloud.mcap = &out->mcap;
+    }
+}
+
+/* --- From the beginning to the end --- */
+
+int output_file_open(const struct file_format *format, const char *name,
+                     struct output_file *out, lum_error *error)
+{
+    *out = (struct output_file){.number = 0};
+    if (!format->is_capture) {
+        return lum_writer_open(name, &format->cloud, &out->cloud, error);
+    }
+    return format->is_growing
+               ? capture_file_record(name, format->about, &out->capture, error)
+               : capture_file_open(name, format->about, &out->capture, error);
+}
+
+uint64_t output_file_bytes(const struct output_file *file)
+{
+    return file->cloud != NULL ? lum_writer_bytes(file->cloud)
+                               : lum_capture_writer_bytes(file->capture);
+}
+
+int output_file_add_datagram(struct output_file *file, const lum_record *record,
+                             lum_error *error)
+{
+    if (file->cloud != NULL) {
+        return lum_writer_add_datagram(
+            file->cloud,
+            &(lum_writer_datagram){.time_ns = record->time_ns,
+                                   .payload = record->payload,
+                                   .len = record->len,
+                                   .source = record->source,
+                                   .destination = record->destination,
+                                   .source_port = record->source_port,
+                                   .destination_port =
+                                       record->destination_port},
+            error);
+    }
+    return lum_capture_writer_add(
+        file->capture,
+        &(lum_datagram){.time_ns = record->time_ns,
+                        .payload = record->payload,
+                        .len = record->len,
+                        .source = record->source,
+                        .destination = record->destination,
+                        .source_port = record->source_port,
+                        .destination_port = record->destination_port},
+        error);
+}
+
+int output_file_flush(struct output_file *file, lum_error *error)
+{
+    return file->cloud != NULL ? lum_writer_flush(file->cloud, error)
+                               : lum_capture_writer_flush(file->capture, error);
+}
+
+bool output_file_find_lost(struct output_file *file, lum_error *out)
+{
+    if (file->is_told_lost) {
+        return false;
+    }
+    const int result = file->cloud != NULL
+                           ? lum_writer_check(file->cloud, out)
+                           : lum_capture_writer_check(file->capture, out);
+    file->is_told_lost = result != 0;
+    return file->is_told_lost;
+}
+
+int output_file_close(const struct output_file *file, lum_error *error)
+{
+    return file->cloud != NULL ? lum_writer_close(file->cloud, error)
+                               : lum_capture_writer_close(file->capture, error);
+}
