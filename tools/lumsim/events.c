@@ -1,10 +1,9 @@
+/* What happens to a sensor on the network becomes lines of the log. */
 #include "live_internal.h"
 
 #include "../common/number.h"
-#include "lum/base/time.h"
 #include "lum/wire.h"
 
-#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 

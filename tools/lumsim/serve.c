@@ -1,12 +1,11 @@
+/* Datagrams to a sensor on the network go to the device, its answers back. */
 #include "live_internal.h"
 
 #include "../common/arrival.h"
 
 #include "lum/base/time.h"
-#include "lum/wire.h"
 
 #include <stdio.h>
-#include <string.h>
 
 #define BATCHES_MAX 16 /* of one look */
 

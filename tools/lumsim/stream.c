@@ -1,6 +1,6 @@
+/* The data of a sensor on the network: of a scene or a recording, to its
+ * client, when it is due. */
 #include "live_internal.h"
-
-#include <string.h>
 
 #define FRAMES_64  10u /* that are rendered */
 #define FRAMES_640 3u

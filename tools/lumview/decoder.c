@@ -1,7 +1,6 @@
 #include "decoder.h"
 
 #include "../common/misfit.h"
-#include "../common/number.h"
 #include "lum/frame/framer.h"
 #include "second.h"
 
