@@ -152,9 +152,7 @@ static void find_resized(lum_infer_search *s, lum_field *equal)
  * clock by itself. */
 static bool is_rival(const lum_infer_search *s, const lum_infer_candidate *c)
 {
-    const lum_infer_bits a = lum_infer_bits_of(c->field);
-    const lum_infer_bits b = lum_infer_bits_of(s->best.field);
-    return !lum_infer_overlap(&a, &b) &&
+    return !lum_infer_share_bits(c->field, s->best.field) &&
            c->varying + FINE_BITS >= s->best.varying &&
            (c->is_round || !s->best.is_round) &&
            (!c->fit.is_counter || s->best.fit.is_counter);

@@ -76,6 +76,13 @@ bool lum_infer_overlap(const lum_infer_bits *a, const lum_infer_bits *b)
     return false;
 }
 
+bool lum_infer_share_bits(lum_field a, lum_field b)
+{
+    const lum_infer_bits x = lum_infer_bits_of(a);
+    const lum_infer_bits y = lum_infer_bits_of(b);
+    return lum_infer_overlap(&x, &y);
+}
+
 void lum_infer_add_bits(lum_infer_bits *set, lum_field field)
 {
     const lum_infer_bits bits = lum_infer_bits_of(field);

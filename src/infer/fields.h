@@ -18,8 +18,11 @@ size_t lum_infer_next(size_t i, size_t stride);
 /** The bits of a field, in the order of the header. */
 lum_infer_bits lum_infer_bits_of(lum_field field);
 
-/** Whether two have a bit in common. */
+/** Whether two sets have a bit in common. */
 bool lum_infer_overlap(const lum_infer_bits *a, const lum_infer_bits *b);
+
+/** Whether two fields have. */
+bool lum_infer_share_bits(lum_field a, lum_field b);
 
 /** Add the bits of a field to a set. */
 void lum_infer_add_bits(lum_infer_bits *set, lum_field field);

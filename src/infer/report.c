@@ -135,10 +135,10 @@ static void of_tag(const lum_infer_state *state, lum_infer_finding *f)
     say_lowest(state, f, tag->field);
 }
 
-/* Of a field that tells what another one tells too. */
+/* Of a field that tells what another one tells too, if no other is said. */
 static void say_equal(lum_infer_finding *f, lum_field equal)
 {
-    if (equal.bytes > 0) {
+    if (equal.bytes > 0 && f->equal[0] == '\0') {
         say_field(f->equal, equal);
     }
 }
@@ -175,9 +175,7 @@ static void of_eye(const lum_infer_state *state, lum_infer_finding *f)
         percent(eye->share), state->readings.lines);
     say_rival(f, eye, "reading with other eyes");
     say_wider(state, f, eye->field);
-    if (f->equal[0] == '\0') {
-        say_equal(f, best->equal_eye);
-    }
+    say_equal(f, best->equal_eye);
 }
 
 static void of_line(const lum_infer_state *state, lum_infer_finding *f)
@@ -189,9 +187,7 @@ static void of_line(const lum_infer_state *state, lum_infer_finding *f)
         percent(line->share), state->readings.steps);
     say_rival(f, line, "other number");
     say_wider(state, f, line->field);
-    if (f->equal[0] == '\0') {
-        say_equal(f, state->readings.equal_line);
-    }
+    say_equal(f, state->readings.equal_line);
 }
 
 static void of_num_samples(const lum_infer_state *state, lum_infer_finding *f)
@@ -233,11 +229,9 @@ static void of_first(const lum_infer_state *state, lum_infer_finding *f)
 /* Of eight bytes, of which only four change, or the other way round. */
 static void say_equal_clock(const lum_infer_state *state, lum_infer_finding *f)
 {
-    const lum_infer_bits a = lum_infer_bits_of(state->clock.equal);
-    const lum_infer_bits b =
-        lum_infer_bits_of(state->field[LUM_FIELD_TIMESTAMP].field);
+    const lum_field clock = state->field[LUM_FIELD_TIMESTAMP].field;
     say_equal(f, state->clock.equal);
-    if (lum_infer_overlap(&a, &b)) {
+    if (lum_infer_share_bits(state->clock.equal, clock)) {
         say(f->equal,
             ", since the further bytes do not change; a recording of more than "
             "%.1f s tells",

@@ -11,18 +11,12 @@
 
 /* --- The profile --- */
 
-static bool overlaps(lum_field a, lum_field b)
-{
-    const lum_infer_bits x = lum_infer_bits_of(a);
-    const lum_infer_bits y = lum_infer_bits_of(b);
-    return lum_infer_overlap(&x, &y);
-}
-
 /* A number's upper bytes may be those of the clock beside it, if they never
  * change. */
 static lum_field lower_bytes(lum_field line, lum_field clock)
 {
-    while (line.bytes > 1 && line.bits == 0 && overlaps(line, clock)) {
+    while (line.bytes > 1 && line.bits == 0 &&
+           lum_infer_share_bits(line, clock)) {
         line.bytes /= 2;
         line.at = (uint8_t)(line.order == LUM_ORDER_BIG ? line.at + line.bytes
                                                         : line.at);
@@ -36,9 +30,9 @@ static void clear_clock(lum_profile *profile)
     lum_field *clock = &profile->group[LUM_FIELD_TIMESTAMP];
     lum_field *line = &profile->group[LUM_FIELD_LINE];
     const lum_field lower = lower_bytes(*line, *clock);
-    *line = overlaps(lower, *clock) ? *line : lower;
-    if (overlaps(*line, *clock) ||
-        overlaps(profile->group[LUM_FIELD_EYE], *clock)) {
+    *line = lum_infer_share_bits(lower, *clock) ? *line : lower;
+    if (lum_infer_share_bits(*line, *clock) ||
+        lum_infer_share_bits(profile->group[LUM_FIELD_EYE], *clock)) {
         *clock = (lum_field){.bytes = 0};
     }
 }

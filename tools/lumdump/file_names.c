@@ -51,9 +51,8 @@ static bool has_folder_for_each(const struct file_names *n)
  * then nothing is done without the right. */
 int file_names_take(struct file_names *n, lum_error *error)
 {
-    const struct rotation *keep = &n->options->files.keep;
-    const bool keeps =
-        n->kind == FILE_NAMES_NUMBERED && (keep->bytes != 0 || keep->ns != 0);
+    const bool keeps = n->kind == FILE_NAMES_NUMBERED &&
+                       options_is_rotation(&n->options->files.keep);
     if (n->kind == FILE_NAMES_IN_FOLDER) {
         n->folder = bag_folder_new(n->name, error);
         return n->folder != NULL ? 0 : -1;
