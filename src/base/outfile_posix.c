@@ -1,7 +1,6 @@
 /* Outputs opened, named and ended, on POSIX: a path comes in; what goes out is
  * a descriptor to write to, and at the end the whole file under that path. */
-#define _XOPEN_SOURCE    700 /* POSIX 2008 with realpath() */
-#define _DARWIN_C_SOURCE     /* strdup() beside it */
+#define _XOPEN_SOURCE 700 /* POSIX 2008 with realpath() */
 
 #include "outfile_parts.h"
 
