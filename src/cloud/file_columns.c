@@ -58,7 +58,7 @@ static int refuse(lum_error *error, const char *name, size_t n)
         len += added > 0 ? (size_t)added : 0u;
     }
     errno = EINVAL;
-    return lum_error_set(error, "'%.*s' is no column; columns are %s",
+    return lum_error_set(error, "'%.*s' is not a column; columns are %s",
                          n < 40u ? (int)n : 40, name, all);
 }
 

@@ -13,12 +13,12 @@ static int refuse_picture(lum_writer *writer, lum_error *error)
 {
     errno = ENOTSUP;
     return lum_error_set(error,
-                         "%s: the program that writes it has nothing that "
-                         "draws pictures; choose another format",
+                         "%s: this program cannot draw pictures; choose "
+                         "another format",
                          lum_sink_name(writer->sink));
 }
 
-/* Where the caller names nothing that draws. */
+/* Where the caller has given no function that draws. */
 static const lum_format_ops no_picture = {
     .name = "PNG", .ending = ".png", .begin = refuse_picture};
 

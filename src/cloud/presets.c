@@ -98,7 +98,7 @@ const lum_preset *lum_preset_find(const char *name, lum_error *error)
                                    i == 0 ? "" : ", ", lum_presets[i].name);
         len += added > 0 ? (size_t)added : 0u;
     }
-    (void)lum_error_set(error, "'%.40s' is no preset; presets are %s", name,
+    (void)lum_error_set(error, "'%.40s' is not a preset; presets are %s", name,
                         all);
     errno = EINVAL;
     return NULL;

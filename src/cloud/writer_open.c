@@ -163,8 +163,9 @@ static int open_writer(const char *path, const lum_writer_options *options,
     const lum_format_ops *ops = lum_format_find(options);
     if (ops == NULL) {
         errno = EINVAL;
-        return lum_error_set(error, "%s: format %d is none; 0 to %d are", path,
-                             (int)options->format, LUM_FORMATS - 1);
+        return lum_error_set(error,
+                             "%s: format %d is unknown; 0 to %d are known",
+                             path, (int)options->format, LUM_FORMATS - 1);
     }
     lum_writer *writer = calloc(1, sizeof *writer);
     if (writer == NULL) {

@@ -187,7 +187,7 @@ static int take_commands(const check *c, const lum_settings_keys *keys,
         }
         if ((v->number - spec->min) % spec->step != 0) {
             return FAIL(c, v->place, command_keys[id].path,
-                        "%" PRId64 " is no step; allowed: %s", v->number,
+                        "%" PRId64 " is not a step; allowed: %s", v->number,
                         keys->allowed[id]);
         }
         out->has[id] = true;

@@ -349,7 +349,7 @@ bool lum_index_write(lum_index *index, const lum_index_key *key, lum_pack *pack)
 static int check_head(const uint8_t *bytes, size_t len, lum_error *error)
 {
     if (len < BODY_AT || memcmp(bytes, magic, sizeof magic) != 0) {
-        return lum_error_set(error, "it is no index");
+        return lum_error_set(error, "it is not an index");
     }
     const uint32_t format = load_le16(bytes + FORMAT_AT);
     if (format != FORMAT) {

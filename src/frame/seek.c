@@ -90,8 +90,8 @@ static int begin_seek(lum_reader *r, lum_error *error)
         return lum_go_on_fail(error);
     }
     if (r->capture == NULL) {
-        return lum_error_set(error, "records that are no capture cannot be "
-                                    "sought in");
+        return lum_error_set(error, "only a reader of captures can seek; this "
+                                    "one was opened on records");
     }
     if (!lum_framer_gives(r->framer, 0)) {
         return lum_error_set(error, "a reader that gives no frames cannot "

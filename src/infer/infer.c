@@ -296,8 +296,8 @@ static int find_samples(lum_infer_state *state, lum_infer_result *out)
     out->counts.other_type = (uint32_t)state->all.count;
     if (state->all.count == 0) {
         return none(out, LUM_INFER_TOO_LITTLE,
-                    "there is no packet of data, only control packets "
-                    "or none: record while the sensor gets heartbeats");
+                    "there are no data packets, at most control "
+                    "packets: record while the sensor gets heartbeats");
     }
     if (!lum_infer_find_samples(state)) {
         return none(out, LUM_INFER_NOTHING_FITS,

@@ -116,7 +116,7 @@ def test_a_grid_of_the_only_eye_needs_no_name(path):
 
 
 @pytest.mark.parametrize("arguments, kind, said", [
-    ({"column": "range"}, ValueError, 'say eye="blue" or eye="green"'),
+    ({"column": "range"}, ValueError, 'use eye="blue" or eye="green"'),
     ({"column": "range", "eye": "red"}, ValueError, "eye is 'red'"),
     ({"column": "colour", "eye": "blue"}, KeyError, "there is no column 'colour'"),
     ({"column": "x", "eye": "blue", "returns": 0}, ValueError, "from 1"),

@@ -625,7 +625,7 @@ def test_the_clock_is_told(simulated):
 
 
 @pytest.mark.parametrize(("host", "kind", "says"), [
-    ("", lumsdk.OptionError, "there is no host in it"), ("udp://", lumsdk.OptionError, "there is no host in it"),
+    ("", lumsdk.OptionError, "the host is missing"), ("udp://", lumsdk.OptionError, "the host is missing"),
     ("udp://10.42.0.37/x", lumsdk.OptionError, "nothing stands behind"),
     ("10.42.0.37:0", lumsdk.OptionError, "the port is not a number from 1 to 65535"),
     ("10.42.0.37:x", lumsdk.OptionError, "the port is not a number from 1 to 65535"),

@@ -50,14 +50,14 @@ def test_columns_are_those_of_lumdump(make_capture, lumdump, time):
 
 
 def test_names_that_are_not_columns_are_refused(frame):
-    for names, said in ((["x", "why"], "'why' is no column; columns are x, y, z"), (["x", "x"], "'x' is there twice"),
+    for names, said in ((["x", "why"], "'why' is not a column; columns are x, y, z"), (["x", "x"], "'x' is there twice"),
                         ([], "no column is named")):
         with pytest.raises(lumsdk.OptionError, match=said):
             _table.check_names(names, ())
     with pytest.raises(TypeError, match="give names such as"):
         _table.check_names([1], ())
     assert _table.check_names("x,range", ()) == ("x", "range")
-    with pytest.raises(lumsdk.OptionError, match="is none; presets are argoverse2"):
+    with pytest.raises(lumsdk.OptionError, match="is not a preset; presets are argoverse2"):
         _table.check_preset("nuscenes", None)
 
 

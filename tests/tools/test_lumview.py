@@ -829,7 +829,7 @@ class Arguments(unittest.TestCase):
                 (["--sensor", "1.2.3.4", "udp://127.0.0.1"], "--sensor goes with a capture, not with a sensor"),
                 (["udp://255.255.255.255"], "udp://255.255.255.255: no sensor can have this address; right is udp://HOST or "
                  "udp://HOST:PORT, such as udp://10.42.0.37"),
-                (["udp://"], "udp://: there is no host in it; right is udp://HOST or udp://HOST:PORT, such as udp://10.42.0.37"),
+                (["udp://"], "udp://: the host is missing; right is udp://HOST or udp://HOST:PORT, such as udp://10.42.0.37"),
                 (["127.0.0.1"], "127.0.0.1: there is no such file; a sensor is named as udp://127.0.0.1"),
                 (["a", "udp:/127.0.0.1:5517"], "udp:/127.0.0.1:5517: there is no such file; a sensor is named as "
                  "udp://127.0.0.1:5517")):

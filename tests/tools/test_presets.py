@@ -264,7 +264,7 @@ class Check(Case):
 class Refused(Case):
     def test_names_and_options_that_do_not_go_together(self):
         for arguments, why in (
-                (("--preset", "auto", "-o", "a.pcd"), "'auto' is no preset; presets are autoware, lio-sam"),
+                (("--preset", "auto", "-o", "a.pcd"), "'auto' is not a preset; presets are autoware, lio-sam"),
                 (("--preset", "kitti"), "--preset goes with csv, ply, pcd and mcap output only"),
                 (("--preset", "kitti", "-o", "a.las"), "--preset goes with csv, ply, pcd and mcap output only"),
                 (("--preset", "kitti", "--columns", "x", "-o", "a.pcd"), "both choose the columns"),

@@ -123,8 +123,8 @@ class Columns(Case):
             self.refused("-o", self.folder / f"o.{ending}", "--columns", "x",
                          says="--columns goes with csv, ply and pcd output only")
         self.refused("--columns", "x", says="--columns goes with csv, ply and pcd output only")
-        for names, says in (("x,foo", "'foo' is no column; columns are x, y, z, range, "), ("x,x", "x is named twice"),
-                            ("", "'' is no column"), ("x,", "'' is no column"), ("intensity", "pulse_width")):
+        for names, says in (("x,foo", "'foo' is not a column; columns are x, y, z, range, "), ("x,x", "x is named twice"),
+                            ("", "'' is not a column"), ("x,", "'' is not a column"), ("intensity", "pulse_width")):
             self.refused("-o", self.folder / "o.csv", "--columns", names, says=says)
 
 

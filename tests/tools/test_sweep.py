@@ -70,7 +70,7 @@ class Sweep(unittest.TestCase):
         text = manifest.read_text()
         for broken in "", text[:500], text[:-3], "{}\n", json.dumps(json.loads(text)) + "\n":
             manifest.write_text(broken)
-            self.refused("is damaged, or none of lumctl", sensor, "--continue")
+            self.refused("is damaged, or lumctl did not write it", sensor, "--continue")
         manifest.unlink()
         self.refused("recordings of steps and no manifest", sensor)
 

@@ -52,7 +52,7 @@ static void an_unknown_name_is_refused_with_the_list(void **state)
     errno = 0;
     assert_null(lum_preset_find("auto", &error));
     assert_int_equal(errno, EINVAL);
-    assert_string_equal(error.text, "'auto' is no preset; presets are "
+    assert_string_equal(error.text, "'auto' is not a preset; presets are "
                                     "autoware, lio-sam, fast-lio, kitti, "
                                     "argoverse2, pdal");
 }
@@ -281,7 +281,7 @@ static void a_writer_refuses_what_does_not_go_together(void **state)
     assert_int_equal(open_with(LUM_FORMAT_MCAP, "kitti", NULL, &error), 0);
     assert_int_equal(open_with(LUM_FORMAT_PCD, "none", NULL, &error), -1);
     assert_int_equal(errno, EINVAL);
-    assert_non_null(strstr(error.text, "'none' is no preset"));
+    assert_non_null(strstr(error.text, "'none' is not a preset"));
     assert_int_equal(open_with(LUM_FORMAT_LAS, "kitti", NULL, &error), -1);
     assert_int_equal(errno, EINVAL);
     assert_non_null(strstr(error.text, "presets are of CSV"));

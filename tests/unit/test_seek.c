@@ -1005,12 +1005,13 @@ static void an_index_that_does_not_fit_is_not_used(void **state)
     for (size_t at = 0; at < index.len; at += at < 40u ? 1u : index.len / 97u) {
         index.at[at] ^= 0x10u;
         write_file(index_path, index.at, index.len);
-        assert_not_used(at < 8u ? "it is no index" : "");
+        assert_not_used(at < 8u ? "it is not an index" : "");
         index.at[at] ^= 0x10u;
     }
     for (size_t len = 0; len < index.len; len += 1u + index.len / 31u) {
         write_file(index_path, index.at, len);
-        assert_not_used(len < 14u ? "it is no index" : "damaged or cut short");
+        assert_not_used(len < 14u ? "it is not an index"
+                                  : "damaged or cut short");
     }
     index.at[8] = 1;
     write_file(index_path, index.at, index.len);
@@ -1799,8 +1800,9 @@ static void what_cannot_be_sought_says_so(void **state)
     lum_reader *reader =
         open_reader((lum_reader_options){.records = &records}, NULL, 0);
     assert_int_equal(lum_reader_seek_frame(reader, 0, &error), -1);
-    assert_string_equal(error.text,
-                        "records that are no capture cannot be sought in");
+    assert_string_equal(
+        error.text,
+        "only a reader of captures can seek; this one was opened on records");
     lum_reader_close(reader);
     reader = open_reader((lum_reader_options){.framer = &lines}, b.at, b.len);
     assert_int_equal(lum_reader_seek_frame(reader, 0, &error), -1);

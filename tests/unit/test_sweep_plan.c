@@ -131,7 +131,7 @@ static void a_table_goes_with_its_lines(void **state)
 static void what_makes_no_sense_is_refused_with_its_place(void **state)
 {
     (void)state;
-    assert_refused("steps: []\n", "f:1: steps: there is none");
+    assert_refused("steps: []\n", "f:1: steps: the list is empty");
     assert_refused("steps:\n  - settle: 1\n",
                    "f:2: steps.1: neither a setting nor record");
     assert_refused("steps:\n  - record: {seconds: 1, frames: 2}\n",
@@ -149,9 +149,10 @@ static void what_makes_no_sense_is_refused_with_its_place(void **state)
         "steps:\n  - record: {frames: 0}\n",
         "f:2: steps.1.record.frames: '0' is out of range; allowed: 1 "
         "to 1000000");
-    assert_refused("steps:\n  - holdoff: 155\n",
-                   "f:2: steps.1.holdoff: 155 is no step; allowed: 150 to 250 "
-                   "in steps of 10");
+    assert_refused(
+        "steps:\n  - holdoff: 155\n",
+        "f:2: steps.1.holdoff: 155 is not a step; allowed: 150 to 250 "
+        "in steps of 10");
     assert_refused("steps:\n  - power: 1\n    laser: on\n",
                    "f:3: steps.1.laser: a file does not switch a laser: "
                    "someone who looks at the sensor does, by 'lumctl laser "

@@ -735,11 +735,11 @@ static void columns_that_cannot_be_are_refused(void **state)
     static const struct {
         const char *names;
         const char *says;
-    } wrong[] = {{"", "'' is no column"},
-                 {"x,", "'' is no column; columns are x, y, z, range"},
-                 {"x,,y", "'' is no column"},
-                 {"x y", "'x y' is no column"},
-                 {"tim", "'tim' is no column"},
+    } wrong[] = {{"", "'' is not a column"},
+                 {"x,", "'' is not a column; columns are x, y, z, range"},
+                 {"x,,y", "'' is not a column"},
+                 {"x y", "'x y' is not a column"},
+                 {"tim", "'tim' is not a column"},
                  {"times", "edge, time"},
                  {"x,time,x", "x is named twice"}};
     (void)state;

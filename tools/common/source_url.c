@@ -36,7 +36,7 @@ bool source_url_parse(const char *text, lum_endpoint *out, lum_error *why)
     const char *host = text + strlen(SENSOR);
     out->port = LUM_PORT;
     if (*host == '\0' || (*host == ':' && host[1] != ':')) {
-        return refuse(text, "there is no host in it", why);
+        return refuse(text, "the host is missing", why);
     }
     if (strchr(host, '/') != NULL) {
         return refuse(text, "nothing stands behind the host and its port", why);

@@ -94,7 +94,7 @@ static enum exit_status conclude(const struct ctl *ctl,
         result->unsent == result->questions) {
         return ctl_complain(EXIT_FAILED,
                             "nothing could be asked: no interface is up with "
-                            "an address, or none of them sends");
+                            "an address, or sending failed on all");
     }
     return ctl_complain(
         EXIT_NO_ANSWER,

@@ -312,8 +312,8 @@ static void tell_lost(struct search *s)
     const struct find_result *r = s->out;
     if (r->lost_count > 0) {
         (void)snprintf(find_leave_out(&s->plan->left_out), FIND_LEFT_OUT_BYTES,
-                       "seen and not shown, beyond the %u that there is room "
-                       "for: %u %s%s; --interface and --subnet search a part",
+                       "seen but not shown, as only %u fit: %u %s%s; "
+                       "--interface and --subnet search a part",
                        FIND_FOUND_MAX, (unsigned)r->lost_count,
                        r->lost_count == 1 ? "address" : "addresses",
                        r->has_lost_more ? " and more" : "");

@@ -135,10 +135,11 @@ static enum exit_status open_folder(struct manifest *m, bool goes_on)
         return ctl_complain(EXIT_FAILED, "%s: %s", m->path, strerror(errno));
     }
     if (m->earlier != NULL && !is_ours(m->earlier)) {
-        return ctl_complain(EXIT_BAD,
-                            "%s is damaged, or none of lumctl: name another "
-                            "folder with -o",
-                            m->path);
+        return ctl_complain(
+            EXIT_BAD,
+            "%s is damaged, or lumctl did not write it: name another "
+            "folder with -o",
+            m->path);
     }
     if (m->earlier != NULL && !goes_on) {
         return ctl_complain(EXIT_BAD,

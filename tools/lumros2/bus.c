@@ -139,7 +139,7 @@ static int make_writer(const struct bus *bus, struct topic *t, lum_error *error)
     char name[NAMES_BYTES];
     char type[NAMES_BYTES];
     if (!names_dds_type(t->type, type)) {
-        return lum_error_set(error, "%s is no type of ROS 2", t->type);
+        return lum_error_set(error, "%s is not a ROS 2 type", t->type);
     }
     names_dds_topic(t->name, name);
     struct ddsi_sertype *raw = raw_type_new(type);

@@ -111,7 +111,7 @@ bool standing_check(const struct options *o)
 {
     if (o->has_walls && o->render.place.kind == LUM_PLACE_STREET) {
         (void)fputs("lumsim: --walls is about the faces of --scene room and "
-                    "--scene yard; a street has none that are flat\n",
+                    "--scene yard; a street has no flat faces\n",
                     stderr);
         return false;
     }

@@ -38,7 +38,7 @@ static void list_addresses(const struct doctor *d, char out[LIST_SIZE])
         }
     }
     if (out[0] == '\0') {
-        ADD(out, "there is no other than loopback");
+        ADD(out, "loopback is the only one");
     }
 }
 

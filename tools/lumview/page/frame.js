@@ -15,7 +15,7 @@ export const STRONGEST_BIT = 128; // of the return number
 
 function checkHead(head, bytes) {
     if (bytes < HEAD_BYTES || head.getUint32(0, true) !== MAGIC) {
-        throw new Error("a message of lumview is no frame");
+        throw new Error("a message of lumview is not a frame");
     }
     const version = head.getUint16(4, true);
     if (version !== VERSION || head.getUint16(6, true) !== HEAD_BYTES) {

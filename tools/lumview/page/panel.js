@@ -85,7 +85,7 @@ export function makePanel(settings) {
     function takePair(pair) {
         const [, ids, wrong] = pair;
         const ends = ids.map((id) => number.read(at(id)));
-        const why = ids.some((id) => at(id).validity.badInput) ? "that is no number" : wrong(ends, values);
+        const why = ids.some((id) => at(id).validity.badInput) ? "not a number" : wrong(ends, values);
         refuse(pair, why);
         if (!why) {
             settings.set(Object.fromEntries(ids.map((id, i) => [keyOf[id], ends[i]])));

@@ -325,7 +325,7 @@ class Frame:
         if eye is None:
             present = [i for i, count in enumerate(self._info.lines) if count]
             if len(present) > 1:
-                raise ValueError('the frame has lines of both eyes: say eye="blue" or eye="green"')
+                raise ValueError('the frame has lines of both eyes: use eye="blue" or eye="green"')
             return present[0] if present else 0
         if isinstance(eye, str) and eye in EYES:
             return EYES.index(eye)
@@ -389,7 +389,7 @@ class Frame:
 
     def __array__(self, *_: Any, **__: Any) -> Array:
         """A frame is several columns: each way to make one array or table of them has a name."""
-        raise TypeError("a frame is no single array: frame.xyz has the coordinates, (n, 3), frame.to_structured() all columns, "
+        raise TypeError("a frame is not a single array: frame.xyz has the coordinates, (n, 3), frame.to_structured() all columns, "
                         'frame["x"] one of them, and frame.to_pandas() and frame.to_arrow() make a table')
 
     def to_dict(self) -> dict[str, Array]:

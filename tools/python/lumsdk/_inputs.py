@@ -387,7 +387,7 @@ def _is_url(given: Any) -> bool:
 
 def _fsspec(url: str) -> Any:
     if url.startswith("udp://"):
-        raise OptionError(f"{url}: a sensor is no capture; it is read by lumsdk.Sensor({url[6:]!r})")
+        raise OptionError(f"{url}: a sensor is not a capture; it is read by lumsdk.Sensor({url[6:]!r})")
     try:
         import fsspec  # type: ignore[import-untyped,unused-ignore]
     except ImportError:

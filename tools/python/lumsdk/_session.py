@@ -156,7 +156,7 @@ def parse_host(given: Any) -> tuple[int, int]:
     host = given[len(_SENSOR_URL):] if given.startswith(_SENSOR_URL) else given
     port = int(lib.LUM_PORT)
     if not host or (host[0] == ":" and host[1:2] != ":"):
-        raise OptionError(f"{given!r}: there is no host in it; {right}")
+        raise OptionError(f"{given!r}: the host is missing; {right}")
     if "/" in host or "\0" in host:
         raise OptionError(f"{given!r}: nothing stands behind the host and its port; {right}")
     if host.count(":") == 1:

@@ -245,7 +245,7 @@ class Source:
             raise TypeError(f"a time is given as {type(time).__name__}; right is a datetime, nanoseconds since 1970 as a "
                             "whole number, or seconds from the first frame as a float")
         if not math.isfinite(time):
-            raise ValueError(f"{time} is no time")
+            raise ValueError(f"{time} is not a time")
         return self._at(0).utc_ns + round(float(time) * 1e9)
 
     # What is known of it.

@@ -85,9 +85,9 @@ def check_names(columns: Names, default: Sequence[str]) -> tuple[str, ...]:
     names = tuple(columns.split(",")) if isinstance(columns, str) else tuple(columns)
     for name in names:
         if not isinstance(name, str):
-            raise TypeError(f"columns: {name!r} is no name; give names such as [\"x\", \"range\"]")
+            raise TypeError(f"columns: {name!r} is not a name; give names such as [\"x\", \"range\"]")
         if name not in COLUMNS:
-            raise OptionError(f"columns: '{name}' is no column; columns are {', '.join(COLUMNS)}")
+            raise OptionError(f"columns: '{name}' is not a column; columns are {', '.join(COLUMNS)}")
         if names.count(name) > 1:
             raise OptionError(f"columns: '{name}' is there twice; give each column once")
     if not names:
@@ -201,7 +201,7 @@ PRESET_NEEDS: Mapping[str, tuple[str, ...]] = {
 def check_preset(preset: str, columns: Names) -> None:
     """Refuse a preset that is not known, or that comes with columns."""
     if preset not in PRESETS:
-        raise OptionError(f"preset: '{preset}' is none; presets are {', '.join(PRESETS)}")
+        raise OptionError(f"preset: '{preset}' is not a preset; presets are {', '.join(PRESETS)}")
     if columns is not None:
         raise OptionError(f"columns: the preset '{preset}' has its own; leave one of the two out")
 

@@ -175,7 +175,7 @@ class Remote:
         except ImportError as error:
             raise Usage(f"{url}: {error}") from error
         except ValueError as error:
-            raise Usage(f"{url}: '{protocol}' is no protocol of a store that fsspec knows, such as s3") from error
+            raise Usage(f"{url}: '{protocol}' is not a protocol that fsspec knows, such as s3") from error
         self.url = url.rstrip("/")
         self._top: str = self._files._strip_protocol(self.url).rstrip("/")
 
