@@ -1,5 +1,5 @@
-/* Bytes into an output on POSIX, started on their way to the disk, in places
- * that are reserved there. */
+/* Writes bytes to an output on POSIX: reserves disk space ahead, and starts
+ * their way to the disk early. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "outfile_io.h"

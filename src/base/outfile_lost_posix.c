@@ -1,5 +1,5 @@
-/* A file that is removed or renamed while it is written: what became of it, and
- * at its end a name for its bytes again. */
+/* An output file that is removed or renamed while it is written: notices it,
+ * and at the end gives its bytes a name again. */
 #define _XOPEN_SOURCE 700
 
 #include "outfile_io.h"

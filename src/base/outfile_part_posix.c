@@ -1,5 +1,5 @@
-/* The unfinished file beside an output's name: made under a free number,
- * locked, known again, removed. */
+/* The unfinished file beside an output: creates it under a free numbered
+ * name, locks it, recognises it later, and removes it. */
 #define _POSIX_C_SOURCE  200809L
 #define _DARWIN_C_SOURCE /* O_NOFOLLOW */
 

@@ -1,5 +1,5 @@
-/* Options come in, are checked against the format and copied; an open writer
- * goes out: of a file, of a rehearsal, or of a part. */
+/* Opens a writer: checks the options against the format and copies them. It
+ * writes a file, a part of one, or only rehearses one. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "base/sized.h"

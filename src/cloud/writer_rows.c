@@ -1,5 +1,5 @@
-/* What formats write with: the rows of a line, in the columns of the file, and
- * the lines of its comment go into the sink. */
+/* What all formats use to write: puts a line's rows, in the columns of the
+ * file, and the lines of its comment into the sink. */
 #include "writer_internal.h"
 
 #include <errno.h>

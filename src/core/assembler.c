@@ -1,3 +1,5 @@
+/* Packets to lines: a packet comes in; completed lines and ended frames go
+ * out, one event each call. Decides when a frame is complete. */
 #include "lum/assembler.h"
 
 #include "check.h"

@@ -1,3 +1,5 @@
+/* From line numbers to frame numbers: where a sweep of an eye ends, and so
+ * which frame a line belongs to. */
 #include "frames.h"
 
 #include "check.h"

@@ -1,5 +1,5 @@
-/* Frames that are under way: which there are, and how a line's points get into
- * the views of its own. */
+/* The frames of a sensor that are under way: finds, begins and drops them,
+ * and adds a line's points to each view of a frame. */
 #include "drafts.h"
 
 /* --- Which there are --- */

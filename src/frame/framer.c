@@ -1,5 +1,5 @@
-/* Records to lines, frames and their ends: what an event means for a sensor's
- * frames, and when each is handed out. */
+/* Lines and ends of frames come in, frames go out. What makes a frame end is
+ * decided in core/frames.c and core/assembler.c. */
 #include "framer_internal.h"
 
 #include "base/sized.h"

@@ -1,5 +1,5 @@
-/* Entries of an index, made while a capture is read: a record that was pushed
- * comes in, states that reading can begin with go into the index. */
+/* Makes entries of an index while a capture is read: at the begin of some
+ * frames, a state from which reading can go on. */
 #include "index_entries.h"
 
 #include "capture/capture_state.h"

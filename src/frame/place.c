@@ -1,5 +1,5 @@
-/* Where a reader is in its capture, and the way to another place: from the
- * first record again, or into the middle by the states of an index. */
+/* Carries out a jump in a capture: to its first record, or to a state in the
+ * index. seek.c decides which. */
 #include "place.h"
 
 #include "capture/capture_state.h"

@@ -1,5 +1,5 @@
-/* A frame that a caller seeks: the way to it is chosen from the index and the
- * present place, and what comes before it is held back. */
+/* Seeks a frame: decides by the index whether to jump, to begin again or to
+ * read on (place.c does it), and holds back what comes before the frame. */
 #include "framer_state.h"
 #include "reader_internal.h"
 

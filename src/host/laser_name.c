@@ -1,3 +1,4 @@
+/* The names of laser status bits and states. */
 #include "lum/host/laser_name.h"
 
 #include <stddef.h>

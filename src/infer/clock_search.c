@@ -1,5 +1,5 @@
-/* From packets with their times to all fields that follow the time, each with
- * the length of its ticks, and the best of them. */
+/* Tries all fields that follow the time of capture, decides the length of
+ * each one's ticks, and picks the best as clock. */
 #include "clock_search.h"
 
 /* Fewer lines lie on too many lines. */

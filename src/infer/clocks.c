@@ -1,5 +1,5 @@
-/* The clock and its unit, of all fields that follow the time: first its bits,
- * before other fields are known; then it and what else may be it. */
+/* Chooses the clock: at first its bits alone; once other fields are known,
+ * the whole field, and which others may be it. */
 #include "clocks.h"
 
 #include "clock_search.h"

@@ -1,5 +1,5 @@
-/* Packets of one sensor with their times: what a field counts from one to the
- * next, and how well that follows the time of capture. */
+/* How far a field counts between packets of one sensor, and how well that
+ * follows the time of capture. */
 #include "ticks.h"
 
 #include "fields.h"

@@ -1,5 +1,5 @@
-/* What comes during a search: datagrams, ARP and UDP on the wire become
- * findings, and answers to the questions that were asked. */
+/* What arrives during a search: datagrams, ARP and UDP that is overheard
+ * become findings, or answer the questions asked. */
 #include "find_search.h"
 
 #include "beside.h"

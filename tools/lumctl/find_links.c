@@ -1,5 +1,5 @@
-/* The sockets and listeners of a search: one of each for an interface, and
- * which addresses of the plan can be asked by them. */
+/* Opens sockets and listeners, one of each for an interface of the plan.
+ * Which interfaces those are: find_plan.c. */
 #include "find_search.h"
 
 #include <stdio.h>

@@ -1,3 +1,5 @@
+/* The plan of a search: which interfaces and addresses will be asked, by the
+ * options and this host's networks. */
 #include "find.h"
 
 #include "../common/number.h"

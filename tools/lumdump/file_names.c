@@ -1,5 +1,5 @@
-/* The names of an output's files: which is next, the run's right to them, and
- * the list by which --keep removes old ones. */
+/* Names an output's files: picks the next name, claims names against other
+ * runs, and opens the list that --keep uses. */
 #define _POSIX_C_SOURCE 200809L
 #include "file_names.h"
 

@@ -1,5 +1,5 @@
-/* Which files of an output are open: one file, a file for each frame, or a
- * series; it opens them, says which takes what, and has them finished. */
+/* An output's open files: opens them, rotates by size or time, chooses the
+ * file for each frame or packet, finishes them. */
 #include "file_set.h"
 
 #include "../common/capture_file.h"

@@ -1,5 +1,5 @@
-/* What the options say of each output: what it holds, and what it is made
- * of. */
+/* Questions about options already read, for each output: its format, whether
+ * it rotates, takes frames, packets or messages. */
 #include "options.h"
 
 #include <string.h>

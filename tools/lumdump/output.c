@@ -1,5 +1,5 @@
-/* One output of a run: what its kind makes of lines, frames, packets and
- * statuses, and in which of its files it puts that. */
+/* One output of a run: makes what its kind needs of lines, frames, packets
+ * and statuses, and puts it into the right file. */
 #include "output.h"
 
 #include "cloud/part.h"

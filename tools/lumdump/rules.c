@@ -1,5 +1,5 @@
-/* Which options go together, with a source and with outputs: all else is
- * refused, with a message. */
+/* Refuses options that do not go together, or not with a source or an output,
+ * with a message. By an output's name: targets.c. */
 #include "rules.h"
 
 #include "../common/host.h"

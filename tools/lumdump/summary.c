@@ -1,5 +1,5 @@
-/* The counters of a run: their names, their meanings, and their sums over all
- * sensors, as the reports print them. */
+/* The counters of a run, in one table for text and JSON: names, meanings, and
+ * sums over all sensors. A new counter goes here. */
 #include "summary.h"
 
 #include <stddef.h>

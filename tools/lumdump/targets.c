@@ -1,3 +1,5 @@
+/* Refuses outputs by their names before they are opened: one that is read,
+ * one that is written twice, one that cannot do what is asked. */
 #include "targets.h"
 
 #include "../common/file_look.h"

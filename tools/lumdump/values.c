@@ -1,3 +1,5 @@
+/* The value of each option, from text into a struct options, or why it is
+ * refused. */
 #define _POSIX_C_SOURCE 200809L
 #include "values.h"
 

@@ -1,5 +1,5 @@
-/* Decoder, capture and read errors in; counters and messages for the page
- * out. */
+/* Turns errors of decoding and of reading into counters and messages for the
+ * page. */
 #include "report.h"
 
 #include <inttypes.h>

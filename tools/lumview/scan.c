@@ -1,5 +1,5 @@
-/* Captures are read before they are played: the range of their frames, what is
- * odd about them, and how the sensors' clocks run go out. */
+/* Reads captures once before they are played: the range of their frames, what
+ * is odd in them, how their sensors' clocks run. */
 #define _POSIX_C_SOURCE 200809L
 #include "scan.h"
 

@@ -1,5 +1,5 @@
-/* What all checks of the doctor say and share: findings and their fixes, and
- * which needs of later checks are missing. */
+/* What all checks of the doctor share: they record findings and fixes, and
+ * what later checks need that is missing. */
 #include "doctor.h"
 
 #include "../../common/number.h"

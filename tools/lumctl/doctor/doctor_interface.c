@@ -1,5 +1,5 @@
-/* Whether an interface of a Linux host is in the sensor's subnet and can be
- * used, and what makes it so. */
+/* Checks that a usable interface of a Linux host is in the sensor's subnet;
+ * if not, gives the commands that fix it. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "doctor_host.h"

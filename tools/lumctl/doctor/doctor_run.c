@@ -1,3 +1,5 @@
+/* The list of the doctor's checks, the order in which they run, and how their
+ * findings are printed. */
 #include "doctor.h"
 
 #include "../../common/json.h"

@@ -1,5 +1,5 @@
-/* The doctor's own session with the sensor: whether this host can have one,
- * requests on it, and what is kept of their answers. */
+/* The doctor's own session: whether it can be opened, whether the receive
+ * buffer is large enough, its requests and the answers kept. */
 #include "doctor.h"
 
 #include "lum/base/time.h"

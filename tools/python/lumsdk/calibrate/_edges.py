@@ -1,4 +1,4 @@
-"""The cells of faces once more, when the faces are known: up to the edges, where windows that have to be flat find none.
+"""Collects the cells of known faces again, up to their edges, which the search by flat windows leaves out.
 
 The ends of what a mirror sweeps, and the feet of walls, are at such edges: they tell widths, elevations and pitch best.
 """

@@ -1,4 +1,4 @@
-"""Folders for a process's own work, removed by a later process if it dies."""
+"""Work folders of a process. If the process dies, a later one removes them."""
 from __future__ import annotations
 
 import glob

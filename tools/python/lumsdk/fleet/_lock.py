@@ -1,4 +1,4 @@
-"""One run at a time in an OUT: two would take each other's files for left ones."""
+"""Allows one run at a time in an OUT: two runs would take each other's files for leftovers."""
 from __future__ import annotations
 
 import json
