@@ -12,11 +12,6 @@ enum pass_result pass_failure(void)
     return errno == EPIPE ? PASS_READER_LEFT : PASS_FAILED;
 }
 
-static bool writes_lines(const struct pass *pass)
-{
-    return pass->outputs != NULL && outputs_want_lines(pass->outputs);
-}
-
 /* The line's packets came just now, so its clock is near what is known. */
 static int64_t timestamp_us(const struct pass *pass, int64_t clock_us,
                             int64_t arrival_ns)
@@ -41,7 +36,7 @@ static int64_t clock_of_line(const void *pass, const lum_frame_line *line)
 static int write_line(struct pass *pass, lum_error *error)
 {
     const lum_line *line = lum_framer_line(pass->framer);
-    if (!writes_lines(pass)) {
+    if (!outputs_any(pass->outputs, output_wants_lines)) {
         return 0;
     }
     lum_line_samples points = {
@@ -55,7 +50,10 @@ static int write_line(struct pass *pass, lum_error *error)
     }
     points.count = lum_framer_line_samples(pass->framer, 0, &points.samples);
     return pass->crew != NULL ? crew_add_samples(pass->crew, &points, error)
-                              : outputs_add_line(pass->outputs, &points, error);
+                              : outputs_act(pass->outputs,
+                                            &(struct action){.kind = ADD_LINE,
+                                                             .line = &points},
+                                            error);
 }
 
 static int take_line(struct pass *pass, lum_error *error)
@@ -90,8 +88,7 @@ static bool choose_frame(struct pass *pass)
 static int take_frame(struct pass *pass, lum_error *error)
 {
     const lum_frame *frame = lum_framer_frame(pass->framer, 0);
-    const bool is_written =
-        pass->outputs != NULL && outputs_want_frames(pass->outputs);
+    const bool is_written = outputs_any(pass->outputs, output_wants_frames);
     if (!is_written && pass->summary.whole.asked == 0) {
         return 0;
     }
@@ -100,7 +97,10 @@ static int take_frame(struct pass *pass, lum_error *error)
         return lum_error_set(error, "out of memory");
     }
     return choose_frame(pass) && is_written
-               ? outputs_add_frame(pass->outputs, pass->frame_lines, error)
+               ? outputs_act(pass->outputs,
+                             &(struct action){.kind = ADD_FRAME,
+                                              .frame = pass->frame_lines},
+                             error)
                : 0;
 }
 
@@ -113,7 +113,10 @@ static int end_frame(struct pass *pass, lum_error *error)
         return 0;
     }
     return pass->crew != NULL ? crew_end_frame(pass->crew, number, error)
-                              : outputs_end_frame(pass->outputs, number, error);
+                              : outputs_act(pass->outputs,
+                                            &(struct action){.kind = END_FRAME,
+                                                             .number = number},
+                                            error);
 }
 
 static enum pass_result handle_event(struct pass *pass, lum_framer_event event,
@@ -161,14 +164,24 @@ static void note_time(struct summary_span *s, int64_t time_ns)
     }
 }
 
+static int set_time(struct pass *pass, const lum_record *record,
+                    lum_error *error)
+{
+    return outputs_act(
+        pass->outputs,
+        &(struct action){.kind = SET_TIME, .number = record->time_ns}, error);
+}
+
 static int add_datagram(struct pass *pass, const lum_record *record,
                         lum_error *error)
 {
-    const bool begins_frame =
-        options_is_rotation(&pass->options->files.rotation) &&
-        frame_watch_begins(&pass->frames, pass->layout, record->payload,
-                           record->len);
-    return outputs_add_datagram(pass->outputs, record, begins_frame, error);
+    const struct action action = {
+        .kind = ADD_DATAGRAM,
+        .number = options_is_rotation(&pass->options->files.rotation) &&
+                  frame_watch_begins(&pass->frames, pass->layout,
+                                     record->payload, record->len),
+        .record = record};
+    return outputs_act(pass->outputs, &action, error);
 }
 
 /* Decide on the packets that are held, as far as possible now. */
@@ -257,8 +270,7 @@ enum pass_result pass_take(struct pass *pass, const lum_record *record,
 {
     lum_packet_kind kind = LUM_PACKET_KINDS;
     lum_framer_event event = LUM_FRAMER_NONE;
-    if (pass->outputs != NULL &&
-        outputs_set_time(pass->outputs, record->time_ns, error) != 0) {
+    if (pass->outputs != NULL && set_time(pass, record, error) != 0) {
         return pass_failure();
     }
     while ((event = lum_framer_push(pass->framer, record, &kind)) !=
@@ -285,7 +297,7 @@ enum pass_result pass_record(struct pass *pass, const lum_record *record,
     if (record->kind != LUM_RECORD_DATAGRAM) {
         return PASS_DONE;
     }
-    return outputs_set_time(pass->outputs, record->time_ns, error) == 0 &&
+    return set_time(pass, record, error) == 0 &&
                    add_datagram(pass, record, error) == 0
                ? PASS_DONE
                : pass_failure();

@@ -71,12 +71,17 @@ static int take(struct crew *crew, struct job *job, lum_error *error)
     if (!batch_is_empty(job->batch)) {
         const int64_t frame = batch_frame(job->batch);
         lum_writer *rows = batch_rows(job->batch, error);
-        result = rows != NULL
-                     ? outputs_add_rows(crew->outputs, frame, rows, error)
-                     : -1;
+        result = rows != NULL ? outputs_act(crew->outputs,
+                                            &(struct action){.kind = ADD_ROWS,
+                                                             .number = frame,
+                                                             .part = rows},
+                                            error)
+                              : -1;
     }
     if (result == 0 && job->ends_frame) {
-        result = outputs_end_frame(crew->outputs, job->ended, error);
+        result = outputs_act(
+            crew->outputs,
+            &(struct action){.kind = END_FRAME, .number = job->ended}, error);
     }
     const int code = errno;
     job->ends_frame = false;

@@ -41,7 +41,7 @@ int crew_add_line(struct crew *crew, const lum_line *line, int64_t timestamp_us,
 int crew_add_samples(struct crew *crew, const lum_line_samples *line,
                      lum_error *error);
 
-/* As outputs_end_frame(), behind the lines so far. */
+/* As END_FRAME of outputs_act(), behind the lines so far. */
 int crew_end_frame(struct crew *crew, int64_t frame, lum_error *error);
 
 /* Have all lines so far written to the outputs. */

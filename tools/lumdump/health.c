@@ -59,7 +59,10 @@ static enum pass_result tell(struct pass *pass, struct health *h,
                              lum_error *error)
 {
     h->status.values = h->values;
-    return outputs_add_status(pass->outputs, &h->status, error) == 0
+    return outputs_act(
+               pass->outputs,
+               &(struct action){.kind = ADD_STATUS, .status = &h->status},
+               error) == 0
                ? PASS_DONE
                : pass_failure();
 }

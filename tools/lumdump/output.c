@@ -296,38 +296,25 @@ static enum output_kind kind_of(const struct options *o, size_t i)
     return options_takes_frames(o, i) ? KIND_FRAMES : KIND_LINES;
 }
 
-static struct output *new_output(const struct options *options, size_t i,
-                                 const lum_projector *projector)
+int output_open(const struct options *options, size_t i,
+                const lum_projector *projector, bool rehearses,
+                const struct output *rehearsal, struct output **out,
+                lum_error *error)
 {
     struct output *o = calloc(1, sizeof *o);
-    if (o != NULL) {
-        o->kind = kind_of(options, i);
-        o->takes_packets = options_takes_packets(options, i);
-        o->by_arrival = options->points.time == TIME_ARRIVAL;
-        file_set_prepare(options, i, projector, &o->files);
-    }
-    return o;
-}
-
-int output_open(const struct options *options, size_t i,
-                const lum_projector *projector, const struct output *rehearsal,
-                struct output **out, lum_error *error)
-{
-    *out = new_output(options, i, projector);
-    if (*out == NULL) {
+    *out = o;
+    if (o == NULL) {
         return lum_error_set(error, "out of memory");
     }
-    return file_set_open(&(*out)->files,
-                         rehearsal != NULL ? &rehearsal->files : NULL, error);
-}
-
-int output_rehearse(const struct options *options, size_t i,
-                    const lum_projector *projector, struct output **out,
-                    lum_error *error)
-{
-    *out = new_output(options, i, projector);
-    return *out != NULL ? file_set_rehearse(&(*out)->files, error)
-                        : lum_error_set(error, "out of memory");
+    o->kind = kind_of(options, i);
+    o->takes_packets = options_takes_packets(options, i);
+    o->by_arrival = options->points.time == TIME_ARRIVAL;
+    file_set_prepare(options, i, projector, &o->files);
+    return rehearses
+               ? file_set_rehearse(&o->files, error)
+               : file_set_open(&o->files,
+                               rehearsal != NULL ? &rehearsal->files : NULL,
+                               error);
 }
 
 void output_finish_by(struct output *output, struct closer *closer)

@@ -43,18 +43,15 @@ struct output_end {
 };
 
 /* The i-th output of the options. A capture of a live run has its final name
- * from the start. rehearsal: NULL, or an output that took the lines to come.
- * 0, or -1 with the reason in error and errno; if *out is not NULL, it is to be
- * ended whatever is returned. */
+ * from the start. rehearses: it takes lines and writes nothing, as the first of
+ * two passes, for a header that an output which cannot seek has to begin with.
+ * rehearsal: NULL, or an output that did so with the lines to come. 0, or -1
+ * with the reason in error and errno; if *out is not NULL, it is to be ended
+ * whatever is returned. */
 int output_open(const struct options *options, size_t i,
-                const lum_projector *projector, const struct output *rehearsal,
-                struct output **out, lum_error *error);
-
-/* As output_open(), one that takes lines and writes nothing: the first of two
- * passes, for a header that an output which cannot seek has to begin with. */
-int output_rehearse(const struct options *options, size_t i,
-                    const lum_projector *projector, struct output **out,
-                    lum_error *error);
+                const lum_projector *projector, bool rehearses,
+                const struct output *rehearsal, struct output **out,
+                lum_error *error);
 
 /* Have its files finished by another thread. Then the next call reports what
  * fails there, and a file continues past its limit while others wait for a slow
@@ -67,12 +64,15 @@ const char *output_name(const struct output *output);
 /* The name of an output as a person reads it: "-" is standard output. */
 const char *output_title(const char *name);
 
+/* A question about an output. */
+typedef bool output_question(const struct output *output);
+
 /* Whether it is made of lines as they come, of whole frames. */
-bool output_wants_lines(const struct output *output);
-bool output_wants_frames(const struct output *output);
+output_question output_wants_lines;
+output_question output_wants_frames;
 
 /* Whether it is a picture of one frame, as none was chosen. */
-bool output_draws_one(const struct output *output);
+output_question output_draws_one;
 
 /* What is done to an output. It takes what it has a place for, and ignores the
  * rest. */

@@ -8,38 +8,11 @@
 struct outputs {
     struct output *list[OUTPUTS_MAX]; /* NULL: left out */
     size_t count;
-    bool want_lines;
-    bool want_frames;
     size_t failed;               /* which has failed; count: none */
     struct outputs_notes *notes; /* NULL: a rehearsal */
 };
 
 /* --- Opening --- */
-
-static void find_wants(struct outputs *outputs)
-{
-    outputs->want_lines = false;
-    outputs->want_frames = false;
-    for (size_t i = 0; i < outputs->count; i++) {
-        const struct output *o = outputs->list[i];
-        outputs->want_lines |= o != NULL && output_wants_lines(o);
-        outputs->want_frames |= o != NULL && output_wants_frames(o);
-    }
-}
-
-/* Without notes it is a rehearsal. */
-static int open_one(const struct outputs *all, const struct options *options,
-                    size_t i, const lum_projector *projector,
-                    const struct output *rehearsal, struct output **out,
-                    lum_error *error)
-{
-    if (all->notes != NULL) {
-        return output_open(options, i, projector, rehearsal, out, error);
-    }
-    return targets_needs_rehearsal(options, i)
-               ? output_rehearse(options, i, projector, out, error)
-               : 0;
-}
 
 int outputs_open(const struct options *options, const lum_projector *projector,
                  const struct outputs *rehearsal, struct outputs_notes *notes,
@@ -53,25 +26,18 @@ int outputs_open(const struct options *options, const lum_projector *projector,
     all->failed = all->count;
     all->notes = notes;
     for (size_t i = 0; i < all->count; i++) {
-        if (open_one(all, options, i, projector,
-                     rehearsal != NULL ? rehearsal->list[i] : NULL,
-                     &all->list[i], error) != 0) {
+        if ((notes != NULL || targets_needs_rehearsal(options, i)) &&
+            output_open(options, i, projector, notes == NULL,
+                        rehearsal != NULL ? rehearsal->list[i] : NULL,
+                        &all->list[i], error) != 0) {
             const int code = errno;
             outputs_abort(all);
             errno = code;
             return -1;
         }
     }
-    find_wants(all);
     *out = all;
     return 0;
-}
-
-int outputs_rehearse(const struct options *options,
-                     const lum_projector *projector, struct outputs **out,
-                     lum_error *error)
-{
-    return outputs_open(options, projector, NULL, NULL, out, error);
 }
 
 void outputs_finish_by(struct outputs *outputs, struct closer *closer)
@@ -81,14 +47,13 @@ void outputs_finish_by(struct outputs *outputs, struct closer *closer)
     }
 }
 
-bool outputs_want_lines(const struct outputs *outputs)
+bool outputs_any(const struct outputs *outputs, output_question *is_so)
 {
-    return outputs->want_lines;
-}
-
-bool outputs_want_frames(const struct outputs *outputs)
-{
-    return outputs->want_frames;
+    bool is_any = false;
+    for (size_t i = 0; outputs != NULL && i < outputs->count; i++) {
+        is_any |= outputs->list[i] != NULL && is_so(outputs->list[i]);
+    }
+    return is_any;
 }
 
 /* --- All at once --- */
@@ -119,12 +84,11 @@ static bool leave_out(struct outputs *outputs, size_t i)
     add_left(outputs->notes, output_name(outputs->list[i]));
     output_abort(outputs->list[i]);
     outputs->list[i] = NULL;
-    find_wants(outputs);
     return true;
 }
 
-static int for_each(struct outputs *outputs, const struct action *action,
-                    lum_error *error)
+int outputs_act(struct outputs *outputs, const struct action *action,
+                lum_error *error)
 {
     for (size_t i = 0; i < outputs->count; i++) {
         if (outputs->list[i] != NULL &&
@@ -137,69 +101,10 @@ static int for_each(struct outputs *outputs, const struct action *action,
     return 0;
 }
 
-int outputs_set_time(struct outputs *outputs, int64_t time_ns, lum_error *error)
-{
-    return for_each(
-        outputs, &(struct action){.kind = SET_TIME, .number = time_ns}, error);
-}
-
-int outputs_add_line(struct outputs *outputs, const lum_line_samples *line,
-                     lum_error *error)
-{
-    return for_each(outputs, &(struct action){.kind = ADD_LINE, .line = line},
-                    error);
-}
-
 int outputs_open_part(const struct outputs *outputs, lum_writer **out,
                       lum_error *error)
 {
     return output_open_part(outputs->list[0], out, error);
-}
-
-int outputs_add_rows(struct outputs *outputs, int64_t frame, lum_writer *part,
-                     lum_error *error)
-{
-    return for_each(
-        outputs,
-        &(struct action){.kind = ADD_ROWS, .number = frame, .part = part},
-        error);
-}
-
-int outputs_add_frame(struct outputs *outputs, struct frame_lines *frame,
-                      lum_error *error)
-{
-    return for_each(outputs,
-                    &(struct action){.kind = ADD_FRAME, .frame = frame}, error);
-}
-
-int outputs_add_datagram(struct outputs *outputs, const lum_record *record,
-                         bool begins_frame, lum_error *error)
-{
-    return for_each(outputs,
-                    &(struct action){.kind = ADD_DATAGRAM,
-                                     .number = begins_frame ? 1 : 0,
-                                     .record = record},
-                    error);
-}
-
-int outputs_add_status(struct outputs *outputs, const lum_writer_status *status,
-                       lum_error *error)
-{
-    return for_each(
-        outputs, &(struct action){.kind = ADD_STATUS, .status = status}, error);
-}
-
-int outputs_end_frame(struct outputs *outputs, int64_t frame, lum_error *error)
-{
-    return for_each(
-        outputs, &(struct action){.kind = END_FRAME, .number = frame}, error);
-}
-
-int outputs_flush(struct outputs *outputs, bool files, lum_error *error)
-{
-    return for_each(outputs,
-                    &(struct action){.kind = FLUSH, .number = files ? 1 : 0},
-                    error);
 }
 
 bool outputs_find_lost(struct outputs *outputs, lum_error *out)

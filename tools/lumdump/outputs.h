@@ -18,47 +18,29 @@ struct outputs_notes {
 };
 
 /* Open all outputs of the options.
- * rehearsal: NULL, or what outputs_rehearse() gave.
- * notes: added to, by this and what follows; kept. */
+ * rehearsal: NULL, or outputs that took the lines to come.
+ * notes: added to, by this and what follows; kept. NULL: it is a rehearsal, of
+ * those that need one. */
 int outputs_open(const struct options *options, const lum_projector *projector,
                  const struct outputs *rehearsal, struct outputs_notes *notes,
                  struct outputs **out, lum_error *error);
 
-/* As outputs_open(), only for those that need a rehearsal. */
-int outputs_rehearse(const struct options *options,
-                     const lum_projector *projector, struct outputs **out,
-                     lum_error *error);
-
 /* As output_finish_by(), for all. */
 void outputs_finish_by(struct outputs *outputs, struct closer *closer);
 
-/* Whether any takes lines, or frames. */
-bool outputs_want_lines(const struct outputs *outputs);
-bool outputs_want_frames(const struct outputs *outputs);
+/* Whether the answer is yes for any of them. NULL is allowed: none. */
+bool outputs_any(const struct outputs *outputs, output_question *is_so);
 
 /* As output_find_lost(), of all. */
 bool outputs_find_lost(struct outputs *outputs, lum_error *out);
 
-/* As those of output.h, for all. */
-int outputs_set_time(struct outputs *outputs, int64_t time_ns,
-                     lum_error *error);
-int outputs_add_line(struct outputs *outputs, const lum_line_samples *line,
-                     lum_error *error);
-int outputs_add_frame(struct outputs *outputs, struct frame_lines *frame,
-                      lum_error *error);
-int outputs_add_datagram(struct outputs *outputs, const lum_record *record,
-                         bool begins_frame, lum_error *error);
-int outputs_add_status(struct outputs *outputs, const lum_writer_status *status,
-                       lum_error *error);
-int outputs_end_frame(struct outputs *outputs, int64_t frame, lum_error *error);
-int outputs_flush(struct outputs *outputs, bool files, lum_error *error);
+/* As output_act(), for all. */
+int outputs_act(struct outputs *outputs, const struct action *action,
+                lum_error *error);
 
-/* For the one that there is: a part of its files, and the rows of lines of a
- * frame in it. */
+/* As output_open_part(), for the one that there is. */
 int outputs_open_part(const struct outputs *outputs, lum_writer **out,
                       lum_error *error);
-int outputs_add_rows(struct outputs *outputs, int64_t frame, lum_writer *part,
-                     lum_error *error);
 
 /* Finish all, free them. When one has failed, now or before, it is aborted and
  * the others are finished all the same. */

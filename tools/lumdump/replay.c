@@ -200,8 +200,8 @@ static enum pass_result rehearse(struct pass *pass, struct outputs **rehearsal,
                             "output that cannot seek; use -o FILE, or csv");
         return PASS_REFUSED;
     }
-    if (outputs_rehearse(pass->options, pass->projector, &pass->outputs,
-                         error) != 0) {
+    if (outputs_open(pass->options, pass->projector, NULL, NULL, &pass->outputs,
+                     error) != 0) {
         return PASS_FAILED;
     }
     const enum pass_result result = run(pass, error);

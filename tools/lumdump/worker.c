@@ -93,7 +93,9 @@ static enum pass_result flush(struct worker *w, int64_t now_ns, bool is_idle)
     }
     w->pipes_ns = now_ns;
     w->files_ns = files ? now_ns : w->files_ns;
-    if (outputs_flush(w->pass->outputs, files, &w->error) != 0) {
+    if (outputs_act(w->pass->outputs,
+                    &(struct action){.kind = FLUSH, .number = files},
+                    &w->error) != 0) {
         return pass_failure();
     }
     if (files) {
