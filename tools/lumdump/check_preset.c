@@ -1,4 +1,4 @@
-#include "check_preset.h"
+#include "runs.h"
 
 #include "../common/source_url.h"
 #include "cloud_fields.h"

@@ -3,9 +3,6 @@
 #include "../common/number.h"
 #include "../common/shell_word.h"
 
-#include "summary_json.h"
-#include "summary_text.h"
-
 #include "lum/wire.h"
 
 #include <errno.h>

@@ -70,17 +70,16 @@ static int take_line(struct pass *pass, lum_error *error)
 static bool choose_frame(struct pass *pass)
 {
     struct summary *s = &pass->summary;
-    const size_t points = frame_lines_points(pass->frame_lines);
+    const struct taken_frame *taken = frame_lines_taken(pass->frame_lines);
     if (s->whole.asked == 0) {
         return true;
     }
-    if (pass->has_all || points == 0 ||
-        !frame_lines_is_whole(pass->frame_lines)) {
+    if (pass->has_all || taken->points == 0 || !taken->is_whole) {
         return false;
     }
     s->whole.sensor = lum_framer_sensor(pass->framer);
     s->whole.frames++;
-    s->whole.points += points;
+    s->whole.points += taken->points;
     pass->has_all = s->whole.frames == s->whole.asked;
     return true;
 }

@@ -25,17 +25,14 @@ struct frame_lines {
     unsigned eyes;
     frame_lines_clock *clock;
     const void *context;
-    const lum_frame *frame;
+    struct taken_frame taken;
     struct columns columns; /* the frame's */
-    int64_t number;
-    bool is_whole;
-    bool was_lit;         /* words came in it */
-    int64_t begin_utc_ns; /* 0: there is no clock */
+    bool was_lit;           /* words came in it */
+    int64_t begin_utc_ns;   /* 0: there is no clock */
     int64_t begin_arrival_ns;
     uint32_t end_before; /* of the frame before: its highest line, plus 1 */
     uint32_t end;        /* of this one */
     uint32_t rows;       /* of an eye */
-    uint64_t left_out;
     uint32_t *points; /* eye x rows x pixels: indices, or LUM_FRAME_MISSING */
     uint32_t *lines;  /* eye x rows: indices of lines, or NO_LINE */
     size_t room;      /* rows, of both eyes together */
@@ -67,7 +64,7 @@ void frame_lines_free(struct frame_lines *f)
 static lum_frame_line line_at(const struct frame_lines *f, size_t i)
 {
     lum_frame_line line = {.struct_size = sizeof line};
-    (void)lum_frame_get_line(f->frame, i, &line);
+    (void)lum_frame_get_line(f->taken.frame, i, &line);
     return line;
 }
 
@@ -114,7 +111,7 @@ static void find_lines(struct frame_lines *f)
     for (size_t i = 0; i < (size_t)LUM_EYES * f->rows; i++) {
         f->lines[i] = NO_LINE;
     }
-    for (size_t i = 0; i < frame_lines_count(f); i++) {
+    for (size_t i = 0; i < f->taken.lines; i++) {
         const lum_frame_line line = line_at(f, i);
         if (line.number >= f->rows) {
             continue;
@@ -130,22 +127,22 @@ static void find_lines(struct frame_lines *f)
 static void count_left_out(struct frame_lines *f)
 {
     const size_t cells = (size_t)LUM_EYES * f->rows * LUM_LINE_PIXELS;
-    f->left_out = lum_frame_count(f->frame);
+    f->taken.left_out = f->taken.points;
     for (size_t i = 0; i < cells; i++) {
-        f->left_out -= f->points[i] != LUM_FRAME_MISSING ? 1u : 0u;
+        f->taken.left_out -= f->points[i] != LUM_FRAME_MISSING ? 1u : 0u;
     }
 }
 
 static int lay_out(struct frame_lines *f)
 {
     f->end_before = f->end;
-    f->end = find_end(f->frame);
+    f->end = find_end(f->taken.frame);
     f->rows = f->end > f->end_before ? f->end : f->end_before;
     if (make_room(f, (size_t)LUM_EYES * f->rows) != 0) {
         return -1;
     }
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        (void)lum_frame_grid_index(f->frame, eye, f->rows, 1,
+        (void)lum_frame_grid_index(f->taken.frame, eye, f->rows, 1,
                                    points_of(f, eye));
     }
     find_lines(f);
@@ -175,10 +172,13 @@ int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
 {
     lum_frame_info info = {.struct_size = sizeof info};
     lum_frame_get_info(frame, &info);
-    f->frame = frame;
+    f->taken = (struct taken_frame){
+        .frame = frame,
+        .number = info.number,
+        .is_whole = info.is_complete && (info.lines_dark == 0 || f->was_lit),
+        .points = lum_frame_count(frame),
+        .lines = lum_frame_line_count(frame)};
     f->columns = columns_of(frame);
-    f->number = info.number;
-    f->is_whole = info.is_complete && (info.lines_dark == 0 || f->was_lit);
     f->was_lit = info.lines_dark < (uint64_t)info.lines[0] + info.lines[1];
     f->begin_utc_ns = info.times.begin_utc_ns;
     f->begin_arrival_ns = info.times.begin_arrival_ns;
@@ -187,30 +187,15 @@ int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
 
 /* --- Asking --- */
 
-int64_t frame_lines_number(const struct frame_lines *f)
+const struct taken_frame *frame_lines_taken(const struct frame_lines *f)
 {
-    return f->number;
-}
-
-bool frame_lines_is_whole(const struct frame_lines *f)
-{
-    return f->is_whole;
-}
-
-const lum_frame *frame_lines_frame(const struct frame_lines *f)
-{
-    return f->frame;
+    return &f->taken;
 }
 
 int64_t frame_lines_begin_ns(const struct frame_lines *f, bool by_arrival)
 {
     return by_arrival || f->begin_utc_ns == 0 ? f->begin_arrival_ns
                                               : f->begin_utc_ns;
-}
-
-size_t frame_lines_points(const struct frame_lines *f)
-{
-    return lum_frame_count(f->frame);
 }
 
 static lum_sample sample_at(const struct columns *c, size_t i)
@@ -238,11 +223,6 @@ static void set_brief(lum_sample *s, const struct columns *c, size_t i)
     s->return_number = c->return_number[i];
 }
 
-size_t frame_lines_count(const struct frame_lines *f)
-{
-    return lum_frame_line_count(f->frame);
-}
-
 void frame_lines_get(struct frame_lines *f, size_t i, lum_line_samples *out)
 {
     const lum_frame_line line = line_at(f, i);
@@ -256,7 +236,7 @@ void frame_lines_get(struct frame_lines *f, size_t i, lum_line_samples *out)
     *out = (lum_line_samples){.struct_size = sizeof *out,
                               .samples = f->samples,
                               .count = line.point_count,
-                              .frame = f->number,
+                              .frame = f->taken.number,
                               .timestamp_us = f->clock(f->context, &line),
                               .line = line.number,
                               .eye = line.eye,
@@ -310,15 +290,10 @@ void frame_lines_get_row(struct frame_lines *f, uint32_t row,
     *out = (lum_line_samples){.struct_size = sizeof *out,
                               .samples = f->samples,
                               .count = LUM_LINE_PIXELS,
-                              .frame = f->number,
+                              .frame = f->taken.number,
                               .timestamp_us = timestamp_of(
                                   f, f->lines[(size_t)eye * f->rows + number]),
                               .line = number,
                               .eye = (uint8_t)eye,
                               .times = f->times};
-}
-
-uint64_t frame_lines_left_out(const struct frame_lines *f)
-{
-    return f->left_out;
 }

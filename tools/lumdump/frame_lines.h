@@ -22,6 +22,17 @@
      LUM_COLUMN_BIT(LUM_COLUMN_TIME) |                                         \
      LUM_COLUMN_BIT(LUM_COLUMN_RETURN_NUMBER))
 
+/* A frame that was taken. */
+struct taken_frame {
+    const lum_frame *frame;
+    int64_t number;
+    bool is_whole; /* nothing is known to be missing in it */
+    size_t points;
+    size_t lines;
+    uint64_t left_out; /* points in no row: their line number came twice or is
+                          one that no sensor has */
+};
+
 struct frame_lines;
 
 /* The timestamp of a line, in microseconds. */
@@ -41,23 +52,15 @@ void frame_lines_free(struct frame_lines *lines);
 int frame_lines_take(struct frame_lines *lines, const lum_frame *frame,
                      bool wants_rows);
 
-int64_t frame_lines_number(const struct frame_lines *lines);
-
-/* Whether nothing is known to be missing in it. */
-bool frame_lines_is_whole(const struct frame_lines *lines);
-
-/* The frame that was taken. */
-const lum_frame *frame_lines_frame(const struct frame_lines *lines);
+/* What was taken last. */
+const struct taken_frame *frame_lines_taken(const struct frame_lines *lines);
 
 /* When it began, in ns since 1970: by the clock, or where there is none by
  * arrival. That is the time 0 of its points. */
 int64_t frame_lines_begin_ns(const struct frame_lines *lines, bool by_arrival);
 
-size_t frame_lines_points(const struct frame_lines *lines);
-
-/* The number of lines, and the i-th one, in the order in which they came. What
- * out points to lives until the next call. */
-size_t frame_lines_count(const struct frame_lines *lines);
+/* The i-th line, in the order in which they came. What out points to lives
+ * until the next call. */
 void frame_lines_get(struct frame_lines *lines, size_t i,
                      lum_line_samples *out);
 
@@ -67,9 +70,5 @@ void frame_lines_get(struct frame_lines *lines, size_t i,
 uint32_t frame_lines_rows(const struct frame_lines *lines);
 void frame_lines_get_row(struct frame_lines *lines, uint32_t row,
                          lum_line_samples *out);
-
-/* Points that are in no row, because their line number came twice or is one
- * that no sensor has. */
-uint64_t frame_lines_left_out(const struct frame_lines *lines);
 
 #endif

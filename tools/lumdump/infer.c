@@ -1,11 +1,10 @@
-#include "infer.h"
+#include "runs.h"
 
 #include "../common/interrupt.h"
 #include "../common/misfit.h"
 #include "../common/shell_word.h"
 #include "infer_report.h"
 #include "replay.h"
-#include "stream.h"
 #include "targets.h"
 
 #include "base/outfile.h"
@@ -71,7 +70,7 @@ static enum pass_result read_all(struct inference *f, lum_error *error)
             return PASS_INTERRUPTED;
         }
     }
-    f->report.records = stream_records(f->capture);
+    f->report.records = replay_records(f->capture);
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }

@@ -1,5 +1,5 @@
 #define _POSIX_C_SOURCE 200809L
-#include "live.h"
+#include "runs.h"
 
 #include "../common/interrupt.h"
 #include "../common/laser_end.h"

@@ -1,12 +1,9 @@
 /* lumdump: captures and sensors to clouds. */
 #include "../common/geometry.h"
 #include "../common/interrupt.h"
-#include "check_preset.h"
 #include "command_line.h"
-#include "conclude.h"
-#include "infer.h"
-#include "live.h"
 #include "replay.h"
+#include "runs.h"
 #include "targets.h"
 
 #include <stdio.h>

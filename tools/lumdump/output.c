@@ -78,7 +78,8 @@ static int add_lines(struct output *o, struct frame_lines *frame,
                      lum_error *error)
 {
     int result = 0;
-    for (size_t i = 0; i < frame_lines_count(frame) && result == 0; i++) {
+    for (size_t i = 0; i < frame_lines_taken(frame)->lines && result == 0;
+         i++) {
         lum_line_samples line;
         frame_lines_get(frame, i, &line);
         result = add_line(o, &line, error);
@@ -91,10 +92,10 @@ static int find_frame_file(struct output *o, const struct frame_lines *frame,
                            struct output_file **out, lum_error *error)
 {
     *out = NULL;
-    return frame_lines_count(frame) == 0
+    return frame_lines_taken(frame)->lines == 0
                ? 0
-               : find_file(o, frame_lines_number(frame),
-                           frame_lines_points(frame), out, error);
+               : find_file(o, frame_lines_taken(frame)->number,
+                           frame_lines_taken(frame)->points, out, error);
 }
 
 static int add_rows(struct output *o, struct frame_lines *frame,
@@ -112,7 +113,7 @@ static int add_rows(struct output *o, struct frame_lines *frame,
         frame_lines_get_row(frame, i, &row);
         result = lum_writer_add(file->cloud, &row, error);
     }
-    o->no_place += frame_lines_left_out(frame);
+    o->no_place += frame_lines_taken(frame)->left_out;
     return result;
 }
 
@@ -127,7 +128,8 @@ static int add_message(struct output *o, struct frame_lines *frame,
     }
     result = lum_writer_begin_frame(
         file->cloud, frame_lines_begin_ns(frame, o->by_arrival), error);
-    for (size_t i = 0; i < frame_lines_count(frame) && result == 0; i++) {
+    for (size_t i = 0; i < frame_lines_taken(frame)->lines && result == 0;
+         i++) {
         lum_line_samples line;
         frame_lines_get(frame, i, &line);
         result = lum_writer_add(file->cloud, &line, error);
@@ -160,7 +162,7 @@ static bool has_nothing_missing(const lum_frame *frame)
 /* The first that nothing is known to be missing in, else the first. */
 static void keep_spare(struct output *o, const struct frame_lines *frame_lines)
 {
-    const lum_frame *frame = frame_lines_frame(frame_lines);
+    const lum_frame *frame = frame_lines_taken(frame_lines)->frame;
     if (o->spare == NULL ||
         (has_nothing_missing(frame) && !has_nothing_missing(o->spare))) {
         lum_frame_release(o->spare);
@@ -170,13 +172,13 @@ static void keep_spare(struct output *o, const struct frame_lines *frame_lines)
 
 static int draw(struct output *o, struct frame_lines *frame, lum_error *error)
 {
-    const uint64_t points = frame_lines_points(frame);
+    const uint64_t points = frame_lines_taken(frame)->points;
     if (points == 0) {
         return 0;
     }
     const int result = add_lines(o, frame, error);
-    note_drawn(&o->drawn, frame_lines_number(frame), points,
-               frame_lines_is_whole(frame), o->files.names.number);
+    note_drawn(&o->drawn, frame_lines_taken(frame)->number, points,
+               frame_lines_taken(frame)->is_whole, o->files.names.number);
     return result;
 }
 
@@ -184,10 +186,10 @@ static int draw(struct output *o, struct frame_lines *frame, lum_error *error)
 static int draw_first_whole(struct output *o, struct frame_lines *frame,
                             lum_error *error)
 {
-    if (frame_lines_is_whole(frame) && o->drawn.frames == 0) {
+    if (frame_lines_taken(frame)->is_whole && o->drawn.frames == 0) {
         return draw(o, frame, error);
     }
-    if (frame_lines_points(frame) == 0) {
+    if (frame_lines_taken(frame)->points == 0) {
         return 0;
     }
     o->drawn.others++;

@@ -5,11 +5,22 @@
 #include "conclude.h"
 #include "health.h"
 #include "progress.h"
-#include "stream.h"
 #include "targets.h"
 
 /* Records between looks at signals and at the clock for the progress line. */
 #define RECORDS_A_LOOK 256u
+
+uint64_t replay_records(const lum_capture *capture)
+{
+    uint64_t records = 0;
+    const size_t n = lum_capture_source_count(capture);
+    for (size_t i = 0; i < n; i++) {
+        lum_capture_source source = {.struct_size = sizeof source};
+        (void)lum_capture_get_source(capture, i, &source);
+        records += source.records;
+    }
+    return records;
+}
 
 static int open_sources(const struct options *o, lum_capture **out,
                         lum_error *error)
@@ -77,7 +88,7 @@ static enum pass_result read_all(struct pass *pass, struct progress *progress,
          i++) {
         first_ns = i == 0 ? record.time_ns : first_ns;
         if (is_past_duration(pass, first_ns, record.time_ns)) {
-            s->records = stream_records(pass->source.capture) - 1u;
+            s->records = replay_records(pass->source.capture) - 1u;
             return PASS_DONE;
         }
         lum_framer_set_interface(pass->framer,
@@ -91,7 +102,7 @@ static enum pass_result read_all(struct pass *pass, struct progress *progress,
             return result;
         }
     }
-    s->records = stream_records(pass->source.capture);
+    s->records = replay_records(pass->source.capture);
     if (interrupt_signal() != 0) {
         return PASS_INTERRUPTED;
     }

@@ -7,7 +7,6 @@
 #include "lanes.h"
 #include "options.h"
 #include "say.h"
-#include "status.h"
 
 #include "lum/live/laser_session.h"
 
@@ -22,6 +21,20 @@ enum session_end {
     SESSION_OUTPUT,   /* the last one has ended */
     SESSION_NO_DATA,  /* from the start */
     SESSION_BROKEN    /* the socket; see the error */
+};
+
+/* Totals at a moment. */
+struct status_totals {
+    int64_t time_ns; /* monotonic */
+    uint64_t datagrams;
+    uint64_t bytes;
+    uint64_t points;
+    uint64_t lost_words; /* on the wire, as reassembly saw it */
+    uint64_t lost_lines;
+    uint64_t kernel_drops;
+    uint64_t ring_drops;
+    uint64_t refused;     /* by reassembly */
+    unsigned buffer_used; /* percent */
 };
 
 struct session {

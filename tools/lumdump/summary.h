@@ -1,5 +1,5 @@
-/* What came from a source, in numbers: summary_text.c and summary_json.c print
- * it. It only reads what it points to; of one thread at a time. */
+/* What came from a source, in numbers. It only reads what it points to; of one
+ * thread at a time. */
 #ifndef LUMDUMP_SUMMARY_H
 #define LUMDUMP_SUMMARY_H
 
@@ -9,6 +9,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 
 /* One output of a live run. */
 struct live_output {
@@ -125,5 +126,13 @@ uint64_t summary_damaged(const struct summary *summary, lum_error *why);
 
 /* From the first packet to the last; 0: there is none. */
 double summary_seconds(const struct summary *summary);
+
+/* Print it as text for people, or as JSON. */
+void summary_text_print(const struct summary *summary, FILE *out);
+void summary_json_print(const struct summary *summary, FILE *out);
+
+/* A sentence on what a picture shows. Returns out. */
+const char *summary_text_drawn(const struct drawn *drawn, char *out,
+                               size_t room);
 
 #endif

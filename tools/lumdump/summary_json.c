@@ -1,8 +1,8 @@
 /* The summary of a run as JSON. */
-#include "summary_json.h"
+#include "summary.h"
 
 #include "../common/number.h"
-#include "stream.h"
+#include "../common/source_walk.h"
 
 #include <inttypes.h>
 
@@ -68,6 +68,45 @@ static void print_text(const char *text, FILE *out)
         p += n > 0 ? n : 1;
     }
     (void)fputc('"', out);
+}
+
+/* --- Captures --- */
+
+static void print_source(const struct source_walk *w, FILE *out)
+{
+    static const char *const ends[] = {[LUM_CAPTURE_UNDER_WAY] = "not reached",
+                                       [LUM_CAPTURE_WHOLE] = "whole",
+                                       [LUM_CAPTURE_BROKEN] = "broken off",
+                                       [LUM_CAPTURE_UNREAD] = "unread"};
+    const lum_capture_source *s = &w->source;
+    (void)fputs("    {\"name\": ", out);
+    print_text(s->name, out);
+    (void)fprintf(out,
+                  ", \"records\": %" PRIu64 ", \"end\": \"%s\""
+                  ", \"damaged\": %" PRIu64,
+                  s->records, ends[s->end], s->damaged);
+    if (s->records > 0) {
+        (void)fprintf(out, ", \"first_s\": %.6f, \"last_s\": %.6f",
+                      (double)s->first_ns * 1e-9, (double)s->last_ns * 1e-9);
+    }
+    if (w->has_before && s->records > 0) {
+        (void)fprintf(out, ", \"gap_s\": %.6f", (double)w->gap_ns * 1e-9);
+    }
+    (void)fputc('}', out);
+}
+
+static void print_sources(const lum_capture *capture, FILE *out)
+{
+    struct source_walk walk = {.capture = capture,
+                               .source.struct_size = sizeof walk.source};
+    const char *divider = "\n";
+    (void)fputs("  \"sources\": [", out);
+    while (source_walk_step(&walk)) {
+        (void)fputs(divider, out);
+        print_source(&walk, out);
+        divider = ",\n";
+    }
+    (void)fputs("\n  ],\n", out);
 }
 
 /* --- Sensors --- */
@@ -256,7 +295,7 @@ void summary_json_print(const struct summary *s, FILE *out)
                   s->truncated ? "true" : "false", summary_damaged(s, NULL),
                   s->records, seconds);
     if (s->capture != NULL) {
-        stream_print_json(s->capture, print_text, out);
+        print_sources(s->capture, out);
     }
     if (seconds > 0.0) {
         (void)fprintf(out, "  \"points_per_second\": %.1f,\n",

@@ -1,14 +1,17 @@
 /* The summary of a run as text for people. */
-#include "summary_text.h"
+#include "summary.h"
 
 #include "../common/number.h"
-#include "stream.h"
+#include "../common/source_walk.h"
 
 #include <inttypes.h>
 #include <string.h>
 
 /* Rounding below this is not worth a line. */
 #define COARSE_NS 10000
+
+/* Rows of gaps and overlaps; JSON has all. */
+#define ROWS_MAX 20u
 
 /* --- Rows --- */
 
@@ -52,7 +55,41 @@ static bool print_group(const char *title, enum summary_group group,
     return next != title;
 }
 
-/* --- Sensors and a live run --- */
+/* --- Captures, sensors and a live run --- */
+
+static void print_gap(const struct source_walk *w, FILE *out)
+{
+    char text[SOURCE_WALK_TEXT_BYTES];
+    const double seconds = (double)w->gap_ns * 1e-9;
+    (void)fprintf(out, "%-10s %14.3f  %s\n", "",
+                  seconds < 0 ? -seconds : seconds,
+                  source_walk_text(w, text, sizeof text));
+}
+
+static void print_stream(const lum_capture *capture, FILE *out)
+{
+    struct source_walk walk = {.capture = capture,
+                               .source.struct_size = sizeof walk.source};
+    size_t rows = 0;
+    const size_t n = capture != NULL ? lum_capture_source_count(capture) : 0;
+    if (n < 2) {
+        return;
+    }
+    (void)fprintf(out, "%-10s %14zu  captures, read as one stream\n", "sources",
+                  n);
+    while (source_walk_step(&walk)) {
+        if (!source_walk_is_gap(&walk) && !source_walk_is_overlap(&walk)) {
+            continue;
+        }
+        if (++rows <= ROWS_MAX) {
+            print_gap(&walk, out);
+        }
+    }
+    if (rows > ROWS_MAX) {
+        (void)fprintf(out, "%-10s %14zu  more gaps and overlaps: see --json\n",
+                      "", rows - ROWS_MAX);
+    }
+}
 
 static void print_sensors(const struct summary *s, FILE *out)
 {
@@ -341,9 +378,7 @@ void summary_text_print(const struct summary *s, FILE *out)
     }
     (void)fprintf(out, "%s%s\n", s->source,
                   s->truncated ? " (broken off: see the warning)" : "");
-    if (s->capture != NULL) {
-        stream_print_text(s->capture, out);
-    }
+    print_stream(s->capture, out);
     print_sensors(s, out);
     if (s->live != NULL) {
         print_live(s->live, out);
