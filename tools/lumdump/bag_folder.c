@@ -3,6 +3,7 @@
 #include "../common/make_folder.h"
 #include "base/outfile.h"
 #include "base/system.h"
+#include "cloud/bytes.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -133,42 +134,23 @@ int bag_folder_note(struct bag_folder *folder, size_t number,
 
 /* --- metadata.yaml --- */
 
-/* A text that grows; without memory nothing is added any more. */
-struct text {
-    char *at;
-    size_t len;
-    size_t room;
-    bool failed;
-};
-
 LUM_PRINTF(2, 3)
-static void add(struct text *t, const char *format, ...)
+static void add(lum_bytes *t, const char *format, ...)
 {
     va_list arguments;
     char one[1024];
     va_start(arguments, format);
     const int n = vsnprintf(one, sizeof one, format, arguments);
     va_end(arguments);
-    if (t->failed || n < 0 || (size_t)n >= sizeof one) {
+    if (n < 0 || (size_t)n >= sizeof one) {
         t->failed = true;
         return;
     }
-    if (t->len + (size_t)n >= t->room) {
-        const size_t room = 2u * t->room + sizeof one;
-        char *more = realloc(t->at, room);
-        if (more == NULL) {
-            t->failed = true;
-            return;
-        }
-        t->at = more;
-        t->room = room;
-    }
-    (void)memcpy(t->at + t->len, one, (size_t)n + 1u);
-    t->len += (size_t)n;
+    lum_bytes_put(t, one, (size_t)n);
 }
 
 /* In double quotes: readers compare what is in them with the channel's. */
-static void add_quoted(struct text *t, const char *value)
+static void add_quoted(lum_bytes *t, const char *value)
 {
     add(t, "\"");
     for (const char *p = value; *p != '\0'; p++) {
@@ -185,7 +167,7 @@ static void add_quoted(struct text *t, const char *value)
     add(t, "\"");
 }
 
-static void add_times(struct text *t, const char *margin, int64_t begin_ns,
+static void add_times(lum_bytes *t, const char *margin, int64_t begin_ns,
                       int64_t end_ns, uint64_t messages)
 {
     add(t,
@@ -221,7 +203,7 @@ static lum_mcap_info sum(const struct bag_folder *folder)
     return all;
 }
 
-static void add_topics(struct text *t, const lum_mcap_info *all)
+static void add_topics(lum_bytes *t, const lum_mcap_info *all)
 {
     add(t, "  topics_with_message_count:\n");
     for (size_t i = 0; i < all->topic_count; i++) {
@@ -238,7 +220,7 @@ static void add_topics(struct text *t, const lum_mcap_info *all)
     }
 }
 
-static void add_name(struct text *t, const struct bag_folder *folder, size_t i)
+static void add_name(lum_bytes *t, const struct bag_folder *folder, size_t i)
 {
     char name[FILE_BYTES];
     name_of_file(folder, i, name);
@@ -246,7 +228,7 @@ static void add_name(struct text *t, const struct bag_folder *folder, size_t i)
     add(t, "\n");
 }
 
-static void add_paths(struct text *t, const struct bag_folder *folder)
+static void add_paths(lum_bytes *t, const struct bag_folder *folder)
 {
     add(t, "  compression_format: \"\"\n"
            "  compression_mode: \"\"\n"
@@ -257,7 +239,7 @@ static void add_paths(struct text *t, const struct bag_folder *folder)
     }
 }
 
-static void add_files(struct text *t, const struct bag_folder *folder)
+static void add_files(lum_bytes *t, const struct bag_folder *folder)
 {
     add(t, "  files:\n");
     for (size_t i = 0; i < folder->count; i++) {
@@ -271,7 +253,7 @@ static void add_files(struct text *t, const struct bag_folder *folder)
 int bag_folder_finish(const struct bag_folder *folder, lum_error *error)
 {
     char name[NAME_BYTES];
-    struct text t = {0};
+    lum_bytes t = {0};
     const lum_mcap_info all = sum(folder);
     add(&t, "rosbag2_bagfile_information:\n"
             "  version: 5\n"
@@ -287,7 +269,7 @@ int bag_folder_finish(const struct bag_folder *folder, lum_error *error)
     } else {
         result = lum_outfile_save(name, t.at, t.len, error);
     }
-    free(t.at);
+    lum_bytes_free(&t);
     return result;
 }
 

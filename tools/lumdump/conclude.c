@@ -106,11 +106,10 @@ static bool lacks_asked_sensor(const struct pass *pass)
 
 static enum exit_status refuse_sensor(const struct pass *pass)
 {
-    char wanted[16];
     const char *interface = pass->options->sensor.interface;
     (void)fprintf(stderr, "lumdump: %s: no data of %s%s%s in it, but of",
                   pass->options->source,
-                  number_format_address(pass->options->sensor.address, wanted),
+                  number_address(pass->options->sensor.address).text,
                   *interface != '\0' ? "%" : "", interface);
     print_sensors(pass);
     return EXIT_FAILED;

@@ -223,8 +223,7 @@ void infer_report_json(const struct infer_report *report, FILE *out)
 {
     const lum_infer_result *r = &report->result;
     struct json json;
-    json_init(&json, out);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, out);
     json_text(&json, "source", report->source);
     json_text(&json, "verdict", name_verdict(r->verdict));
     json_text(&json, "text", r->text);
@@ -240,6 +239,5 @@ void infer_report_json(const struct infer_report *report, FILE *out)
     }
     put_second(&json, r);
     put_findings(&json, r);
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
 }

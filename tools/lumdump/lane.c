@@ -42,8 +42,7 @@ static size_t closing_room(const struct lane *lane)
                                                                        : 4u;
 }
 
-static int open_here(struct lane *lane, const struct pass *run,
-                     lum_error *error)
+static int open_here(struct lane *lane, lum_error *error)
 {
     if (lane->target == LANE_FILE) {
         lane->closer = closer_new(closing_room(lane), error);
@@ -51,16 +50,16 @@ static int open_here(struct lane *lane, const struct pass *run,
             return -1;
         }
     }
-    if (outputs_open(&lane->options, run->projector, NULL, &lane->pass->notes,
-                     &lane->pass->outputs, error) != 0) {
+    if (outputs_open(&lane->options, lane->pass->projector, NULL,
+                     &lane->pass->notes, &lane->pass->outputs, error) != 0) {
         return -1;
     }
     outputs_finish_by(lane->pass->outputs, lane->closer);
     return 0;
 }
 
-static int open_output(struct lane *lane, const struct pass *run, size_t output,
-                       size_t ring_size, lum_error *error)
+static int choose_output(struct lane *lane, const struct pass *run,
+                         size_t output, lum_error *error)
 {
     lane->options = *run->options;
     lane->options.outputs[0] = run->options->outputs[output];
@@ -72,15 +71,13 @@ static int open_output(struct lane *lane, const struct pass *run, size_t output,
     lane->kind =
         options_is_recording(&lane->options, 0) ? LANE_RECORDING : LANE_POINTS;
     lane->target = target_of(lane->options.outputs[0].name);
-    if ((lane->kind == LANE_POINTS &&
-         pass_prepare(lane->pass, error) != PASS_DONE) ||
-        give_ring(lane, ring_size, error) != 0) {
-        return -1;
-    }
-    return lane->target == LANE_LATE_PIPE ? 0 : open_here(lane, run, error);
+    return lane->kind == LANE_RECORDING ||
+                   pass_prepare(lane->pass, error) == PASS_DONE
+               ? 0
+               : -1;
 }
 
-struct lane *lane_new(const struct pass *run, size_t output, size_t ring_size,
+struct lane *lane_new(struct pass *run, size_t output, size_t ring_size,
                       lum_error *error)
 {
     struct lane *lane = calloc(1, sizeof *lane);
@@ -88,23 +85,12 @@ struct lane *lane_new(const struct pass *run, size_t output, size_t ring_size,
         (void)lum_error_set(error, "out of memory");
         return NULL;
     }
-    if (open_output(lane, run, output, ring_size, error) != 0) {
-        (void)lane_free(lane);
-        return NULL;
-    }
-    return lane;
-}
-
-struct lane *lane_new_summary(struct pass *run, size_t ring_size,
-                              lum_error *error)
-{
-    struct lane *lane = calloc(1, sizeof *lane);
-    if (lane == NULL) {
-        (void)lum_error_set(error, "out of memory");
-        return NULL;
-    }
     lane->pass = run;
-    if (give_ring(lane, ring_size, error) != 0) {
+    if ((output != LANE_OF_SUMMARY &&
+         choose_output(lane, run, output, error) != 0) ||
+        give_ring(lane, ring_size, error) != 0 ||
+        (output != LANE_OF_SUMMARY && lane->target != LANE_LATE_PIPE &&
+         open_here(lane, error) != 0)) {
         (void)lane_free(lane);
         return NULL;
     }

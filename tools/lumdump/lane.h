@@ -36,6 +36,9 @@ enum lane_target {
     LANE_LATE_PIPE /* whose opening waits for its reader */
 };
 
+/* In place of an output. */
+#define LANE_OF_SUMMARY SIZE_MAX
+
 /* When it was last seen to move; of lane_look(). */
 struct lane_moves {
     int64_t at_ns;    /* when it took something, or waited for its disk to
@@ -64,14 +67,10 @@ struct lane {
 };
 
 /* The lane of an output. The output is open, except a pipe without a reader:
- * the lane's own thread waits for the reader. run: used by the summary's lane.
- * NULL with the reason in error. */
-struct lane *lane_new(const struct pass *run, size_t output, size_t ring_size,
+ * the lane's own thread waits for the reader. run: also the pass of the
+ * summary's lane. NULL with the reason in error. */
+struct lane *lane_new(struct pass *run, size_t output, size_t ring_size,
                       lum_error *error);
-
-/* The summary's. */
-struct lane *lane_new_summary(struct pass *run, size_t ring_size,
-                              lum_error *error);
 
 int lane_start(struct lane *lane, struct worker_ends ends, lum_error *error);
 

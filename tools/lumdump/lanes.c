@@ -30,7 +30,7 @@ int lanes_open(struct lanes *lanes, struct pass *run, lum_error *error)
     const uint64_t asked = run->options->live.buffer;
     const size_t size = (size_t)(asked != 0 ? asked : BUFFER_BYTES);
     lanes->has_laser = run->options->live.laser || run->options->live.guards;
-    lanes->summary = lane_new_summary(run, size, error);
+    lanes->summary = lane_new(run, LANE_OF_SUMMARY, size, error);
     if (lanes->summary == NULL) {
         return -1;
     }

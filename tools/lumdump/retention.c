@@ -5,6 +5,7 @@
 #include "base/claim.h"
 #include "base/claim_mark.h"
 #include "base/outfile.h"
+#include "base/text.h"
 #include "ledger.h"
 #include "numbered.h"
 
@@ -428,7 +429,7 @@ static struct retention *new_retention(const char *name,
     }
     const lum_claim_place place = lum_claim_place_of(name);
     r->limit = *limit;
-    r->name = malloc(strlen(name) + 1u);
+    r->name = lum_text_copy(name);
     r->ledger = lum_claim_compose(name, &place, ".", ".kept.lumsdk");
     if (r->name == NULL || r->ledger == NULL) {
         free(r->name);
@@ -436,7 +437,6 @@ static struct retention *new_retention(const char *name,
         free(r);
         return NULL;
     }
-    (void)memcpy(r->name, name, strlen(name) + 1u);
     (void)pthread_mutex_init(&r->disk, NULL);
     (void)pthread_mutex_init(&r->lock, NULL);
     return r;

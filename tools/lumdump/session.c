@@ -175,7 +175,6 @@ static void show_status(struct session *s, const lum_sensor_counters *c,
                         int64_t now_ns)
 {
     char line[400];
-    char address[16];
     struct worker_view view;
     const lum_laser_session_view sensor = session_look(s);
     lanes_view(s->lanes, &view);
@@ -195,9 +194,9 @@ static void show_status(struct session *s, const lum_sensor_counters *c,
                                         : "?",
                       line, sizeof line);
     } else {
-        (void)snprintf(line, sizeof line, "waiting for data from %s",
-                       number_format_address(
-                           lum_sensor_endpoint(s->sensor).address, address));
+        (void)snprintf(
+            line, sizeof line, "waiting for data from %s",
+            number_address(lum_sensor_endpoint(s->sensor).address).text);
     }
     s->before = now;
     say_status(&s->say, line);

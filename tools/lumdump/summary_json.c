@@ -163,13 +163,12 @@ static void print_sensors(const struct summary *s, FILE *out)
     (void)fputs("  \"sensors\": [", out);
     for (size_t i = 0; i < n; i++) {
         lum_demux_counters counters = {.struct_size = sizeof counters};
-        char address[16];
         if (!summary_shows(s, i)) {
             continue;
         }
-        (void)fprintf(
-            out, "%s\n    {\n      \"address\": \"%s\",\n", is_first ? "" : ",",
-            number_format_address(lum_demux_address(demux, i), address));
+        (void)fprintf(out, "%s\n    {\n      \"address\": \"%s\",\n",
+                      is_first ? "" : ",",
+                      number_address(lum_demux_address(demux, i)).text);
         print_interface(demux, i, out);
         const lum_framer_counters points = summary_count_sensor(s, i);
         print_clock(s, i, out);

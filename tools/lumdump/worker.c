@@ -23,8 +23,7 @@
 
 struct worker {
     struct worker_setup setup;
-    struct pass *pass;
-    struct ring *ring;
+    struct pass *pass; /* of the setup */
     pthread_t thread;
 
     /* of the thread, then of the caller that joined it */
@@ -164,7 +163,7 @@ static enum pass_result work_off(struct worker *w)
 {
     enum pass_result result = PASS_DONE;
     struct ring_item item;
-    while (result == PASS_DONE && ring_next(w->ring, &item)) {
+    while (result == PASS_DONE && ring_next(w->setup.ring, &item)) {
         result = take_one(w, &item);
         if (result == PASS_DONE &&
             w->pass->summary.records % DATAGRAMS_A_LOOK == 0) {
@@ -177,7 +176,7 @@ static enum pass_result work_off(struct worker *w)
 static enum pass_result work(struct worker *w)
 {
     enum pass_result result = PASS_DONE;
-    while (result == PASS_DONE && ring_take(w->ring)) {
+    while (result == PASS_DONE && ring_take(w->setup.ring)) {
         result = work_off(w);
         if (result == PASS_DONE) {
             result = look_around(w, true);
@@ -261,7 +260,6 @@ int worker_start(const struct worker_setup *setup, struct worker **out,
     }
     w->setup = *setup;
     w->pass = setup->pass;
-    w->ring = setup->ring;
     (void)pthread_mutex_init(&w->lock, NULL);
     const int code = lum_thread_start(&w->thread, run, w);
     if (code != 0) {
@@ -303,7 +301,7 @@ void worker_finish(struct worker *worker, bool keep)
     (void)pthread_mutex_lock(&worker->lock);
     worker->keep = keep;
     (void)pthread_mutex_unlock(&worker->lock);
-    ring_close(worker->ring);
+    ring_close(worker->setup.ring);
 }
 
 void worker_drop(struct worker *worker)
@@ -311,7 +309,7 @@ void worker_drop(struct worker *worker)
     (void)pthread_mutex_lock(&worker->lock);
     worker->is_dropped = true;
     (void)pthread_mutex_unlock(&worker->lock);
-    ring_close(worker->ring);
+    ring_close(worker->setup.ring);
 }
 
 enum pass_result worker_join(struct worker *worker, lum_error *error)
