@@ -178,43 +178,36 @@ bool options_find_format(const char *name, unsigned *out);
 /* Whether a format is one of captures. */
 bool options_is_capture(unsigned format);
 
-/* Whether the i-th output holds datagrams; a capture does, and an MCAP file
- * may. */
-bool options_takes_packets(const struct options *options, size_t i);
-
-/* Whether it holds them alone, so that nothing is decoded for it. */
-bool options_is_recording(const struct options *options, size_t i);
-
-/* Whether the i-th output has the fields of --preset. */
-bool options_has_preset(const struct options *options, size_t i);
-
-/* Whether the i-th output has clouds as messages. */
-bool options_has_messages(const struct options *options, size_t i);
-
-/* Whether the i-th output is standard output. */
-bool options_is_standard_output(const struct options *options, size_t i);
-
-/* Whether the i-th output is made of whole frames and not of lines as they
- * come: in these alone it is known where a point stands, and when they began.
- */
-bool options_takes_frames(const struct options *options, size_t i);
-
 /* Whether a name means one file for each frame. 0 no, 1 yes, -1: it has a %
  * that cannot be a frame number. */
 int options_pattern(const char *name);
 
-/* Whether the i-th output continues in new files. */
-bool options_rotates(const struct options *options, size_t i);
-
 /* Whether frames were chosen, by number or as whole ones. */
 bool options_has_frames(const struct options *options);
 
+/* Whether an output holds datagrams; a capture does, and an MCAP file may. */
+options_question options_takes_packets;
+
+/* Whether it holds them alone, so that nothing is decoded for it. */
+options_question options_is_recording;
+
+/* Whether it has the fields of --preset; clouds as messages. */
+options_question options_has_preset;
+options_question options_has_messages;
+
+options_question options_is_standard_output;
+options_question options_is_organized;
+
+/* Whether it is made of whole frames and not of lines as they come: in these
+ * alone it is known where a point stands, and when they began. */
+options_question options_takes_frames;
+
+/* Whether it continues in new files. */
+options_question options_rotates;
+
 /* Whether it is one picture; of one frame, as none was asked for, and not of
  * all that come. */
-bool options_is_picture(const struct options *options, size_t i);
-bool options_draws_one(const struct options *options, size_t i);
-
-/* Whether it is an organised cloud. */
-bool options_is_organized(const struct options *options, size_t i);
+options_question options_is_picture;
+options_question options_draws_one;
 
 #endif

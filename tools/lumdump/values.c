@@ -53,10 +53,18 @@ bool values_take_return(void *options, const char *text, lum_error *why)
     return false;
 }
 
-/* Splits MIN:MAX in place; either may be empty. */
-static bool split(char *text, char **min, char **max)
+/* A text of len bytes. False: it does not fit. */
+static bool copy(const char *text, size_t len, char *out, size_t size)
 {
-    char *colon = strchr(text, ':');
+    return len < size && snprintf(out, size, "%.*s", (int)len, text) >= 0;
+}
+
+/* Splits MIN:MAX in a copy; either may be empty. */
+static bool split(const char *from, char *text, size_t size, char **min,
+                  char **max)
+{
+    char *colon =
+        copy(from, strlen(from), text, size) ? strchr(text, ':') : NULL;
     if (colon == NULL || strchr(colon + 1, ':') != NULL) {
         return false;
     }
@@ -68,16 +76,12 @@ static bool split(char *text, char **min, char **max)
 
 static bool parse_limits(const char *text, float *min, float *max)
 {
-    char copy[128];
+    char room[128];
     char *low = NULL;
     char *high = NULL;
     double a = -INFINITY;
     double b = INFINITY;
-    if (strlen(text) >= sizeof copy) {
-        return false;
-    }
-    (void)memcpy(copy, text, strlen(text) + 1);
-    if (!split(copy, &low, &high) ||
+    if (!split(text, room, sizeof room, &low, &high) ||
         (*low != '\0' && !number_parse_real(low, -1e6, 1e6, &a)) ||
         (*high != '\0' && !number_parse_real(high, -1e6, 1e6, &b)) || a > b) {
         return false;
@@ -104,12 +108,8 @@ bool values_take_box(void *options, const char *text, lum_error *why)
         const size_t len = strcspn(p, ",");
         char limits[64];
         const bool is_last = p[len] == '\0';
-        if (len >= sizeof limits || is_last != (axis == 2)) {
-            return false;
-        }
-        (void)memcpy(limits, p, len);
-        limits[len] = '\0';
-        if (!parse_limits(limits, &out->box_min[axis], &out->box_max[axis])) {
+        if (!copy(p, len, limits, sizeof limits) || is_last != (axis == 2) ||
+            !parse_limits(limits, &out->box_min[axis], &out->box_max[axis])) {
             return false;
         }
         p += len + 1;
@@ -121,7 +121,7 @@ bool values_take_box(void *options, const char *text, lum_error *why)
 bool values_take_frames(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;
-    char copy[64];
+    char room[64];
     char *first = NULL;
     char *last = NULL;
     int64_t whole = 0;
@@ -134,11 +134,7 @@ bool values_take_frames(void *options, const char *text, lum_error *why)
         return is_fine;
     }
     out->choice.whole = 0;
-    if (strlen(text) >= sizeof copy) {
-        return false;
-    }
-    (void)memcpy(copy, text, strlen(text) + 1);
-    return split(copy, &first, &last) &&
+    return split(text, room, sizeof room, &first, &last) &&
            (*first == '\0' || number_parse_int(first, INT64_MIN, INT64_MAX,
                                                &out->choice.frame_first)) &&
            (*last == '\0' || number_parse_int(last, INT64_MIN, INT64_MAX,
@@ -186,11 +182,9 @@ static bool parse_quantity(const char *text, const struct unit *units,
 {
     char number[32];
     const size_t len = strspn(text, "0123456789.");
-    if (len >= sizeof number) {
+    if (!copy(text, len, number, sizeof number)) {
         return false;
     }
-    (void)memcpy(number, text, len);
-    number[len] = '\0';
     for (; units->name != NULL; units++) {
         if (strcmp(units->name, text + len) == 0) {
             double value = 0;
@@ -268,12 +262,8 @@ bool values_take_smooth(void *options, const char *text, lum_error *why)
     int64_t order = 0;
     const size_t len = strcspn(text, ":");
     (void)why;
-    if (len >= sizeof window_text) {
-        return false;
-    }
-    (void)memcpy(window_text, text, len);
-    window_text[len] = '\0';
-    if (!number_parse_int(window_text, 0, LUM_SMOOTH_WINDOW_MAX, &window)) {
+    if (!copy(text, len, window_text, sizeof window_text) ||
+        !number_parse_int(window_text, 0, LUM_SMOOTH_WINDOW_MAX, &window)) {
         return false;
     }
     order = LUM_SMOOTH_ORDER(window);
