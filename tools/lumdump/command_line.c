@@ -1,5 +1,3 @@
-/* The command line of lumdump: the table of its options, read into a struct
- * options. */
 #include "command_line.h"
 
 #include "../common/host.h"

@@ -34,12 +34,14 @@ int lanes_open(struct lanes *lanes, struct pass *run, lum_error *error)
     if (lanes->summary == NULL) {
         return -1;
     }
+    lanes->list[0] = lanes->summary;
     for (size_t i = 0; i < run->options->output_count; i++) {
-        lanes->outputs[i] = lane_new(run, i, size, error);
-        if (lanes->outputs[i] == NULL) {
+        lanes->list[i + 1u] = lanes->summary;
+        lanes->list[i] = lane_new(run, i, size, error);
+        lanes->count++;
+        if (lanes->list[i] == NULL) {
             return -1;
         }
-        lanes->count++;
     }
     return 0;
 }
@@ -50,7 +52,7 @@ int lanes_start(struct lanes *lanes, struct worker_ends ends, lum_error *error)
 {
     int result = 0;
     for (size_t i = 0; i < lanes->count && result == 0; i++) {
-        result = lane_start(lanes->outputs[i], ends, error);
+        result = lane_start(lanes->list[i], ends, error);
     }
     if (result == 0) {
         result = interrupt_signal() != 0
@@ -58,7 +60,7 @@ int lanes_start(struct lanes *lanes, struct worker_ends ends, lum_error *error)
                      : lane_start(lanes->summary, ends, error);
     }
     for (size_t i = 0; i < lanes->count && result != 0; i++) {
-        lane_stop(lanes->outputs[i]);
+        lane_stop(lanes->list[i]);
     }
     return result;
 }
@@ -67,26 +69,23 @@ int lanes_start(struct lanes *lanes, struct worker_ends ends, lum_error *error)
 
 void lanes_put(struct lanes *lanes, const struct ring_item *item)
 {
-    for (size_t i = 0; i < lanes->count; i++) {
-        lane_put(lanes->outputs[i], item);
+    for (size_t i = 0; i <= lanes->count; i++) {
+        lane_put(lanes->list[i], item);
     }
-    lane_put(lanes->summary, item);
 }
 
 void lanes_publish(struct lanes *lanes)
 {
-    for (size_t i = 0; i < lanes->count; i++) {
-        ring_publish(lanes->outputs[i]->ring);
+    for (size_t i = 0; i <= lanes->count; i++) {
+        ring_publish(lanes->list[i]->ring);
     }
-    ring_publish(lanes->summary->ring);
 }
 
 void lanes_wake(struct lanes *lanes)
 {
-    for (size_t i = 0; i < lanes->count; i++) {
-        ring_wake(lanes->outputs[i]->ring);
+    for (size_t i = 0; i <= lanes->count; i++) {
+        ring_wake(lanes->list[i]->ring);
     }
-    ring_wake(lanes->summary->ring);
 }
 
 /* --- While it runs --- */
@@ -95,7 +94,7 @@ static size_t count_living(const struct lanes *lanes)
 {
     size_t n = 0;
     for (size_t i = 0; i < lanes->count; i++) {
-        n += lanes->outputs[i]->end == LANE_LIVES ? 1u : 0u;
+        n += lanes->list[i]->end == LANE_LIVES ? 1u : 0u;
     }
     return n;
 }
@@ -194,22 +193,17 @@ static void watch_summary(struct lane *lane, struct say *say, int64_t now_ns)
 bool lanes_watch(struct lanes *lanes, struct say *say, int64_t now_ns)
 {
     for (size_t i = 0; i < lanes->count; i++) {
-        watch_output(lanes, lanes->outputs[i], say, now_ns);
+        watch_output(lanes, lanes->list[i], say, now_ns);
     }
     watch_summary(lanes->summary, say, now_ns);
     return lanes->count == 0 || count_living(lanes) > 0;
 }
 
-void lanes_view(const struct lanes *lanes, struct worker_view *out)
-{
-    *out = lanes->summary->view;
-}
-
 uint64_t lanes_dropped(const struct lanes *lanes)
 {
-    uint64_t n = lanes->summary->dropped;
-    for (size_t i = 0; i < lanes->count; i++) {
-        n += lanes->outputs[i]->dropped;
+    uint64_t n = 0;
+    for (size_t i = 0; i <= lanes->count; i++) {
+        n += lanes->list[i]->dropped;
     }
     return n;
 }
@@ -223,9 +217,9 @@ static unsigned level(const struct lane *lane)
 
 unsigned lanes_level(const struct lanes *lanes)
 {
-    unsigned most = level(lanes->summary);
-    for (size_t i = 0; i < lanes->count; i++) {
-        const unsigned one = level(lanes->outputs[i]);
+    unsigned most = 0;
+    for (size_t i = 0; i <= lanes->count; i++) {
+        const unsigned one = level(lanes->list[i]);
         most = one > most ? one : most;
     }
     return most;
@@ -274,19 +268,13 @@ static bool is_pending(struct lanes *lanes, struct lane *lane, struct say *say,
     return true;
 }
 
-static void finish(struct lane *lane, bool keep)
-{
-    if (lane->end == LANE_LIVES) {
-        worker_finish(lane->worker, keep);
-    }
-}
-
 void lanes_finish(struct lanes *lanes, bool keep)
 {
-    for (size_t i = 0; i < lanes->count; i++) {
-        finish(lanes->outputs[i], keep);
+    for (size_t i = 0; i <= lanes->count; i++) {
+        if (lanes->list[i]->end == LANE_LIVES) {
+            worker_finish(lanes->list[i]->worker, keep);
+        }
     }
-    finish(lanes->summary, keep);
 }
 
 /* The summary's lane waits only for its turn. */
@@ -304,7 +292,7 @@ void lanes_end(struct lanes *lanes, struct say *say)
     int64_t now_ns = ending.began_ns;
     bool waits = true;
     for (size_t i = 0; i < lanes->count; i++) {
-        lanes->outputs[i]->moves.at_ns = now_ns;
+        lanes->list[i]->moves.at_ns = now_ns;
     }
     for (; waits; now_ns = lum_time_monotonic_ns()) {
         if (ending.cut_ns == 0 && interrupt_count() != ending.signals) {
@@ -312,8 +300,8 @@ void lanes_end(struct lanes *lanes, struct say *say)
         }
         waits = is_summary_pending(lanes, say, now_ns);
         for (size_t i = 0; i < lanes->count; i++) {
-            waits |= is_pending(lanes, lanes->outputs[i], say, now_ns, &ending);
-            tell_lost(lanes->outputs[i], say);
+            waits |= is_pending(lanes, lanes->list[i], say, now_ns, &ending);
+            tell_lost(lanes->list[i], say);
         }
         say_flush(say);
         if (waits) {
@@ -324,9 +312,9 @@ void lanes_end(struct lanes *lanes, struct say *say)
 
 bool lanes_have_failed(const struct lanes *lanes)
 {
-    bool have = lanes->summary->end >= LANE_FAILED;
-    for (size_t i = 0; i < lanes->count; i++) {
-        have |= lanes->outputs[i]->end >= LANE_FAILED;
+    bool have = false;
+    for (size_t i = 0; i <= lanes->count; i++) {
+        have |= lanes->list[i]->end >= LANE_FAILED;
     }
     return have;
 }
@@ -335,7 +323,7 @@ bool lanes_have_no_reader(const struct lanes *lanes)
 {
     bool have = lanes->count > 0;
     for (size_t i = 0; i < lanes->count; i++) {
-        have &= lanes->outputs[i]->end == LANE_READER_LEFT;
+        have &= lanes->list[i]->end == LANE_READER_LEFT;
     }
     return have;
 }
@@ -344,9 +332,9 @@ void lanes_note_left_out(const struct lanes *lanes, struct summary *summary)
 {
     struct summary_outputs *all = &summary->outputs;
     for (size_t i = 0; i < lanes->count; i++) {
-        const struct pass *pass = &lanes->outputs[i]->own;
+        const struct pass *pass = &lanes->list[i]->own;
         const struct summary_outputs *one = &pass->summary.outputs;
-        if (lanes->outputs[i]->worker != NULL) {
+        if (lanes->list[i]->worker != NULL) {
             continue;
         }
         if (one->left_out_count > 0) {
@@ -361,9 +349,9 @@ void lanes_note_left_out(const struct lanes *lanes, struct summary *summary)
 
 bool lanes_free(struct lanes *lanes)
 {
-    bool is_all = lane_free(lanes->summary);
-    for (size_t i = 0; i < lanes->count; i++) {
-        is_all &= lane_free(lanes->outputs[i]);
+    bool is_all = true;
+    for (size_t i = 0; i <= lanes->count; i++) {
+        is_all &= lane_free(lanes->list[i]);
     }
     return is_all;
 }

@@ -4,10 +4,10 @@
 
 #include "lane.h"
 
-/* The summary's lane, and the outputs' in their order. */
 struct lanes {
+    struct lane *list[OUTPUTS_MAX + 1u]; /* the outputs' in their order, and the
+                                            summary's */
     struct lane *summary;
-    struct lane *outputs[OUTPUTS_MAX];
     size_t count;    /* of the outputs */
     bool has_laser;  /* the run keeps one on */
     bool is_waiting; /* for an output at the end, and that was said */
@@ -31,9 +31,6 @@ void lanes_wake(struct lanes *lanes);
  * outputs that stall, which are given up if there are others. False: there were
  * outputs, and none is left. */
 bool lanes_watch(struct lanes *lanes, struct say *say, int64_t now_ns);
-
-/* What the summary has come to. */
-void lanes_view(const struct lanes *lanes, struct worker_view *out);
 
 /* Datagrams that rings had no room for, of all lanes; how full the fullest ring
  * is, in percent. */

@@ -226,8 +226,8 @@ static void tell_no_data(struct session *s)
 static void tell_notes(struct live *l)
 {
     for (size_t i = 0; i < l->lanes.count; i++) {
-        if (l->lanes.outputs[i]->worker == NULL) {
-            conclude_notes(l->lanes.outputs[i]->pass);
+        if (l->lanes.list[i]->worker == NULL) {
+            conclude_notes(l->lanes.list[i]->pass);
         }
     }
 }
@@ -243,7 +243,7 @@ static void report_outputs(struct live *l)
     struct live_counts *c = &l->counts;
     c->output_count = l->lanes.count;
     for (size_t i = 0; i < l->lanes.count; i++) {
-        const struct lane *lane = l->lanes.outputs[i];
+        const struct lane *lane = l->lanes.list[i];
         const lum_laser_session_view view = session_look(&l->session);
         const int64_t from_ns =
             view.has_data ? view.first_data_ns : l->session.began_ns;
