@@ -188,23 +188,6 @@ struct cursor {
     bool failed;
 };
 
-static uint64_t take(struct cursor *c, size_t n)
-{
-    uint64_t v = 0;
-    if (c->left < n) {
-        c->failed = true;
-        c->left = 0;
-        return 0;
-    }
-    for (size_t i = 0; i < n; i++) {
-        v |= (uint64_t)c->at[i] << 8u * i;
-    }
-    c->at += n;
-    c->left -= n;
-    c->done += n;
-    return v;
-}
-
 static const unsigned char *take_bytes(struct cursor *c, uint64_t n)
 {
     const unsigned char *at = c->at;
@@ -217,6 +200,16 @@ static const unsigned char *take_bytes(struct cursor *c, uint64_t n)
     c->left -= (size_t)n;
     c->done += (size_t)n;
     return at;
+}
+
+static uint64_t take(struct cursor *c, size_t n)
+{
+    const unsigned char *at = take_bytes(c, n);
+    uint64_t v = 0;
+    for (size_t i = 0; i < n && !c->failed; i++) {
+        v |= (uint64_t)at[i] << 8u * i;
+    }
+    return v;
 }
 
 static uint32_t take_aligned(struct cursor *c)

@@ -45,15 +45,13 @@ static int write_line(struct pass *pass, lum_error *error)
         .timestamp_us = timestamp_us(pass, line->clock_us, line->arrival),
         .line = line->number,
         .eye = line->eye};
-    if (pass->crew != NULL && !crew_wants_samples(pass->crew)) {
-        return crew_add_line(pass->crew, line, points.timestamp_us, error);
+    if (pass->crew != NULL) {
+        return crew_add(pass->crew, pass->framer, &points, error);
     }
     points.count = lum_framer_line_samples(pass->framer, 0, &points.samples);
-    return pass->crew != NULL ? crew_add_samples(pass->crew, &points, error)
-                              : outputs_act(pass->outputs,
-                                            &(struct action){.kind = ADD_LINE,
-                                                             .line = &points},
-                                            error);
+    return outputs_act(pass->outputs,
+                       &(struct action){.kind = ADD_LINE, .line = &points},
+                       error);
 }
 
 static int take_line(struct pass *pass, lum_error *error)

@@ -236,27 +236,22 @@ static struct batch *batch_for(struct crew *crew, int64_t frame,
     return being_filled(crew)->batch;
 }
 
-int crew_add_line(struct crew *crew, const lum_line *line, int64_t timestamp_us,
-                  lum_error *error)
+int crew_add(struct crew *crew, lum_framer *framer, lum_line_samples *points,
+             lum_error *error)
 {
-    struct batch *batch = batch_for(crew, line->frame, error);
+    struct batch *batch = batch_for(crew, points->frame, error);
+    int result = 0;
     if (batch == NULL) {
         return -1;
     }
-    return batch_add_line(batch, line, timestamp_us) == 0
-               ? give_full(crew, error)
-               : fail_memory(error);
-}
-
-int crew_add_samples(struct crew *crew, const lum_line_samples *line,
-                     lum_error *error)
-{
-    struct batch *batch = batch_for(crew, line->frame, error);
-    if (batch == NULL) {
-        return -1;
+    if (crew->wants_samples) {
+        points->count = lum_framer_line_samples(framer, 0, &points->samples);
+        result = batch_add_samples(batch, points);
+    } else {
+        result = batch_add_line(batch, lum_framer_line(framer),
+                                points->timestamp_us);
     }
-    return batch_add_samples(batch, line) == 0 ? give_full(crew, error)
-                                               : fail_memory(error);
+    return result == 0 ? give_full(crew, error) : fail_memory(error);
 }
 
 int crew_end_frame(struct crew *crew, int64_t frame, lum_error *error)
@@ -389,9 +384,4 @@ void crew_free(struct crew *crew)
     batch_tools_free(crew->tools);
     free(crew->jobs);
     free(crew);
-}
-
-bool crew_wants_samples(const struct crew *crew)
-{
-    return crew->wants_samples;
 }

@@ -13,6 +13,8 @@
 #include "options.h"
 #include "outputs.h"
 
+#include "lum/frame/framer.h"
+
 /* Most threads, and most by default. */
 #define CREW_MAX     64
 #define CREW_DEFAULT 8u
@@ -31,15 +33,11 @@ int crew_new(const struct options *options, const lum_projector *projector,
 /* Stop the threads; what is not written is dropped. NULL is allowed. */
 void crew_free(struct crew *crew);
 
-/* Whether lines come with their points, because the caller has these anyway. */
-bool crew_wants_samples(const struct crew *crew);
-
-/* Take a line. Points: samples, or those of line. What fails may be due to an
- * earlier line. 0, or -1 with the reason in error and in errno. */
-int crew_add_line(struct crew *crew, const lum_line *line, int64_t timestamp_us,
-                  lum_error *error);
-int crew_add_samples(struct crew *crew, const lum_line_samples *line,
-                     lum_error *error);
+/* Take the framer's line, as the selection needs it: with its points, or
+ * without. points: all but these. What fails may be due to an earlier line. 0,
+ * or -1 with the reason in error and in errno. */
+int crew_add(struct crew *crew, lum_framer *framer, lum_line_samples *points,
+             lum_error *error);
 
 /* As END_FRAME of outputs_act(), behind the lines so far. */
 int crew_end_frame(struct crew *crew, int64_t frame, lum_error *error);

@@ -49,11 +49,9 @@ static const char *name_profile(const struct options *o)
 static int prepare(struct job *job, lum_error *error)
 {
     struct options *o = job->options;
-    if (geometry_set(&job->geometry, &o->config.set, error) != 0) {
-        return -1;
-    }
-    if (geometry_make(&job->geometry, &job->layout, &job->projector, error) !=
-        0) {
+    if (geometry_set(&job->geometry, &o->config.set, error) != 0 ||
+        geometry_make(&job->geometry, &job->layout, &job->projector, error) !=
+            0) {
         return -1;
     }
     if (o->points.time == TIME_UTC &&

@@ -205,11 +205,6 @@ lum_clock_fit_info summary_count_clocks(const struct summary *s)
 
 /* --- The rest of a report's numbers --- */
 
-bool summary_shows(const struct summary *s, size_t sensor)
-{
-    return lum_demux_is_requested(lum_framer_demux(s->framer), sensor);
-}
-
 uint64_t summary_damaged(const struct summary *s, lum_error *why)
 {
     return s->capture != NULL ? lum_capture_damaged(s->capture, why) : 0;

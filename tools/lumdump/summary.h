@@ -117,9 +117,6 @@ lum_clock_fit_info summary_count_clocks(const struct summary *summary);
 bool summary_find_clock(const struct summary *summary, size_t sensor,
                         lum_clock_fit_info *out);
 
-/* Whether the run was to use a sensor. */
-bool summary_shows(const struct summary *summary, size_t sensor);
-
 /* Parts of the capture that could not be read and were passed over; why: may be
  * NULL. */
 uint64_t summary_damaged(const struct summary *summary, lum_error *why);

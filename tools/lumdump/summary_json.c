@@ -163,7 +163,7 @@ static void print_sensors(const struct summary *s, FILE *out)
     (void)fputs("  \"sensors\": [", out);
     for (size_t i = 0; i < n; i++) {
         lum_demux_counters counters = {.struct_size = sizeof counters};
-        if (!summary_shows(s, i)) {
+        if (!lum_demux_is_requested(demux, i)) {
             continue;
         }
         (void)fprintf(out, "%s\n    {\n      \"address\": \"%s\",\n",

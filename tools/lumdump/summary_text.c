@@ -99,11 +99,13 @@ static void print_sensors(const struct summary *s, FILE *out)
     for (size_t i = 0; i < n; i++) {
         lum_demux_counters counters = {.struct_size = sizeof counters};
         char name[LUM_SENSOR_NAME_BYTES];
-        (void)fprintf(
-            out, "%-10s %14s%s\n", title, lum_demux_name(demux, i, name),
-            summary_shows(s, i) ? "" : "  left out: another was asked for");
+        (void)fprintf(out, "%-10s %14s%s\n", title,
+                      lum_demux_name(demux, i, name),
+                      lum_demux_is_requested(demux, i)
+                          ? ""
+                          : "  left out: another was asked for");
         title = "";
-        if (n > 1 && summary_shows(s, i)) {
+        if (n > 1 && lum_demux_is_requested(demux, i)) {
             lum_demux_count(demux, i, &counters);
             const lum_assembly_counters *a = &counters.assembly;
             const lum_framer_counters p = summary_count_sensor(s, i);
@@ -212,7 +214,8 @@ static void print_clocks(const struct summary *s, FILE *out)
     for (size_t i = 0; i < n; i++) {
         lum_clock_fit_info clock;
         char name[LUM_SENSOR_NAME_BYTES];
-        if (summary_shows(s, i) && summary_find_clock(s, i, &clock)) {
+        if (lum_demux_is_requested(demux, i) &&
+            summary_find_clock(s, i, &clock)) {
             if (n > 1) {
                 (void)fprintf(out, "%-10s %14s\n", "clock",
                               lum_demux_name(demux, i, name));
