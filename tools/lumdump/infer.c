@@ -152,26 +152,6 @@ static enum exit_status tell(struct inference *f, lum_error *error)
     return is_found ? printed : EXIT_FAILED;
 }
 
-static enum exit_status conclude_inference(struct inference *f,
-                                           enum pass_result result,
-                                           lum_error *error)
-{
-    switch (result) {
-    case PASS_DONE:
-        return tell(f, error);
-    case PASS_REFUSED:
-        return conclude_error(error, EXIT_BAD);
-    case PASS_INTERRUPTED:
-    case PASS_READER_LEFT:
-        return EXIT_DONE;
-    case PASS_FAILED:
-    case PASS_SENSORS:
-    case PASS_DROPPED:
-    default:
-        return conclude_error(error, EXIT_FAILED);
-    }
-}
-
 enum exit_status infer_run(const struct options *options)
 {
     lum_error error = {""};
@@ -192,7 +172,12 @@ enum exit_status infer_run(const struct options *options)
                                        sizeof f->capture_word);
     f->report.profile = name_file(f, target);
     const enum pass_result result = solve(f, &error);
-    const enum exit_status status = conclude_inference(f, result, &error);
+    enum exit_status status = EXIT_DONE;
+    if (result == PASS_DONE) {
+        status = tell(f, &error);
+    } else if (result != PASS_INTERRUPTED) {
+        status = conclude_error(&error, EXIT_FAILED);
+    }
     lum_infer_free(f->infer);
     lum_capture_close(f->capture);
     free(f);

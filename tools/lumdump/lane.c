@@ -124,20 +124,13 @@ const char *lane_name(const struct lane *lane)
 
 static enum lane_end end_of(enum pass_result result)
 {
-    switch (result) {
-    case PASS_DONE:
+    if (result == PASS_DONE) {
         return LANE_WHOLE;
-    case PASS_READER_LEFT:
-        return LANE_READER_LEFT;
-    case PASS_DROPPED:
-        return LANE_STALLED;
-    case PASS_INTERRUPTED:
-    case PASS_SENSORS:
-    case PASS_REFUSED:
-    case PASS_FAILED:
-    default:
-        return LANE_FAILED;
     }
+    if (result == PASS_READER_LEFT) {
+        return LANE_READER_LEFT;
+    }
+    return result == PASS_DROPPED ? LANE_STALLED : LANE_FAILED;
 }
 
 static void join(struct lane *lane)
