@@ -296,10 +296,7 @@ static void warn_of_losses(const struct pass *pass)
 /* A reader that has left is no failure. */
 enum exit_status conclude_stdout(void)
 {
-    if (fflush(stdout) == 0 && !ferror(stdout)) {
-        return EXIT_DONE;
-    }
-    if (errno == EPIPE) {
+    if ((fflush(stdout) == 0 && !ferror(stdout)) || errno == EPIPE) {
         return EXIT_DONE;
     }
     (void)fprintf(stderr, "lumdump: standard output: cannot be written: %s\n",

@@ -8,11 +8,6 @@
 
 #define INTERVAL_NS INT64_C(200000000)
 
-void progress_init(struct progress *progress, bool quiet)
-{
-    *progress = (struct progress){.is_on = !quiet};
-}
-
 void progress_update(struct progress *progress, uint64_t done, uint64_t total,
                      uint64_t points)
 {

@@ -165,7 +165,7 @@ enum pass_result replay_open(const struct options *options, lum_capture **out,
 
 static enum pass_result run(struct pass *pass, lum_error *error)
 {
-    struct progress progress;
+    struct progress progress = {.is_on = !pass->options->quiet};
     enum pass_result result = pass_prepare(pass, error);
     if (result == PASS_DONE) {
         result = learn_clocks(pass, error);
@@ -181,7 +181,6 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     if (result != PASS_DONE) {
         return result;
     }
-    progress_init(&progress, pass->options->quiet);
     pass->summary.capture = pass->source.capture;
     result = read_all(pass, &progress, error);
     if (result == PASS_DONE) {
