@@ -1,3 +1,5 @@
+/* The command line of lumdump: the table of its options, read into a struct
+ * options. */
 #include "command_line.h"
 
 #include "../common/host.h"

@@ -1,3 +1,5 @@
+/* One file of an output, a cloud or a capture: its format by the options; it is
+ * opened, given packets, flushed and finished. */
 #include "output_file.h"
 
 #include "../common/capture_file.h"
