@@ -1,7 +1,5 @@
-#include "eyes.h"
-
 #include "fields.h"
-#include "lines.h"
+#include "starts.h"
 
 /* A bit that tells two eyes apart is set in this share of lines at least. */
 #define EYE_MIN 0.1

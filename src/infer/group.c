@@ -1,7 +1,4 @@
-#include "group.h"
-
 #include "fields.h"
-#include "samples.h"
 
 #define TAG_ANGLES 2u
 #define TAG_RANGES 3u

@@ -2,12 +2,6 @@
 
 #include "base/sized.h"
 #include "capture/joined.h"
-#include "clocks.h"
-#include "group.h"
-#include "readings.h"
-#include "report.h"
-#include "samples.h"
-#include "shape.h"
 #include "store.h"
 
 #include "lum/group.h"

@@ -1,6 +1,5 @@
-#include "lines.h"
-
 #include "fields.h"
+#include "starts.h"
 
 #include <stdlib.h>
 

@@ -4,7 +4,6 @@
 
 #include "eyes.h"
 #include "fields.h"
-#include "lines.h"
 #include "starts.h"
 #include "ticks.h"
 

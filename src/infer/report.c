@@ -1,10 +1,5 @@
-#include "report.h"
-
 #include "fields.h"
-#include "samples.h"
-#include "second.h"
-#include "shape.h"
-#include "spans.h"
+#include "ticks.h"
 
 #include <stdarg.h>
 #include <stdio.h>

@@ -1,5 +1,3 @@
-#include "samples.h"
-
 #include "fields.h"
 
 #include <stdlib.h>

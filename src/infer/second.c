@@ -1,5 +1,3 @@
-#include "second.h"
-
 #include "fields.h"
 
 #include "lum/group.h"

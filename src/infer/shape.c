@@ -1,5 +1,3 @@
-#include "shape.h"
-
 #include "fields.h"
 
 #include <string.h>

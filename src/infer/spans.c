@@ -1,6 +1,5 @@
-#include "spans.h"
-
 #include "fields.h"
+#include "ticks.h"
 
 /* Lines of which packets may come in any order. */
 #define OPEN 8u

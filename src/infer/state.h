@@ -1,5 +1,5 @@
 /** @file
- * What the steps of an inference hand to each other. Internal. */
+ * The steps of an inference, and what they hand to each other. Internal. */
 #ifndef LUM_INFER_STATE_H
 #define LUM_INFER_STATE_H
 
@@ -139,5 +139,78 @@ typedef struct lum_infer_state {
     double line_us;        /**< longest line */
     uint32_t line_span_us; /**< what is taken */
 } lum_infer_state;
+
+/* --- The steps, each in the file that has its name or its subject --- */
+
+/** Find the order and the place of samples, and each packet's kind.
+ * @param state its packets are marked; samples and their range are set.
+ * @return whether samples of angles were found. */
+bool lum_infer_find_samples(lum_infer_state *state);
+
+/** Where samples begin, of the packets of the data's type. */
+void lum_infer_place_samples(lum_infer_state *state);
+
+/** Samples that fit behind the header.
+ * @return how many; 0 where it is too short. */
+uint32_t lum_infer_room(const lum_infer_packet *packet, unsigned samples_at);
+
+/** Find the tag: 2 where samples are angles, 3 where they are ranges. */
+void lum_infer_find_tag(lum_infer_state *state);
+
+/** Find num_samples: 4 times it, and the samples' offset, is the length. */
+void lum_infer_find_num_samples(lum_infer_state *state);
+
+/** Find first_sample_index: 0, 334, 668 of angles; of ranges, the words that
+ * came before. */
+void lum_infer_find_first(lum_infer_state *state);
+
+/** Find which bits follow the time of capture, before it is known which are the
+ * line's and the eye's: as a whole they are a clock, and alone none of them
+ * tells the eye.
+ * @return 0, or -1 without memory. */
+int lum_infer_follow_time(lum_infer_state *state);
+
+/** Find the clock among what other fields have left: it rises as the time of
+ * capture does. Its unit and the length of lines come with it.
+ * @return 0, or -1 without memory. */
+int lum_infer_find_clock(lum_infer_state *state);
+
+/** Find the line number and the eye: eyes take turns, and for each of them the
+ * number rises by 1 from line to line. The clock's bits are known already. With
+ * one eye alone, only the line number is taken.
+ * @return 0, or -1 without memory. */
+int lum_infer_find_lines(lum_infer_state *state);
+
+/** With one eye alone, once all other fields are known: a place for the eye.
+ * @return 0, or -1 without memory. */
+int lum_infer_place_one_eye(lum_infer_state *state);
+
+/** Give fields their shape. Values do not change. */
+void lum_infer_shape(lum_infer_state *state);
+
+/** Whether two fields share bytes as no profile can say.
+ * @param one which, if so
+ * @param two the other one */
+bool lum_infer_clash(const lum_infer_state *state, unsigned *one,
+                     unsigned *two);
+
+/** A wider field with the same values, all of whose further bytes are 0 and of
+ * no other field.
+ * @return false: there is none. */
+bool lum_infer_wider(const lum_infer_state *state, lum_field field,
+                     lum_field *out);
+
+/** The name of a key, such as "group.tag". */
+const char *lum_infer_name(unsigned key);
+
+/** Each key with its value and the evidence, of a result with a profile. */
+void lum_infer_report(const lum_infer_state *state, lum_infer_result *out);
+
+/** Set the second best reading of a result: the profile with the rival of a
+ * field. There is none if no profile can say it, or if it decodes the packets
+ * as the profile does.
+ * @param field a ::lum_group_field. */
+void lum_infer_second(const lum_infer_state *state, unsigned field,
+                      lum_infer_result *out);
 
 #endif

@@ -4,6 +4,7 @@
 
 #include "fields.h"
 #include "starts.h"
+#include "ticks.h"
 
 #include <math.h>
 #include <stdlib.h>
