@@ -1,5 +1,5 @@
-#include "fields.h"
 #include "starts.h"
+#include "fields.h"
 
 #include <stdlib.h>
 

@@ -4,7 +4,6 @@
 
 #include "fields.h"
 #include "starts.h"
-#include "ticks.h"
 
 #include <math.h>
 #include <stdlib.h>
