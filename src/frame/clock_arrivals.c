@@ -1,6 +1,6 @@
 /* The arrivals that a fit keeps: readings come in one by one; the earliest of
  * each span go out, and by how much the truth may be later than a line. */
-#include "clock_arrivals.h"
+#include "clock_line.h"
 
 /* Arrivals that differ by less than this count as equally late. */
 #define SAME_NS 10000

@@ -3,7 +3,7 @@
 #include "lum/frame/clock_fit.h"
 
 #include "base/sized.h"
-#include "clock_arrivals.h"
+#include "clock_line.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "column_work.h"
+#include "crew.h"
 
 #include <stdlib.h>
 

@@ -1,7 +1,5 @@
 #include "crew.h"
 
-#include "column_work.h"
-
 #include "base/system.h"
 #include "base/thread.h"
 

@@ -41,4 +41,12 @@ bool lum_crew_give(lum_crew *crew, const lum_crew_task *task);
 /* Return when all that was given is made. NULL is allowed. */
 void lum_crew_settle(lum_crew *crew);
 
+/* --- Working memory of a thread: column_work.c --- */
+
+/* words: most of a line. False: there is no memory; what there is of it is to
+ * be released, too. */
+bool lum_column_work_allocate(lum_column_work *work, size_t words);
+
+void lum_column_work_release(lum_column_work *work);
+
 #endif

@@ -1,18 +1,167 @@
-/* A framer and what it knows of each sensor. */
+/* A framer, what it knows of each sensor, and its frames under way. */
 #ifndef LUM_FRAME_FRAMER_INTERNAL_H
 #define LUM_FRAME_FRAMER_INTERNAL_H
 
-#include "capture/demux_state.h"
-#include "drafts.h"
-#include "line_points.h"
 #include "lum/frame/framer.h"
-#include "pace.h"
-#include "pause.h"
-#include "under_way.h"
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
+#include "capture/demux_state.h"
+#include "crew.h"
+#include "pause.h"
+
+/* --- The points of one line at a time: line_points.c --- */
+
+/* Views that a caller asked for, once they are checked. */
+typedef struct lum_checked_view {
+    lum_view asked;
+    uint32_t window; /* of its smoothing; 0: none */
+    lum_smooth smooth;
+} lum_checked_view;
+
+typedef struct lum_checked_views {
+    lum_checked_view view[LUM_VIEWS_MAX];
+    size_t count;
+} lum_checked_views;
+
+typedef struct lum_line_points {
+    lum_projector projector;
+    const lum_line *line;
+    uint64_t rising; /* words that give a point; set by _count() */
+    uint64_t falling;
+    lum_point_losses losses;
+    lum_line smoothed;                   /* the line, as a view smooths it */
+    const lum_checked_view *smoothed_by; /* NULL: by none yet */
+    lum_angle angles[LUM_LINE_PIXELS];
+    lum_column_work work;
+    const lum_checked_view *sampled_by; /* NULL: there are no samples of it */
+    size_t sample_count;
+} lum_line_points;
+
+/* Take another line, which lives until the next one or the end. */
+void lum_line_points_begin(lum_line_points *points, const lum_line *line);
+
+/* Count the points of the line before any selection, and the words that give
+ * none. */
+void lum_line_points_count(lum_line_points *points);
+
+/* How many of them a view selects; NULL: rising edges. */
+uint64_t lum_line_points_select(lum_line_points *points,
+                                const lum_checked_view *view);
+
+/* The samples of the line in a view, which live until the next call. */
+size_t lum_line_points_sample(lum_line_points *points,
+                              const lum_checked_view *view);
+
+/* Whether a view has as many points as its edges have words, so that they are
+ * counted before they are made; n gets their number. */
+bool lum_line_points_are_known(const lum_line_points *points,
+                               const lum_checked_view *view, uint64_t *n);
+
+/* What a frame of this view takes of the line, which is smoothed for it now, or
+ * by who makes the points. */
+lum_frame_part lum_line_points_part(lum_line_points *points,
+                                    const lum_checked_view *view,
+                                    bool is_smoothed);
+
+/* Views may go: nothing of them is remembered. */
+void lum_line_points_forget(lum_line_points *points);
+
+/* --- Frames under way, and a line into the views of its own: drafts.c --- */
+
+/* An eye may begin a frame before the other has ended the one before. */
+#define LUM_DRAFTS_MAX 4u
+
+/* A frame under way. Without views it has one frame without points, for what it
+ * lacks. */
+typedef struct lum_draft {
+    bool is_used;
+    int64_t number;
+    lum_checked_views views;
+    size_t frame_count;
+    lum_frame *frames[LUM_VIEWS_MAX];
+} lum_draft;
+
+/* Of one sensor; zero before the first line. */
+typedef struct lum_drafts {
+    lum_draft draft[LUM_DRAFTS_MAX];
+    size_t recent_points[LUM_VIEWS_MAX]; /* that frames of a view have */
+} lum_drafts;
+
+/* Whether a frame comes before another: numbers continue at 0 after 2^32 - 1.
+ */
+bool lum_frame_is_before(int64_t a, int64_t b);
+
+/* By its number; one that is not used; the one with the lowest number. NULL:
+ * there is none. */
+lum_draft *lum_drafts_find(lum_drafts *drafts, int64_t number);
+lum_draft *lum_drafts_find_unused(lum_drafts *drafts);
+lum_draft *lum_drafts_find_lowest(lum_drafts *drafts);
+
+/* Begin an unused one. views: copied; NULL: none.
+ * recent_points: that each view is likely to have; NULL: not known.
+ * False: there is no memory, and it stays unused. */
+bool lum_draft_begin(lum_draft *draft, int64_t number,
+                     const lum_checked_views *views, lum_frame_pool *pool,
+                     const size_t *recent_points);
+
+/* Put a line into all its views. crew: makes the points that it can; NULL: the
+ * caller makes all. With makes_points false the line is counted alone.
+ * False: there is no memory, and the line is in none of the views. */
+bool lum_draft_add(lum_draft *draft, lum_line_points *line, lum_crew *crew,
+                   bool makes_points);
+
+/* It is whole: remember how many points its views have. */
+void lum_drafts_note_sizes(lum_drafts *drafts, const lum_draft *draft);
+
+/* Release its frames; it is unused then. */
+void lum_draft_drop(lum_draft *draft);
+
+/* The same of all; of those whose number is below one. */
+void lum_drafts_drop(lum_drafts *drafts);
+void lum_drafts_drop_below(lum_drafts *drafts, int64_t number);
+
+/* --- Frames a second: pace.c --- */
+
+/* Of one sensor; zero before the first line. */
+typedef struct lum_pace {
+    bool has_frame;
+    bool has_begin;
+    int64_t frame; /* the newest */
+    int64_t first; /* the first whose begin was seen, and when that was */
+    int64_t first_ns;
+    int64_t last_ns; /* when the newest began */
+} lum_pace;
+
+/* A line of a frame, whose first packet came at a time. */
+void lum_pace_take(lum_pace *pace, int64_t frame, int64_t time_ns);
+
+/* 0: no whole frame came. */
+double lum_pace_rate(const lum_pace *pace);
+
+/* --- Lines under way when a stream is joined or left: under_way.c --- */
+
+/* Of one sensor; zero before the first line. The counters of losses include
+ * what such a line lacks, although nothing was lost. */
+typedef struct lum_under_way_state {
+    lum_under_way counts;
+    bool has_joined[LUM_EYES];
+    bool is_leaving;
+    lum_under_way last[LUM_EYES];
+} lum_under_way_state;
+
+/* A line was handed out. If the first line of an eye lacks anything, it had
+ * begun before the stream was joined. no_angle: its words whose pixel has no
+ * angles. */
+void lum_under_way_take(lum_under_way_state *state, const lum_line *line,
+                        uint64_t no_angle);
+
+/* The following lines are those still open at the end; the last of each eye was
+ * unfinished. */
+void lum_under_way_leave(lum_under_way_state *state);
+
+/* The stream continues after its end: it is joined again. */
+void lum_under_way_join(lum_under_way_state *state);
+
+/* --- The framer and its sensors: framer.c, sensor_stream.c --- */
 
 /* The lines of the frame before, by which the next one's missing lines are
  * counted. */

@@ -2,7 +2,6 @@
 #include "framer_internal.h"
 
 #include "base/sized.h"
-#include "column_work.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* The points of one line: how many, and which of them a view selects, smoothed
  * as it asks. */
-#include "line_points.h"
+#include "framer_internal.h"
 
 /* Make `smoothed` the line as a view has it. Views that smooth alike share it.
  */

@@ -1,4 +1,4 @@
-#include "pace.h"
+#include "framer_internal.h"
 
 void lum_pace_take(lum_pace *p, int64_t frame, int64_t time_ns)
 {

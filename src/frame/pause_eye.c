@@ -1,7 +1,7 @@
 /* Which lines of an eye fit to those before, by clock and number. One that does
  * not tells nothing alone: its clock or its number may be corrupt. The lines
  * behind it confirm it. */
-#include "pause_eye.h"
+#include "pause.h"
 
 /* Of long times, a share is not clearly more, as the period is not exact. */
 #define LINES_SHARE 24

@@ -1,6 +1,6 @@
 /* How an eye scans: the period of its lines, the lines of a sweep, and what the
  * mirror takes to turn. */
-#include "pause_eye.h"
+#include "pause.h"
 
 /* Lines that the period is the mean of: at most so many. */
 #define WINDOW_LINES  256

@@ -1,4 +1,4 @@
-#include "under_way.h"
+#include "framer_internal.h"
 
 static void add(lum_under_way *to, const lum_under_way *more)
 {
