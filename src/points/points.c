@@ -3,11 +3,6 @@
 
 #include <string.h>
 
-static inline bool has_angles(const uint32_t *marks, uint32_t pixel)
-{
-    return ((marks[pixel / 32u] >> (pixel % 32u)) & 1u) != 0;
-}
-
 /* The word takes the place of the fourth number. */
 static inline void put_point(lum_point *to, float range, const lum_direction *d,
                              const lum_direction *mount, uint32_t word)
@@ -106,7 +101,7 @@ static size_t project_marked(const lum_eye_projector *p, const lum_line *line,
         const uint32_t word = line->words[i];
         const uint32_t pixel = lum_word_pixel(word);
         const int32_t tof = lum_word_tof(word);
-        if (!has_angles(line->angle_marks, pixel)) {
+        if (!lum_line_has_angles(line, pixel)) {
             losses->no_angle++;
         } else if (tof < p->min_tof) {
             losses->no_range++;
@@ -138,7 +133,7 @@ static void count_marked(const lum_line *line, int32_t min_tof,
     *all = 0;
     for (uint32_t i = 0; i < line->word_count; i++) {
         const uint32_t word = line->words[i];
-        if (!has_angles(line->angle_marks, lum_word_pixel(word))) {
+        if (!lum_line_has_angles(line, lum_word_pixel(word))) {
             (*no_angle)++;
         } else if (lum_word_tof(word) >= min_tof) {
             (*all)++;
