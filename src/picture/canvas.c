@@ -88,9 +88,8 @@ lum_rgb lum_canvas_get(const lum_canvas *canvas, int x, int y)
 {
     const uint32_t *pixel = pixel_at(canvas, x, y);
     const uint32_t value = pixel != NULL ? *pixel : 0;
-    const lum_rgb colour = {(uint8_t)(value >> 16), (uint8_t)(value >> 8),
-                            (uint8_t)value};
-    return colour;
+    return (lum_rgb){(uint8_t)(value >> 16), (uint8_t)(value >> 8),
+                     (uint8_t)value};
 }
 
 static void use_colour(lum_canvas *canvas, lum_rgb colour, double cover)
@@ -193,17 +192,15 @@ lum_rgb lum_colour(float part)
                                     : part * (float)last;
     const int i = at >= (float)last ? last - 1 : (int)at;
     const float rest = at - (float)i;
-    const lum_rgb colour = {mix(stops[i].r, stops[i + 1].r, rest),
-                            mix(stops[i].g, stops[i + 1].g, rest),
-                            mix(stops[i].b, stops[i + 1].b, rest)};
-    return colour;
+    return (lum_rgb){mix(stops[i].r, stops[i + 1].r, rest),
+                     mix(stops[i].g, stops[i + 1].g, rest),
+                     mix(stops[i].b, stops[i + 1].b, rest)};
 }
 
 lum_rgb lum_shade(lum_rgb colour, float light)
 {
-    const lum_rgb shaded = {mix(0, colour.r, light), mix(0, colour.g, light),
-                            mix(0, colour.b, light)};
-    return shaded;
+    return (lum_rgb){mix(0, colour.r, light), mix(0, colour.g, light),
+                     mix(0, colour.b, light)};
 }
 
 /* Where a PNG is written, and the result. */

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 
 #define WIDTH  1600
@@ -46,15 +47,9 @@ static int add(lum_writer *writer, const lum_line_samples *line,
 /* From the range that 2 % are below to the range that 2 % are above. */
 static lum_depth find_depth(const lum_raster *raster)
 {
-    lum_depth depth = {lum_raster_range(raster, 0.02),
-                       lum_raster_range(raster, 0.98)};
-    if (depth.near_m < 0.5f) {
-        depth.near_m = 0.5f;
-    }
-    if (depth.far_m < 2.0f * depth.near_m) {
-        depth.far_m = 2.0f * depth.near_m;
-    }
-    return depth;
+    const float near_m = fmaxf(lum_raster_range(raster, 0.02), 0.5f);
+    const float far_m = lum_raster_range(raster, 0.98);
+    return (lum_depth){near_m, fmaxf(far_m, 2.0f * near_m)};
 }
 
 /* A number with separated thousands. */

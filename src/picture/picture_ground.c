@@ -61,14 +61,8 @@ static bounds find_bounds(const map *m)
 static map make_map(const lum_raster *raster, lum_box box)
 {
     int level = 0;
-    map m = {NULL,
-             LUM_GROUND_REACH,
-             lum_raster_range(raster, 0.95),
-             0.0f,
-             0.0f,
-             0.0f,
-             0.0f};
-    m.radius = fmaxf(m.radius, 2.0f);
+    map m = {.reach = LUM_GROUND_REACH,
+             .radius = fmaxf(lum_raster_range(raster, 0.95), 2.0f)};
     for (; level < LUM_GROUND_LEVELS - 1 && m.reach < m.radius; level++) {
         m.reach *= 2.0f;
     }
