@@ -4,11 +4,6 @@
 
 /* --- Which there are --- */
 
-bool lum_frame_is_before(int64_t a, int64_t b)
-{
-    return (int32_t)((uint32_t)a - (uint32_t)b) < 0;
-}
-
 lum_draft *lum_drafts_find(lum_drafts *drafts, int64_t number)
 {
     for (size_t i = 0; i < LUM_DRAFTS_MAX; i++) {

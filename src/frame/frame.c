@@ -161,16 +161,21 @@ uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye)
     return rows;
 }
 
-/* Where a column goes on; NULL: it is not asked for. */
-static void *end_of(const lum_frame *frame, lum_column column)
+size_t lum_column_bytes(lum_column column)
 {
     static const size_t bytes[] = {[LUM_TYPE_FLOAT] = sizeof(float),
                                    [LUM_TYPE_UINT32] = sizeof(uint32_t),
                                    [LUM_TYPE_UINT16] = sizeof(uint16_t),
                                    [LUM_TYPE_UINT8] = sizeof(uint8_t)};
+    return bytes[columns[column].type];
+}
+
+/* Where a column goes on; NULL: it is not asked for. */
+static void *end_of(const lum_frame *frame, lum_column column)
+{
     uint8_t *at = frame->store.columns[column].at;
     return (frame->mask & LUM_COLUMN_BIT(column)) != 0
-               ? at + frame->count * bytes[columns[column].type]
+               ? at + frame->count * lum_column_bytes(column)
                : NULL;
 }
 

@@ -11,6 +11,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Whether a frame's number is before another one; they go round 32 bits. */
+static inline bool lum_frame_is_before(int64_t a, int64_t b)
+{
+    return (int32_t)((uint32_t)a - (uint32_t)b) < 0;
+}
+
+/* Of a number of a column. */
+size_t lum_column_bytes(lum_column column);
+
 /* Memory of frames that are no longer needed, for later ones. Any thread. */
 typedef struct lum_frame_pool lum_frame_pool;
 

@@ -32,14 +32,13 @@ static bool is_skipped(const lum_framer *f, int64_t number)
 /* The sensor of the latest event; NULL without memory. */
 static lum_sensor_stream *current(lum_framer *f)
 {
-    lum_sensor_stream **s = &f->sensors[lum_demux_current_index(f->demux)];
-    if (*s == NULL) {
-        *s = lum_sensor_stream_new(f);
-        if (*s != NULL && f->is_flushing) {
-            lum_under_way_leave(&(*s)->under_way);
-        }
+    const size_t i = lum_demux_current_index(f->demux);
+    const bool is_new = f->sensors[i] == NULL;
+    lum_sensor_stream *s = lum_sensor_stream_at(f, i);
+    if (s != NULL && is_new && f->is_flushing) {
+        lum_under_way_leave(&s->under_way);
     }
-    return *s;
+    return s;
 }
 
 /* --- A line that was handed out --- */

@@ -86,10 +86,6 @@ typedef struct lum_drafts {
     size_t recent_points[LUM_VIEWS_MAX]; /* that frames of a view have */
 } lum_drafts;
 
-/* Whether a frame comes before another: numbers continue at 0 after 2^32 - 1.
- */
-bool lum_frame_is_before(int64_t a, int64_t b);
-
 /* By its number; one that is not used; the one with the lowest number. NULL:
  * there is none. */
 lum_draft *lum_drafts_find(lum_drafts *drafts, int64_t number);
@@ -237,8 +233,9 @@ static inline bool lum_framer_makes_frames(const lum_framer *framer)
     return (framer->choice.wants & LUM_WANT_FRAMES) != 0;
 }
 
-/* NULL: there is no memory. */
-lum_sensor_stream *lum_sensor_stream_new(const lum_framer *framer);
+/* A framer's sensor by its index, made if no line of it came yet. NULL: there
+ * is no memory. */
+lum_sensor_stream *lum_sensor_stream_at(lum_framer *framer, size_t i);
 
 /* NULL is allowed. */
 void lum_sensor_stream_free(lum_sensor_stream *sensor);

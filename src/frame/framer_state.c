@@ -59,10 +59,8 @@ bool lum_framer_pack_clocks(lum_framer *framer, lum_pack *pack)
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX && !pack->has_failed; i++) {
         bool is_known = framer->sensors[i] != NULL;
         lum_pack_bool(pack, &is_known);
-        if (is_known && framer->sensors[i] == NULL) {
-            framer->sensors[i] = lum_sensor_stream_new(framer);
-        }
-        const lum_sensor_stream *s = is_known ? framer->sensors[i] : NULL;
+        const lum_sensor_stream *s =
+            is_known ? lum_sensor_stream_at(framer, i) : NULL;
         if (is_known && s == NULL) {
             pack->has_failed = true;
         } else if (is_known && s->clock != NULL) {
@@ -136,20 +134,19 @@ static void pack_own(lum_sensor_stream *s, lum_pack *p)
 bool lum_framer_pack_sensor(lum_framer *framer, size_t sensor, uint32_t from,
                             lum_pack *pack)
 {
-    lum_sensor_stream **s = &framer->sensors[sensor];
-    if (*s == NULL && lum_pack_is_reading(pack)) {
-        *s = lum_sensor_stream_new(framer);
-    }
-    if (*s == NULL) {
+    lum_sensor_stream *s = lum_pack_is_reading(pack)
+                               ? lum_sensor_stream_at(framer, sensor)
+                               : framer->sensors[sensor];
+    if (s == NULL) {
         pack->has_failed = true;
         return false;
     }
     if (lum_demux_pack_sensor(framer->demux, sensor, from, pack)) {
-        pack_own(*s, pack);
-        pack_drafts(framer, *s, pack);
+        pack_own(s, pack);
+        pack_drafts(framer, s, pack);
     }
-    if ((*s)->clock != NULL && !pack->has_failed) {
-        (void)lum_clock_fit_pack((*s)->clock, pack);
+    if (s->clock != NULL && !pack->has_failed) {
+        (void)lum_clock_fit_pack(s->clock, pack);
     }
     return !pack->has_failed;
 }

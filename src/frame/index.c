@@ -24,18 +24,18 @@ void lum_index_entry_free(lum_index_entry *entry)
 void lum_index_clear(lum_index *index)
 {
     for (size_t i = 0; i < index->count; i++) {
-        lum_index_entry_free(index->entries[i].entry);
+        lum_index_entry_free(index->entries[i]);
     }
     for (size_t i = 0; i < index->birth_count; i++) {
         free(index->births[i].capture);
     }
-    free(index->entries);
+    free((void *)index->entries);
     *index = (lum_index){.stride = 1};
 }
 
 static size_t bytes_of(const lum_index_entry *entry)
 {
-    return sizeof *entry + sizeof(lum_index_slot) + entry->capture_len +
+    return sizeof *entry + sizeof(void *) + entry->capture_len +
            entry->state_len;
 }
 
@@ -45,9 +45,9 @@ static void thin_out(lum_index *index)
     uint64_t seen[LUM_DEMUX_SENSORS_MAX] = {0};
     size_t kept = 0;
     for (size_t i = 0; i < index->count; i++) {
-        lum_index_entry *entry = index->entries[i].entry;
+        lum_index_entry *entry = index->entries[i];
         if (seen[entry->sensor]++ % 2u == 0) {
-            index->entries[kept++].entry = entry;
+            index->entries[kept++] = entry;
         } else {
             index->bytes -= bytes_of(entry);
             lum_index_entry_free(entry);
@@ -60,7 +60,7 @@ static void thin_out(lum_index *index)
 /* One of each sensor is left, and they are too long. */
 static void drop_last(lum_index *index)
 {
-    lum_index_entry *entry = index->entries[--index->count].entry;
+    lum_index_entry *entry = index->entries[--index->count];
     index->bytes -= bytes_of(entry);
     lum_index_entry_free(entry);
 }
@@ -71,7 +71,8 @@ static bool make_room(lum_index *index)
         return true;
     }
     const size_t room = index->room != 0 ? 2u * index->room : ENTRIES_MIN;
-    lum_index_slot *more = realloc(index->entries, room * sizeof *more);
+    lum_index_entry **more =
+        realloc((void *)index->entries, room * sizeof(void *));
     if (more == NULL) {
         return false;
     }
@@ -86,7 +87,7 @@ void lum_index_add(lum_index *index, lum_index_entry *entry)
         lum_index_entry_free(entry);
         return;
     }
-    index->entries[index->count++].entry = entry;
+    index->entries[index->count++] = entry;
     index->bytes += bytes_of(entry);
     while (index->bytes > LUM_INDEX_BYTES_MAX) {
         const size_t before = index->count;
@@ -103,7 +104,7 @@ const lum_index_entry *lum_index_of(const lum_index *index, uint32_t sensor,
                                     uint64_t order)
 {
     for (size_t i = index->count; i-- > 0;) {
-        const lum_index_entry *entry = index->entries[i].entry;
+        const lum_index_entry *entry = index->entries[i];
         if ((entry->sensor == sensor || sensor == LUM_DEMUX_SENSORS_MAX) &&
             entry->order <= order) {
             return entry;
@@ -116,9 +117,9 @@ const lum_index_entry *lum_index_at_number(const lum_index *index,
                                            uint32_t sensor, int64_t number)
 {
     for (size_t i = index->count; i-- > 0;) {
-        const lum_index_entry *entry = index->entries[i].entry;
+        const lum_index_entry *entry = index->entries[i];
         if (entry->sensor == sensor &&
-            !lum_index_is_before((uint32_t)number, (uint32_t)entry->number)) {
+            !lum_frame_is_before(number, entry->number)) {
             return entry;
         }
     }
@@ -129,8 +130,8 @@ const lum_index_entry *lum_index_at_time(const lum_index *index,
                                          int64_t time_ns)
 {
     for (size_t i = index->count; i-- > 0;) {
-        if (index->entries[i].entry->highest_ns < time_ns) {
-            return index->entries[i].entry;
+        if (index->entries[i]->highest_ns < time_ns) {
+            return index->entries[i];
         }
     }
     return NULL;
@@ -165,7 +166,7 @@ lum_index_place lum_index_place_at(const lum_index *index, uint64_t after)
                    after);
     }
     for (size_t i = 0; i < index->count; i++) {
-        const lum_index_entry *e = index->entries[i].entry;
+        const lum_index_entry *e = index->entries[i];
         take_later(index, &best,
                    (lum_index_place){e->after, e->capture, e->capture_len},
                    after);
@@ -278,7 +279,7 @@ static void read_entries(lum_pack *p, lum_index *index, uint32_t count)
         pack_entry(p, entry, index);
         const bool rises =
             index->count == 0 ||
-            index->entries[index->count - 1u].entry->order < entry->order;
+            index->entries[index->count - 1u]->order < entry->order;
         if (lum_pack_check(p, rises)) {
             lum_index_add(index, entry);
         } else {
@@ -305,7 +306,7 @@ static void pack_body(lum_pack *p, lum_index *index)
         (void)lum_pack_check(p, p->at == p->end);
     }
     for (size_t i = 0; i < count && !lum_pack_is_reading(p); i++) {
-        pack_entry(p, index->entries[i].entry, index);
+        pack_entry(p, index->entries[i], index);
     }
 }
 

@@ -5,6 +5,7 @@
 
 #include "base/pack.h"
 #include "capture/demux_state.h"
+#include "frame_internal.h"
 #include "lum/base/error.h"
 #include "lum/capture/demux.h"
 
@@ -55,18 +56,13 @@ typedef struct lum_index_place {
     size_t capture_len;
 } lum_index_place;
 
-/* A place in the list of entries. */
-typedef struct lum_index_slot {
-    lum_index_entry *entry;
-} lum_index_slot;
-
 /* An index. All bytes 0, and stride 1: it is empty. */
 typedef struct lum_index {
     lum_index_birth births[LUM_DEMUX_SENSORS_MAX];
     size_t birth_count;
     lum_index_origin origins[LUM_DEMUX_ORIGINS_MAX]; /* as they became known */
     size_t origin_count;
-    lum_index_slot *entries; /* by order */
+    lum_index_entry **entries; /* by order */
     size_t count;
     size_t room;
     size_t bytes;
@@ -75,12 +71,6 @@ typedef struct lum_index {
     uint64_t frames; /* among them */
     bool is_whole;   /* the capture has no more */
 } lum_index;
-
-/* Whether a frame's number is before another one; they go round 32 bits. */
-static inline bool lum_index_is_before(uint32_t a, uint32_t b)
-{
-    return (a - b) >> 31 != 0;
-}
 
 /* Free all that it holds; then it is empty. */
 void lum_index_clear(lum_index *index);

@@ -159,7 +159,7 @@ static void note_data(lum_reader *r, size_t sensor, bool may_mark)
     if (!lum_demux_newest(lum_framer_demux(r->framer), sensor, &frame)) {
         return;
     }
-    const bool rises = m->has_newest && lum_index_is_before(m->newest, frame);
+    const bool rises = m->has_newest && lum_frame_is_before(m->newest, frame);
     m->newest = rises || !m->has_newest ? frame : m->newest;
     m->has_newest = true;
     if (rises && may_mark && lum_framer_gives(r->framer, sensor)) {
@@ -229,12 +229,12 @@ void lum_index_entries_finish(struct place *p, size_t sensor, int64_t number,
     const lum_index *x = &p->index;
     lum_index_entry *e = NULL;
     while (m->pending_count > 0 &&
-           !lum_index_is_before((uint32_t)number, m->pending[0]->from)) {
+           !lum_frame_is_before(number, m->pending[0]->from)) {
         lum_index_entry_free(e);
         e = take_oldest(m);
     }
-    if (e == NULL || (x->count != 0 && x->entries[x->count - 1u].entry->order >=
-                                           p->frames.order)) {
+    if (e == NULL || (x->count != 0 &&
+                      x->entries[x->count - 1u]->order >= p->frames.order)) {
         lum_index_entry_free(e);
         return;
     }

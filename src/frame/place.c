@@ -239,7 +239,7 @@ bool lum_place_is_reached(struct place *place, size_t sensor, int64_t number)
         return true;
     }
     if (sensor != j->anchor.sensor ||
-        lum_index_is_before((uint32_t)number, j->anchor.from)) {
+        lum_frame_is_before(number, j->anchor.from)) {
         return false;
     }
     j->is_approaching = false;

@@ -30,20 +30,6 @@ struct lum_frame_pool {
     bool is_left;  /* by its owner */
 };
 
-static size_t bytes_of(lum_column column)
-{
-    switch (lum_column_get_type(column)) {
-    case LUM_TYPE_UINT16:
-        return sizeof(uint16_t);
-    case LUM_TYPE_UINT8:
-        return sizeof(uint8_t);
-    case LUM_TYPE_FLOAT:
-    case LUM_TYPE_UINT32:
-    default:
-        return sizeof(uint32_t);
-    }
-}
-
 /* --- The pool --- */
 
 lum_frame_pool *lum_frame_pool_new(size_t points_max, unsigned spare_max)
@@ -351,7 +337,8 @@ static bool grow(lum_frame *frame, size_t needed)
     for (unsigned c = 0; c < LUM_COLUMN_COUNT; c++) {
         lum_column_array *array = &store->columns[c];
         if ((own & LUM_COLUMN_BIT(c)) != 0 && array->room < needed &&
-            !grow_column(array, bytes_of((lum_column)c), frame->count, room)) {
+            !grow_column(array, lum_column_bytes((lum_column)c), frame->count,
+                         room)) {
             return false;
         }
     }
@@ -365,7 +352,8 @@ static void move_into(lum_frame *frame, lum_frame *spare)
         const lum_column_array to = spare->store.columns[c];
         if ((frame->mask & LUM_COLUMN_BIT(c)) != 0) {
             if (frame->count > 0) {
-                memcpy(to.at, from.at, frame->count * bytes_of((lum_column)c));
+                memcpy(to.at, from.at,
+                       frame->count * lum_column_bytes((lum_column)c));
             }
             frame->store.columns[c] = to;
             spare->store.columns[c] = from;

@@ -13,12 +13,6 @@
 #define WORK_BYTES   65536u
 #define RECORD_BYTES 512u
 
-static int refuse(lum_error *error)
-{
-    return lum_error_set(error, "a reader needs one source: a path, paths, "
-                                "bytes or records");
-}
-
 static unsigned count_given(const lum_reader_options *o)
 {
     return (o->path != NULL ? 1u : 0u) + (o->source != NULL ? 1u : 0u) +
@@ -69,7 +63,10 @@ static int open_all(lum_reader *r, const lum_reader_options *o,
     r->go_on = (lum_go_on){.function = o->go_on, .context = o->go_on_context};
     if (count_given(o) != 1u || !lum_go_on_ask(&r->go_on)) {
         lum_source_close(o->source);
-        return has_stopped(r) ? lum_go_on_fail(error) : refuse(error);
+        return has_stopped(r)
+                   ? lum_go_on_fail(error)
+                   : lum_error_set(error, "a reader needs one source: a path, "
+                                          "paths, bytes or records");
     }
     r->work_bytes = WORK_BYTES;
     if (o->records != NULL) {

@@ -53,16 +53,6 @@ static int64_t find_period_ns(const lum_frame *frame, bool has_clock)
     return median < PERIOD_MAX_NS ? median : PERIOD_MAX_NS;
 }
 
-static int64_t find_begin_ns(const lum_frame *frame, bool has_clock)
-{
-    int64_t begin = INT64_MAX;
-    for (size_t i = 0; i < frame->row_count; i++) {
-        const int64_t at = line_ns(&frame->store.rows[i], has_clock);
-        begin = at < begin ? at : begin;
-    }
-    return begin;
-}
-
 /* When each pixel comes, after the begin of its line. */
 static void tabulate(int64_t period_ns, int64_t in_line_ns[LUM_LINE_PIXELS])
 {
@@ -73,10 +63,9 @@ static void tabulate(int64_t period_ns, int64_t in_line_ns[LUM_LINE_PIXELS])
 
 /* The column has pixels so far, which an assembler takes below LUM_LINE_PIXELS
  * alone. */
-static void set_times(lum_frame *frame, bool has_clock)
+static void set_times(lum_frame *frame, bool has_clock, int64_t begin_ns)
 {
     int64_t in_line_ns[LUM_LINE_PIXELS];
-    const int64_t begin_ns = find_begin_ns(frame, has_clock);
     float *times = frame->store.columns[LUM_COLUMN_TIME].at;
     tabulate(find_period_ns(frame, has_clock), in_line_ns);
     for (size_t i = 0; i < frame->row_count; i++) {
@@ -148,8 +137,12 @@ static void find_missing(lum_frame *frame, const lum_frame_end *end)
                         !info->has_pause;
 }
 
-static void find_times(lum_frame *frame, bool has_clock)
+/* Returns when the first line begins; without any, 0. */
+static int64_t find_times(lum_frame *frame, bool has_clock)
 {
+    if (frame->row_count == 0) {
+        return 0;
+    }
     const lum_line_row *first = frame->store.rows;
     const lum_line_row *last = frame->store.rows;
     for (size_t i = 1; i < frame->row_count; i++) {
@@ -158,13 +151,11 @@ static void find_times(lum_frame *frame, bool has_clock)
             line_ns(row, has_clock) < line_ns(first, has_clock) ? row : first;
         last = line_ns(row, has_clock) > line_ns(last, has_clock) ? row : last;
     }
-    if (frame->row_count > 0) {
-        frame->info.times =
-            (lum_frame_times){.begin_clock_us = first->clock_us,
-                              .end_clock_us = last->clock_us,
-                              .begin_arrival_ns = first->arrival_ns,
-                              .end_arrival_ns = last->arrival_ns};
-    }
+    frame->info.times = (lum_frame_times){.begin_clock_us = first->clock_us,
+                                          .end_clock_us = last->clock_us,
+                                          .begin_arrival_ns = first->arrival_ns,
+                                          .end_arrival_ns = last->arrival_ns};
+    return line_ns(first, has_clock);
 }
 
 /* A frame without a line has no begin. */
@@ -182,11 +173,11 @@ static void find_utc(lum_frame *frame, const lum_clock_fit *clock)
 void lum_frame_seal(lum_frame *frame, const lum_frame_end *end)
 {
     frame->info.points = frame->count;
-    find_times(frame, end->has_clock);
+    const int64_t begin_ns = find_times(frame, end->has_clock);
     find_utc(frame, end->clock);
     find_missing(frame, end);
     if (frame->count > 0 &&
         (frame->mask & LUM_COLUMN_BIT(LUM_COLUMN_TIME)) != 0) {
-        set_times(frame, end->has_clock);
+        set_times(frame, end->has_clock, begin_ns);
     }
 }

@@ -26,8 +26,7 @@ static bool is_sought(const struct target *t, const lum_frame_info *info,
         return order >= t->order;
     case SOUGHT_NUMBER:
         return info->sensor == t->sensor && info->sensor_interface[0] == '\0' &&
-               !lum_index_is_before((uint32_t)info->number,
-                                    (uint32_t)t->number);
+               !lum_frame_is_before(info->number, t->number);
     case SOUGHT_TIME:
         return find_begin(info, &begin_ns) && begin_ns >= t->time_ns;
     case SOUGHT_NOTHING:
@@ -210,8 +209,7 @@ int lum_reader_seek_number(lum_reader *reader, uint32_t sensor, int64_t number,
         i++;
     }
     if (i < count && p->frames.last[i].is_there) {
-        is_ahead = lum_index_is_before((uint32_t)p->frames.last[i].number,
-                                       (uint32_t)number);
+        is_ahead = lum_frame_is_before(p->frames.last[i].number, number);
     }
     i = find_sensor(&p->index, sensor);
     return seek(reader, &target,

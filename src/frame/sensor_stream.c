@@ -10,9 +10,13 @@
 
 /* --- A sensor --- */
 
-lum_sensor_stream *lum_sensor_stream_new(const lum_framer *f)
+lum_sensor_stream *lum_sensor_stream_at(lum_framer *f, size_t i)
 {
-    lum_sensor_stream *s = calloc(1, sizeof *s);
+    lum_sensor_stream *s = f->sensors[i];
+    if (s != NULL) {
+        return s;
+    }
+    s = calloc(1, sizeof *s);
     if (s == NULL) {
         return NULL;
     }
@@ -22,6 +26,7 @@ lum_sensor_stream *lum_sensor_stream_new(const lum_framer *f)
         free(s);
         return NULL;
     }
+    f->sensors[i] = s;
     return s;
 }
 
@@ -195,13 +200,11 @@ int lum_framer_learn_clocks(lum_framer *framer, const lum_framer *from)
         if (learned == NULL || !framer->has_clock) {
             continue;
         }
-        if (framer->sensors[i] == NULL) {
-            framer->sensors[i] = lum_sensor_stream_new(framer);
-        }
-        if (framer->sensors[i] == NULL) {
+        lum_sensor_stream *s = lum_sensor_stream_at(framer, i);
+        if (s == NULL) {
             return -1;
         }
-        lum_clock_fit_learn(framer->sensors[i]->clock, learned);
+        lum_clock_fit_learn(s->clock, learned);
     }
     return 0;
 }
