@@ -1,10 +1,54 @@
 /** @file
- * The parts of a picture. Internal to picture. */
+ * The parts of a picture, and what it keeps of the points, in bounded memory: a
+ * range image of each eye, the ground seen from above at several scales, and
+ * the distribution of ranges. Internal to picture. */
 #ifndef LUM_PICTURE_PICTURE_INTERNAL_H
 #define LUM_PICTURE_PICTURE_INTERNAL_H
 
 #include "canvas.h"
-#include "picture_raster.h"
+
+#include "lum/cloud/writer.h"
+
+/* --- What is kept: picture_raster.c --- */
+
+#define LUM_PANORAMA_CELLS 1024  /**< of a range image, each way */
+#define LUM_GROUND_CELLS   2048  /**< of a ground level, each way */
+#define LUM_GROUND_LEVELS  8     /**< each twice as wide as the one before */
+#define LUM_GROUND_REACH   16.0f /**< metres from the origin, level 0 */
+#define LUM_RANGE_BINS     16384 /**< of the histogram; the last takes all */
+#define LUM_RANGE_BIN      0.1f  /**< metres */
+
+/** What one eye saw: the nearest range in each cell of angles. */
+typedef struct lum_panorama {
+    float azimuth_min;    /**< degrees, of cell 0 */
+    float azimuth_step;   /**< degrees of a cell */
+    float elevation_min;  /**< degrees, of cell 0 */
+    float elevation_step; /**< degrees of a cell */
+    float nearest[LUM_PANORAMA_CELLS][LUM_PANORAMA_CELLS]; /**< metres by
+                             elevation and azimuth; 0: nothing */
+} lum_panorama;
+
+/** All of it; more than 40 MB, but a scene uses only a small part. */
+typedef struct lum_raster {
+    lum_panorama eye[LUM_EYES]; /**< range images */
+    uint8_t ground[LUM_GROUND_LEVELS][LUM_GROUND_CELLS]
+                  [LUM_GROUND_CELLS]; /**< points by x and y, saturating */
+    uint64_t ranges[LUM_RANGE_BINS];  /**< histogram */
+    uint64_t points;                  /**< all of them */
+} lum_raster;
+
+/** Prepare a zeroed raster.
+ * @param projector tells the angles of the eyes; NULL: the typical ones. */
+void lum_raster_begin(lum_raster *raster, const lum_projector *projector);
+
+/** Take a line in. */
+void lum_raster_add(lum_raster *raster, const lum_line_samples *line);
+
+/** The range that a share of the points (0..1) does not exceed, in metres; 0
+ * when there are none. */
+float lum_raster_range(const lum_raster *raster, double share);
+
+/* --- What is drawn of it --- */
 
 /** The ranges that the colour scale spans, logarithmically. */
 typedef struct lum_depth {

@@ -1,4 +1,4 @@
-#include "picture_raster.h"
+#include "picture_internal.h"
 
 #define HALF_SCALE 32768.0
 
