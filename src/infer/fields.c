@@ -1,7 +1,5 @@
 #include "fields.h"
 
-#include <string.h>
-
 static uint64_t whole(const uint8_t *head, lum_field field)
 {
     uint64_t value = 0;
@@ -56,9 +54,8 @@ bool lum_infer_is_nested(lum_field a, lum_field b)
 
 lum_infer_bits lum_infer_bits_of(lum_field field)
 {
-    lum_infer_bits out;
+    lum_infer_bits out = {{0}};
     const unsigned bits = lum_infer_width(field);
-    memset(&out, 0, sizeof out);
     for (unsigned i = 0; i < bits && field.bytes > 0; i++) {
         const unsigned at = lum_infer_bit_at(field, field.low + i);
         out.byte[at / 8u] |= (uint8_t)(1u << at % 8u);

@@ -2,7 +2,7 @@
 
 #include "base/sized.h"
 #include "capture/joined.h"
-#include "store.h"
+#include "state.h"
 
 #include "lum/group.h"
 #include "lum/wire.h"

@@ -8,7 +8,6 @@
 #include "ticks.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* What custom has against a reading. It decides between readings that explain
  * about as much, and is no part of what they explain: an eye is rather told by
@@ -267,7 +266,7 @@ static bool is_rival(const reading *r, const reading *best)
 static void compete(const finder *f, const reading *r, lum_infer_reading *rival)
 {
     if (r->share > rival->share) {
-        memset(rival, 0, sizeof *rival);
+        *rival = (lum_infer_reading){.share = 0.0};
         describe(f, r, rival);
     }
 }

@@ -1,4 +1,4 @@
-#include "store.h"
+#include "state.h"
 
 #include "lum/wire.h"
 
@@ -12,8 +12,7 @@
 
 int lum_infer_store_init(lum_infer_store *store, uint32_t max)
 {
-    memset(store, 0, sizeof *store);
-    store->max = max;
+    *store = (lum_infer_store){.max = max};
     store->blocks = calloc(BLOCKS_MAX, sizeof *store->blocks);
     return store->blocks == NULL ? -1 : 0;
 }
