@@ -75,13 +75,6 @@ void lum_draft_drop(lum_draft *draft)
     draft->is_used = false;
 }
 
-void lum_drafts_drop(lum_drafts *drafts)
-{
-    for (size_t i = 0; i < LUM_DRAFTS_MAX; i++) {
-        lum_draft_drop(&drafts->draft[i]);
-    }
-}
-
 void lum_drafts_drop_below(lum_drafts *drafts, int64_t number)
 {
     for (size_t i = 0; i < LUM_DRAFTS_MAX; i++) {

@@ -111,8 +111,7 @@ void lum_drafts_note_sizes(lum_drafts *drafts, const lum_draft *draft);
 /* Release its frames; it is unused then. */
 void lum_draft_drop(lum_draft *draft);
 
-/* The same of all; of those whose number is below one. */
-void lum_drafts_drop(lum_drafts *drafts);
+/* The same of all whose number is below one. */
 void lum_drafts_drop_below(lum_drafts *drafts, int64_t number);
 
 /* --- Frames a second: pace.c --- */

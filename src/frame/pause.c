@@ -21,11 +21,6 @@ void lum_pause_init(lum_pause *p, uint32_t gap_us, const lum_profile *profile)
 
 /* --- The latest pause --- */
 
-static uint64_t length_us(const lum_pause_latest *l)
-{
-    return (uint64_t)(l->to_us - l->from_us);
-}
-
 /* What it is in the counts. */
 static lum_pause_counts share(const lum_pause_latest *l)
 {
@@ -33,7 +28,7 @@ static lum_pause_counts share(const lum_pause_latest *l)
         return (lum_pause_counts){.pauses = 0};
     }
     return (lum_pause_counts){.pauses = 1,
-                              .paused_us = length_us(l),
+                              .paused_us = (uint64_t)(l->to_us - l->from_us),
                               .lines = l->lines > 0 ? (uint64_t)l->lines : 0};
 }
 

@@ -33,7 +33,7 @@ lum_sensor_stream *lum_sensor_stream_at(lum_framer *f, size_t i)
 void lum_sensor_stream_free(lum_sensor_stream *s)
 {
     if (s != NULL) {
-        lum_drafts_drop(&s->drafts);
+        lum_drafts_drop_below(&s->drafts, INT64_MAX);
         lum_clock_fit_free(s->clock);
         free(s);
     }

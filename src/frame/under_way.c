@@ -1,17 +1,11 @@
 #include "framer_internal.h"
 
-static void add(lum_under_way *to, const lum_under_way *more)
+static void count(lum_under_way *all, const lum_under_way *line,
+                  const lum_under_way *instead_of)
 {
-    to->lines += more->lines;
-    to->words += more->words;
-    to->no_angle += more->no_angle;
-}
-
-static void take_away(lum_under_way *from, const lum_under_way *less)
-{
-    from->lines -= less->lines;
-    from->words -= less->words;
-    from->no_angle -= less->no_angle;
+    all->lines += line->lines - instead_of->lines;
+    all->words += line->words - instead_of->words;
+    all->no_angle += line->no_angle - instead_of->no_angle;
 }
 
 void lum_under_way_take(lum_under_way_state *u, const lum_line *line,
@@ -24,10 +18,9 @@ void lum_under_way_take(lum_under_way_state *u, const lum_line *line,
         .no_angle = no_angle};
     if (!u->has_joined[line->eye]) {
         u->has_joined[line->eye] = true;
-        add(&u->counts, &lacks);
+        count(&u->counts, &lacks, &(lum_under_way){.lines = 0});
     } else if (u->is_leaving) {
-        take_away(&u->counts, last);
-        add(&u->counts, &lacks);
+        count(&u->counts, &lacks, last);
         *last = lacks;
     }
 }
