@@ -215,8 +215,6 @@ static void make_oldest(lum_eye_lines *lines, lum_line_slot *before_it)
     lines->oldest = slot;
 }
 
-/* Whether some open line has got no packet since `before`. It becomes the
- * oldest, so that it is the next to be closed. */
 bool lum_lines_pull_idle(lum_eye_state *eye, int64_t before)
 {
     lum_line_slot *slot = eye->lines.oldest;

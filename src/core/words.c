@@ -310,7 +310,6 @@ static lum_result insert(lum_assembler *a, lum_line_slot *slot,
     return r;
 }
 
-/* If the line cannot hold them, they say nothing about its losses. */
 void lum_words_count_sent(lum_line_slot *slot, const lum_group *group,
                           uint32_t capacity)
 {
