@@ -1,6 +1,6 @@
 /* The frames of a sensor that are under way: finds, begins and drops them,
  * and adds a line's points to each view of a frame. */
-#include "drafts.h"
+#include "framer_internal.h"
 
 /* --- Which there are --- */
 

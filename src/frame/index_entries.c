@@ -1,7 +1,5 @@
 /* Makes entries of an index while a capture is read: at the begin of some
  * frames, a state from which reading can go on. */
-#include "index_entries.h"
-
 #include "capture/capture_state.h"
 #include "framer_state.h"
 #include "reader_internal.h"

@@ -1,7 +1,5 @@
 /* Carries out a jump in a capture: to its first record, or to a state in the
  * index. seek.c decides which. */
-#include "place.h"
-
 #include "capture/capture_state.h"
 #include "framer_state.h"
 #include "reader_internal.h"

@@ -1,6 +1,7 @@
 /* Tries all fields that follow the time of capture, decides the length of
  * each one's ticks, and picks the best as clock. */
-#include "clock_search.h"
+#include "fields.h"
+#include "ticks.h"
 
 /* Fewer lines lie on too many lines. */
 #define STARTS_MIN 5u

@@ -1,9 +1,7 @@
 /* Chooses the clock: at first its bits alone; once other fields are known,
  * the whole field, and which others may be it. */
-#include "clocks.h"
-
-#include "clock_search.h"
-#include "spans.h"
+#include "fields.h"
+#include "ticks.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,8 +1,5 @@
 /* Which bits tell the eye and which the line number: all ways to read them,
  * and the one that explains most lines. */
-#include "readings.h"
-
-#include "eyes.h"
 #include "fields.h"
 #include "starts.h"
 #include "ticks.h"

@@ -1,7 +1,6 @@
 /* How far a field counts between packets of one sensor, and how well that
  * follows the time of capture. */
 #include "ticks.h"
-
 #include "fields.h"
 #include "starts.h"
 
