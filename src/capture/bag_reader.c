@@ -116,16 +116,11 @@ static uint64_t room_of(const lum_pcap *r)
     return at < b->chunk_end ? b->chunk_end - at : UINT64_MAX;
 }
 
-static int cut(const lum_pcap *r, uint64_t all, lum_error *error)
-{
-    const lum_source *s = r->source;
-    return lum_pcap_fail_cut(r, "record", s->end - r->at, all, error);
-}
-
 static int skip(const lum_pcap *r, uint64_t bytes, lum_error *error)
 {
-    return lum_source_skip(current(r), bytes) ? LUM_PCAP_GO_ON
-                                              : cut(r, 0, error);
+    return lum_source_skip(current(r), bytes)
+               ? LUM_PCAP_GO_ON
+               : lum_pcap_fail_cut(r, "record", 0, error);
 }
 
 /* What is left of the chunk cannot be read. */
@@ -153,8 +148,9 @@ static int read_header(lum_pcap *r, struct record *out, lum_error *error)
         return leave_chunk(r, "a record", error);
     }
     if (!lum_source_has(s, 4)) {
-        return s->left != 0 || s->has_failed ? cut(r, 0, error)
-                                             : LUM_PCAP_ENDED;
+        return s->left != 0 || s->has_failed
+                   ? lum_pcap_fail_cut(r, "record", 0, error)
+                   : LUM_PCAP_ENDED;
     }
     const uint32_t len = load_le32(s->at);
     const size_t all = 8u + (size_t)len;
@@ -169,7 +165,7 @@ static int read_header(lum_pcap *r, struct record *out, lum_error *error)
                              (unsigned long)HEADER_BYTES_MAX);
     }
     if (!lum_source_has(s, all)) {
-        return cut(r, all, error);
+        return lum_pcap_fail_cut(r, "record", all, error);
     }
     out->header = (lum_bytes_at){s->at + 4, len};
     out->data_len = load_le32(s->at + 4u + len);
@@ -190,7 +186,7 @@ static int has_data(lum_pcap *r, struct record *record, uint32_t most,
         return LUM_PCAP_DAMAGED;
     }
     if (!lum_source_has(s, head + record->data_len)) {
-        return cut(r, head + record->data_len, error);
+        return lum_pcap_fail_cut(r, "record", head + record->data_len, error);
     }
     record->header.at = s->at + 4;
     *data = (lum_bytes_at){s->at + head, record->data_len};
@@ -255,15 +251,13 @@ static int unpack_chunk(lum_pcap *r, const lum_chunk_head *head,
     lum_bag_reader *b = r->bag;
     lum_source *s = r->source;
     const uint64_t end = b->chunk_end;
-    const lum_chunk_result result = lum_chunk_read(b->chunk, r, head, error);
-    if (result == LUM_CHUNK_FAILED) {
-        return LUM_PCAP_FAILED;
+    const int result = lum_chunk_read(b->chunk, r, head, error);
+    if (result != LUM_PCAP_FAILED &&
+        !lum_source_skip(s, end - lum_source_offset(s))) {
+        return lum_pcap_fail_cut(r, "record", 0, error);
     }
-    if (!lum_source_skip(s, end - lum_source_offset(s))) {
-        return cut(r, 0, error);
-    }
-    if (result == LUM_CHUNK_DAMAGED) {
-        return LUM_PCAP_DAMAGED;
+    if (result != LUM_PCAP_GO_ON) {
+        return result;
     }
     const lum_bytes_at records = lum_chunk_records(b->chunk);
     b->inner = lum_source_from_memory("a chunk", records.at, records.len);
@@ -276,10 +270,8 @@ static int unpack_chunk(lum_pcap *r, const lum_chunk_head *head,
 static int check_plain(const lum_pcap *r, const lum_chunk_head *head,
                        lum_error *error)
 {
-    return head->unpacked == UINT32_MAX ||
-                   lum_chunk_check_plain(r, head, error) == LUM_CHUNK_READ
-               ? LUM_PCAP_GO_ON
-               : LUM_PCAP_DAMAGED;
+    return head->unpacked == UINT32_MAX ? LUM_PCAP_GO_ON
+                                        : lum_chunk_check_plain(r, head, error);
 }
 
 /* Records stand in a chunk as they do beside it. One that is not compressed is
@@ -294,9 +286,9 @@ static int enter_chunk(lum_pcap *r, const struct record *record,
                            .known = known,
                            .remedy = "rosbag decompress"};
     if (name.len == 0 || name.len > LUM_CHUNK_NAME_MAX) {
-        lum_chunk_name(&head, (const uint8_t *)"?", 1);
+        head.compression[0] = '?';
     } else {
-        lum_chunk_name(&head, name.at, name.len);
+        lum_chunk_name(head.compression, name.at, name.len);
     }
     lum_source_take(r->source, 8u + record->header.len);
     r->bag->chunk_end = lum_source_offset(r->source) + record->data_len;

@@ -50,21 +50,20 @@ void lum_chunk_clear(lum_chunk *chunk)
     chunk->records.len = 0;
 }
 
-void lum_chunk_name(lum_chunk_head *head, const uint8_t *name, size_t len)
+void lum_chunk_name(char *out, const uint8_t *name, size_t len)
 {
     for (size_t i = 0; i < len; i++) {
-        head->compression[i] =
-            name[i] > ' ' && name[i] < 0x7f ? (char)name[i] : '?';
+        out[i] = name[i] > ' ' && name[i] < 0x7f ? (char)name[i] : '?';
     }
-    head->compression[len] = '\0';
+    out[len] = '\0';
 }
 
-static lum_chunk_result refuse_for_memory(const lum_pcap *r, uint64_t bytes,
-                                          lum_error *error)
+static int refuse_for_memory(const lum_pcap *r, uint64_t bytes,
+                             lum_error *error)
 {
-    (void)lum_pcap_fail(r, error, "not enough memory for a chunk of %llu bytes",
-                        (unsigned long long)bytes);
-    return LUM_CHUNK_FAILED;
+    return lum_pcap_fail(r, error,
+                         "not enough memory for a chunk of %llu bytes",
+                         (unsigned long long)bytes);
 }
 
 /* --- Its head --- */
@@ -92,21 +91,20 @@ static lum_unpacker *find_unpacker(const lum_pcap *r, const lum_chunk_head *h,
     return unpacker;
 }
 
-lum_chunk_result lum_chunk_check_plain(const lum_pcap *reader,
-                                       const lum_chunk_head *head,
-                                       lum_error *error)
+int lum_chunk_check_plain(const lum_pcap *reader, const lum_chunk_head *head,
+                          lum_error *error)
 {
     if (head->packed == head->unpacked) {
-        return LUM_CHUNK_READ;
+        return LUM_PCAP_GO_ON;
     }
     (void)lum_pcap_fail(
         reader, error, "an uncompressed chunk of %llu bytes has %llu",
         (unsigned long long)head->unpacked, (unsigned long long)head->packed);
-    return LUM_CHUNK_DAMAGED;
+    return LUM_PCAP_DAMAGED;
 }
 
-static lum_chunk_result check_lengths(const lum_pcap *r,
-                                      const lum_chunk_head *h, lum_error *error)
+static int check_lengths(const lum_pcap *r, const lum_chunk_head *h,
+                         lum_error *error)
 {
     const uint64_t most = h->unpacked > h->packed ? h->unpacked : h->packed;
     if (most > LUM_CHUNK_RECORDS_MAX) {
@@ -115,10 +113,10 @@ static lum_chunk_result check_lengths(const lum_pcap *r,
                             "%s makes a file that can be read",
                             (unsigned long long)most,
                             (unsigned long)LUM_CHUNK_RECORDS_MAX, h->remedy);
-        return LUM_CHUNK_DAMAGED;
+        return LUM_PCAP_DAMAGED;
     }
     return h->compression[0] == '\0' ? lum_chunk_check_plain(r, h, error)
-                                     : LUM_CHUNK_READ;
+                                     : LUM_PCAP_GO_ON;
 }
 
 /* --- Its bytes --- */
@@ -141,15 +139,13 @@ static bool make_room(struct buffer *b, size_t bytes)
 }
 
 /* A chunk may be larger than the source's window. */
-static lum_chunk_result copy(lum_pcap *r, size_t bytes, struct buffer *to,
-                             lum_error *error)
+static int copy(lum_pcap *r, size_t bytes, struct buffer *to, lum_error *error)
 {
     lum_source *s = r->source;
     to->len = 0;
     while (to->len < bytes) {
         if (!lum_source_has(s, 1)) {
-            (void)lum_pcap_fail_cut(r, "chunk", s->end - r->at, 0, error);
-            return LUM_CHUNK_FAILED;
+            return lum_pcap_fail_cut(r, "chunk", 0, error);
         }
         const size_t rest = bytes - to->len;
         const size_t n = s->left < rest ? s->left : rest;
@@ -160,13 +156,12 @@ static lum_chunk_result copy(lum_pcap *r, size_t bytes, struct buffer *to,
         to->len += n;
         lum_source_take(s, n);
     }
-    return LUM_CHUNK_READ;
+    return LUM_PCAP_GO_ON;
 }
 
 /* Exactly so many bytes, then the end. */
-static lum_chunk_result unpack_all(const lum_pcap *r,
-                                   const lum_source_functions *f, size_t bytes,
-                                   struct buffer *to, lum_error *error)
+static int unpack_all(const lum_pcap *r, const lum_source_functions *f,
+                      size_t bytes, struct buffer *to, lum_error *error)
 {
     uint8_t more = 0;
     lum_error reason = {""};
@@ -185,7 +180,7 @@ static lum_chunk_result unpack_all(const lum_pcap *r,
         got = f->read(f->context, &more, 1, &reason);
     }
     if (got == 0 && to->len == bytes) {
-        return LUM_CHUNK_READ;
+        return LUM_PCAP_GO_ON;
     }
     if (got < 0) {
         (void)lum_pcap_fail(r, error, "a chunk cannot be unpacked: %s",
@@ -196,12 +191,11 @@ static lum_chunk_result unpack_all(const lum_pcap *r,
                             "says",
                             bytes);
     }
-    return LUM_CHUNK_DAMAGED;
+    return LUM_PCAP_DAMAGED;
 }
 
-static lum_chunk_result unpack(lum_chunk *c, const lum_pcap *r,
-                               lum_unpacker *unpacker, size_t bytes,
-                               lum_error *error)
+static int unpack(lum_chunk *c, const lum_pcap *r, lum_unpacker *unpacker,
+                  size_t bytes, lum_error *error)
 {
     lum_source_functions functions;
     lum_source *packed =
@@ -210,15 +204,14 @@ static lum_chunk_result unpack(lum_chunk *c, const lum_pcap *r,
         lum_source_close(packed);
         return refuse_for_memory(r, bytes, error);
     }
-    const lum_chunk_result result =
-        unpack_all(r, &functions, bytes, &c->records, error);
+    const int result = unpack_all(r, &functions, bytes, &c->records, error);
     functions.close(functions.context);
     lum_source_close(packed);
     return result;
 }
 
-static lum_chunk_result read_records(lum_chunk *c, lum_pcap *r,
-                                     const lum_chunk_head *h, lum_error *error)
+static int read_records(lum_chunk *c, lum_pcap *r, const lum_chunk_head *h,
+                        lum_error *error)
 {
     const size_t bytes = (size_t)h->unpacked;
     if (h->compression[0] == '\0') {
@@ -226,29 +219,28 @@ static lum_chunk_result read_records(lum_chunk *c, lum_pcap *r,
     }
     lum_unpacker *const unpacker = find_unpacker(r, h, error);
     if (unpacker == NULL) {
-        return LUM_CHUNK_DAMAGED;
+        return LUM_PCAP_DAMAGED;
     }
-    const lum_chunk_result copied =
-        copy(r, (size_t)h->packed, &c->packed, error);
-    return copied == LUM_CHUNK_READ ? unpack(c, r, unpacker, bytes, error)
+    const int copied = copy(r, (size_t)h->packed, &c->packed, error);
+    return copied == LUM_PCAP_GO_ON ? unpack(c, r, unpacker, bytes, error)
                                     : copied;
 }
 
-lum_chunk_result lum_chunk_read(lum_chunk *chunk, lum_pcap *reader,
-                                const lum_chunk_head *head, lum_error *error)
+int lum_chunk_read(lum_chunk *chunk, lum_pcap *reader,
+                   const lum_chunk_head *head, lum_error *error)
 {
     chunk->records.len = 0;
-    lum_chunk_result result = check_lengths(reader, head, error);
-    if (result == LUM_CHUNK_READ) {
+    int result = check_lengths(reader, head, error);
+    if (result == LUM_PCAP_GO_ON) {
         result = read_records(chunk, reader, head, error);
     }
-    if (result == LUM_CHUNK_READ && head->crc != 0 &&
+    if (result == LUM_PCAP_GO_ON && head->crc != 0 &&
         head->crc != lum_crc32_add(&chunk->crc, 0, chunk->records.at,
                                    chunk->records.len)) {
         (void)lum_pcap_fail(reader, error,
                             "a chunk is damaged: its check sum is wrong");
-        result = LUM_CHUNK_DAMAGED;
+        result = LUM_PCAP_DAMAGED;
     }
-    chunk->records.len = result == LUM_CHUNK_READ ? chunk->records.len : 0;
+    chunk->records.len = result == LUM_PCAP_GO_ON ? chunk->records.len : 0;
     return result;
 }

@@ -19,13 +19,6 @@ typedef struct lum_bytes_at {
     size_t len;
 } lum_bytes_at;
 
-/** What became of a chunk. */
-typedef enum lum_chunk_result {
-    LUM_CHUNK_FAILED = -1, /**< the source has ended, or there is no memory */
-    LUM_CHUNK_READ,
-    LUM_CHUNK_DAMAGED /**< it cannot be read; what follows it can */
-} lum_chunk_result;
-
 /** What stands before a chunk's records. */
 typedef struct lum_chunk_head {
     char compression[LUM_CHUNK_NAME_MAX + 1]; /**< "": none */
@@ -46,23 +39,23 @@ LUM_MUST_CHECK lum_chunk *lum_chunk_new(void);
 /** Free it. NULL is allowed. */
 void lum_chunk_free(lum_chunk *chunk);
 
-/** Set the name of the compression, without bytes that do something to a
- * terminal.
- * @param len at most LUM_CHUNK_NAME_MAX. */
-void lum_chunk_name(lum_chunk_head *head, const uint8_t *name, size_t len);
+/** Take a name for messages, without bytes that do something to a terminal.
+ * @param out has room for len bytes and a NUL. */
+void lum_chunk_name(char *out, const uint8_t *name, size_t len);
 
 /** Read the records, of which the source holds the first byte next.
- * @param error gets why it is not LUM_CHUNK_READ; then there are no records,
- *              and any number of head->packed bytes was taken. */
-LUM_MUST_CHECK lum_chunk_result lum_chunk_read(lum_chunk *chunk,
-                                               lum_pcap *reader,
-                                               const lum_chunk_head *head,
-                                               lum_error *error);
+ * @return LUM_PCAP_GO_ON; LUM_PCAP_DAMAGED if it cannot be read, but what
+ *         follows it can; LUM_PCAP_FAILED if the source has ended, or without
+ *         memory. With the last two there are no records, and any number of
+ *         head->packed bytes was taken. */
+LUM_MUST_CHECK int lum_chunk_read(lum_chunk *chunk, lum_pcap *reader,
+                                  const lum_chunk_head *head, lum_error *error);
 
 /** Check that a chunk that is not compressed is as long as its head says.
- * @param error gets why it is LUM_CHUNK_DAMAGED. */
-LUM_MUST_CHECK lum_chunk_result lum_chunk_check_plain(
-    const lum_pcap *reader, const lum_chunk_head *head, lum_error *error);
+ * @return LUM_PCAP_GO_ON, or LUM_PCAP_DAMAGED. */
+LUM_MUST_CHECK int lum_chunk_check_plain(const lum_pcap *reader,
+                                         const lum_chunk_head *head,
+                                         lum_error *error);
 
 /** Its records, until the next chunk is read. */
 lum_bytes_at lum_chunk_records(const lum_chunk *chunk);

@@ -10,9 +10,7 @@
  * also if it is damaged.
  * @param len what that head says.
  * @return as lum_chunk_read(). */
-LUM_MUST_CHECK lum_chunk_result lum_mcap_chunk_read(lum_chunk *chunk,
-                                                    lum_pcap *reader,
-                                                    uint64_t len,
-                                                    lum_error *error);
+LUM_MUST_CHECK int lum_mcap_chunk_read(lum_chunk *chunk, lum_pcap *reader,
+                                       uint64_t len, lum_error *error);
 
 #endif

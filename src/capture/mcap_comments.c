@@ -1,51 +1,24 @@
 #include "mcap_comments.h"
 
-#include "byte_order.h"
+#include "mcap_records.h"
 
-#include <stdbool.h>
 #include <string.h>
 
 /* Between two documents. */
 #define RULE       "\n---\n"
 #define RULE_BYTES 5u
 
-struct text {
-    const uint8_t *at;
-    size_t len;
-};
-
-/* A text with its length before it. */
-static bool take_text(struct text *from, struct text *out)
-{
-    if (from->len < 4u) {
-        return false;
-    }
-    out->at = from->at + 4;
-    out->len = load_le32(from->at);
-    if (out->len > from->len - 4u) {
-        return false;
-    }
-    from->at += 4u + out->len;
-    from->len -= 4u + out->len;
-    return true;
-}
-
-static bool is(struct text text, const char *wanted)
-{
-    return text.len == strlen(wanted) && memcmp(text.at, wanted, text.len) == 0;
-}
-
-static bool begins_with_rule(struct text text)
+static bool begins_with_rule(lum_bytes_at text)
 {
     return text.len >= RULE_BYTES && memcmp(text.at, RULE, RULE_BYTES) == 0;
 }
 
 /* The end of a line before a rule is the document's. */
-static void split(struct text text,
+static void split(lum_bytes_at text,
                   void (*take)(void *context, const uint8_t *text, size_t len),
                   void *context)
 {
-    struct text left = text;
+    lum_bytes_at left = text;
     const uint8_t *begin = text.at;
     while (left.len > 0) {
         if (begins_with_rule(left)) {
@@ -67,17 +40,19 @@ void lum_mcap_comments_read(const uint8_t *content, size_t len,
                                          size_t len),
                             void *context)
 {
-    struct text record = {content, len};
-    struct text name;
-    struct text pairs;
-    struct text key;
-    struct text value;
-    if (!take_text(&record, &name) || !is(name, "lumsdk") ||
-        !take_text(&record, &pairs)) {
+    lum_bytes_at record = {content, len};
+    lum_bytes_at name;
+    lum_bytes_at pairs;
+    lum_bytes_at key;
+    lum_bytes_at value;
+    if (!lum_mcap_take_text(&record, &name) ||
+        !lum_mcap_is_text(name, "lumsdk") ||
+        !lum_mcap_take_text(&record, &pairs)) {
         return;
     }
-    while (take_text(&pairs, &key) && take_text(&pairs, &value)) {
-        if (is(key, "provenance")) {
+    while (lum_mcap_take_text(&pairs, &key) &&
+           lum_mcap_take_text(&pairs, &value)) {
+        if (lum_mcap_is_text(key, "provenance")) {
             split(value, take, context);
         }
     }

@@ -39,23 +39,15 @@ static void set_bit(uint8_t *bits, unsigned id, bool value)
 
 /* --- Schemas and channels --- */
 
-/* For messages: what no terminal takes for a command. */
-static void keep_name(char *out, lum_bytes_at name)
-{
-    const size_t kept = name.len < NAME_BYTES - 1u ? name.len : NAME_BYTES - 1u;
-    for (size_t i = 0; i < kept; i++) {
-        out[i] = name.at[i] > ' ' && name.at[i] < 0x7f ? (char)name.at[i] : '?';
-    }
-    out[kept] = '\0';
-}
-
 static void know_schema(lum_mcap_reader *m, const lum_mcap_record *schema)
 {
     const bool is_ours = lum_mcap_is_text(schema->name, SCHEMA_NAME) &&
                          lum_mcap_is_text(schema->encoding, "ros2msg");
     set_bit(m->schemas, schema->id, is_ours);
     if (!is_ours && m->other[0] == '\0') {
-        keep_name(m->other, schema->name);
+        const size_t len = schema->name.len;
+        lum_chunk_name(m->other, schema->name.at,
+                       len < NAME_BYTES ? len : NAME_BYTES - 1u);
     }
 }
 

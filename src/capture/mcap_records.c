@@ -185,19 +185,15 @@ static bool is_in_chunk(const lum_mcap_records *m)
 
 /* --- Records of the file --- */
 
-static int cut(const lum_pcap *r, uint64_t all, lum_error *error)
-{
-    const lum_source *s = r->source;
-    return lum_pcap_fail_cut(r, "record", s->end - r->at, all, error);
-}
-
 /* Behind its head, which is at hand. */
 static int skip(const lum_pcap *r, uint64_t len, lum_error *error)
 {
     return lum_source_skip(r->source, RECORD_HEAD) &&
                    lum_source_skip(r->source, len)
                ? LUM_PCAP_GO_ON
-               : cut(r, len > UINT64_MAX - RECORD_HEAD ? 0 : RECORD_HEAD + len,
+               : lum_pcap_fail_cut(
+                     r, "record",
+                     len > UINT64_MAX - RECORD_HEAD ? 0 : RECORD_HEAD + len,
                      error);
 }
 
@@ -222,7 +218,7 @@ static int take_record(lum_mcap_records *m, struct raw *raw, uint32_t max,
     }
     const size_t all = RECORD_HEAD + (size_t)raw->len;
     if (!lum_source_has(s, all)) {
-        return cut(r, all, error);
+        return lum_pcap_fail_cut(r, "record", all, error);
     }
     raw->at = s->at + RECORD_HEAD;
     const int result = read_raw(m, raw, out, error);
@@ -236,7 +232,7 @@ static int take_message(lum_mcap_records *m, struct raw *raw,
     const lum_pcap *r = m->reader;
     if (raw->len >= 2u) {
         if (!lum_source_has(r->source, RECORD_HEAD + 2u)) {
-            return cut(r, 0, error);
+            return lum_pcap_fail_cut(r, "record", 0, error);
         }
         const int look = look_at_message(m, r->source->at + RECORD_HEAD, error);
         if (look != LUM_PCAP_READ) {
@@ -255,15 +251,7 @@ static int take_chunk(lum_mcap_records *m, const struct raw *raw,
 {
     lum_source_take(m->reader->source, RECORD_HEAD);
     m->chunk_at = 0;
-    switch (lum_mcap_chunk_read(m->chunk, m->reader, raw->len, error)) {
-    case LUM_CHUNK_READ:
-        return LUM_PCAP_GO_ON;
-    case LUM_CHUNK_DAMAGED:
-        return LUM_PCAP_DAMAGED;
-    case LUM_CHUNK_FAILED:
-    default:
-        return LUM_PCAP_FAILED;
-    }
+    return lum_mcap_chunk_read(m->chunk, m->reader, raw->len, error);
 }
 
 /* A chunk that was passed over, since it was damaged to look like another
@@ -279,7 +267,7 @@ static int take_statistics(const lum_mcap_records *m, const struct raw *raw,
                    : skipped;
     }
     if (!lum_source_has(r->source, RECORD_HEAD + 8u)) {
-        return cut(r, 0, error);
+        return lum_pcap_fail_cut(r, "record", 0, error);
     }
     const uint64_t messages = load_le64(r->source->at + RECORD_HEAD);
     if (messages != m->messages && r->damaged == 0) {
@@ -325,7 +313,7 @@ static int take_footer(lum_mcap_records *m, const struct raw *raw,
         return skipped;
     }
     if (!lum_source_has(s, MAGIC_BYTES)) {
-        return cut(r, 0, error);
+        return lum_pcap_fail_cut(r, "record", 0, error);
     }
     if (!has_magic(s)) {
         return lum_pcap_fail(r, error,
@@ -351,7 +339,7 @@ static int next_in_file(lum_mcap_records *m, lum_mcap_record *out,
     }
     if (!lum_source_has(s, RECORD_HEAD)) {
         return s->left != 0 || s->has_failed
-                   ? cut(r, 0, error)
+                   ? lum_pcap_fail_cut(r, "record", 0, error)
                    : lum_pcap_fail(r, error,
                                    "the file ends without a footer: it is cut "
                                    "short, or was not written to its end");

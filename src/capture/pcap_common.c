@@ -17,10 +17,11 @@ int lum_pcap_fail(const lum_pcap *reader, lum_error *error, const char *format,
         reader->source->packed != NULL ? " of what it unpacks to" : "", text);
 }
 
-int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,
-                      uint64_t all, lum_error *error)
+int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t all,
+                      lum_error *error)
 {
     const lum_source *s = reader->source;
+    const uint64_t held = s->end - reader->at;
     const char *gap = s->has_failed ? "; " : "";
     const char *why = s->has_failed ? s->error.text : "";
     if (held == 0) {

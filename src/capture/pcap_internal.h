@@ -64,13 +64,13 @@ LUM_PRINTF(3, 4)
 int lum_pcap_fail(const lum_pcap *reader, lum_error *error, const char *format,
                   ...);
 
-/** Say that the stream ended, or failed, within what begins at reader->at.
+/** Say that the stream ended, or failed, within what begins at reader->at, or
+ * failed before it.
  * @param what "record", "block" or "chunk".
- * @param held of its bytes; 0: none, and the source has failed.
  * @param all  its bytes; 0: not known.
  * @return -1. */
-int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t held,
-                      uint64_t all, lum_error *error);
+int lum_pcap_fail_cut(const lum_pcap *reader, const char *what, uint64_t all,
+                      lum_error *error);
 
 /** Count a part that is passed over since it cannot be read, and keep the
  * reason if it is the first.

@@ -59,7 +59,7 @@ static int next_record(lum_pcap *r, lum_pcap_record *out, lum_error *error)
     if (!lum_source_has(s, r->header)) {
         return s->left == 0 && !s->has_failed
                    ? 0
-                   : lum_pcap_fail_cut(r, "record", s->left, 0, error);
+                   : lum_pcap_fail_cut(r, "record", 0, error);
     }
     read_header(r, s->at, out);
     if (out->len > LUM_PCAP_BYTES_MAX) {
@@ -72,7 +72,7 @@ static int next_record(lum_pcap *r, lum_pcap_record *out, lum_error *error)
     }
     const size_t all = r->header + out->len;
     if (!lum_source_has(s, all)) {
-        return lum_pcap_fail_cut(r, "record", s->left, all, error);
+        return lum_pcap_fail_cut(r, "record", all, error);
     }
     out->bytes = s->at + r->header;
     lum_source_take(s, all);
@@ -133,8 +133,7 @@ int lum_pcap_records_begin(lum_pcap *reader, lum_error *error)
                    : lum_error_set(error, "it does not begin as one does");
     }
     if (!is_whole) {
-        return lum_pcap_fail_cut(r, "file header", s->left, FILE_HEADER_BYTES,
-                                 error);
+        return lum_pcap_fail_cut(r, "file header", FILE_HEADER_BYTES, error);
     }
     /* the snap length is not read: programs state one below their records */
     const lum_pcap_interface interface = {.link_type = load_u32(r, s->at + 20) &

@@ -23,7 +23,7 @@ static int read_order(lum_pcap *r, lum_error *error)
 {
     lum_source *s = r->source;
     if (!lum_source_has(s, HEADER_BYTES + 4)) {
-        return lum_pcap_fail_cut(r, "section header", s->left, 0, error);
+        return lum_pcap_fail_cut(r, "section header", 0, error);
     }
     r->is_big = load_be32(s->at + HEADER_BYTES) == BYTE_ORDER;
     if (load_u32(r, s->at + HEADER_BYTES) != BYTE_ORDER) {
@@ -50,11 +50,9 @@ static int read_block_header(lum_pcap *r, lum_pcapng_block *b, lum_error *error)
     lum_source *s = r->source;
     r->at = lum_source_offset(s);
     if (!lum_source_has(s, HEADER_BYTES)) {
-        if (s->left == 0 && !s->has_failed) {
-            return 0;
-        }
-        (void)lum_pcap_fail_cut(r, "block", s->left, 0, error);
-        return -1;
+        return s->left == 0 && !s->has_failed
+                   ? 0
+                   : lum_pcap_fail_cut(r, "block", 0, error);
     }
     if (load_be32(s->at) == LUM_PCAPNG_SECTION && read_order(r, error) != 0) {
         return -1;
@@ -88,7 +86,7 @@ static int skip_block(lum_pcap *r, const lum_pcapng_block *b, lum_error *error)
     lum_source *s = r->source;
     if (!lum_source_skip(s, b->len - LUM_PCAPNG_TRAILER_BYTES) ||
         !lum_source_has(s, LUM_PCAPNG_TRAILER_BYTES)) {
-        return lum_pcap_fail_cut(r, "block", s->end - r->at, b->len, error);
+        return lum_pcap_fail_cut(r, "block", b->len, error);
     }
     if (check_trailer(r, b->len, s->at, error) != 0) {
         return -1;
@@ -131,7 +129,7 @@ static int next_block(lum_pcap *r, lum_pcapng_block *b, lum_error *error)
         return skip_long_block(r, b, error);
     }
     if (!lum_source_has(s, b->len)) {
-        return lum_pcap_fail_cut(r, "block", s->left, b->len, error);
+        return lum_pcap_fail_cut(r, "block", b->len, error);
     }
     b->at = s->at;
     return check_trailer(r, b->len, b->at + b->len - LUM_PCAPNG_TRAILER_BYTES,

@@ -1,7 +1,8 @@
 /** @file
  * The sections and interfaces that a pcapng file describes, and the options of
  * its blocks. They are the only ones to change a reader's interfaces and
- * is_lost while a pcapng file is read. Internal to that reader. */
+ * is_lost while a pcapng file is read. Internal to that reader; the writer has
+ * its numbers. */
 #ifndef LUM_CAPTURE_PCAPNG_SECTIONS_H
 #define LUM_CAPTURE_PCAPNG_SECTIONS_H
 

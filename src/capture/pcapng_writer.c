@@ -1,35 +1,26 @@
 #include "pcapng_writer.h"
 
-#include "byte_order.h"
 #include "link.h"
+#include "pcapng_sections.h"
 
 #include <string.h>
 
 enum {
-    BLOCK_SECTION = 0x0a0d0d0a,
-    BLOCK_INTERFACE = 1,
-    BLOCK_PACKET = 6,
     SECTION_BYTES = 24, /* before the options */
     INTERFACE_BYTES = 16,
     OPTION_BYTES = 4, /* before the value */
-    TRAILER_BYTES = 4,
-    END_BYTES = OPTION_BYTES + TRAILER_BYTES, /* of the options and the block */
+    /* of the options and the block */
+    END_BYTES = OPTION_BYTES + LUM_PCAPNG_TRAILER_BYTES,
     BYTE_ORDER = 0x1a2b3c4d,
     VERSION = 1,
-    OPTION_COMMENT = 1,
     OPTION_APPLICATION = 4,
     OPTION_RESOLUTION = 9,
     NANOSECONDS = 9 /* 10^-9 */
 };
 
-static size_t padded(size_t len)
-{
-    return (len + 3u) / 4u * 4u;
-}
-
 static size_t option_bytes(const char *text)
 {
-    return OPTION_BYTES + padded(strlen(text));
+    return OPTION_BYTES + lum_pcapng_padded(strlen(text));
 }
 
 static size_t section_bytes(const lum_capture_writer_options *o)
@@ -68,9 +59,9 @@ static uint8_t *put_option(uint8_t *p, unsigned code, const void *value,
 {
     store_le16(p, code);
     store_le16(p + 2, (uint32_t)len);
-    memset(p + OPTION_BYTES, 0, padded(len));
+    memset(p + OPTION_BYTES, 0, lum_pcapng_padded(len));
     memcpy(p + OPTION_BYTES, value, len);
-    return p + OPTION_BYTES + padded(len);
+    return p + OPTION_BYTES + lum_pcapng_padded(len);
 }
 
 static uint8_t *put_end(uint8_t *p, size_t len)
@@ -83,7 +74,7 @@ static uint8_t *put_end(uint8_t *p, size_t len)
 static uint8_t *put_section(uint8_t *p, const lum_capture_writer_options *o)
 {
     const size_t len = section_bytes(o);
-    store_le32(p, BLOCK_SECTION);
+    store_le32(p, LUM_PCAPNG_SECTION);
     store_le32(p + 4, (uint32_t)len);
     store_le32(p + 8, BYTE_ORDER);
     store_le16(p + 12, VERSION);
@@ -95,7 +86,7 @@ static uint8_t *put_section(uint8_t *p, const lum_capture_writer_options *o)
                        strlen(o->application));
     }
     for (size_t i = 0; i < o->comment_count; i++) {
-        p = put_option(p, OPTION_COMMENT, o->comments[i],
+        p = put_option(p, LUM_PCAP_COMMENT, o->comments[i],
                        strlen(o->comments[i]));
     }
     return put_end(p, len);
@@ -107,7 +98,7 @@ void lum_pcapng_put_start(uint8_t *out,
 {
     const uint8_t resolution = NANOSECONDS;
     uint8_t *p = put_section(out, options);
-    store_le32(p, BLOCK_INTERFACE);
+    store_le32(p, LUM_PCAPNG_INTERFACE);
     store_le32(p + 4, (uint32_t)interface_bytes());
     store_le16(p + 8, LINKTYPE_ETHERNET);
     store_le16(p + 10, 0);
@@ -119,16 +110,17 @@ void lum_pcapng_put_start(uint8_t *out,
 size_t lum_pcapng_put_around(uint8_t *block, int64_t time_ns, uint32_t len)
 {
     const uint64_t time = (uint64_t)time_ns;
-    const size_t tail = LUM_PCAPNG_HEAD_BYTES + padded(len);
-    const size_t all = tail + TRAILER_BYTES;
-    store_le32(block, BLOCK_PACKET);
+    const size_t tail = LUM_PCAPNG_HEAD_BYTES + lum_pcapng_padded(len);
+    const size_t all = tail + LUM_PCAPNG_TRAILER_BYTES;
+    store_le32(block, LUM_PCAPNG_ENHANCED_PACKET);
     store_le32(block + 4, (uint32_t)all);
     store_le32(block + 8, 0); /* the interface */
     store_le32(block + 12, (uint32_t)(time >> 32));
     store_le32(block + 16, (uint32_t)(time & UINT32_MAX));
     store_le32(block + 20, len);
     store_le32(block + 24, len);
-    memset(block + LUM_PCAPNG_HEAD_BYTES + len, 0, padded(len) - len);
+    memset(block + LUM_PCAPNG_HEAD_BYTES + len, 0,
+           lum_pcapng_padded(len) - len);
     store_le32(block + tail, (uint32_t)all);
     return all;
 }

@@ -317,17 +317,9 @@ bool lum_remarks_get(const lum_remarks *remarks, const lum_demux *demux,
     if (say_shared(demux, &n, out) || (say_order(counters, out) && n-- == 0)) {
         return true;
     }
-    if (remarks == NULL) {
-        return false;
-    }
-    if (say_mixture(counters, &mixture, out) && n-- == 0) {
-        return true;
-    }
-    if (say_port(remarks, port != 0 ? port : LUM_PORT, out) && n-- == 0) {
-        return true;
-    }
-    if (say_cut(remarks, counters, out) && n-- == 0) {
-        return true;
-    }
-    return say_wrappings(remarks, n, out);
+    return remarks != NULL &&
+           ((say_mixture(counters, &mixture, out) && n-- == 0) ||
+            (say_port(remarks, port != 0 ? port : LUM_PORT, out) && n-- == 0) ||
+            (say_cut(remarks, counters, out) && n-- == 0) ||
+            say_wrappings(remarks, n, out));
 }

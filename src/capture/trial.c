@@ -1,5 +1,6 @@
 #include "trial.h"
 
+#include "core/field.h"
 #include "lum/clock.h"
 
 #include <stdlib.h>
@@ -104,8 +105,7 @@ lum_measure lum_measure_of(const lum_profile *profile, uint32_t gap_us,
                            uint32_t reorder_lines)
 {
     const lum_field *field = &profile->group[LUM_FIELD_TIMESTAMP];
-    const unsigned bits = field->bits != 0 ? field->bits : 8u * field->bytes;
-    return (lum_measure){.clock_bits = bits < 64u ? bits : 63u,
+    return (lum_measure){.clock_bits = clock_bits(field),
                          .clock_unit_ns = profile->clock_unit_ns,
                          .line_span_us = profile->line_span_us,
                          .gap_us = gap_us,

@@ -13,8 +13,7 @@ enum {
  * half. */
 struct compression {
     const char *name;
-    uint8_t magic[MAGIC_BYTES];
-    uint8_t len;
+    const char *magic;
     uint8_t first_mask;
     lum_unpacker *const *unpacker;
     const char *library;
@@ -22,30 +21,12 @@ struct compression {
 };
 
 static const struct compression compressions[] = {
-    {"gzip", {0x1f, 0x8b}, 2, 0xff, &lum_unpack_gzip, "zlib", "gzip"},
-    {"zstd",
-     {0x28, 0xb5, 0x2f, 0xfd},
-     4,
-     0xff,
-     &lum_unpack_zstd,
-     "libzstd",
-     "zstd"},
+    {"gzip", "\x1f\x8b", 0xff, &lum_unpack_gzip, "zlib", "gzip"},
+    {"zstd", "\x28\xb5\x2f\xfd", 0xff, &lum_unpack_zstd, "libzstd", "zstd"},
     /* A frame to be skipped, which some programs write first. */
-    {"zstd",
-     {0x50, 0x2a, 0x4d, 0x18},
-     4,
-     0xf0,
-     &lum_unpack_zstd,
-     "libzstd",
-     "zstd"},
-    {"lz4",
-     {0x04, 0x22, 0x4d, 0x18},
-     4,
-     0xff,
-     &lum_unpack_lz4,
-     "liblz4",
-     "lz4"},
-    {"bz2", {'B', 'Z', 'h'}, 3, 0xff, &lum_unpack_bz2, "libbz2", "bzip2"},
+    {"zstd", "\x50\x2a\x4d\x18", 0xf0, &lum_unpack_zstd, "libzstd", "zstd"},
+    {"lz4", "\x04\x22\x4d\x18", 0xff, &lum_unpack_lz4, "liblz4", "lz4"},
+    {"bz2", "BZh", 0xff, &lum_unpack_bz2, "libbz2", "bzip2"},
 };
 
 #define COMPRESSIONS (sizeof compressions / sizeof compressions[0])
@@ -57,9 +38,10 @@ static bool begins_with(lum_source *source, const uint8_t *magic, size_t len)
 
 static bool is_by(lum_source *source, const struct compression *c)
 {
-    return lum_source_has(source, c->len) &&
-           (source->at[0] & c->first_mask) == c->magic[0] &&
-           memcmp(source->at + 1, c->magic + 1, c->len - 1u) == 0;
+    const size_t len = strlen(c->magic);
+    return lum_source_has(source, len) &&
+           (source->at[0] & c->first_mask) == (uint8_t)c->magic[0] &&
+           memcmp(source->at + 1, c->magic + 1, len - 1u) == 0;
 }
 
 /* NULL: it is not compressed in a way that is known. */
