@@ -1,4 +1,4 @@
-#include "net/winsock.h"
+#include "net/sockaddr.h"
 
 #include "net/cancel_handle.h"
 
@@ -13,7 +13,7 @@ struct lum_cancel {
 static int connect_to_itself(SOCKET socket)
 {
     const lum_endpoint loopback = {.address = INADDR_LOOPBACK};
-    struct sockaddr_in address = lum_winsock_address(loopback);
+    struct sockaddr_in address = lum_sockaddr_of(loopback);
     int len = sizeof address;
     if (bind(socket, (const struct sockaddr *)&address, len) != 0 ||
         getsockname(socket, (struct sockaddr *)&address, &len) != 0) {

@@ -1,6 +1,7 @@
 #include "lum/net/resolve.h"
 
 #include "net/resolve.h"
+#include "net/sockaddr.h"
 
 #include <string.h>
 
@@ -30,7 +31,9 @@ static bool may_be_name(const char *host)
 
 int lum_resolve(const char *host, uint32_t *address, lum_error *error)
 {
-    if (lum_system_parse_address(host, address)) {
+    struct in_addr parsed;
+    if (inet_pton(AF_INET, host, &parsed) == 1) {
+        *address = ntohl(parsed.s_addr);
         return 0;
     }
     if (strchr(host, ':') != NULL) {

@@ -4,11 +4,7 @@
 
 #include "lum/base/error.h"
 
-#include <stdbool.h>
 #include <stdint.h>
-
-/* a.b.c.d, strictly, to host order. */
-bool lum_system_parse_address(const char *text, uint32_t *out);
 
 /* The first IPv4 address of a name. 0; or -1 with the error. */
 int lum_system_resolve(const char *name, uint32_t *out, lum_error *error);

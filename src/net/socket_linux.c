@@ -185,7 +185,7 @@ static void read_message(struct mmsghdr *message, parcel *out)
     *out =
         (parcel){.whole = {.bytes = header->msg_iov->iov_base,
                            .len = message->msg_len,
-                           .from = lum_system_endpoint(header->msg_name),
+                           .from = lum_sockaddr_endpoint(header->msg_name),
                            .cut_short = (header->msg_flags & MSG_TRUNC) != 0}};
     for (struct cmsghdr *c = CMSG_FIRSTHDR(header); c != NULL;
          c = CMSG_NXTHDR(header, c)) {
@@ -319,7 +319,7 @@ static void put_message(outbox *box, const lum_outgoing *first,
     const size_t at = box->count++;
     struct msghdr *message = &box->messages[at].msg_hdr;
     box->held[at] = n;
-    box->peers[at] = lum_system_address(first->to);
+    box->peers[at] = lum_sockaddr_of(first->to);
     *message = (struct msghdr){.msg_name = &box->peers[at],
                                .msg_namelen = sizeof box->peers[at],
                                .msg_iov = vectors,

@@ -189,7 +189,7 @@ static int receive_one(int fd, uint8_t *buffer, lum_received *out)
     }
     *out = (lum_received){.bytes = buffer,
                           .len = (size_t)len,
-                          .from = lum_system_endpoint(&peer),
+                          .from = lum_sockaddr_endpoint(&peer),
                           .cut_short = (header.msg_flags & MSG_TRUNC) != 0};
     for (struct cmsghdr *c = CMSG_FIRSTHDR(&header); c != NULL;
          c = CMSG_NXTHDR(&header, c)) {
@@ -230,7 +230,7 @@ int lum_system_send(int fd, bool *joins, const lum_outgoing *datagrams,
     int n = 0;
     (void)joins;
     while ((size_t)n < count) {
-        const struct sockaddr_in to = lum_system_address(datagrams[n].to);
+        const struct sockaddr_in to = lum_sockaddr_of(datagrams[n].to);
         if (sendto(fd, datagrams[n].bytes, datagrams[n].len, 0,
                    (const struct sockaddr *)&to, sizeof to) < 0) {
             break;

@@ -70,13 +70,13 @@ static lum_net_result use_interface(lum_socket *socket, const char *name,
 static lum_net_result bind_local(lum_socket *socket, lum_endpoint local,
                                  lum_error *error)
 {
-    struct sockaddr_in address = lum_system_address(local);
+    struct sockaddr_in address = lum_sockaddr_of(local);
     socklen_t len = sizeof address;
     if (bind(socket->fd, (const struct sockaddr *)&address, len) != 0 ||
         getsockname(socket->fd, (struct sockaddr *)&address, &len) != 0) {
         return lum_socket_say_unbound(local, errno, error);
     }
-    socket->local = lum_system_endpoint(&address);
+    socket->local = lum_sockaddr_endpoint(&address);
     return LUM_NET_OK;
 }
 

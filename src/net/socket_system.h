@@ -2,10 +2,8 @@
 #ifndef LUM_NET_SOCKET_SYSTEM_H
 #define LUM_NET_SOCKET_SYSTEM_H
 
-#include "lum/net/socket.h"
+#include "net/sockaddr.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -73,22 +71,5 @@ bool lum_system_joins(int fd);
  * if not even the first. */
 int lum_system_send(int fd, bool *joins, const lum_outgoing *datagrams,
                     size_t count);
-
-static inline struct sockaddr_in lum_system_address(lum_endpoint endpoint)
-{
-    struct sockaddr_in out;
-    memset(&out, 0, sizeof out);
-    out.sin_family = AF_INET;
-    out.sin_port = htons(endpoint.port);
-    out.sin_addr.s_addr = htonl(endpoint.address);
-    return out;
-}
-
-static inline lum_endpoint lum_system_endpoint(
-    const struct sockaddr_in *address)
-{
-    return (lum_endpoint){.address = ntohl(address->sin_addr.s_addr),
-                          .port = ntohs(address->sin_port)};
-}
 
 #endif

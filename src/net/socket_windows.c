@@ -1,4 +1,4 @@
-#include "net/winsock.h"
+#include "net/sockaddr.h"
 
 #include "base/sized.h"
 #include "lum/base/time.h"
@@ -82,13 +82,13 @@ static lum_net_result use_interface(const lum_socket *socket, const char *name,
 static lum_net_result bind_local(lum_socket *socket, lum_endpoint local,
                                  lum_error *error)
 {
-    struct sockaddr_in address = lum_winsock_address(local);
+    struct sockaddr_in address = lum_sockaddr_of(local);
     int len = sizeof address;
     if (bind(socket->handle, (const struct sockaddr *)&address, len) != 0 ||
         getsockname(socket->handle, (struct sockaddr *)&address, &len) != 0) {
         return lum_socket_say_unbound(local, lum_winsock_errno(), error);
     }
-    socket->local = lum_winsock_endpoint(&address);
+    socket->local = lum_sockaddr_endpoint(&address);
     return LUM_NET_OK;
 }
 
@@ -263,7 +263,7 @@ static int receive_one(lum_socket *socket, size_t n, int *code)
     socket->received[n] = (lum_received){
         .bytes = buffer,
         .len = len < 0 ? LUM_SOCKET_BYTES : (size_t)len,
-        .from = lum_winsock_endpoint(&peer),
+        .from = lum_sockaddr_endpoint(&peer),
         .utc_ns = lum_time_utc_ns(),
         .cut_short = len < 0,
     };
@@ -300,7 +300,7 @@ lum_net_result lum_socket_receive(lum_socket *socket, lum_received **out,
 lum_net_result lum_socket_send(lum_socket *socket, const lum_outgoing *datagram,
                                lum_error *error)
 {
-    const struct sockaddr_in to = lum_winsock_address(datagram->to);
+    const struct sockaddr_in to = lum_sockaddr_of(datagram->to);
     const int most = INT_MAX;
     const int len =
         (int)(datagram->len < INT_MAX ? datagram->len : (size_t)most);

@@ -1,7 +1,6 @@
 #include "net/winsock.h"
 
 #include <errno.h>
-#include <string.h>
 
 /* Older headers lack the name. */
 #ifndef SIO_UDP_CONNRESET
@@ -72,20 +71,4 @@ SOCKET lum_winsock_udp(lum_error *error)
     (void)WSAIoctl(out, SIO_UDP_CONNRESET, &off, sizeof off, NULL, 0, &len,
                    NULL, NULL);
     return out;
-}
-
-struct sockaddr_in lum_winsock_address(lum_endpoint endpoint)
-{
-    struct sockaddr_in out;
-    memset(&out, 0, sizeof out);
-    out.sin_family = AF_INET;
-    out.sin_port = htons(endpoint.port);
-    out.sin_addr.s_addr = htonl(endpoint.address);
-    return out;
-}
-
-lum_endpoint lum_winsock_endpoint(const struct sockaddr_in *address)
-{
-    return (lum_endpoint){.address = ntohl(address->sin_addr.s_addr),
-                          .port = ntohs(address->sin_port)};
 }

@@ -10,7 +10,6 @@
 #include <ws2tcpip.h>
 
 #include "lum/base/error.h"
-#include "lum/net/socket.h"
 
 /* Start Winsock once more; each success wants a lum_winsock_stop(). 0 or -1. */
 int lum_winsock_start(lum_error *error);
@@ -22,8 +21,5 @@ int lum_winsock_errno(void);
 /* A UDP socket that does not block and gets no errors of earlier sends;
  * INVALID_SOCKET and a message. */
 SOCKET lum_winsock_udp(lum_error *error);
-
-struct sockaddr_in lum_winsock_address(lum_endpoint endpoint);
-lum_endpoint lum_winsock_endpoint(const struct sockaddr_in *address);
 
 #endif
