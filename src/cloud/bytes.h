@@ -29,11 +29,8 @@ void lum_bytes_put(lum_bytes *bytes, const void *from, size_t n);
 
 /** Append a number. */
 void lum_bytes_put_u8(lum_bytes *bytes, uint8_t v);
-/** Append a number. */
 void lum_bytes_put_u16(lum_bytes *bytes, uint16_t v);
-/** Append a number. */
 void lum_bytes_put_u32(lum_bytes *bytes, uint32_t v);
-/** Append a number. */
 void lum_bytes_put_u64(lum_bytes *bytes, uint64_t v);
 
 /** Append a text with its length before it, in 32 bits. */

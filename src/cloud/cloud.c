@@ -71,8 +71,7 @@ static size_t comment_room(const char *comment)
 
 /* Some readers fail at leading zeros or blanks around a number, so a comment
  * fills the space that the number leaves of 20 digits. */
-static int put_header(lum_writer *writer, lum_cloud_header *header,
-                      unsigned mentions, bool again, lum_error *error)
+static int put_header(lum_writer *writer, bool again, lum_error *error)
 {
     const uint64_t count =
         writer->was_rehearsed ? writer->rehearsed : writer->points;
@@ -80,12 +79,13 @@ static int put_header(lum_writer *writer, lum_cloud_header *header,
                                    comment_room(writer->options.comment)};
     text.at = malloc(text.room);
     if (text.at == NULL) {
-        lum_error_set(error, "%s: no memory for its header",
-                      lum_sink_name(writer->sink));
         errno = ENOMEM;
-        return -1;
+        return lum_error_set(error, "%s: no memory for its header",
+                             lum_sink_name(writer->sink));
     }
-    header(&text, writer, count, (int)mentions * (20 - count_digits(count)));
+    writer->ops->header(&text, writer, count,
+                        (int)writer->ops->mentions *
+                            (20 - count_digits(count)));
     const int result =
         again ? lum_sink_patch(writer->sink, 0, text.at, text.len, error)
               : lum_sink_write(writer->sink, text.at, text.len, error);
@@ -95,18 +95,16 @@ static int put_header(lum_writer *writer, lum_cloud_header *header,
     return result;
 }
 
-int lum_cloud_begin(lum_writer *writer, lum_cloud_header *header,
-                    unsigned mentions, lum_error *error)
+int lum_cloud_begin(lum_writer *writer, lum_error *error)
 {
-    return put_header(writer, header, mentions, false, error);
+    return put_header(writer, false, error);
 }
 
-int lum_cloud_finish(lum_writer *writer, lum_cloud_header *header,
-                     unsigned mentions, lum_error *error)
+int lum_cloud_finish(lum_writer *writer, lum_error *error)
 {
     return writer->was_rehearsed || writer->options.organized
                ? 0
-               : put_header(writer, header, mentions, true, error);
+               : put_header(writer, true, error);
 }
 
 static char *put_ascii_rows(char *p, void *context, const lum_sample *samples,

@@ -8,18 +8,6 @@
 #include "lum/base/error.h"
 #include "writer_internal.h"
 
-/** The text of a header. */
-typedef struct lum_cloud_text {
-    char *at;    /**< its NUL included */
-    size_t len;  /**< bytes without it */
-    size_t room; /**< bytes with it */
-} lum_cloud_text;
-
-/** Append a header to a text.
- * @param padding characters that some comment has to be longer. */
-typedef void lum_cloud_header(lum_cloud_text *out, const lum_writer *writer,
-                              uint64_t count, int padding);
-
 /** Append to a text as printf does. */
 LUM_PRINTF(2, 3)
 void lum_cloud_print(lum_cloud_text *out, const char *format, ...);
@@ -33,19 +21,15 @@ void lum_cloud_print_comment(lum_cloud_text *out,
 /** Append what the columns are in, and a line's end. */
 void lum_cloud_print_units(lum_cloud_text *out, const lum_writer *writer);
 
-/** Write the header, with the count if it is known.
- * @param mentions how many times it holds the count. */
-LUM_MUST_CHECK int lum_cloud_begin(lum_writer *writer, lum_cloud_header *header,
-                                   unsigned mentions, lum_error *error);
+/** Write the format's header, with the count if it is known. */
+LUM_MUST_CHECK int lum_cloud_begin(lum_writer *writer, lum_error *error);
 
 /** Write a line's rows. */
 LUM_MUST_CHECK int lum_cloud_add(lum_writer *writer,
                                  const lum_line_samples *line,
                                  lum_error *error);
 
-/** Write the header again, if the count was not known. As lum_cloud_begin(). */
-LUM_MUST_CHECK int lum_cloud_finish(lum_writer *writer,
-                                    lum_cloud_header *header, unsigned mentions,
-                                    lum_error *error);
+/** Write the header again, if the count was not known. */
+LUM_MUST_CHECK int lum_cloud_finish(lum_writer *writer, lum_error *error);
 
 #endif

@@ -9,9 +9,9 @@
 #ifndef LUM_CLOUD_DECIMAL_H
 #define LUM_CLOUD_DECIMAL_H
 
-#include <stdint.h>
+#include "le.h"
+
 #include <stdio.h>
-#include <string.h>
 
 /** Room for any number that the functions below write. */
 #define LUM_DECIMAL_ROOM 64u
@@ -21,11 +21,6 @@
 
 /** The bits of 999.0f: as integers, smaller floats have smaller ones. */
 #define LUM_BITS_OF_999 0x4479c000u
-
-#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-/** A number can be stored as it is; compilers do not always see that. */
-#define LUM_LITTLE_ENDIAN 1
-#endif
 
 #if defined(__GNUC__)
 /** With the number of decimals known, divisions become multiplications. */
@@ -66,25 +61,13 @@ lum_put_large(char *p, float v, unsigned decimals);
 /** Store four bytes, the lowest first. */
 LUM_ALWAYS_INLINE void lum_put_four(char *p, uint32_t bytes)
 {
-#ifdef LUM_LITTLE_ENDIAN
-    memcpy(p, &bytes, sizeof bytes);
-#else
-    for (unsigned i = 0; i < 4u; i++) {
-        p[i] = (char)(bytes >> (8u * i) & 0xffu);
-    }
-#endif
+    (void)lum_put_le32((unsigned char *)p, bytes);
 }
 
 /** Store eight bytes, the lowest first. */
 LUM_ALWAYS_INLINE void lum_put_eight(char *p, uint64_t bytes)
 {
-#ifdef LUM_LITTLE_ENDIAN
-    memcpy(p, &bytes, sizeof bytes);
-#else
-    for (unsigned i = 0; i < 8u; i++) {
-        p[i] = (char)(bytes >> (8u * i) & 0xffu);
-    }
-#endif
+    (void)lum_put_le64((unsigned char *)p, bytes);
 }
 
 /** 10 to the power of decimals, which is at most LUM_DECIMALS_MAX. */

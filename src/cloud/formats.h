@@ -8,6 +8,13 @@
 
 #include "lum/cloud/writer.h"
 
+/** The text of a header. */
+typedef struct lum_cloud_text {
+    char *at;    /**< its NUL included */
+    size_t len;  /**< bytes without it */
+    size_t room; /**< bytes with it */
+} lum_cloud_text;
+
 /** One file format. */
 struct lum_format_ops {
     const char *name;     /**< for messages */
@@ -17,6 +24,11 @@ struct lum_format_ops {
                                          chosen */
     bool can_organize;              /**< takes rows of a frame */
     bool has_parts; /**< a line's rows depend on nothing else: part.h */
+    /** Append a header that lum_cloud_begin() and lum_cloud_finish() write.
+     * @param padding characters that some comment has to be longer. */
+    void (*header)(lum_cloud_text *out, const lum_writer *writer,
+                   uint64_t count, int padding);
+    unsigned mentions; /**< how many times that holds the count */
     /** Write the header. May set lum_writer.state. Of an organised file, when
      * its rows are known. */
     int (*begin)(lum_writer *writer, lum_error *error);

@@ -52,6 +52,10 @@ static inline unsigned char *lum_put_le32(unsigned char *p, uint32_t v)
 /** Eight bytes. */
 static inline unsigned char *lum_put_le64(unsigned char *p, uint64_t v)
 {
+    if (LUM_IS_LITTLE_ENDIAN) {
+        memcpy(p, &v, sizeof v);
+        return p + sizeof v;
+    }
     p = lum_put_le32(p, (uint32_t)(v & 0xffffffffu));
     return lum_put_le32(p, (uint32_t)(v >> 32));
 }

@@ -263,10 +263,9 @@ static int put_preset_cloud(lum_writer *writer, lum_error *error)
 
 static int no_memory(const lum_writer *writer, lum_error *error)
 {
-    (void)lum_error_set(error, "%s: no memory for the points of a frame",
-                        lum_sink_name(writer->sink));
     errno = ENOMEM;
-    return -1;
+    return lum_error_set(error, "%s: no memory for the points of a frame",
+                         lum_sink_name(writer->sink));
 }
 
 static int end_frame(lum_writer *writer, lum_error *error)

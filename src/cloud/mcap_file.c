@@ -42,10 +42,9 @@ static const uint8_t group_ops[LUM_MCAP_GROUPS] = {
 
 static int out_of_memory(const lum_mcap_file *file, lum_error *error)
 {
-    (void)lum_error_set(error, "%s: no memory for a chunk of its messages",
-                        lum_sink_name(file->sink));
     errno = ENOMEM;
-    return -1;
+    return lum_error_set(error, "%s: no memory for a chunk of its messages",
+                         lum_sink_name(file->sink));
 }
 
 static int put(lum_mcap_file *file, const lum_bytes *bytes, lum_error *error)

@@ -4,8 +4,6 @@
 
 #include <inttypes.h>
 
-#define MENTIONS 2u
-
 /* One line of the header, an item for each column. */
 static void list(lum_cloud_text *out, const lum_writer *writer, const char *key,
                  char what)
@@ -65,22 +63,14 @@ static void header(lum_cloud_text *out, const lum_writer *writer,
     print_size(out, writer, count);
 }
 
-static int begin(lum_writer *writer, lum_error *error)
-{
-    return lum_cloud_begin(writer, header, MENTIONS, error);
-}
-
-static int finish(lum_writer *writer, lum_error *error)
-{
-    return lum_cloud_finish(writer, header, MENTIONS, error);
-}
-
 const lum_format_ops lum_pcd_ops = {.name = "PCD",
                                     .ending = ".pcd",
                                     .count_in_header = true,
                                     .columns = &lum_cloud_columns,
                                     .can_organize = true,
                                     .has_parts = true,
-                                    .begin = begin,
+                                    .header = header,
+                                    .mentions = 2u,
+                                    .begin = lum_cloud_begin,
                                     .add = lum_cloud_add,
-                                    .finish = finish};
+                                    .finish = lum_cloud_finish};

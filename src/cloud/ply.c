@@ -4,8 +4,6 @@
 
 #include <inttypes.h>
 
-#define MENTIONS 1u
-
 /* CloudCompare strips "scalar_" and makes a scalar field of what is left. */
 static void header(lum_cloud_text *out, const lum_writer *writer,
                    uint64_t count, int padding)
@@ -30,21 +28,13 @@ static void header(lum_cloud_text *out, const lum_writer *writer,
     lum_cloud_print(out, "end_header\n");
 }
 
-static int begin(lum_writer *writer, lum_error *error)
-{
-    return lum_cloud_begin(writer, header, MENTIONS, error);
-}
-
-static int finish(lum_writer *writer, lum_error *error)
-{
-    return lum_cloud_finish(writer, header, MENTIONS, error);
-}
-
 const lum_format_ops lum_ply_ops = {.name = "PLY",
                                     .ending = ".ply",
                                     .count_in_header = true,
                                     .columns = &lum_cloud_columns,
                                     .has_parts = true,
-                                    .begin = begin,
+                                    .header = header,
+                                    .mentions = 1u,
+                                    .begin = lum_cloud_begin,
                                     .add = lum_cloud_add,
-                                    .finish = finish};
+                                    .finish = lum_cloud_finish};

@@ -58,11 +58,8 @@ static int fail_write(const lum_sink *sink, int failure, lum_error *error)
     if (sink->naming.text[0] == '\0') {
         return fail(sink, failure, "cannot write", error);
     }
-    if (error != NULL) {
-        *error = sink->naming;
-    }
     errno = failure;
-    return -1;
+    return lum_error_set(error, "%s", sink->naming.text);
 }
 
 /* One of the sink's flags. */
@@ -336,11 +333,8 @@ int lum_sink_check(lum_sink *sink, lum_error *error)
     if (lost.text[0] == '\0') {
         return 0;
     }
-    if (error != NULL) {
-        *error = lost;
-    }
     errno = ENOENT;
-    return -1;
+    return lum_error_set(error, "%s", lost.text);
 }
 
 int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,
@@ -437,9 +431,8 @@ static void destroy(lum_sink *sink)
 
 int lum_sink_no_memory(const char *path, lum_error *error)
 {
-    (void)lum_error_set(error, "%s: no memory to open it", path);
     errno = ENOMEM;
-    return -1;
+    return lum_error_set(error, "%s: no memory to open it", path);
 }
 
 static lum_sink *new_sink(const char *path, lum_error *error)

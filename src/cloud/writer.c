@@ -20,11 +20,8 @@ static int conclude(lum_writer *writer, bool fails, lum_error *error)
         writer->failed = true;
         writer->failure_code = code;
     }
-    if (error != NULL) {
-        *error = writer->failure;
-    }
     errno = writer->failure_code;
-    return -1;
+    return lum_error_set(error, "%s", writer->failure.text);
 }
 
 /* --- Lines --- */
