@@ -26,12 +26,10 @@ typedef struct reader {
     char path[PATH_BYTES];
 } reader;
 
-static void append(char *out, size_t size, const char *format, ...)
-    LUM_PRINTF(3, 4);
-
 /* --- Messages --- */
 
 /* Adds to a terminated string of size bytes; cuts what does not fit. */
+LUM_PRINTF(3, 4)
 static void append(char *out, size_t size, const char *format, ...)
 {
     const size_t used = strlen(out);
@@ -236,9 +234,8 @@ static int refuse_links(reader *r)
     return 0;
 }
 
-static int read_scalar(reader *r, const lum_key_entry *entry)
+static int take(reader *r, const lum_key_entry *entry, lum_key_given given)
 {
-    const lum_key_given given = {scalar_text(r), scalar_len(r), !is_plain(r)};
     lum_key_value *value = &r->values[entry->index];
     char message[MESSAGE_BYTES];
     lum_key_text text = lum_key_text_begin(message, sizeof message);
@@ -253,9 +250,7 @@ static int read_scalar(reader *r, const lum_key_entry *entry)
 static int read_pair(reader *r, const lum_key_entry *entry)
 {
     char pair[PAIR_BYTES];
-    char message[MESSAGE_BYTES];
     lum_key_text text = lum_key_text_begin(pair, sizeof pair);
-    lum_key_value *value = &r->values[entry->index];
     lum_key_text_add(&text, "[");
     for (;;) {
         if (next(r) != 0 || refuse_links(r) != 0) {
@@ -271,13 +266,7 @@ static int read_pair(reader *r, const lum_key_entry *entry)
         lum_key_text_add_bytes(&text, scalar_text(r), scalar_len(r));
     }
     lum_key_text_add(&text, "]");
-    const lum_key_given given = {pair, strlen(pair), false};
-    lum_key_text said = lum_key_text_begin(message, sizeof message);
-    if (!lum_key_table_read(r->table, entry, given, &value->number, &said)) {
-        return FAIL(r, "%s", message);
-    }
-    value->place = r->line;
-    return 0;
+    return take(r, entry, (lum_key_given){pair, strlen(pair), false});
 }
 
 static int refuse_kind(reader *r)
@@ -351,7 +340,9 @@ static int read_value(reader *r)
         return read_list(r);
     }
     if (r->event.type == YAML_SCALAR_EVENT && entry != NULL && !is_empty(r)) {
-        return read_scalar(r, entry);
+        return take(
+            r, entry,
+            (lum_key_given){scalar_text(r), scalar_len(r), !is_plain(r)});
     }
     if (r->event.type == YAML_SEQUENCE_START_EVENT && entry != NULL &&
         entry->rule->pair) {

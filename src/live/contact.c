@@ -1,5 +1,6 @@
 #include "live/contact.h"
 
+#include "core/field.h"
 #include "lum/clock.h"
 
 #define NOTHING   ((lum_news_kind)0)
@@ -52,21 +53,14 @@ lum_news_kind lum_contact_note_data(lum_contact *c, int64_t now_ns)
     return is_back ? LUM_NEWS_BACK : NOTHING;
 }
 
-static unsigned clock_bits(const lum_profile *profile)
-{
-    const lum_field *field = &profile->group[LUM_FIELD_TIMESTAMP];
-    const unsigned bits = field->bits != 0 ? field->bits : 8u * field->bytes;
-    return bits < 63u ? bits : 63u;
-}
-
 /* Whether a reading is where the clock should be after a time. */
 static bool fits_after(const lum_reading *before, const lum_reading *now,
                        int64_t since_ns, const lum_profile *profile)
 {
     const uint64_t unit_ns = profile->clock_unit_ns;
     const uint64_t expected = before->ticks + (uint64_t)since_ns / unit_ns;
-    const uint64_t ticks =
-        lum_clock_extend(expected, now->ticks, clock_bits(profile));
+    const uint64_t ticks = lum_clock_extend(
+        expected, now->ticks, clock_bits(&profile->group[LUM_FIELD_TIMESTAMP]));
     const uint64_t apart =
         ticks > expected ? ticks - expected : expected - ticks;
     return since_ns >= 0 &&

@@ -13,13 +13,13 @@ typedef struct lum_block {
     float size[3];      /**< metres */
     float turn_deg[3];  /**< roll, pitch, yaw */
     float reflectivity; /**< 0..1 */
-    bool is_open;       /**< it has no top */
 } lum_block;
 
 /** Blocks of a place. */
 typedef struct lum_blocks {
     const lum_block *list; /**< static */
     size_t count;          /**< how many */
+    bool is_open;          /**< the first one has no top */
 } lum_blocks;
 
 /** Those of a closed room. */

@@ -1,16 +1,12 @@
 #include "packets.h"
 
+#include "core/field.h"
 #include "lum/clock.h"
 
 #include <stdbool.h>
 
 /* As a sensor cuts the angles of a line. */
 static const uint32_t angle_cuts[] = {334, 334, 332};
-
-static unsigned bits_of(const lum_field *field)
-{
-    return field->bits > 0 ? field->bits : 8u * field->bytes;
-}
 
 static uint64_t largest(unsigned field, uint32_t lines)
 {
@@ -43,7 +39,7 @@ unsigned lum_packets_bits(unsigned field, uint32_t lines)
 unsigned lum_packets_narrow(const lum_layout *layout, uint32_t lines)
 {
     for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        const unsigned bits = bits_of(&layout->profile.group[f]);
+        const unsigned bits = field_bits(&layout->profile.group[f]);
         if (bits > 0 && bits < lum_packets_bits(f, lines)) {
             return f;
         }
@@ -64,7 +60,8 @@ static uint64_t ticks_of(const lum_layout *layout, int64_t clock_us)
 
 int64_t lum_packets_clock_us(const lum_layout *layout, const lum_sim_line *line)
 {
-    const unsigned bits = bits_of(&layout->profile.group[LUM_FIELD_TIMESTAMP]);
+    const unsigned bits =
+        field_bits(&layout->profile.group[LUM_FIELD_TIMESTAMP]);
     if (bits == 0) {
         return 0;
     }
@@ -179,7 +176,7 @@ void lum_packets_set_clock(const lum_layout *layout, int64_t clock_us,
 {
     const lum_field field = layout->profile.group[LUM_FIELD_TIMESTAMP];
     const uint64_t ticks = ticks_of(layout, clock_us);
-    for (unsigned i = 0; i < bits_of(&field); i++) {
+    for (unsigned i = 0; i < field_bits(&field); i++) {
         const unsigned bit = field.low + i;
         const unsigned place = field.order == LUM_ORDER_LITTLE
                                    ? bit / 8u

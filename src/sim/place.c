@@ -87,7 +87,7 @@ static lum_blocks blocks_of(lum_place_kind kind)
         return lum_blocks_of_yard();
     case LUM_PLACE_STREET:
     default:
-        return (lum_blocks){NULL, 0};
+        return (lum_blocks){NULL, 0, false};
     }
 }
 
@@ -124,14 +124,14 @@ static void add_face(lum_place *place, const lum_block *block,
                      roughness(place) * LUM_WALLS_BIAS_M);
 }
 
-static void add_block(lum_place *place, const lum_block *block)
+static void add_block(lum_place *place, const lum_block *block, bool is_open)
 {
     float turn[9];
     lum_rotation_make((double)block->turn_deg[0], (double)block->turn_deg[1],
                       (double)block->turn_deg[2], turn);
     for (int axis = 0; axis < 3; axis++) {
         add_face(place, block, turn, axis, -1.0f);
-        if (axis < 2 || !block->is_open) {
+        if (axis < 2 || !is_open) {
             add_face(place, block, turn, axis, 1.0f);
         }
     }
@@ -151,7 +151,7 @@ void lum_place_init(lum_place *out, const lum_place_options *options,
     const lum_pose *p = &out->options.pose;
     lum_rotation_make(p->roll_deg, p->pitch_deg, p->yaw_deg, out->rotation);
     for (size_t i = 0; i < blocks.count; i++) {
-        add_block(out, &blocks.list[i]);
+        add_block(out, &blocks.list[i], blocks.is_open && i == 0);
     }
 }
 
