@@ -22,10 +22,7 @@ typedef struct lum_claim {
 } lum_claim;
 
 /** No right. */
-#define LUM_CLAIM_NONE                                                         \
-    {                                                                          \
-        NULL, -1                                                               \
-    }
+#define LUM_CLAIM_NONE ((lum_claim){NULL, -1})
 
 /** Take the right to write a file, which need not exist. In a directory that
  * this process may not write to, nothing is taken.

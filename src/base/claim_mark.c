@@ -154,11 +154,10 @@ int lum_claim_refuse_busy(lum_claim_mark *mark, const char *shown,
 int lum_claim_refuse_foreign(const char *path, const char *shown,
                              lum_error *error)
 {
-    (void)lum_error_set(error,
-                        "%s: cannot be written while %s is there, which would "
-                        "mark that it is being written: rename that one, or "
-                        "choose another name",
-                        shown, path);
     errno = EEXIST;
-    return -1;
+    return lum_error_set(error,
+                         "%s: cannot be written while %s is there, which would "
+                         "mark that it is being written: rename that one, or "
+                         "choose another name",
+                         shown, path);
 }

@@ -73,11 +73,10 @@ static int fail(int code, const char *shown, const char *doing,
     return -1;
 }
 
-/* What became of one attempt. */
-enum attempt {
+/* What became of one attempt; -1: it failed. */
+enum {
     TAKEN,
-    AGAIN,
-    FAILED
+    AGAIN
 };
 
 static void leave(int fd, const char *unfinished)
@@ -90,7 +89,7 @@ static void leave(int fd, const char *unfinished)
 
 /* A new mark is empty, and another run may take it for the mark of a killed
  * run; then that run has the lock. */
-static enum attempt make_mark(lum_claim *claim)
+static int make_mark(lum_claim *claim)
 {
     if (lum_claim_lock(claim->fd) != 0 || !is_same(claim->fd, claim->mark)) {
         return AGAIN;
@@ -102,20 +101,18 @@ static enum attempt make_mark(lum_claim *claim)
 
 /* An existing mark, of a running or a killed run. Nothing is removed before the
  * lock is known to work. */
-static enum attempt look_at_mark(lum_claim *claim, const char *path,
-                                 const char *shown, lum_error *error)
+static int look_at_mark(lum_claim *claim, const char *path, const char *shown,
+                        lum_error *error)
 {
     lum_claim_mark mark;
     const bool is_locked = flock(claim->fd, LOCK_EX | LOCK_NB) == 0;
     const int code = errno;
     const bool is_mark = read_mark(claim->fd, &mark);
     if (!is_mark) {
-        (void)lum_claim_refuse_foreign(claim->mark, shown, error);
-        return FAILED;
+        return lum_claim_refuse_foreign(claim->mark, shown, error);
     }
     if (!is_locked && code == EWOULDBLOCK) {
-        (void)lum_claim_refuse_busy(&mark, shown, error);
-        return FAILED;
+        return lum_claim_refuse_busy(&mark, shown, error);
     }
     if (!is_locked || !is_same(claim->fd, claim->mark)) {
         return is_locked ? AGAIN : TAKEN;
@@ -144,8 +141,8 @@ static int open_mark(const char *path)
     return fd;
 }
 
-static enum attempt attempt(lum_claim *claim, const char *path,
-                            const char *shown, lum_error *error)
+static int attempt(lum_claim *claim, const char *path, const char *shown,
+                   lum_error *error)
 {
     claim->fd =
         open(claim->mark, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
@@ -154,18 +151,15 @@ static enum attempt attempt(lum_claim *claim, const char *path,
         return make_mark(claim);
     }
     if (errno != EEXIST) {
-        (void)fail(errno, shown, "cannot create it", error);
-        return FAILED;
+        return fail(errno, shown, "cannot create it", error);
     }
     claim->fd = open_mark(claim->mark);
     if (claim->fd >= 0) {
         return look_at_mark(claim, path, shown, error);
     }
-    if (errno == ENOENT) {
-        return AGAIN;
-    }
-    (void)lum_claim_refuse_foreign(claim->mark, shown, error);
-    return FAILED;
+    return errno == ENOENT
+               ? AGAIN
+               : lum_claim_refuse_foreign(claim->mark, shown, error);
 }
 
 static bool is_unwritable(int code)
@@ -178,7 +172,7 @@ static void forget(lum_claim *claim)
     const int code = errno;
     release(claim);
     free(claim->mark);
-    *claim = (lum_claim)LUM_CLAIM_NONE;
+    *claim = LUM_CLAIM_NONE;
     errno = code;
 }
 
@@ -188,7 +182,7 @@ int lum_claim_take(const char *path, const char *shown, lum_claim *out,
                    lum_error *error)
 {
     const lum_claim_place p = lum_claim_place_of(path);
-    enum attempt result = AGAIN;
+    int result = AGAIN;
     *out = (lum_claim){lum_claim_compose(path, &p, ".", ".lumsdk"), -1};
     if (out->mark == NULL) {
         return fail(ENOMEM, shown, "cannot open it", error);

@@ -61,9 +61,8 @@ static int fail(DWORD code, const char *mark_path, const char *shown,
         errno = EIO;
         break;
     }
-    (void)lum_error_set(error, "%s: cannot create it: %s", shown,
-                        strerror(errno));
-    return -1;
+    return lum_error_set(error, "%s: cannot create it: %s", shown,
+                         strerror(errno));
 }
 
 /* DeleteFile() refuses one that another has open. */
@@ -113,7 +112,7 @@ static void forget(lum_claim *claim)
         (void)_close(claim->fd);
     }
     free(claim->mark);
-    *claim = (lum_claim)LUM_CLAIM_NONE;
+    *claim = LUM_CLAIM_NONE;
     errno = code;
 }
 
@@ -140,9 +139,8 @@ int lum_claim_take(const char *path, const char *shown, lum_claim *out,
     *out = (lum_claim){lum_claim_compose(path, &p, ".", ".lumsdk"), -1};
     if (out->mark == NULL) {
         errno = ENOMEM;
-        (void)lum_error_set(error, "%s: cannot open it: %s", shown,
-                            strerror(errno));
-        return -1;
+        return lum_error_set(error, "%s: cannot open it: %s", shown,
+                             strerror(errno));
     }
     if (take(path, shown, out, error) == 0) {
         return 0;

@@ -12,9 +12,8 @@
 int lum_outfile_refuse(int code, const char *name, const char *why,
                        lum_error *error)
 {
-    (void)lum_error_set(error, "%s: %s", name, why);
     errno = code;
-    return -1;
+    return lum_error_set(error, "%s: %s", name, why);
 }
 
 int lum_outfile_refuse_directory(const lum_outfile *file, lum_error *error)

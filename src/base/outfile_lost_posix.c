@@ -45,12 +45,11 @@ static int find_name(const lum_outfile *file, char *out, size_t room)
 int lum_outfile_lost_fail(const lum_outfile *file, const char *what,
                           const char *where, const char *rest, lum_error *error)
 {
-    (void)lum_error_set(error, "%s: %s%s%s%s%s", file->name,
-                        file->part != NULL ? file->part : "",
-                        file->part != NULL ? ", where it is written, " : "",
-                        what, where, rest);
     errno = ENOENT;
-    return -1;
+    return lum_error_set(error, "%s: %s%s%s%s%s", file->name,
+                         file->part != NULL ? file->part : "",
+                         file->part != NULL ? ", where it is written, " : "",
+                         what, where, rest);
 }
 
 static int fail_removed(const lum_outfile *file, const char *rest,

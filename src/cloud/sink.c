@@ -445,7 +445,7 @@ static lum_sink *new_sink(const char *path, lum_error *error)
     (void)pthread_mutex_init(&sink->lock, NULL);
     (void)pthread_cond_init(&sink->changed, NULL);
     sink->file.fd = -1;
-    sink->file.claim = (lum_claim)LUM_CLAIM_NONE;
+    sink->file.claim = LUM_CLAIM_NONE;
     return sink;
 }
 

@@ -160,7 +160,7 @@ enum exit_status manifest_open(struct ctl *ctl, const char *folder,
     if (m == NULL) {
         return ctl_complain(EXIT_FAILED, "out of memory");
     }
-    m->claim = (lum_claim)LUM_CLAIM_NONE;
+    m->claim = LUM_CLAIM_NONE;
     m->ctl = ctl;
     m->folder = folder;
     m->plan = plan;
