@@ -91,6 +91,10 @@ static const lum_key_rule weight = {.min = 1, .max = 1000000, .whole = true};
         "yscan.regions." #n ".weight", REGION_AT((n)-1) + REGION_WEIGHT,       \
             &weight                                                            \
     }
+#define ALL_REGIONS                                                            \
+    REGION(1), REGION(2), REGION(3), REGION(4), REGION(5), REGION(6),          \
+        REGION(7), REGION(8), REGION(9), REGION(10), REGION(11), REGION(12),   \
+        REGION(13), REGION(14), REGION(15), REGION(16)
 
 /* --- Keys and their rules --- */
 
@@ -122,22 +126,7 @@ void lum_settings_keys_init(lum_settings_keys *out)
         {"yscan.max_deg", YSCAN + MAX, &elevation},
         {"yscan.center_deg", YSCAN + CENTER, &elevation},
         {"yscan.sigma_deg", YSCAN + SIGMA, &sigma},
-        REGION(1),
-        REGION(2),
-        REGION(3),
-        REGION(4),
-        REGION(5),
-        REGION(6),
-        REGION(7),
-        REGION(8),
-        REGION(9),
-        REGION(10),
-        REGION(11),
-        REGION(12),
-        REGION(13),
-        REGION(14),
-        REGION(15),
-        REGION(16),
+        ALL_REGIONS,
         {"power", POWER, &rule[LUM_COMMAND_POWER]},
         {"threshold.green", THRESHOLD_GREEN,
          &rule[LUM_COMMAND_THRESHOLD_GREEN]},

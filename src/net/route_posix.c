@@ -1,9 +1,8 @@
 #define _DEFAULT_SOURCE
 #include "net/route.h"
+#include "net/sockaddr.h"
 
-#include <arpa/inet.h>
 #include <ifaddrs.h>
-#include <netinet/in.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -13,16 +12,12 @@
  * without sending anything. */
 static bool source_for(uint32_t address, struct sockaddr_in *out)
 {
-    struct sockaddr_in to;
+    const struct sockaddr_in to = lum_sockaddr_of((lum_endpoint){address, 9});
     socklen_t len = sizeof *out;
     const int fd = socket(AF_INET, SOCK_DGRAM, 0);
     if (fd < 0) {
         return false;
     }
-    memset(&to, 0, sizeof to);
-    to.sin_family = AF_INET;
-    to.sin_port = htons(9);
-    to.sin_addr.s_addr = htonl(address);
     const bool found =
         connect(fd, (const struct sockaddr *)&to, sizeof to) == 0 &&
         getsockname(fd, (struct sockaddr *)out, &len) == 0;

@@ -2,20 +2,15 @@
 
 #include <math.h>
 
-static double radians(double degrees)
-{
-    return degrees * 3.14159265358979323846 / 180.0;
-}
-
 void lum_rotation_make(double roll_deg, double pitch_deg, double yaw_deg,
                        float out[9])
 {
-    const double cr = cos(radians(roll_deg));
-    const double sr = sin(radians(roll_deg));
-    const double cp = cos(radians(pitch_deg));
-    const double sp = sin(radians(pitch_deg));
-    const double cy = cos(radians(yaw_deg));
-    const double sy = sin(radians(yaw_deg));
+    const double cr = cos(lum_radians(roll_deg));
+    const double sr = sin(lum_radians(roll_deg));
+    const double cp = cos(lum_radians(pitch_deg));
+    const double sp = sin(lum_radians(pitch_deg));
+    const double cy = cos(lum_radians(yaw_deg));
+    const double sy = sin(lum_radians(yaw_deg));
     const double m[9] = {cy * cp,
                          cy * sp * sr - sy * cr,
                          cy * sp * cr + sy * sr,

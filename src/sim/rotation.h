@@ -3,6 +3,11 @@
 #ifndef LUM_SIM_ROTATION_H
 #define LUM_SIM_ROTATION_H
 
+static inline double lum_radians(double degrees)
+{
+    return degrees * 3.14159265358979323846 / 180.0;
+}
+
 /** Make a rotation of angles in degrees. */
 void lum_rotation_make(double roll_deg, double pitch_deg, double yaw_deg,
                        float out[9]);

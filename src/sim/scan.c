@@ -20,11 +20,6 @@
 /* Stream of random numbers. */
 #define STREAM_ENCODER 5u
 
-static double radians(double degrees)
-{
-    return degrees * 3.14159265358979323846 / 180.0;
-}
-
 static double degrees_of(int32_t udeg)
 {
     return (double)udeg * 1e-6;
@@ -39,14 +34,14 @@ static void make_rotation(const lum_eye_calibration *c, float out[9])
 
 static void make_sweep(lum_scan_eye *e, double half_width)
 {
-    const double end = sin(radians(SWEEP_DEG));
+    const double end = sin(lum_radians(SWEEP_DEG));
     for (unsigned p = 0; p < LUM_LINE_PIXELS; p++) {
         const double u = 1.0 - (2.0 * p + 1.0) / LUM_LINE_PIXELS;
-        const double swing = sin(radians(SWEEP_DEG) * u) / end;
+        const double swing = sin(lum_radians(SWEEP_DEG) * u) / end;
         const double az = e->azimuth_center + SWING * half_width * swing;
         e->azimuth_deg[p] = (float)az;
-        e->azimuth_sin[p] = (float)sin(radians(az));
-        e->azimuth_cos[p] = (float)cos(radians(az));
+        e->azimuth_sin[p] = (float)sin(lum_radians(az));
+        e->azimuth_cos[p] = (float)cos(lum_radians(az));
     }
 }
 
@@ -56,8 +51,8 @@ static void make_bend(lum_scan_eye *e, double pitch)
         const double u = (2.0 * p + 1.0) / LUM_LINE_PIXELS - 1.0;
         const double bend = BEND * pitch * (u - u * u * u);
         e->bend_deg[p] = (float)bend;
-        e->bend_sin[p] = (float)sin(radians(bend));
-        e->bend_cos[p] = (float)cos(radians(bend));
+        e->bend_sin[p] = (float)sin(lum_radians(bend));
+        e->bend_cos[p] = (float)cos(lum_radians(bend));
     }
 }
 
@@ -111,7 +106,7 @@ void lum_scan_aim(lum_scan *scan, unsigned eye, const int32_t *elevations_udeg)
 
 static double draw_phase(lum_random *random)
 {
-    return radians(360.0 * (double)lum_random_unit(random));
+    return lum_radians(360.0 * (double)lum_random_unit(random));
 }
 
 void lum_scan_distort(lum_scan *scan, double height_deg, uint64_t seed)
@@ -127,7 +122,8 @@ void lum_scan_distort(lum_scan *scan, double height_deg, uint64_t seed)
             const double turn =
                 ((double)e->azimuth_deg[p] - e->azimuth_center) /
                 e->azimuth_span;
-            e->wrong_deg[p] = height_deg * sin(radians(360.0 * turn) + phase);
+            e->wrong_deg[p] =
+                height_deg * sin(lum_radians(360.0 * turn) + phase);
         }
     }
 }
@@ -137,7 +133,8 @@ static double elevation_wrong_deg(const lum_scan_eye *e, double elevation)
     const double turn = (elevation - e->elevation_center) / e->elevation_span;
     return e->wrong_height <= 0.0
                ? 0.0
-               : e->wrong_height * sin(radians(360.0 * turn) + e->wrong_phase);
+               : e->wrong_height *
+                     sin(lum_radians(360.0 * turn) + e->wrong_phase);
 }
 
 const float *lum_scan_mount(const lum_scan *scan, unsigned eye)
@@ -177,8 +174,8 @@ void lum_scan_compute(const lum_scan *scan, unsigned eye, uint32_t line,
     const lum_scan_eye *e = &scan->eye[eye];
     const double line_el = elevation_of(e, line, scan->lines);
     const double line_wrong = elevation_wrong_deg(e, line_el);
-    const float sine = (float)sin(radians(line_el));
-    const float cosine = (float)cos(radians(line_el));
+    const float sine = (float)sin(lum_radians(line_el));
+    const float cosine = (float)cos(lum_radians(line_el));
     for (unsigned p = 0; p < LUM_LINE_PIXELS; p++) {
         const unsigned at = (line & 1u) ? LUM_LINE_PIXELS - 1 - p : p;
         const float s = sine * e->bend_cos[p] + cosine * e->bend_sin[p];
