@@ -50,9 +50,11 @@ static int read_block_header(lum_pcap *r, lum_pcapng_block *b, lum_error *error)
     lum_source *s = r->source;
     r->at = lum_source_offset(s);
     if (!lum_source_has(s, HEADER_BYTES)) {
-        return s->left == 0 && !s->has_failed
-                   ? 0
-                   : lum_pcap_fail_cut(r, "block", 0, error);
+        if (s->left == 0 && !s->has_failed) {
+            return 0;
+        }
+        (void)lum_pcap_fail_cut(r, "block", 0, error);
+        return -1;
     }
     if (load_be32(s->at) == LUM_PCAPNG_SECTION && read_order(r, error) != 0) {
         return -1;
