@@ -1,11 +1,13 @@
 #include "json.h"
 
+#include "lum/base/error.h"
 #include "lum/host/laser_name.h"
 #include "lum/laser.h"
 #include "utf8.h"
 
 #include <float.h>
 #include <inttypes.h>
+#include <stdarg.h>
 #include <string.h>
 
 void json_init(struct json *json, FILE *out)
@@ -13,9 +15,23 @@ void json_init(struct json *json, FILE *out)
     *json = (struct json){.out = out};
 }
 
+LUM_PRINTF(2, 3)
+static void put(struct json *json, const char *format, ...)
+{
+    va_list arguments;
+    if (json->out != NULL) {
+        va_start(arguments, format);
+        (void)vfprintf(json->out, format, arguments);
+        va_end(arguments);
+    }
+}
+
 static void put_text(FILE *out, const char *text)
 {
     const unsigned char *p = (const unsigned char *)text;
+    if (out == NULL) {
+        return;
+    }
     (void)fputc('"', out);
     while (*p != '\0') {
         const size_t n = utf8_length(p);
@@ -34,26 +50,24 @@ static void put_text(FILE *out, const char *text)
 
 static void begin(struct json *json, const char *key)
 {
-    if (json->has_before) {
-        (void)fputs(", ", json->out);
-    }
+    put(json, "%s", json->has_before ? ", " : "");
     json->has_before = true;
     if (key != NULL) {
         put_text(json->out, key);
-        (void)fputs(": ", json->out);
+        put(json, ": ");
     }
 }
 
 static void open_bracket(struct json *json, const char *key, char bracket)
 {
     begin(json, key);
-    (void)fputc(bracket, json->out);
+    put(json, "%c", bracket);
     json->has_before = false;
 }
 
 static void close_bracket(struct json *json, char bracket)
 {
-    (void)fputc(bracket, json->out);
+    put(json, "%c", bracket);
     json->has_before = true;
 }
 
@@ -80,13 +94,13 @@ void json_close_array(struct json *json)
 void json_int(struct json *json, const char *key, int64_t value)
 {
     begin(json, key);
-    (void)fprintf(json->out, "%" PRId64, value);
+    put(json, "%" PRId64, value);
 }
 
 void json_uint(struct json *json, const char *key, uint64_t value)
 {
     begin(json, key);
-    (void)fprintf(json->out, "%" PRIu64, value);
+    put(json, "%" PRIu64, value);
 }
 
 void json_real(struct json *json, const char *key, double value,
@@ -103,13 +117,13 @@ void json_real(struct json *json, const char *key, double value,
     if (comma != NULL) {
         *comma = '.';
     }
-    (void)fputs(text, json->out);
+    put(json, "%s", text);
 }
 
 void json_bool(struct json *json, const char *key, bool value)
 {
     begin(json, key);
-    (void)fputs(value ? "true" : "false", json->out);
+    put(json, "%s", value ? "true" : "false");
 }
 
 void json_text(struct json *json, const char *key, const char *text)
@@ -125,7 +139,7 @@ void json_text(struct json *json, const char *key, const char *text)
 void json_null(struct json *json, const char *key)
 {
     begin(json, key);
-    (void)fputs("null", json->out);
+    put(json, "null");
 }
 
 void json_laser_bits(struct json *json, const char *key, uint16_t bits)
@@ -141,7 +155,7 @@ void json_laser_bits(struct json *json, const char *key, uint16_t bits)
 
 void json_end(struct json *json)
 {
-    (void)fputc('\n', json->out);
+    put(json, "\n");
     json->has_before = false;
 }
 

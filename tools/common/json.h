@@ -8,7 +8,7 @@
 #include <stdio.h>
 
 struct json {
-    FILE *out;
+    FILE *out;       /* NULL: nothing is written */
     bool has_before; /* a comma is due */
 };
 

@@ -1,5 +1,5 @@
 /* What happens to a sensor on the network becomes lines of the log. */
-#include "live_internal.h"
+#include "live.h"
 
 #include "../common/number.h"
 #include "lum/wire.h"
@@ -22,16 +22,14 @@ static const char *const kinds[LUM_PACKET_KINDS] = {
 
 const char *live_name(uint32_t address, uint16_t port, char out[24])
 {
-    char host[16];
-    (void)snprintf(out, 24, "%s:%u", number_format_address(address, host),
+    (void)snprintf(out, 24, "%s:%u", number_address(address).text,
                    (unsigned)port);
     return out;
 }
 
 static void add_address(struct json *json, const char *key, uint32_t address)
 {
-    char name[16];
-    json_text(json, key, number_format_address(address, name));
+    json_text(json, key, number_address(address).text);
 }
 
 static void add_peer(struct json *json, const char *key, uint32_t address,
@@ -45,29 +43,25 @@ void live_log_text(struct live *live, int64_t t_ns, const char *event,
                    const char *key, const char *text)
 {
     struct json *json = journal_begin(&live->log.journal, t_ns, event);
-    if (json != NULL) {
-        json_text(json, key, text);
-        journal_end(&live->log.journal);
-    }
+    json_text(json, key, text);
+    journal_end(&live->log.journal);
 }
 
 void live_log_start(struct live *live)
 {
     struct json *json =
         journal_begin(&live->log.journal, live->start_ns, "start");
-    if (json != NULL) {
-        add_peer(json, "address", live->self.address, live->self.port);
-        json_uint(json, "clock_us",
-                  lum_device_clock_us(&live->device, live->start_ns));
-        if (live->options->mode == MODE_REPLAY) {
-            json_text(json, "replay", live->options->replay.path);
-            json_uint(json, "packets", live->data.playback.facts.packets);
-        } else {
-            json_uint(json, "lines", live->options->render.lines);
-            json_real(json, "rate_hz", live->options->render.rate_hz, 3);
-        }
-        journal_end(&live->log.journal);
+    add_peer(json, "address", live->self.address, live->self.port);
+    json_uint(json, "clock_us",
+              lum_device_clock_us(&live->device, live->start_ns));
+    if (live->options->mode == MODE_REPLAY) {
+        json_text(json, "replay", live->options->replay.path);
+        json_uint(json, "packets", live->data.playback.facts.packets);
+    } else {
+        json_uint(json, "lines", live->options->render.lines);
+        json_real(json, "rate_hz", live->options->render.rate_hz, 3);
     }
+    journal_end(&live->log.journal);
 }
 
 static bool is_ignored(lum_packet_kind kind)
@@ -80,15 +74,13 @@ static void log_ignored(struct live *live, int64_t t_ns, lum_packet_kind kind,
                         const lum_received *datagram)
 {
     struct json *json = journal_begin(&live->log.journal, t_ns, "ignored");
-    if (json != NULL && datagram != NULL) {
+    if (datagram != NULL) {
         add_peer(json, "from", datagram->from.address, datagram->from.port);
         json_text(json, "kind", kinds[kind]);
         json_uint(json, "len", datagram->len);
     }
-    if (json != NULL) {
-        json_uint(json, "count", live->log.ignored);
-        journal_end(&live->log.journal);
-    }
+    json_uint(json, "count", live->log.ignored);
+    journal_end(&live->log.journal);
     live->log.ignored_ns = t_ns;
     live->log.ignored = 0;
 }
@@ -131,9 +123,6 @@ void live_log_received(struct live *live, int64_t t_ns, lum_packet_kind kind,
         return;
     }
     struct json *json = journal_begin(&live->log.journal, t_ns, kinds[kind]);
-    if (json == NULL) {
-        return;
-    }
     add_peer(json, "from", datagram->from.address, datagram->from.port);
     add_sequence(json, datagram->bytes, datagram->len);
     if (lum_set_ip_decode(&live->device.layout, datagram->bytes, datagram->len,
@@ -151,60 +140,42 @@ void live_log_reply(struct live *live, int64_t t_ns, lum_device_peer to,
 {
     struct json *json = journal_begin(&live->log.journal, t_ns, "reply");
     lum_group group;
-    if (json != NULL) {
-        add_peer(json, "to", to.address, to.port);
-        json_text(
-            json, "kind",
-            kinds[lum_packet_decode(&live->device.layout, bytes, len, &group)]);
-        add_sequence(json, bytes, len);
-        json_bool(json, "lost", is_lost);
-        journal_end(&live->log.journal);
-    }
-}
-
-/* The bits, and their names. */
-static void log_status(struct live *live, int64_t now_ns)
-{
-    struct json *json = journal_begin(&live->log.journal, now_ns, "status");
-    if (json != NULL) {
-        json_uint(json, "status", live->device.status);
-        json_laser_bits(json, "bits", live->device.status);
-        journal_end(&live->log.journal);
-    }
-}
-
-static void log_laser(struct live *live, int64_t now_ns)
-{
-    struct json *json = journal_begin(&live->log.journal, now_ns, "laser");
-    if (json != NULL) {
-        json_bool(json, "up", lum_device_laser_is_up(&live->device));
-        journal_end(&live->log.journal);
-    }
+    add_peer(json, "to", to.address, to.port);
+    json_text(
+        json, "kind",
+        kinds[lum_packet_decode(&live->device.layout, bytes, len, &group)]);
+    add_sequence(json, bytes, len);
+    json_bool(json, "lost", is_lost);
+    journal_end(&live->log.journal);
 }
 
 static void log_stream(struct live *live, int64_t now_ns)
 {
     const lum_device *d = &live->device;
     struct json *json = journal_begin(&live->log.journal, now_ns, "stream");
-    if (json != NULL) {
-        if (d->is_streaming) {
-            add_peer(json, "to", d->client.address, d->client.port);
-        } else {
-            json_null(json, "to");
-        }
-        json_uint(json, "packets", live->data.sender.sent);
-        journal_end(&live->log.journal);
+    if (d->is_streaming) {
+        add_peer(json, "to", d->client.address, d->client.port);
+    } else {
+        json_null(json, "to");
     }
+    json_uint(json, "packets", live->data.sender.sent);
+    journal_end(&live->log.journal);
 }
 
 void live_log_state(struct live *live, const lum_device_effects *effects,
                     int64_t now_ns)
 {
+    struct journal *journal = &live->log.journal;
     if (effects->status_changed) {
-        log_status(live, now_ns);
+        struct json *json = journal_begin(journal, now_ns, "status");
+        json_uint(json, "status", live->device.status);
+        json_laser_bits(json, "bits", live->device.status);
+        journal_end(journal);
     }
     if (effects->laser_changed) {
-        log_laser(live, now_ns);
+        struct json *json = journal_begin(journal, now_ns, "laser");
+        json_bool(json, "up", lum_device_laser_is_up(&live->device));
+        journal_end(journal);
     }
     if (effects->streaming_changed) {
         log_stream(live, now_ns);
@@ -215,24 +186,20 @@ void live_log_move(struct live *live, int64_t now_ns, uint32_t address,
                    const char *reason)
 {
     struct json *json = journal_begin(&live->log.journal, now_ns, "move");
-    if (json != NULL) {
-        add_address(json, "address", address);
-        json_bool(json, "done", reason == NULL);
-        if (reason != NULL) {
-            json_text(json, "reason", reason);
-        }
-        journal_end(&live->log.journal);
+    add_address(json, "address", address);
+    json_bool(json, "done", reason == NULL);
+    if (reason != NULL) {
+        json_text(json, "reason", reason);
     }
+    journal_end(&live->log.journal);
 }
 
 void live_log_frames(struct live *live, int64_t now_ns)
 {
     struct json *json = journal_begin(&live->log.journal, now_ns, "frames");
-    if (json != NULL) {
-        json_uint(json, "frames", lum_reel_frames(live->data.scene.reel));
-        json_uint(json, "lines", lum_reel_lines(live->data.scene.reel));
-        journal_end(&live->log.journal);
-    }
+    json_uint(json, "frames", lum_reel_frames(live->data.scene.reel));
+    json_uint(json, "lines", lum_reel_lines(live->data.scene.reel));
+    journal_end(&live->log.journal);
 }
 
 /* The replay came to its end once more. */
@@ -243,11 +210,9 @@ void live_log_round(struct live *live, int64_t now_ns)
     }
     live->log.rounds = live->data.playback.rounds;
     struct json *json = journal_begin(&live->log.journal, now_ns, "replayed");
-    if (json != NULL) {
-        json_uint(json, "rounds", live->log.rounds);
-        json_uint(json, "packets", live->data.sender.sent);
-        journal_end(&live->log.journal);
-    }
+    json_uint(json, "rounds", live->log.rounds);
+    json_uint(json, "packets", live->data.sender.sent);
+    journal_end(&live->log.journal);
 }
 
 void live_log_skipped(struct live *live, int64_t now_ns)
@@ -257,10 +222,8 @@ void live_log_skipped(struct live *live, int64_t now_ns)
         return;
     }
     struct json *json = journal_begin(&live->log.journal, now_ns, "skipped");
-    if (json != NULL) {
-        json_uint(json, "lines", skipped);
-        journal_end(&live->log.journal);
-    }
+    json_uint(json, "lines", skipped);
+    journal_end(&live->log.journal);
     live->log.skipped_ns = now_ns;
     live->log.skipped = live->data.scene.lines_skipped;
 }
@@ -296,8 +259,6 @@ void live_log_stop(struct live *live, int64_t now_ns)
         log_ignored(live, now_ns, LUM_PACKET_FOREIGN, NULL);
     }
     struct json *json = journal_begin(&live->log.journal, now_ns, "stop");
-    if (json != NULL) {
-        add_counts(json, live);
-        journal_end(&live->log.journal);
-    }
+    add_counts(json, live);
+    journal_end(&live->log.journal);
 }

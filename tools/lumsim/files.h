@@ -38,7 +38,7 @@ struct recording_facts {
     lum_error damage; /* what of it was passed over, as a message; or "" */
 };
 
-/* Look through a capture and open it. Returns 0, or -1 with the reason in
+/* Look through a capture and open it. path: kept. 0, or -1 with the reason in
  * error. */
 int recording_open(const char *path, const lum_layout *layout,
                    const struct replayed_sensor *sensor, struct recording **out,

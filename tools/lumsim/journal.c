@@ -16,17 +16,13 @@ int journal_open(struct journal *out, const char *path, lum_error *error)
     } else if (journal_file_open(path, &out->file, &out->out, &why) != 0) {
         return lum_error_set(error, "--log: %s", why.text);
     }
-    json_init(&out->json, out->out);
     return 0;
 }
 
 struct json *journal_begin(struct journal *journal, int64_t t_ns,
                            const char *event)
 {
-    if (journal->out == NULL || journal->reason != 0) {
-        return NULL;
-    }
-    json_open_object(&journal->json, NULL);
+    json_begin_line(&journal->json, journal->out);
     json_real(&journal->json, "t", (double)t_ns / 1e9, 6);
     json_text(&journal->json, "event", event);
     return &journal->json;
@@ -34,10 +30,11 @@ struct json *journal_begin(struct journal *journal, int64_t t_ns,
 
 void journal_end(struct journal *journal)
 {
-    json_close_object(&journal->json);
-    json_end(&journal->json);
-    if (fflush(journal->out) != 0 || ferror(journal->out)) {
+    json_end_line(&journal->json);
+    if (journal->out != NULL &&
+        (fflush(journal->out) != 0 || ferror(journal->out))) {
         journal->reason = errno != 0 ? errno : EIO;
+        journal->out = NULL;
     }
 }
 

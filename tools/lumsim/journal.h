@@ -11,7 +11,7 @@
 #include <stdio.h>
 
 struct journal {
-    FILE *out;                 /* NULL: there is none */
+    FILE *out; /* NULL: there is none, or it cannot be written */
     struct journal_file *file; /* NULL: standard output */
     struct json json;
     int reason; /* errno of the write that failed; 0: none did */
@@ -22,7 +22,7 @@ struct journal {
 int journal_open(struct journal *out, const char *path, lum_error *error);
 
 /* Begin a line with "t" and "event". Returns the object for the rest of the
- * line, or NULL if there is no log. */
+ * line. */
 struct json *journal_begin(struct journal *journal, int64_t t_ns,
                            const char *event);
 

@@ -1,7 +1,6 @@
 #include "live.h"
 
 #include "../common/interrupt.h"
-#include "live_internal.h"
 #include "lum/base/time.h"
 #include "lum/wire.h"
 
@@ -92,11 +91,9 @@ static void apply_fault(struct live *live, const struct timeline_event *event,
                         int64_t now_ns)
 {
     struct json *json = journal_begin(&live->log.journal, now_ns, "fault");
-    if (json != NULL) {
-        json_text(json, "name", event->name);
-        json_bool(json, "ends", event->ends);
-        journal_end(&live->log.journal);
-    }
+    json_text(json, "name", event->name);
+    json_bool(json, "ends", event->ends);
+    journal_end(&live->log.journal);
     switch (event->kind) {
     case FAULT_HAZARD:
         live_set_hazard(live, event->bits, event->ends, now_ns);
@@ -106,22 +103,13 @@ static void apply_fault(struct live *live, const struct timeline_event *event,
         break;
     case FAULT_SILENCE:
         live->is_silent = !event->ends;
-        live_drop_data(live);
+        sender_drop(&live->data.sender);
         break;
     }
 }
 
 /* A fault on a cue is no later than this. */
 #define CUE_NS INT64_C(20000000)
-
-static void take_cues(struct live *live, int64_t now_ns)
-{
-    for (enum cue c = CUE_USR1; c <= CUE_USR2; c++) {
-        if (cue_take(c)) {
-            timeline_cue(&live->timeline, c, now_ns - live->start_ns);
-        }
-    }
-}
 
 static bool awaits_cue(const struct live *live)
 {
@@ -132,19 +120,15 @@ static bool awaits_cue(const struct live *live)
 static void apply_faults(struct live *live, int64_t now_ns)
 {
     const struct timeline_event *event;
-    take_cues(live, now_ns);
+    for (enum cue c = CUE_USR1; c <= CUE_USR2; c++) {
+        if (cue_take(c)) {
+            timeline_cue(&live->timeline, c, now_ns - live->start_ns);
+        }
+    }
     while ((event = timeline_take(&live->timeline, now_ns - live->start_ns)) !=
            NULL) {
         apply_fault(live, event, now_ns);
     }
-}
-
-static void pass_time(struct live *live, int64_t now_ns)
-{
-    live_tick(live, now_ns);
-    live_send_replies(live, now_ns);
-    live_fetch(live, now_ns);
-    live_flush_ignored(live, now_ns);
 }
 
 static int64_t next_ns(const struct live *live, int64_t now_ns)
@@ -184,7 +168,10 @@ static void run(struct live *live)
     while (!has_ended(live, now_ns)) {
         apply_faults(live, now_ns);
         live_receive(live);
-        pass_time(live, now_ns);
+        live_tick(live, now_ns);
+        live_send_replies(live, now_ns);
+        live_fetch(live, now_ns);
+        live_flush_ignored(live, now_ns);
         live_stream(live, now_ns);
         if (lum_socket_wait(&live->socket, 1, -1, live->cancel,
                             wait_until_ns(live, now_ns)) == LUM_NET_FAILED) {

@@ -1,10 +1,117 @@
-/* A sensor on the network. */
+/* A sensor on the network, and what its parts share. */
 #ifndef LUMSIM_LIVE_H
 #define LUMSIM_LIVE_H
 
+#include "files.h"
+#include "journal.h"
+#include "lum/net/cancel.h"
+#include "lum/net/socket.h"
+#include "lum/packet.h"
 #include "options.h"
+#include "playback.h"
+#include "renderer.h"
+#include "replies.h"
+#include "scene.h"
+#include "sender.h"
+#include "sim/device.h"
+#include "timeline.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Where data comes from, and how it leaves; of stream.c. */
+struct live_data {
+    struct renderer *renderer;
+    struct scene scene;
+    struct playback playback; /* in the place of scene when replaying */
+    struct sender sender;
+    bool has_begun; /* the device streams, and the data was begun */
+    bool has_link;  /* data leaves */
+};
+
+/* The log; of events.c. */
+struct live_log {
+    struct journal journal;
+    int64_t ignored_ns; /* when ignored datagrams were last logged */
+    uint64_t ignored;   /* since then */
+    int64_t skipped_ns; /* when skipped lines were last logged */
+    uint64_t skipped;   /* lines, until then */
+    uint64_t rounds;    /* of the replay, until now */
+};
+
+struct live_counts {
+    uint64_t heard[LUM_PACKET_KINDS]; /* datagrams */
+    uint64_t unheard;                 /* in silence */
+    uint64_t unsent;                  /* data, in silence */
+    uint64_t answers;                 /* sent, alerts among them */
+    uint64_t answers_lost;
+};
+
+struct live {
+    const struct options *options;
+    lum_cancel *cancel;
+    lum_socket *socket;
+    struct timeline timeline;
+    struct replies replies;
+    struct live_data data;
+    struct live_log log;
+    struct live_counts counts;
+    lum_device device;
+    lum_endpoint self; /* where it listens */
+    int64_t start_ns;  /* monotonic, as all times here */
+    int64_t end_ns;    /* INT64_MAX: a signal ends it */
+    int64_t device_ns; /* the latest time passed to the device */
+    bool is_silent;    /* sends nothing, hears nothing */
+    bool has_failed;   /* the run ends, and not well */
+    lum_error error;
+};
+
+static inline int64_t earlier(int64_t a_ns, int64_t b_ns)
+{
+    return a_ns < b_ns ? a_ns : b_ns;
+}
 
 /* Be one until a signal or the duration ends it. Returns the exit status. */
 int live_run(const struct options *o);
+
+/* serve.c: take the datagrams that have come, and do what the device says. */
+void live_receive(struct live *live);
+void live_apply(struct live *live, const lum_device_effects *effects,
+                lum_device_peer from, int64_t now_ns);
+void live_tick(struct live *live, int64_t now_ns);
+void live_send_replies(struct live *live,
+                       int64_t now_ns); /* answers that are due */
+void live_reboot(struct live *live, int64_t now_ns);
+void live_set_hazard(struct live *live, uint16_t bits, bool ends,
+                     int64_t now_ns);
+
+/* stream.c: the data. To open it: 0, or -1 with the reason in live->error. */
+int live_open_data(struct live *live);
+void live_close_data(struct live *live);
+void live_order(struct live *live); /* a reel that suits the settings */
+void live_fetch(struct live *live, int64_t now_ns); /* it, once it is done */
+void live_stream(struct live *live, int64_t now_ns);
+void live_switch_data(struct live *live, int64_t now_ns); /* as the device */
+void live_darken_data(struct live *live); /* what has not left */
+int64_t live_stream_next_ns(const struct live *live, int64_t now_ns);
+
+/* events.c: lines of the log; "a.b.c.d:port" into 24 bytes. */
+const char *live_name(uint32_t address, uint16_t port, char out[24]);
+void live_log_text(struct live *live, int64_t t_ns, const char *event,
+                   const char *key, const char *text);
+void live_log_start(struct live *live);
+void live_log_received(struct live *live, int64_t t_ns, lum_packet_kind kind,
+                       const lum_received *datagram, const char *note);
+void live_log_reply(struct live *live, int64_t t_ns, lum_device_peer to,
+                    const void *bytes, size_t len, bool is_lost);
+void live_log_state(struct live *live, const lum_device_effects *effects,
+                    int64_t now_ns);
+void live_log_move(struct live *live, int64_t now_ns, uint32_t address,
+                   const char *reason);
+void live_log_frames(struct live *live, int64_t now_ns);
+void live_log_round(struct live *live, int64_t now_ns);
+void live_log_skipped(struct live *live, int64_t now_ns);
+void live_log_stop(struct live *live, int64_t now_ns);
+void live_flush_ignored(struct live *live, int64_t now_ns);
 
 #endif

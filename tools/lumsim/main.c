@@ -1,6 +1,4 @@
-#include "files.h"
 #include "live.h"
-#include "options.h"
 
 int main(int argc, char **argv)
 {

@@ -10,7 +10,6 @@
 #include "sim/render.h"
 #include "standing.h"
 #include "truth.h"
-#include "truth_yaml.h"
 
 #include <errno.h>
 #include <inttypes.h>

@@ -9,7 +9,7 @@
 #include <string.h>
 
 struct recording {
-    char *path;
+    const char *path;
     lum_capture *capture;
     lum_demux *demux; /* tells whose a packet is; the first look through the
                          capture teaches it the sensors */
@@ -90,7 +90,6 @@ static int examine(struct recording *r, const struct replayed_sensor *sensor,
                    struct recording_facts *facts, lum_error *error)
 {
     char names[LUM_ERROR_BYTES / 2u];
-    char wanted[16];
     if (look_through(r, facts, error) != 0) {
         return -1;
     }
@@ -105,7 +104,7 @@ static int examine(struct recording *r, const struct replayed_sensor *sensor,
     if (facts->packets == 0) {
         return lum_error_set(
             error, "%s: no data of %s%s%s; there is data of %s", r->path,
-            number_format_address(sensor->address, wanted),
+            number_address(sensor->address).text,
             sensor->interface[0] != '\0' ? "%" : "", sensor->interface, names);
     }
     return sensor->address != 0 || lum_demux_sensor_count(r->demux) == 1
@@ -134,18 +133,16 @@ static lum_demux *make_demux(const lum_layout *layout,
 static struct recording *make(const char *path, const lum_layout *layout,
                               const struct replayed_sensor *sensor)
 {
-    const size_t size = strlen(path) + 1;
     struct recording *r = calloc(1, sizeof *r);
     if (r == NULL) {
         return NULL;
     }
-    r->path = malloc(size);
+    r->path = path;
     r->demux = make_demux(layout, sensor);
-    if (r->path == NULL || r->demux == NULL) {
+    if (r->demux == NULL) {
         recording_close(r);
         return NULL;
     }
-    memcpy(r->path, path, size);
     return r;
 }
 
@@ -205,7 +202,6 @@ void recording_close(struct recording *recording)
     if (recording != NULL) {
         lum_capture_close(recording->capture);
         lum_demux_free(recording->demux);
-        free(recording->path);
         free(recording);
     }
 }

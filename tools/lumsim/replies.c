@@ -47,8 +47,3 @@ const struct reply *replies_take(struct replies *replies, int64_t now_ns)
     replies->count--;
     return r;
 }
-
-void replies_clear(struct replies *replies)
-{
-    replies->count = 0;
-}

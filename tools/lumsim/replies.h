@@ -24,7 +24,7 @@ struct replies {
     double loss; /* a probability */
     lum_random random;
     size_t first;
-    size_t count;
+    size_t count;                      /* that wait */
     struct reply waiting[REPLIES_MAX]; /* all wait alike: in order of due_ns */
 };
 
@@ -41,8 +41,5 @@ int64_t replies_next_ns(const struct replies *replies);
 
 /* The next one that leaves by then, or NULL. Lives until the next is added. */
 const struct reply *replies_take(struct replies *replies, int64_t now_ns);
-
-/* Forget those that wait. */
-void replies_clear(struct replies *replies);
 
 #endif

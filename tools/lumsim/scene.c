@@ -2,17 +2,6 @@
 
 #define USUAL_THRESHOLD 50.0f /* percent: the strength that is called 1 */
 
-void scene_init(struct scene *out, double rate_hz)
-{
-    *out = (struct scene){.rate_hz = rate_hz};
-}
-
-void scene_close(struct scene *scene)
-{
-    lum_reel_free(scene->reel);
-    scene->reel = NULL;
-}
-
 static void forget_line(struct scene *scene)
 {
     scene->count = 0;

@@ -11,8 +11,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* All zero at first, but for the rate. */
 struct scene {
-    lum_reel *reel;     /* NULL: nothing is rendered yet */
+    lum_reel *reel;     /* its owner frees it; NULL: nothing is rendered yet */
     double line_ns;     /* how long a line lasts */
     double rate_hz;     /* frames a second */
     int64_t begin_ns;   /* of line 0 */
@@ -25,12 +26,6 @@ struct scene {
     uint64_t lines_sent;
     uint64_t lines_skipped;
 };
-
-/* Begin without a reel. */
-void scene_init(struct scene *out, double rate_hz);
-
-/* Free the reel. */
-void scene_close(struct scene *scene);
 
 /* Play another reel, which becomes the scene's: with the next line, or from its
  * start if it has another number of lines. */

@@ -121,11 +121,6 @@ static void hold(struct sender *o, const lum_sim_packet *packet, int64_t now_ns)
     sift_up(o, o->waiting++);
 }
 
-size_t sender_room(const struct sender *sender)
-{
-    return sender_is_stuck(sender) ? 0 : LUM_SOCKET_BATCH;
-}
-
 static void put_direct(struct sender *o, const struct parcel *parcels, size_t n)
 {
     for (size_t i = 0; i < n; i++) {

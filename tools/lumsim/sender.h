@@ -48,11 +48,8 @@ int sender_open(struct sender *out, const struct delivery_options *options,
                 uint64_t seed);
 void sender_close(struct sender *sender);
 
-/* How many parcels it takes now, at most LUM_SOCKET_BATCH. */
-size_t sender_room(const struct sender *sender);
-
-/* Take parcels, at most sender_room(). If direct, their bytes must live until
- * they have left or sender_drop(). */
+/* Take parcels, at most LUM_SOCKET_BATCH, and none while it is stuck. If
+ * direct, their bytes must live until they have left or sender_drop(). */
 void sender_put(struct sender *sender, const struct parcel *parcels, size_t n,
                 int64_t now_ns);
 

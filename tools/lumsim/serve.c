@@ -1,5 +1,5 @@
 /* Datagrams to a sensor on the network go to the device, its answers back. */
-#include "live_internal.h"
+#include "live.h"
 
 #include "../common/arrival.h"
 
@@ -184,6 +184,6 @@ void live_reboot(struct live *live, int64_t now_ns)
     const lum_device_peer nobody = {0, 0};
     lum_device_init(&live->device, &layout, (uint16_t)o->render.lines,
                     o->live.boot_status, 0, tell_time(live, now_ns));
-    replies_clear(&live->replies);
+    live->replies.count = 0;
     live_apply(live, &effects, nobody, now_ns);
 }

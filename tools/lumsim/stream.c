@@ -1,6 +1,6 @@
 /* The data of a sensor on the network: of a scene or a recording, to its
  * client, when it is due. */
-#include "live_internal.h"
+#include "live.h"
 
 #define FRAMES_64  10u /* that are rendered */
 #define FRAMES_640 3u
@@ -15,7 +15,7 @@ int live_open_data(struct live *live)
     const struct options *o = live->options;
     struct live_data *d = &live->data;
     d->has_link = true;
-    scene_init(&d->scene, o->render.rate_hz);
+    d->scene.rate_hz = o->render.rate_hz;
     if (sender_open(&d->sender, &o->delivery, o->render.seed) != 0) {
         return lum_error_set(&live->error, "not enough memory");
     }
@@ -26,7 +26,7 @@ int live_open_data(struct live *live)
 void live_close_data(struct live *live)
 {
     renderer_close(live->data.renderer);
-    scene_close(&live->data.scene);
+    lum_reel_free(live->data.scene.reel);
     playback_close(&live->data.playback);
     sender_close(&live->data.sender);
 }
@@ -87,7 +87,7 @@ void live_switch_data(struct live *live, int64_t now_ns)
     const bool begins = streams && !live->data.has_begun;
     live->data.has_begun = streams;
     if (!streams) {
-        live_drop_data(live);
+        sender_drop(&live->data.sender);
     } else if (begins && live->options->mode == MODE_REPLAY) {
         playback_begin(&live->data.playback, now_ns);
     } else if (begins) {
@@ -99,11 +99,6 @@ void live_darken_data(struct live *live)
 {
     sender_drop_borrowed(&live->data.sender);
     scene_darken(&live->data.scene, &live->device);
-}
-
-void live_drop_data(struct live *live)
-{
-    sender_drop(&live->data.sender);
 }
 
 /* --- How it leaves --- */
@@ -143,7 +138,8 @@ static void send_what_is_due(struct live *live, int64_t now_ns)
 static bool stream_batch(struct live *live, int64_t now_ns)
 {
     struct parcel parcels[LUM_SOCKET_BATCH];
-    const size_t room = sender_room(&live->data.sender);
+    const size_t room =
+        sender_is_stuck(&live->data.sender) ? 0 : LUM_SOCKET_BATCH;
     const size_t n = take(live, now_ns, parcels, room);
     if (live->is_silent) {
         live->counts.unsent += n;

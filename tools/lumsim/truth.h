@@ -1,11 +1,12 @@
-/* The exact points as CSV, in the order in which a decoder of the whole capture
- * hands out lines. */
+/* What is true of a simulated capture: its exact points as CSV, in the order in
+ * which a decoder of the whole capture hands out lines, and the calibration. */
 #ifndef LUMSIM_TRUTH_H
 #define LUMSIM_TRUTH_H
 
+#include "base/outfile.h"
 #include "lum/base/error.h"
 #include "lum/profile.h"
-#include "sim/render.h"
+#include "options.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -27,5 +28,11 @@ int truth_close(struct truth *truth, lum_error *error);
 
 /* Remove what was written. NULL is allowed. */
 void truth_abort(struct truth *truth);
+
+/* truth_yaml.c: write the true calibration as a YAML file that loads as it is;
+ * lum_outfile_finish() gives it its name. 0, or -1 with the reason in error;
+ * then out is as before. */
+int truth_yaml_begin(const struct options *o, lum_outfile *out,
+                     lum_error *error);
 
 #endif

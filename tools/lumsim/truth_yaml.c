@@ -1,6 +1,5 @@
-#include "truth_yaml.h"
+#include "truth.h"
 
-#include "base/outfile.h"
 #include "lum/host/keys.h"
 #include "standing.h"
 
