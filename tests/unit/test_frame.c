@@ -122,7 +122,7 @@ static void a_frame_is_the_bytes_of_its_layout(void **state)
     (void)state;
     struct frame_pool *pool = frame_pool_new();
     lum_frame *points = near_and_far();
-    struct frame *frame = frame_make(pool, points, &head);
+    struct frame *frame = frame_make(pool, points, NULL, &head);
     assert_int_equal(lum_frame_count(points), 5);
     for (size_t i = 0; i < 5; i++) {
         put_floats(want + FRAME_HEAD_BYTES + 12u * i, points, i);
@@ -138,7 +138,7 @@ static void a_frame_without_points_is_its_head(void **state)
     (void)state;
     struct frame_pool *pool = frame_pool_new();
     lum_frame *points = frame_of(NULL, 0, LUM_EDGES_BOTH);
-    struct frame *frame = frame_make(pool, points, &head);
+    struct frame *frame = frame_make(pool, points, NULL, &head);
     size_t len = 0;
     const uint8_t *bytes = frame_bytes(frame, &len);
     assert_int_equal(len, FRAME_HEAD_BYTES);
@@ -199,9 +199,9 @@ static void points_of_two_profiles_stand_one_behind_the_other(void **state)
     struct frame_pool *pool = frame_pool_new();
     lum_frame *one = near_and_far();
     lum_frame *other = frame_of(words, 1, LUM_EDGES_BOTH);
-    struct frame *frame = frame_make_pair(pool, one, other, &head);
-    struct frame *alone[2] = {frame_make(pool, one, &head),
-                              frame_make(pool, other, &head)};
+    struct frame *frame = frame_make(pool, one, other, &head);
+    struct frame *alone[2] = {frame_make(pool, one, NULL, &head),
+                              frame_make(pool, other, NULL, &head)};
     const struct arrays a = arrays_of(frame);
     size_t len = 0;
     assert_int_equal(a.count, 6);
@@ -237,7 +237,7 @@ static void what_does_not_fit_its_field_is_the_most_it_can_be(void **state)
     words[259] = lum_word_make(200000, false, 1); /* 2.6 us wide */
     much.lost_words = UINT64_C(1) << 33;
     lum_frame *points = frame_of(words, 260, LUM_EDGES_BOTH);
-    struct frame *frame = frame_make(pool, points, &much);
+    struct frame *frame = frame_make(pool, points, NULL, &much);
     const struct arrays a = arrays_of(frame);
     assert_int_equal(a.count, 260);
     assert_int_equal(read16(a.width, 0), 65535);
@@ -257,19 +257,19 @@ static void a_buffer_is_used_again_when_nobody_needs_it(void **state)
     struct frame_pool *pool = frame_pool_new();
     lum_frame *points = near_and_far();
     lum_frame *none = frame_of(NULL, 0, LUM_EDGES_BOTH);
-    struct frame *first = frame_make(pool, points, &head);
+    struct frame *first = frame_make(pool, points, NULL, &head);
     size_t len = 0;
     const uint8_t *bytes = frame_bytes(first, &len);
     assert_ptr_equal(frame_keep(first), first);
     frame_release(first);
-    struct frame *second = frame_make(pool, points, &head);
+    struct frame *second = frame_make(pool, points, NULL, &head);
     assert_ptr_not_equal(frame_bytes(second, &len), bytes);
     frame_release(first);
-    struct frame *third = frame_make(pool, none, &head);
+    struct frame *third = frame_make(pool, none, NULL, &head);
     assert_ptr_equal(frame_bytes(third, &len), bytes);
     assert_int_equal(arrays_of(third).count, 0);
     frame_release(third);
-    third = frame_make(pool, points, &head);
+    third = frame_make(pool, points, NULL, &head);
     assert_int_equal(arrays_of(third).count, 5);
     lum_frame_release(points);
     lum_frame_release(none);
@@ -288,8 +288,8 @@ static void a_small_buffer_is_enlarged_for_a_large_frame(void **state)
     }
     lum_frame *few = near_and_far();
     lum_frame *many = frame_of(words, 3000, LUM_EDGES_RISING);
-    frame_release(frame_make(pool, few, &head));
-    struct frame *frame = frame_make(pool, many, &head);
+    frame_release(frame_make(pool, few, NULL, &head));
+    struct frame *frame = frame_make(pool, many, NULL, &head);
     const struct arrays a = arrays_of(frame);
     assert_int_equal(a.count, 3000);
     for (size_t i = 0; i < 3000; i++) {
@@ -308,7 +308,7 @@ static void a_frame_outlives_its_pool(void **state)
     (void)state;
     struct frame_pool *pool = frame_pool_new();
     lum_frame *points = near_and_far();
-    struct frame *frame = frame_make(pool, points, &head);
+    struct frame *frame = frame_make(pool, points, NULL, &head);
     frame_pool_free(pool);
     assert_int_equal(arrays_of(frame).count, 5);
     lum_frame_release(points);

@@ -36,11 +36,6 @@ int clients_init(struct clients *clients, const struct options *options)
     return clients->piece != NULL ? 0 : -1;
 }
 
-void clients_end(struct clients *clients)
-{
-    clients->feed = NULL;
-}
-
 void clients_free(struct clients *clients)
 {
     free(clients->piece);

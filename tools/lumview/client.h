@@ -40,7 +40,7 @@ struct client {
 
 struct clients {
     const struct options *options;
-    struct feed *feed;
+    struct feed *feed; /* NULL: it is gone; connections may still be closed */
     struct status status;
     struct client *first;
     unsigned char *piece; /* LWS_PRE and CLIENT_PIECE_BYTES */
@@ -48,8 +48,6 @@ struct clients {
 
 int clients_init(struct clients *clients, const struct options *options);
 
-/* The feed will be gone; connections may still be closed. */
-void clients_end(struct clients *clients);
 void clients_free(struct clients *clients);
 
 /* A connection begins, and ends. */

@@ -43,12 +43,6 @@ static bool take_view(char *text, struct command *out)
     return false;
 }
 
-static bool take_frames(char *text, struct command *out)
-{
-    return text != NULL &&
-           number_parse_int(text, 1, FEED_FRAMES_MAX, &out->number);
-}
-
 static bool take_past(char *text, struct command *out)
 {
     char *which = text != NULL ? strchr(text, ' ') : NULL;
@@ -63,18 +57,6 @@ static bool take_past(char *text, struct command *out)
     }
     out->past = (uint64_t)past;
     return true;
-}
-
-static bool take_step(char *text, struct command *out)
-{
-    return text != NULL &&
-           number_parse_int(text, -STEP_MAX, STEP_MAX, &out->number);
-}
-
-static bool take_seek(char *text, struct command *out)
-{
-    return text != NULL &&
-           number_parse_int(text, -FRAME_MAX, FRAME_MAX, &out->number);
 }
 
 static bool take_speed(char *text, struct command *out)
@@ -92,17 +74,19 @@ static bool take_loop(char *text, struct command *out)
 static const struct {
     const char *name;
     enum command_kind kind;
-    bool (*take)(char *text, struct command *out); /* NULL: no text */
+    bool (*take)(char *text, struct command *out); /* NULL: one number, */
+    int64_t min;                                   /* from this */
+    int64_t max;                                   /* to this */
 } table[] = {
-    {"view", COMMAND_VIEW, take_view},
-    {"frames", COMMAND_FRAMES, take_frames},
-    {"past", COMMAND_PAST, take_past},
-    {"play", COMMAND_PLAY, take_nothing},
-    {"pause", COMMAND_PAUSE, take_nothing},
-    {"step", COMMAND_STEP, take_step},
-    {"seek", COMMAND_SEEK, take_seek},
-    {"speed", COMMAND_SPEED, take_speed},
-    {"loop", COMMAND_LOOP, take_loop},
+    {"view", COMMAND_VIEW, take_view, 0, 0},
+    {"frames", COMMAND_FRAMES, NULL, 1, FEED_FRAMES_MAX},
+    {"past", COMMAND_PAST, take_past, 0, 0},
+    {"play", COMMAND_PLAY, take_nothing, 0, 0},
+    {"pause", COMMAND_PAUSE, take_nothing, 0, 0},
+    {"step", COMMAND_STEP, NULL, -STEP_MAX, STEP_MAX},
+    {"seek", COMMAND_SEEK, NULL, -FRAME_MAX, FRAME_MAX},
+    {"speed", COMMAND_SPEED, take_speed, 0, 0},
+    {"loop", COMMAND_LOOP, take_loop, 0, 0},
 };
 
 bool command_parse(const char *text, size_t len, struct command *out)
@@ -121,7 +105,11 @@ bool command_parse(const char *text, size_t len, struct command *out)
     for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
         if (strcmp(copy, table[i].name) == 0) {
             out->kind = table[i].kind;
-            return table[i].take(space, out);
+            return table[i].take != NULL
+                       ? table[i].take(space, out)
+                       : space != NULL &&
+                             number_parse_int(space, table[i].min, table[i].max,
+                                              &out->number);
         }
     }
     return false;

@@ -326,9 +326,8 @@ static void put_part(const struct part *part)
     }
 }
 
-struct frame *frame_make_pair(struct frame_pool *pool, const lum_frame *points,
-                              const lum_frame *second,
-                              const struct frame_head *head)
+struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,
+                         const lum_frame *second, const struct frame_head *head)
 {
     const size_t count = lum_frame_count(points);
     const size_t more = second != NULL ? lum_frame_count(second) : 0;
@@ -340,10 +339,4 @@ struct frame *frame_make_pair(struct frame_pool *pool, const lum_frame *points,
     put_part(&(struct part){frame, points, 0, count});
     put_part(&(struct part){frame, second, count, more});
     return frame;
-}
-
-struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,
-                         const struct frame_head *head)
-{
-    return frame_make_pair(pool, points, NULL, head);
 }

@@ -52,14 +52,11 @@ struct frame_head {
     uint64_t shown;
 };
 
-/* points: with FRAME_COLUMNS, and at most FRAME_POINTS_MAX. NULL without
+/* points: with FRAME_COLUMNS, and at most FRAME_POINTS_MAX. second: those by a
+ * second profile, which stand behind; NULL: there are none. NULL without
  * memory. */
 struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,
+                         const lum_frame *second,
                          const struct frame_head *head);
-
-/* The same with the points by a second profile behind; NULL: there are none. */
-struct frame *frame_make_pair(struct frame_pool *pool, const lum_frame *points,
-                              const lum_frame *second,
-                              const struct frame_head *head);
 
 #endif

@@ -24,9 +24,7 @@ static bool is_name(const struct guard *guard, const char *name,
 
 bool guard_knows_host(const struct guard *guard, const char *host)
 {
-    char address[16];
-    (void)number_format_address(guard->address, address);
-    return is_name(guard, address, host) ||
+    return is_name(guard, number_address(guard->address).text, host) ||
            (guard->address == LOOPBACK && is_name(guard, "localhost", host));
 }
 
@@ -88,10 +86,8 @@ bool guard_knows_token(const struct guard *guard, const char *query,
 
 void guard_url(const struct guard *guard, char out[GUARD_TEXT_BYTES])
 {
-    char address[16];
     (void)snprintf(out, GUARD_TEXT_BYTES, "%s%s:%u/%s%s", scheme,
-                   number_format_address(guard->address, address),
-                   (unsigned)guard->port,
+                   number_address(guard->address).text, (unsigned)guard->port,
                    guard->token[0] != '\0' ? "?token=" : "", guard->token);
 }
 

@@ -1,4 +1,4 @@
-#include "help.h"
+#include "options.h"
 
 const char help_text[] =
     "Usage: lumview [OPTION]... SOURCE...\n"

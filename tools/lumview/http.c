@@ -1,7 +1,5 @@
 #include "http.h"
 
-#include "socket_name.h"
-
 #include <libwebsockets.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -11,6 +9,9 @@
 #define PIECE_BYTES 16384u
 #define VALUE_BYTES 512u
 #define HEADERS_MAX 3u /* of an answer, in addition to those of all answers */
+
+/* The WebSocket, as the page asks for it. */
+#define SOCKET_PATH "/ws"
 
 /* An answer that is not read for this long is given up. */
 #define PATIENCE_S 20

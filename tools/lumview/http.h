@@ -11,6 +11,9 @@ struct lws;
 
 #define HTTP_POLICY_BYTES 512u
 
+/* Of the WebSocket, as the page asks for it. */
+#define SOCKET_PROTOCOL "lumview.1"
+
 /* What is left to be sent of an answer. */
 struct http_answer {
     const struct asset *asset;

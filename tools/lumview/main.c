@@ -100,14 +100,11 @@ static int load_files(const struct options *o, struct files *out,
 static enum exit_status print_json(const struct guard *guard, const char *url)
 {
     struct json json;
-    char address[16];
-    json_init(&json, stdout);
-    json_open_object(&json, NULL);
+    json_begin_line(&json, stdout);
     json_text(&json, "url", url);
-    json_text(&json, "address", number_format_address(guard->address, address));
+    json_text(&json, "address", number_address(guard->address).text);
     json_uint(&json, "port", guard->port);
-    json_close_object(&json);
-    json_end(&json);
+    json_end_line(&json);
     return finish_stdout();
 }
 

@@ -3,7 +3,6 @@
 #include "../common/host.h"
 #include "../common/option_table.h"
 #include "../common/source_url.h"
-#include "help.h"
 #include "licenses.h"
 #include "lum/version.h"
 

@@ -67,4 +67,7 @@ enum parsed options_parse(int argc, char **argv, struct options *out);
 
 void options_free(struct options *options);
 
+/* What --help prints. */
+extern const char help_text[];
+
 #endif

@@ -97,8 +97,8 @@ void picture_seal(struct picture *picture, struct frame_pool *pool,
     for (size_t i = 0; i < picture->views.count; i++) {
         head.edges = picture->views.at[i].edges;
         head.smooth = picture->views.at[i].smooth;
-        picture->frames[i] = frame_make_pair(pool, picture->points[i],
-                                             picture->second[i], &head);
+        picture->frames[i] =
+            frame_make(pool, picture->points[i], picture->second[i], &head);
         lum_frame_release(picture->points[i]);
         lum_frame_release(picture->second[i]);
         picture->points[i] = NULL;

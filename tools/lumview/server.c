@@ -7,7 +7,6 @@
 #include "crowd.h"
 #include "http.h"
 #include "place.h"
-#include "socket_name.h"
 
 #include <libwebsockets.h>
 #include <netinet/in.h>
@@ -183,22 +182,20 @@ static int listen_there(struct server *server,
                         const struct lws_context_creation_info *info,
                         lum_error *error)
 {
-    char address[16];
     server->host = lws_create_vhost(server->lws, info);
     if (server->host == NULL) {
-        return lum_error_set(
-            error, "%s:%u: cannot be listened on",
-            number_format_address(server->guard.address, address),
-            (unsigned)server->guard.port);
+        return lum_error_set(error, "%s:%u: cannot be listened on",
+                             number_address(server->guard.address).text,
+                             (unsigned)server->guard.port);
     }
     return 0;
 }
 
 static int start(struct server *server, lum_error *error)
 {
-    char address[16];
+    const struct number_address address = number_address(server->guard.address);
     const struct lws_context_creation_info info = {
-        .iface = number_format_address(server->guard.address, address),
+        .iface = address.text,
         .port = server->guard.port,
         .protocols = protocols,
         .headers = server->headers,
@@ -276,7 +273,7 @@ int server_run(struct server *server, struct feed *feed, lum_error *error)
     }
     lws_sul_schedule(server->lws, 0, &server->tick, on_tick,
                      LWS_SET_TIMER_USEC_CANCEL);
-    clients_end(&server->clients);
+    server->clients.feed = NULL;
     return failed == 0 ? 0
                        : lum_error_set(error, "the server broke down: "
                                               "libwebsockets cannot go on");

@@ -60,8 +60,7 @@ static int begin(size_t room_before, struct text *out, FILE **stream,
     for (size_t i = 0; i < room_before; i++) {
         (void)fputc(0, *stream);
     }
-    json_init(json, *stream);
-    json_open_object(json, NULL);
+    json_begin_line(json, *stream);
     return 0;
 }
 
