@@ -178,7 +178,7 @@ static enum exit_status finish_output(void)
 
 static enum exit_status help_all(void)
 {
-    help_begin();
+    (void)fputs(help_begin, stdout);
     for (size_t i = 0; i < COMMANDS; i++) {
         help_row(table[i].name, table[i].arguments, table[i].summary);
     }
@@ -186,7 +186,7 @@ static enum exit_status help_all(void)
     options_help(true, 0, NULL);
     (void)puts("\nOptions of single commands:");
     options_help(false, ~0u, NULL);
-    help_end();
+    (void)fputs(help_end, stdout);
     return finish_output();
 }
 

@@ -13,21 +13,21 @@ void ctl_complain_hurry(bool is)
     is_hurried = is;
 }
 
-static bool may_write(void)
+LUM_PRINTF(1, 0)
+static void say(const char *format, va_list arguments)
 {
-    return !is_hurried || writable(stderr, 0);
+    if (!is_hurried || writable(stderr, 0)) {
+        (void)fputs("lumctl: ", stderr);
+        (void)vfprintf(stderr, format, arguments);
+        (void)fputc('\n', stderr);
+    }
 }
 
 enum exit_status ctl_complain(enum exit_status status, const char *format, ...)
 {
     va_list arguments;
-    if (!may_write()) {
-        return status;
-    }
     va_start(arguments, format);
-    (void)fputs("lumctl: ", stderr);
-    (void)vfprintf(stderr, format, arguments);
-    (void)fputc('\n', stderr);
+    say(format, arguments);
     va_end(arguments);
     return status;
 }
@@ -35,12 +35,9 @@ enum exit_status ctl_complain(enum exit_status status, const char *format, ...)
 void ctl_note(const struct ctl *ctl, const char *format, ...)
 {
     va_list arguments;
-    if (ctl->options.quiet || !may_write()) {
-        return;
+    if (!ctl->options.quiet) {
+        va_start(arguments, format);
+        say(format, arguments);
+        va_end(arguments);
     }
-    va_start(arguments, format);
-    (void)fputs("lumctl: ", stderr);
-    (void)vfprintf(stderr, format, arguments);
-    (void)fputc('\n', stderr);
-    va_end(arguments);
 }

@@ -1,7 +1,6 @@
 #include "ctl.h"
 
 #include "remember.h"
-#include "report.h"
 #include "session.h"
 
 #include "lum/base/time.h"
@@ -44,11 +43,6 @@ void ctl_end_packets(struct ctl *ctl)
         json_close_array(&ctl->packets);
         json_end_line(&ctl->packets);
     }
-}
-
-enum exit_status ctl_status_exit(uint16_t status, bool is_owned)
-{
-    return report_has_hazard(status, is_owned) ? EXIT_HAZARD : EXIT_DONE;
 }
 
 static enum exit_status complain_length(size_t len)

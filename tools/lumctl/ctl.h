@@ -157,11 +157,8 @@ enum exit_status ctl_request_text(struct ctl *ctl, const char *text,
  * ctl_request(), and EXIT_FAILED when the answer's debug texts refuse
  * something, or the answer does not show the laser as u or d in the text wants
  * it (EXIT_HAZARD where a hazard keeps it down). Prints the outcome for people
- * or as JSON. */
-enum exit_status ctl_command_text(struct ctl *ctl, const char *text);
-
-/* The same; messages use the words that the user typed, for example "power 60"
- * for 60p. JSON has the text itself. */
+ * or as JSON, which has the text itself; messages use the words that the user
+ * typed, for example "power 60" for 60p. */
 enum exit_status ctl_command_words(struct ctl *ctl, const char *text,
                                    const char *typed);
 
@@ -183,11 +180,6 @@ void ctl_complain_hurry(bool is);
 /* Notes on standard error, unless --quiet. */
 LUM_PRINTF(2, 3)
 void ctl_note(const struct ctl *ctl, const char *format, ...);
-
-/* EXIT_HAZARD if the status has a hazard; HEARTBEAT_TIMEOUT alone counts only
- * if some session of this host owns the sensor (is_owned). Otherwise
- * EXIT_DONE. */
-enum exit_status ctl_status_exit(uint16_t status, bool is_owned);
 
 /* One for each command; similar commands share a file. */
 enum exit_status command_heartbeat(struct ctl *ctl, int count, char **words);

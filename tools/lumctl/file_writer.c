@@ -261,19 +261,14 @@ static void *run(void *context)
 
 /* --- Its user's side --- */
 
-static void free_all(struct file_writer *s)
-{
-    free(s->rows);
-    free(s->header);
-    free(s->page);
-    free(s);
-}
-
 static void destroy(struct file_writer *s)
 {
     (void)pthread_mutex_destroy(&s->lock);
     (void)pthread_cond_destroy(&s->changed);
-    free_all(s);
+    free(s->rows);
+    free(s->header);
+    free(s->page);
+    free(s);
 }
 
 /* A copy, or NULL of NULL. False: no memory. */
@@ -292,26 +287,21 @@ struct file_writer *file_writer_new(const char *rows, const char *header,
         (void)lum_error_set(error, "out of memory");
         return NULL;
     }
+    (void)pthread_mutex_init(&s->lock, NULL);
+    (void)pthread_cond_init(&s->changed, NULL);
     s->header = lum_text_copy(header);
     const bool has_rows = copy(rows, &s->rows);
     if (!copy(page, &s->page) || !has_rows || s->header == NULL) {
         (void)lum_error_set(error, "out of memory");
-        free_all(s);
-        return NULL;
-    }
-    if (check_rows(s, error) != 0) {
-        free_all(s);
-        return NULL;
-    }
-    (void)pthread_mutex_init(&s->lock, NULL);
-    (void)pthread_cond_init(&s->changed, NULL);
-    if (lum_thread_start(&thread, run, s) != 0) {
+    } else if (check_rows(s, error) == 0) {
+        if (lum_thread_start(&thread, run, s) == 0) {
+            (void)pthread_detach(thread);
+            return s;
+        }
         (void)lum_error_set(error, "no thread to write files with");
-        destroy(s);
-        return NULL;
     }
-    (void)pthread_detach(thread);
-    return s;
+    destroy(s);
+    return NULL;
 }
 
 void file_writer_add(struct file_writer *writer, const char *row)

@@ -7,12 +7,12 @@
 
 #define LEFT_CHARS 23 /* of the left column */
 
-static const char begin[] = "Usage: lumctl [OPTION]... COMMAND [WORD]...\n"
-                            "Talk to a Luminar Model G2: look, set, switch.\n"
-                            "\n"
-                            "Commands (for details: lumctl COMMAND --help):\n";
+const char help_begin[] = "Usage: lumctl [OPTION]... COMMAND [WORD]...\n"
+                          "Talk to a Luminar Model G2: look, set, switch.\n"
+                          "\n"
+                          "Commands (for details: lumctl COMMAND --help):\n";
 
-static const char end[] =
+const char help_end[] =
     "\n"
     "The environment variable LUM_HOST does the same as --host.\n"
     "\n"
@@ -128,16 +128,6 @@ void help_row(const char *name, const char *takes, const char *text)
     (void)printf("  %-*s%s%*s  %s\n", LEFT_CHARS, left,
                  n > LEFT_CHARS ? "\n" : "",
                  n > LEFT_CHARS ? LEFT_CHARS + 2 : 0, "", text);
-}
-
-void help_begin(void)
-{
-    (void)fputs(begin, stdout);
-}
-
-void help_end(void)
-{
-    (void)fputs(end, stdout);
 }
 
 void help_command(const char *name, const char *takes, const char *summary)

@@ -6,8 +6,8 @@
 void help_row(const char *name, const char *takes, const char *text);
 
 /* The text before and after the rows of the commands and options. */
-void help_begin(void);
-void help_end(void);
+extern const char help_begin[];
+extern const char help_end[];
 
 /* The text before the options of one command. */
 void help_command(const char *name, const char *takes, const char *summary);

@@ -48,11 +48,6 @@ void line_above(const char *text)
     line_prompt();
 }
 
-int line_descriptor(void)
-{
-    return line_input_descriptor();
-}
-
 void line_close(void)
 {
 }

@@ -139,11 +139,6 @@ void line_above(const char *text)
     rl_forced_update_display();
 }
 
-int line_descriptor(void)
-{
-    return line_input_descriptor();
-}
-
 void line_close(void)
 {
     if (is_edited) {

@@ -13,7 +13,4 @@ bool line_input_is_ready(void);
 /* Bytes that are there now, 0 for none yet, -1 at the end. */
 int line_input_read(char *out, size_t room);
 
-/* What to wait on, or -1. */
-int line_input_descriptor(void);
-
 #endif

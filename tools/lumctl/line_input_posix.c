@@ -1,6 +1,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "line_input.h"
 
+#include "line.h"
+
 #include <errno.h>
 #include <poll.h>
 #include <unistd.h>
@@ -28,7 +30,7 @@ int line_input_read(char *out, size_t room)
     return n < 0 && (errno == EINTR || errno == EAGAIN) ? 0 : -1;
 }
 
-int line_input_descriptor(void)
+int line_descriptor(void)
 {
     return STDIN_FILENO;
 }

@@ -1,5 +1,7 @@
 #include "line_input.h"
 
+#include "line.h"
+
 #include <io.h>
 #include <windows.h>
 
@@ -34,7 +36,7 @@ int line_input_read(char *out, size_t room)
     return ReadFile(input, out, (DWORD)room, &n, NULL) && n > 0 ? (int)n : -1;
 }
 
-int line_input_descriptor(void)
+int line_descriptor(void)
 {
     return -1;
 }

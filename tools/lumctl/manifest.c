@@ -327,16 +327,10 @@ static void put_rest(FILE *out, const struct manifest_result *r)
     json_close_object(&json);
 }
 
-/* A step that was never begun. */
-static void put_unbegun(FILE *out)
-{
-    const struct manifest_result none = {.why = "it was not begun"};
-    put_rest(out, &none);
-}
-
 static void put_all(const struct manifest *m, FILE *out, const char *why,
                     int status)
 {
+    static const struct manifest_result unbegun = {.why = "it was not begun"};
     struct json json;
     json_begin_line(&json, out);
     json_uint(&json, "version", 1);
@@ -355,7 +349,7 @@ static void put_all(const struct manifest *m, FILE *out, const char *why,
         (void)fprintf(out, "%s\n%s", i > 0 ? "," : "",
                       line->text != NULL ? line->text : line->begin);
         if (line->text == NULL) {
-            put_unbegun(out);
+            put_rest(out, &unbegun);
         }
     }
     (void)fputc('\n', out);

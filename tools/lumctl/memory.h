@@ -24,6 +24,7 @@ enum memory_standing {
     MEMORY_OLD,     /* acknowledged, but a restart since could not be seen */
     MEMORY_STANDINGS
 };
+extern const char *const memory_standings[MEMORY_STANDINGS]; /* their words */
 
 /* How the Y scan was set. */
 enum memory_scan {

@@ -11,7 +11,7 @@
 
 #define HEAD "lumctl-state 1"
 
-static const char *const standings[MEMORY_STANDINGS] = {
+const char *const memory_standings[MEMORY_STANDINGS] = {
     [MEMORY_DONE] = "done", [MEMORY_UNSURE] = "unsure", [MEMORY_OLD] = "old"};
 
 static const char *const scans[MEMORY_SCANS] = {[MEMORY_DEGREES] = "degrees",
@@ -90,7 +90,7 @@ size_t memory_write(const struct memory_key *key, const struct memory *memory,
             continue;
         }
         put_word(&t, setting_name((lum_command_id)i));
-        PUT(&t, " %s %u %" PRId64 "\n", standings[e->standing],
+        PUT(&t, " %s %u %" PRId64 "\n", memory_standings[e->standing],
             (unsigned)e->value, e->utc_ns);
     }
     if (memory->entries[LUM_COMMAND_YSCAN].standing != MEMORY_NOTHING) {
@@ -250,7 +250,7 @@ static bool read_entry(struct reading *r, struct memory *m, lum_command_id id)
     const int64_t most = id == LUM_COMMAND_YSCAN ? UINT16_MAX : spec->max;
     const int64_t least = id == LUM_COMMAND_YSCAN ? 1 : spec->min;
     struct memory_entry *e = &m->entries[id];
-    const size_t standing = take_name(r, standings, MEMORY_STANDINGS);
+    const size_t standing = take_name(r, memory_standings, MEMORY_STANDINGS);
     int64_t value = 0;
     if (standing == MEMORY_STANDINGS || e->standing != MEMORY_NOTHING ||
         !take_number(r, least, most, &value) ||

@@ -141,18 +141,16 @@ struct recorder *recorder_new(const struct recorder_options *options,
     }
     r->sensor = options->sensor;
     r->host = options->host;
-    if (prepare(r, options, error) != 0) {
-        free_all(r);
-        return NULL;
-    }
-    (void)pthread_mutex_init(&r->lock, NULL);
-    if (lum_thread_start(&thread, run, r) != 0) {
+    if (prepare(r, options, error) == 0) {
+        (void)pthread_mutex_init(&r->lock, NULL);
+        if (lum_thread_start(&thread, run, r) == 0) {
+            (void)pthread_detach(thread);
+            return r;
+        }
         (void)lum_error_set(error, "%s: no thread to write it", options->path);
-        free_all(r);
-        return NULL;
     }
-    (void)pthread_detach(thread);
-    return r;
+    free_all(r);
+    return NULL;
 }
 
 void recorder_put(struct recorder *recorder, const lum_received *datagram)

@@ -195,7 +195,6 @@ static bool load(const struct ctl *ctl, const struct memory_key *key,
     char text[MEMORY_TEXT_BYTES];
     lum_error error = {""};
     const int found = store_read(path, text, sizeof text, &error);
-    *out = (struct memory){.clock = {0}};
     if (found == 1 && memory_read(text, key, out, &error) == 0) {
         return true;
     }
@@ -233,10 +232,8 @@ static void ask_clock(struct ctl *ctl, struct memory_clock *out)
     const int64_t end = lum_time_monotonic_ns() + CLOCK_NS;
     lum_sensor_event event = {.kind = LUM_SENSOR_IDLE};
     *out = (struct memory_clock){.is_known = false};
-    if (ctl->sensor == NULL || lum_cancel_is_raised(ctl->cancel)) {
-        return;
-    }
-    if (session_request_time(ctl) != LUM_OK) {
+    if (ctl->sensor == NULL || lum_cancel_is_raised(ctl->cancel) ||
+        session_request_time(ctl) != LUM_OK) {
         return;
     }
     while (lum_time_monotonic_ns() < end) {
@@ -250,14 +247,6 @@ static void ask_clock(struct ctl *ctl, struct memory_clock *out)
         }
     }
     lum_sensor_give_up(ctl->sensor);
-}
-
-static void note_restart(const struct ctl *ctl)
-{
-    ctl_note(ctl,
-             "the clock of %s has started again since its settings were "
-             "remembered: it has restarted, and the old settings are gone",
-             session_name(session_host(ctl)).text);
 }
 
 /* --- What was set, into the file --- */
@@ -296,7 +285,10 @@ static int merge(const struct ctl *ctl, const struct memory_clock *clock,
     const bool had_any = memory_has_any(&memory);
     if (memory_see_clock(&memory, clock, &missed) == MEMORY_OTHER_RUN &&
         had_any) {
-        note_restart(ctl);
+        ctl_note(ctl,
+                 "the clock of %s has started again since its settings were "
+                 "remembered: it has restarted, and the old settings are gone",
+                 session_name(session_host(ctl)).text);
     }
     memory_merge(&memory, &ctl->changes, lum_time_utc_ns());
     const int result = save(&key, path, &memory, error);
@@ -396,16 +388,16 @@ static enum exit_status ask(struct ctl *ctl, struct memory_clock *out)
 /* Compares the remembered settings with the clock, and stores the result. A
  * failure to store does no harm: the next comparison uses the older reading. */
 static void see(const struct ctl *ctl, const char *folder, const char *path,
-                const struct memory_clock *clock, struct remembered *out)
+                struct remembered *out)
 {
     struct store_lock lock;
     lum_error error = {""};
-    const bool has_lock =
-        clock->is_known && store_lock(folder, lock_ns(ctl), &lock, &error) == 0;
+    const bool has_lock = out->clock.is_known &&
+                          store_lock(folder, lock_ns(ctl), &lock, &error) == 0;
     if (has_lock) {
         out->has_file = load(ctl, &out->key, path, &out->memory);
     }
-    out->run = memory_see_clock(&out->memory, clock, &out->missed);
+    out->run = memory_see_clock(&out->memory, &out->clock, &out->missed);
     if (has_lock) {
         (void)save(&out->key, path, &out->memory, &error);
         store_unlock(&lock);
@@ -414,15 +406,13 @@ static void see(const struct ctl *ctl, const char *folder, const char *path,
 
 enum exit_status remember_look(struct ctl *ctl, struct remembered *out)
 {
-    struct memory_clock clock;
     char folder[STORE_PATH_BYTES];
     char path[STORE_PATH_BYTES];
     lum_error error = {""};
     *out = (struct remembered){.run = MEMORY_RUN_UNKNOWN, .missed = 1.0};
-    const enum exit_status status = ask(ctl, &clock);
+    const enum exit_status status = ask(ctl, &out->clock);
     key_of(ctl, session_host(ctl), &out->key);
-    out->has_answered = clock.is_known;
-    out->clock = clock;
+    out->has_answered = out->clock.is_known;
     if (store_folder(folder, &error) != 0 ||
         find_path(&out->key, folder, path, &error) != 0) {
         return status != EXIT_DONE
@@ -432,7 +422,7 @@ enum exit_status remember_look(struct ctl *ctl, struct remembered *out)
     }
     out->has_file = load(ctl, &out->key, path, &out->memory);
     if (out->has_file) {
-        see(ctl, folder, path, &clock, out);
+        see(ctl, folder, path, out);
     }
     return status;
 }

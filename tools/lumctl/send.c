@@ -12,11 +12,6 @@
 
 /* --- Texts of commands --- */
 
-enum exit_status ctl_command_text(struct ctl *ctl, const char *text)
-{
-    return ctl_command_words(ctl, text, text);
-}
-
 /* A text that was sent and did not show the laser as it was to be is not left
  * at that. After any other failure the session is of no use any more. */
 static bool may_undo(const struct ctl *ctl, enum exit_status status)
@@ -95,7 +90,7 @@ enum exit_status command_send(struct ctl *ctl, int count, char **words)
         return ctl_complain(EXIT_BAD, "send takes one text; quote it where it "
                                       "has spaces: lumctl send '50p 15y u'");
     }
-    return ctl_command_text(ctl, words[1]);
+    return ctl_command_words(ctl, words[1], words[1]);
 }
 
 /* --- The laser --- */

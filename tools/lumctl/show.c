@@ -11,12 +11,6 @@
 #include <stdio.h>
 #include <string.h>
 
-static const char *const standings[MEMORY_STANDINGS] = {
-    [MEMORY_DONE] = "done",
-    [MEMORY_UNSURE] = "unsure",
-    [MEMORY_OLD] = "old",
-};
-
 static const char *const remarks[MEMORY_STANDINGS] = {
     [MEMORY_DONE] = "",
     [MEMORY_UNSURE] = "  was sent; whether it holds is not known",
@@ -117,7 +111,7 @@ static void put_setting(struct json *json, const struct memory *memory,
     json_text(json, "setting", setting_name(id));
     json_text(json, "value", memory_value(memory, id).text);
     json_text(json, "time", report_utc(e->utc_ns).text);
-    json_text(json, "standing", standings[e->standing]);
+    json_text(json, "standing", memory_standings[e->standing]);
     json_close_object(json);
 }
 

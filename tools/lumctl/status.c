@@ -200,13 +200,6 @@ static void print_json(const struct ctl *ctl, const struct ctl_answer *answer,
     json_end_line(&json);
 }
 
-static void print(const struct ctl *ctl, const struct ctl_answer *answer,
-                  bool is_owned)
-{
-    print_status(ctl, answer->status, is_owned, answer->round_trip_ns);
-    report_debug(stdout, answer->debug);
-}
-
 enum exit_status command_status(struct ctl *ctl, int count, char **words)
 {
     struct ctl_answer answer;
@@ -235,7 +228,8 @@ enum exit_status command_status(struct ctl *ctl, int count, char **words)
     if (ctl->options.json) {
         print_json(ctl, &answer, is_owned);
     } else {
-        print(ctl, &answer, is_owned);
+        print_status(ctl, answer.status, is_owned, answer.round_trip_ns);
+        report_debug(stdout, answer.debug);
     }
-    return ctl_status_exit(answer.status, is_owned);
+    return report_has_hazard(answer.status, is_owned) ? EXIT_HAZARD : EXIT_DONE;
 }

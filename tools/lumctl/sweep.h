@@ -30,17 +30,12 @@ struct sweep {
  * status. */
 enum exit_status sweep_step(struct sweep *sweep, size_t step);
 
-/* Has the session go on for a time, or until there is trouble or an end by a
- * signal: EXIT_DONE, or a status and why. */
-enum exit_status sweep_rest(struct sweep *sweep, int64_t ns);
-
-/* The same, at most until it is known what became of laser on. */
+/* Has the session go on for a time, or until it is known what became of laser
+ * on, there is trouble or an end by a signal: EXIT_DONE, or a status and why.
+ */
 enum exit_status sweep_await_laser(struct sweep *sweep, int64_t ns);
 
 /* EXIT_DONE, or the status of what the session has met, and why. */
 enum exit_status sweep_trouble(struct sweep *sweep);
-
-/* As sweep_trouble(), and EXIT_FAILED after a signal. */
-enum exit_status sweep_check(struct sweep *sweep);
 
 #endif

@@ -83,7 +83,8 @@ enum exit_status sweep_trouble(struct sweep *sweep)
     return status_of(trouble);
 }
 
-enum exit_status sweep_check(struct sweep *sweep)
+/* As sweep_trouble(), and EXIT_FAILED after a signal. */
+static enum exit_status check(struct sweep *sweep)
 {
     return lum_cancel_is_raised(sweep->ctl->cancel)
                ? fail(sweep, EXIT_FAILED, "interrupted")
@@ -109,8 +110,7 @@ static bool take_rest(void *context, const lum_sensor_event *event)
 {
     struct rest *r = context;
     (void)event;
-    return sweep_check(r->sweep) == EXIT_DONE &&
-           lum_time_monotonic_ns() < r->end_ns;
+    return check(r->sweep) == EXIT_DONE && lum_time_monotonic_ns() < r->end_ns;
 }
 
 static bool take_laser(void *context, const lum_sensor_event *event)
@@ -132,13 +132,7 @@ static enum exit_status rest(struct sweep *sweep, int64_t ns,
                                 .take = take,
                                 .context = &r};
     const enum exit_status status = watch_run(sweep->ctl, &watch);
-    return status != EXIT_DONE ? fail(sweep, status, BROKEN)
-                               : sweep_check(sweep);
-}
-
-enum exit_status sweep_rest(struct sweep *sweep, int64_t ns)
-{
-    return rest(sweep, ns, take_rest);
+    return status != EXIT_DONE ? fail(sweep, status, BROKEN) : check(sweep);
 }
 
 enum exit_status sweep_await_laser(struct sweep *sweep, int64_t ns)
@@ -213,7 +207,7 @@ static bool take_recording(void *context, const lum_sensor_event *event)
 {
     struct recording *r = context;
     lum_error error;
-    const enum exit_status trouble = sweep_check(r->sweep);
+    const enum exit_status trouble = check(r->sweep);
     const int64_t now_ns = lum_time_monotonic_ns();
     bool goes_on = true;
     if (trouble != EXIT_DONE) {
@@ -242,7 +236,7 @@ static enum exit_status record(struct recording *r)
     if (status != EXIT_DONE) {
         return fail(r->sweep, status, BROKEN);
     }
-    return r->has_ended ? r->status : sweep_check(r->sweep);
+    return r->has_ended ? r->status : check(r->sweep);
 }
 
 static bool take_finish(void *context, const lum_sensor_event *event)
@@ -251,7 +245,7 @@ static bool take_finish(void *context, const lum_sensor_event *event)
     lum_error error;
     (void)event;
     return recorder_look(r->recorder, &error) < RECORDER_WHOLE &&
-           sweep_check(r->sweep) == EXIT_DONE &&
+           check(r->sweep) == EXIT_DONE &&
            lum_time_monotonic_ns() - r->asked_ns < DISK_NS;
 }
 
@@ -276,20 +270,13 @@ static enum exit_status finish(struct recording *r)
         return fail(s, EXIT_FAILED, error.text);
     }
     return status != EXIT_DONE ? fail(s, status, BROKEN)
-           : sweep_check(s) != EXIT_DONE
-               ? sweep_check(s)
+           : check(s) != EXIT_DONE
+               ? check(s)
                : fail(s, EXIT_FAILED,
                       "the recording is not on the disk after 60 s");
 }
 
 /* --- Its settings --- */
-
-/* What the sensor is to be set to from now on; a change of the line mode clears
- * a table. */
-static void expect(struct sweep *s)
-{
-    memory_merge(&s->expected, &s->ctl->changes, lum_time_utc_ns());
-}
 
 /* Whether another program of this host has set, later, what a step has set, be
  * it to the same value: it may have been another one in between. Lines clear a
@@ -343,10 +330,10 @@ static enum exit_status look(struct sweep *s, struct remembered *out)
     const enum exit_status status = remember_look(s->ctl, out);
     s->ctl->options.quiet = was_quiet;
     if (out->has_answered) {
-        return sweep_check(s); /* nothing can be stored: it shows no others */
+        return check(s); /* nothing can be stored: it shows no others */
     }
-    return sweep_check(s) != EXIT_DONE
-               ? sweep_check(s)
+    return check(s) != EXIT_DONE
+               ? check(s)
                : fail(s, status != EXIT_DONE ? status : EXIT_NO_ANSWER,
                       "the sensor does not answer");
 }
@@ -378,8 +365,8 @@ static enum exit_status look_at_laser(struct sweep *s)
     bool was_sent = false;
     const enum exit_status status =
         ctl_request(s->ctl, NULL, 0, &answer, &was_sent);
-    if (sweep_check(s) != EXIT_DONE) {
-        return sweep_check(s);
+    if (check(s) != EXIT_DONE) {
+        return check(s);
     }
     if (status != EXIT_DONE) {
         return fail(s, status, "the sensor does not answer");
@@ -425,15 +412,15 @@ static enum exit_status set(struct sweep *s, struct manifest_result *result)
     if (s->settings.count > 0) {
         enum exit_status status = plan_send(s->ctl, &s->settings);
         if (status != EXIT_DONE) {
-            return sweep_check(s) != EXIT_DONE
-                       ? sweep_check(s)
+            return check(s) != EXIT_DONE
+                       ? check(s)
                        : fail(s, status, "its settings were not answered");
         }
         status = plan_judge(&s->settings);
         if (status != EXIT_DONE) {
             return fail(s, status, "the sensor refused a setting");
         }
-        expect(s);
+        memory_merge(&s->expected, &s->ctl->changes, lum_time_utc_ns());
         remember_changes(s->ctl);
     }
     result->set_utc_ns = lum_time_utc_ns();
@@ -511,11 +498,11 @@ static enum exit_status do_step(struct sweep *s, size_t step,
                                 struct manifest_result *result)
 {
     const lum_sweep_step *what = &s->plan.steps[step];
-    enum exit_status status = sweep_check(s);
+    enum exit_status status = check(s);
     status = status == EXIT_DONE ? look_first(s) : status;
     status = status == EXIT_DONE ? set(s, result) : status;
     if (status == EXIT_DONE && what->settle_ns > 0) {
-        status = sweep_rest(s, what->settle_ns);
+        status = rest(s, what->settle_ns, take_rest);
     }
     if (status == EXIT_DONE) {
         status = what->record_ns > 0 || what->frames > 0

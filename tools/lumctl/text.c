@@ -10,34 +10,23 @@
 #include <string.h>
 
 /* What each command is called where it is refused. */
-static const char *name_command(lum_command_id id)
-{
-    switch (id) {
-    case LUM_COMMAND_LASER_ON:
-        return "laser on";
-    case LUM_COMMAND_LASER_OFF:
-        return "laser off";
-    case LUM_COMMAND_POWER:
-        return "power";
-    case LUM_COMMAND_THRESHOLD_GREEN:
-        return "green threshold";
-    case LUM_COMMAND_THRESHOLD_BLUE:
-        return "blue threshold";
-    case LUM_COMMAND_LINE_MODE:
-        return "line mode (0f: 640 lines, 1f: 64 lines)";
-    case LUM_COMMAND_YSCAN:
-        return "Y scan in degrees";
-    case LUM_COMMAND_HOLDOFF:
-        return "holdoff";
-    case LUM_COMMAND_OFFSET_GREEN:
-        return "green offset";
-    case LUM_COMMAND_OFFSET_BLUE:
-        return "blue offset";
-    case LUM_COMMANDS:
-    default:
-        return "no command";
-    }
-}
+static const char *const names[] = {
+    [LUM_COMMAND_LASER_ON] = "laser on",
+    [LUM_COMMAND_LASER_OFF] = "laser off",
+    [LUM_COMMAND_POWER] = "power",
+    [LUM_COMMAND_THRESHOLD_GREEN] = "green threshold",
+    [LUM_COMMAND_THRESHOLD_BLUE] = "blue threshold",
+    [LUM_COMMAND_LINE_MODE] = "line mode (0f: 640 lines, 1f: 64 lines)",
+    [LUM_COMMAND_YSCAN] = "Y scan in degrees",
+    [LUM_COMMAND_HOLDOFF] = "holdoff",
+    [LUM_COMMAND_OFFSET_GREEN] = "green offset",
+    [LUM_COMMAND_OFFSET_BLUE] = "blue offset",
+};
+
+/* Otherwise this does not compile. */
+typedef char
+    every_command_is_here[sizeof names / sizeof names[0] == LUM_COMMANDS ? 1
+                                                                         : -1];
 
 /* LUM_COMMANDS: none has this letter. */
 static lum_command_id find_command(char letter)
@@ -62,8 +51,8 @@ static enum exit_status refuse_value(const char *word, int len)
                        (unsigned)spec->step);
     }
     return ctl_complain(EXIT_BAD, "'%.*s': %s is %u to %u%s", len, word,
-                        name_command(id), (unsigned)spec->min,
-                        (unsigned)spec->max, steps);
+                        names[id], (unsigned)spec->min, (unsigned)spec->max,
+                        steps);
 }
 
 static char digit_for(char c)

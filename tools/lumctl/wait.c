@@ -60,6 +60,12 @@ static bool is_met(const struct waiting *w)
     }
 }
 
+static lum_result ask(struct ctl *ctl, void *context)
+{
+    (void)context;
+    return session_request(ctl, NULL, 0);
+}
+
 static bool take(void *context, const lum_sensor_event *event)
 {
     struct waiting *w = context;
@@ -103,10 +109,8 @@ static enum exit_status complain(const struct waiting *w)
 enum exit_status command_wait(struct ctl *ctl, int count, char **words)
 {
     struct waiting w = {.ctl = ctl, .goal = ANSWERS};
-    const struct watch watch = {.period_ns = PERIOD_NS,
-                                .ask = watch_status,
-                                .take = take,
-                                .context = &w};
+    const struct watch watch = {
+        .period_ns = PERIOD_NS, .ask = ask, .take = take, .context = &w};
     while (count > 1 && w.goal < GOALS &&
            strcmp(words[1], goals[w.goal].word) != 0) {
         w.goal++;

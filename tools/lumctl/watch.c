@@ -17,12 +17,6 @@ static int64_t end_of(const struct ctl *ctl, int64_t now)
     return s > 0.0 ? now + (int64_t)(s * 1e9) : INT64_MAX;
 }
 
-lum_result watch_status(struct ctl *ctl, void *context)
-{
-    (void)context;
-    return session_request(ctl, NULL, 0);
-}
-
 /* Laser off comes first, then the next request, once it is due; missed requests
  * are not repeated. */
 static void ask_when_due(struct ctl *ctl, const struct watch *watch,

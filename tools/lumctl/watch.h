@@ -15,9 +15,6 @@ struct watch {
     void *context;
 };
 
-/* What ask may be: the status is asked for. */
-lum_result watch_status(struct ctl *ctl, void *context);
-
 /* Runs until --duration has passed, a signal comes, or take ends it: EXIT_DONE.
  * EXIT_FAILED if the socket fails. take gets every event, IDLE at least twice a
  * second; texts without a request are already printed. */

@@ -203,7 +203,7 @@ void doctor_check_status(struct doctor *d, struct doctor_finding *out)
     /* A session of the doctor's own begins after the status was asked for. */
     const bool is_owned = d->session.handle == NULL &&
                           session_is_owned(d->ctl, d->session.status);
-    if (ctl_status_exit(d->session.status, is_owned) == EXIT_HAZARD) {
+    if (report_has_hazard(d->session.status, is_owned)) {
         say_hazard(d, is_owned, out);
         return;
     }
