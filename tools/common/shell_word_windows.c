@@ -1,7 +1,6 @@
 #include "shell_word.h"
 
 #include <stdbool.h>
-#include <stdio.h>
 #include <string.h>
 
 static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwx"

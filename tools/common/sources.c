@@ -188,7 +188,9 @@ void sources_free(struct sources *sources)
     sources->identities = NULL;
 }
 
-bool sources_have(const struct sources *sources, const char *output)
+/* Whether a name stands for one of them. Only for regular files: other files
+ * cannot be overwritten. */
+static bool have(const struct sources *sources, const char *output)
 {
     struct source_identity o = {.path = output};
     return sources->identity_count > 0 && file_look(output, &o.look) &&
@@ -201,7 +203,7 @@ int sources_check(const struct sources *sources,
                   const struct input_file *inputs, size_t count,
                   const char *output, lum_error *error)
 {
-    if (!sources_have(sources, output)) {
+    if (!have(sources, output)) {
         return input_files_check(inputs, count, output, error);
     }
     return strcmp(output, "-") == 0

@@ -44,10 +44,6 @@ int sources_check_folders(const struct sources *sources, lum_error *error);
 
 void sources_free(struct sources *sources);
 
-/* Whether a name, "-" for standard output, stands for one of them. Only for
- * regular files: other files cannot be overwritten. */
-bool sources_have(const struct sources *sources, const char *output);
-
 /* Look at one output, as input_files_check(): it is none of the sources, nor of
  * the other files that the run reads. */
 int sources_check(const struct sources *sources,

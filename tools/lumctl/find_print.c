@@ -7,7 +7,6 @@
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 static const char *const hows[FIND_HOWS] = {
     [FIND_ARP] = "arp",

@@ -10,7 +10,6 @@
 #include "base/claim.h"
 #include "base/crc32.h"
 #include "base/outfile.h"
-#include "base/system.h"
 #include "lum/base/time.h"
 #include "lum/version.h"
 

@@ -4,7 +4,6 @@
 
 #include "lum/host/clock_sync.h"
 
-#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 

@@ -10,7 +10,6 @@
 #include "lum/net/socket.h"
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 struct recorder;

@@ -238,7 +238,8 @@ static bool may_tell(const struct ctl *ctl)
     return !ctl->owns || writable(stderr, 0);
 }
 
-void session_note_status(struct ctl *ctl, uint16_t status)
+/* Printed if it differs from the last. */
+static void note_status(struct ctl *ctl, uint16_t status)
 {
     const bool was_up = ctl->has_status && lum_laser_is_on(ctl->status);
     const bool is_own = lum_sensor_is_waiting(ctl->sensor);
@@ -332,7 +333,7 @@ lum_sensor_event_kind session_wait(struct ctl *ctl, int64_t deadline_ns,
     session_receive(ctl, deadline_ns, out);
     session_tell(ctl, out, false);
     if (out->kind == LUM_SENSOR_ALERT && out->has_status) {
-        session_note_status(ctl, out->status);
+        note_status(ctl, out->status);
     }
     return out->kind;
 }

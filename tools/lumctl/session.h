@@ -69,9 +69,6 @@ void session_keep_alive(struct ctl *ctl);
 void session_read_answer(struct ctl *ctl, const lum_sensor_event *event,
                          struct ctl_answer *out);
 
-/* A status that came; printed on standard error if it differs from the last. */
-void session_note_status(struct ctl *ctl, uint16_t status);
-
 /* The sensor's name for people: its address, with the port where that is not
  * the usual one. */
 #define SESSION_NAME_BYTES 24

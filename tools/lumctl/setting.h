@@ -3,7 +3,6 @@
 #define LUMCTL_SETTING_H
 
 #include "lum/command.h"
-#include "lum/host/yscan_plan.h"
 
 #include <stdint.h>
 

@@ -4,7 +4,6 @@
 #include "../common/own_address.h"
 #include "../common/writable.h"
 #include "remember.h"
-#include "report.h"
 #include "session.h"
 #include "setting.h"
 #include "watch.h"

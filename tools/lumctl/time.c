@@ -9,7 +9,6 @@
 
 #include <inttypes.h>
 #include <stdio.h>
-#include <string.h>
 
 #define EXCHANGES 8
 #define APART_NS  INT64_C(10000000)

@@ -4,7 +4,6 @@
 #include "session.h"
 #include "watch.h"
 
-#include "lum/base/time.h"
 #include "lum/laser.h"
 
 #include <string.h>

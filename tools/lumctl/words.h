@@ -2,8 +2,6 @@
 #ifndef LUMCTL_WORDS_H
 #define LUMCTL_WORDS_H
 
-#include <stddef.h>
-
 /* Takes white space off both ends, in place. */
 void words_trim(char *text);
 

@@ -1,7 +1,6 @@
 #include "journal.h"
 
 #include <errno.h>
-#include <inttypes.h>
 #include <string.h>
 
 int journal_open(struct journal *out, const char *path, lum_error *error)

@@ -6,7 +6,6 @@
 #include "journal_file.h"
 #include "lum/base/error.h"
 
-#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 

@@ -76,8 +76,6 @@ int live_run(const struct options *o);
 
 /* serve.c: take the datagrams that have come, and do what the device says. */
 void live_receive(struct live *live);
-void live_apply(struct live *live, const lum_device_effects *effects,
-                lum_device_peer from, int64_t now_ns);
 void live_tick(struct live *live, int64_t now_ns);
 void live_send_replies(struct live *live,
                        int64_t now_ns); /* answers that are due */

@@ -2,7 +2,6 @@
 #ifndef LUMSIM_REPLIES_H
 #define LUMSIM_REPLIES_H
 
-#include "lum/net/socket.h"
 #include "sim/device.h"
 #include "sim/random.h"
 

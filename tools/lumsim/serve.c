@@ -82,8 +82,8 @@ static void move(struct live *live, uint32_t address, int64_t now_ns)
     live_log_move(live, now_ns, address, NULL);
 }
 
-void live_apply(struct live *live, const lum_device_effects *effects,
-                lum_device_peer from, int64_t now_ns)
+static void apply(struct live *live, const lum_device_effects *effects,
+                  lum_device_peer from, int64_t now_ns)
 {
     live_log_state(live, effects, now_ns);
     if ((effects->laser_changed || effects->settings_changed) &&
@@ -113,7 +113,7 @@ static void take(struct live *live, const lum_received *datagram, int64_t t_ns)
     lum_device_receive(&live->device, t_ns, from, datagram->bytes,
                        datagram->len, &effects);
     live_log_received(live, t_ns, kind, datagram, effects.note);
-    live_apply(live, &effects, from, lum_time_monotonic_ns());
+    apply(live, &effects, from, lum_time_monotonic_ns());
 }
 
 /* Time passes for the device before it hears. */
@@ -125,7 +125,7 @@ void live_tick(struct live *live, int64_t now_ns)
         return;
     }
     lum_device_tick(&live->device, tell_time(live, now_ns), &effects);
-    live_apply(live, &effects, client, now_ns);
+    apply(live, &effects, client, now_ns);
 }
 
 static bool receive_batch(struct live *live)
@@ -166,7 +166,7 @@ void live_set_hazard(struct live *live, uint16_t bits, bool ends,
     lum_device_effects effects;
     lum_device_set_hazards(&live->device, ends ? 0 : bits, ends ? bits : 0,
                            tell_time(live, now_ns), &effects);
-    live_apply(live, &effects, client, now_ns);
+    apply(live, &effects, client, now_ns);
 }
 
 /* All as after power-up, and at the address it was started with. */
@@ -185,5 +185,5 @@ void live_reboot(struct live *live, int64_t now_ns)
     lum_device_init(&live->device, &layout, (uint16_t)o->render.lines,
                     o->live.boot_status, 0, tell_time(live, now_ns));
     live->replies.count = 0;
-    live_apply(live, &effects, nobody, now_ns);
+    apply(live, &effects, nobody, now_ns);
 }

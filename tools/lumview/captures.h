@@ -11,7 +11,6 @@
 #include "stage.h"
 
 #include <stdbool.h>
-#include <stddef.h>
 
 struct captures;
 

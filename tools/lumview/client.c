@@ -36,12 +36,6 @@ int clients_init(struct clients *clients, const struct options *options)
     return clients->piece != NULL ? 0 : -1;
 }
 
-void clients_free(struct clients *clients)
-{
-    free(clients->piece);
-    clients->piece = NULL;
-}
-
 /* Those of all browsers but one. */
 static struct feed_views collect_views(const struct clients *clients,
                                        const struct client *but)

@@ -43,12 +43,11 @@ struct clients {
     struct feed *feed; /* NULL: it is gone; connections may still be closed */
     struct status status;
     struct client *first;
-    unsigned char *piece; /* LWS_PRE and CLIENT_PIECE_BYTES */
+    unsigned char *piece; /* LWS_PRE and CLIENT_PIECE_BYTES; to be freed */
 };
 
+/* -1: there is no memory. */
 int clients_init(struct clients *clients, const struct options *options);
-
-void clients_free(struct clients *clients);
 
 /* A connection begins, and ends. */
 void clients_add(struct clients *clients, struct client *client,

@@ -22,8 +22,3 @@ struct crowd_place *crowd_enter(struct crowd *crowd, uint32_t address)
     }
     return NULL;
 }
-
-void crowd_leave(struct crowd_place *place)
-{
-    place->is_taken = false;
-}

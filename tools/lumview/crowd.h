@@ -22,8 +22,8 @@ struct crowd {
 /* Whether there is room for one more of this address. */
 bool crowd_has_room(const struct crowd *crowd, uint32_t address);
 
-/* The place that a connection has until it leaves; NULL: there is none. */
+/* The place that a connection has until it is not taken any more; NULL: there
+ * is none. */
 struct crowd_place *crowd_enter(struct crowd *crowd, uint32_t address);
-void crowd_leave(struct crowd_place *place);
 
 #endif

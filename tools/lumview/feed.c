@@ -8,7 +8,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define SPEED_MIN 0.01
 #define SPEED_MAX 100.0

@@ -6,7 +6,6 @@
 
 #include "lum/frame/frame.h"
 
-#include <stddef.h>
 #include <stdint.h>
 
 /* Enough for any sensor, and no more than a browser can take. */

@@ -5,7 +5,6 @@
 
 #include "decoder.h"
 #include "options.h"
-#include "stage.h"
 
 #include "lum/base/error.h"
 

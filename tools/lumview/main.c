@@ -221,6 +221,6 @@ int main(int argc, char **argv)
     struct options options;
     interrupt_catch();
     const int status = parse_and_run(argc, argv, &options);
-    options_free(&options);
+    sources_free(&options.sources);
     return status;
 }

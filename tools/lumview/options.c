@@ -7,7 +7,6 @@
 #include "lum/version.h"
 
 #include <stdio.h>
-#include <string.h>
 
 #define SPEED_MIN 0.01
 #define SPEED_MAX 100.0
@@ -165,9 +164,4 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
         return PARSED_BAD;
     }
     return check_kinds(out, &result);
-}
-
-void options_free(struct options *options)
-{
-    sources_free(&options->sources);
 }

@@ -62,10 +62,8 @@ enum parsed {
     PARSED_BAD   /* a message was printed */
 };
 
-/* out: to be freed by options_free() whatever the result. */
+/* out: its sources are to be freed by sources_free() whatever the result. */
 enum parsed options_parse(int argc, char **argv, struct options *out);
-
-void options_free(struct options *options);
 
 /* What --help prints. */
 extern const char help_text[];

@@ -6,7 +6,6 @@
 #include "../common/provenance.h"
 #include "../common/sources.h"
 #include "decoder.h"
-#include "stage.h"
 
 #include "lum/base/error.h"
 

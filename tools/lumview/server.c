@@ -10,7 +10,6 @@
 
 #include <libwebsockets.h>
 #include <netinet/in.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <sys/socket.h>
 
@@ -68,7 +67,7 @@ static void leave(struct lws *wsi)
 {
     struct crowd_place *place = lws_get_opaque_user_data(wsi);
     if (place != NULL) {
-        crowd_leave(place);
+        place->is_taken = false;
     }
 }
 
@@ -247,7 +246,7 @@ void server_close(struct server *server)
         if (server->lws != NULL) {
             lws_context_destroy(server->lws);
         }
-        clients_free(&server->clients);
+        free(server->clients.piece);
         free(server);
     }
 }

@@ -8,8 +8,6 @@
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
 
-#include <stdio.h>
-
 /* A route to only the sensor takes nothing from the interface that has its
  * subnet. */
 static void say_other(struct doctor *d, const struct host_interface *on,

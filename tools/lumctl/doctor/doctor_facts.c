@@ -2,7 +2,6 @@
 
 #include "../../common/number.h"
 
-#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -2,7 +2,6 @@
 #ifndef LUMCTL_DOCTOR_FACTS_H
 #define LUMCTL_DOCTOR_FACTS_H
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>

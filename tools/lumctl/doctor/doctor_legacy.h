@@ -3,7 +3,6 @@
 #ifndef LUMCTL_DOCTOR_LEGACY_H
 #define LUMCTL_DOCTOR_LEGACY_H
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>

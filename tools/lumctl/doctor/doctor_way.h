@@ -3,7 +3,6 @@
 #define LUMCTL_DOCTOR_WAY_H
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 #define WAY_NAME_BYTES 16u

@@ -33,10 +33,6 @@ const char *yscan_name_calibration(const struct ctl *ctl,
 enum exit_status yscan_load_calibration(const struct ctl *ctl,
                                         lum_calibration *out);
 
-/* The elevations that both eyes see. Complains if there are none. */
-enum exit_status yscan_find_span(const lum_calibration *calibration,
-                                 int32_t *min_udeg, int32_t *max_udeg);
-
 /* Fills count, udeg from a shape. Complains. */
 enum exit_status yscan_fill(const lum_yscan_shape *shape,
                             const lum_calibration *calibration, size_t lines,

@@ -1,6 +1,5 @@
 #include "yscan_draw.h"
 
-#include <stdbool.h>
 #include <string.h>
 
 #define ROWS_MAX 24

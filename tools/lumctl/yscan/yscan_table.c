@@ -50,8 +50,9 @@ const char *yscan_name_calibration(const struct ctl *ctl,
     return out[0] != '\0' ? out : NULL;
 }
 
-enum exit_status yscan_find_span(const lum_calibration *calibration,
-                                 int32_t *min_udeg, int32_t *max_udeg)
+/* The elevations that both eyes see. Complains if there are none. */
+static enum exit_status find_span(const lum_calibration *calibration,
+                                  int32_t *min_udeg, int32_t *max_udeg)
 {
     const lum_eye_calibration *a = &calibration->eye[LUM_EYE_BLUE];
     const lum_eye_calibration *b = &calibration->eye[LUM_EYE_GREEN];
@@ -118,7 +119,7 @@ enum exit_status yscan_fill(const lum_yscan_shape *shape,
     int32_t min = 0;
     int32_t max = 0;
     int32_t end = 0;
-    const enum exit_status status = yscan_find_span(calibration, &min, &max);
+    const enum exit_status status = find_span(calibration, &min, &max);
     if (status != EXIT_DONE) {
         return status;
     }
@@ -276,7 +277,7 @@ void yscan_show(const struct ctl *ctl, const lum_calibration *calibration,
     int32_t max = 0;
     char text[YSCAN_TEXT_BYTES];
     if (!ctl->options.quiet &&
-        yscan_find_span(calibration, &min, &max) == EXIT_DONE) {
+        find_span(calibration, &min, &max) == EXIT_DONE) {
         (void)fprintf(stderr, "Y scan: %s\n", yscan_describe(table, text));
         yscan_draw(stderr, yscan_columns(), table->udeg, table->count, min,
                    max);
