@@ -1,6 +1,7 @@
 #include "shell_word.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 
 static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwx"
