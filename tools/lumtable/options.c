@@ -6,9 +6,12 @@
 #include "lum/version.h"
 
 #include <getopt.h>
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
+
+#define LETTERS "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 enum {
     OPT_PROFILE = 256,
@@ -29,16 +32,21 @@ static const struct option long_options[] = {
     {NULL, 0, NULL, 0},
 };
 
-static enum parsed refuse(const char *why)
+LUM_PRINTF(1, 2) static enum parsed refuse(const char *format, ...)
 {
-    (void)fprintf(stderr, "lumtable: %s\n", why);
+    va_list arguments;
+    (void)fputs("lumtable: ", stderr);
+    va_start(arguments, format);
+    (void)vfprintf(stderr, format, arguments);
+    va_end(arguments);
+    (void)fputc('\n', stderr);
     return PARSED_BAD;
 }
 
 /* getopt_long() accepts any beginning of a name; here, as with the other tools,
  * the full name is required. The word that was read is before optind, or before
  * its value. */
-static bool is_spelt_out(char **argv, const struct option *option)
+static enum parsed check_spelling(char **argv, const struct option *option)
 {
     const char *word = argv[optind - 1];
     if (option->has_arg == required_argument && optarg == word) {
@@ -46,27 +54,19 @@ static bool is_spelt_out(char **argv, const struct option *option)
     }
     const char *name = word + strspn(word, "-");
     const size_t len = strcspn(name, "=");
-    if (len == strlen(option->name)) {
-        return true;
-    }
-    (void)fprintf(stderr,
-                  "lumtable: --%.*s: no such option; did you mean --%s? See "
-                  "lumtable --help\n",
-                  (int)len, name, option->name);
-    return false;
+    return len == strlen(option->name)
+               ? PARSED_RUN
+               : refuse("--%.*s: no such option; did you mean --%s? See "
+                        "lumtable --help",
+                        (int)len, name, option->name);
 }
 
 /* What follows it makes it no keyword. */
 static bool is_identifier(const char *name)
 {
-    static const char letters[] = "abcdefghijklmnopqrstuvwxyz"
-                                  "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
-    static const char others[] = "abcdefghijklmnopqrstuvwxyz"
-                                 "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                 "_0123456789";
     const size_t len = strlen(name);
-    return len <= NAME_MAX_LENGTH && strspn(name, letters) > 0 &&
-           strspn(name, others) == len;
+    return len <= NAME_MAX_LENGTH && strspn(name, LETTERS) > 0 &&
+           strspn(name, LETTERS "_0123456789") == len;
 }
 
 static enum parsed add_setting(struct options *out)
@@ -75,13 +75,9 @@ static enum parsed add_setting(struct options *out)
     if (set_keys_add(&out->set, optarg, &why)) {
         return PARSED_RUN;
     }
-    if (why.text[0] != '\0') {
-        (void)fprintf(stderr, "lumtable: --set: %s\n", why.text);
-    } else {
-        (void)fprintf(stderr, "lumtable: --set: '%s' is not %s\n", optarg,
-                      SET_KEYS_ALLOWED);
-    }
-    return PARSED_BAD;
+    return why.text[0] != '\0'
+               ? refuse("--set: %s", why.text)
+               : refuse("--set: '%s' is not %s", optarg, SET_KEYS_ALLOWED);
 }
 
 static enum parsed set_option(int option, struct options *out)
@@ -95,21 +91,22 @@ static enum parsed set_option(int option, struct options *out)
         return PARSED_DONE;
     case OPT_PROFILE:
         out->profile = optarg;
-        return PARSED_RUN;
+        break;
     case OPT_CALIBRATION:
         out->calibration = optarg;
-        return PARSED_RUN;
+        break;
     case OPT_SET:
         return add_setting(out);
     case OPT_NAME:
         out->name = optarg;
-        return PARSED_RUN;
+        break;
     case 'o':
         out->output = optarg;
-        return PARSED_RUN;
+        break;
     default:
         return refuse("see lumtable --help");
     }
+    return PARSED_RUN;
 }
 
 static enum parsed check(int argc, char **argv, const struct options *o)
@@ -118,24 +115,18 @@ static enum parsed check(int argc, char **argv, const struct options *o)
                                         {o->profile, "--profile"}};
     lum_error why = {""};
     if (optind < argc) {
-        (void)fprintf(stderr,
-                      "lumtable: '%s': files are named by --profile and "
-                      "--calibration\n",
+        return refuse("'%s': files are named by --profile and --calibration",
                       argv[optind]);
-        return PARSED_BAD;
     }
     if (input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
                                &why) != 0) {
-        return refuse(why.text);
+        return refuse("%s", why.text);
     }
-    if (!is_identifier(o->name)) {
-        (void)fprintf(stderr,
-                      "lumtable: --name: '%s' is not a name in C: a letter, "
-                      "then letters, digits and _, 40 at most\n",
-                      o->name);
-        return PARSED_BAD;
-    }
-    return PARSED_RUN;
+    return is_identifier(o->name)
+               ? PARSED_RUN
+               : refuse("--name: '%s' is not a name in C: a letter, then "
+                        "letters, digits and _, 40 at most",
+                        o->name);
 }
 
 enum parsed options_parse(int argc, char **argv, struct options *out)
@@ -146,7 +137,7 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
     while ((option = getopt_long(argc, argv, "o:h", long_options, &which)) !=
            -1) {
         if (which >= 0 && option != '?' &&
-            !is_spelt_out(argv, &long_options[which])) {
+            check_spelling(argv, &long_options[which]) != PARSED_RUN) {
             return PARSED_BAD;
         }
         which = -1;

@@ -35,9 +35,8 @@ static void put(struct source *out, const char *format, ...)
 /* A text inside of a comment, which it must not end. */
 static void put_plain(struct source *out, const char *text)
 {
-    static const char plain[] = "abcdefghijklmnopqrstuvwxyz"
-                                "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                "0123456789._-+= ";
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyz0123456789"
+                                "ABCDEFGHIJKLMNOPQRSTUVWXYZ._-+= ";
     for (size_t i = 0; i < 100 && text[i] != '\0'; i++) {
         put(out, "%c", strchr(plain, text[i]) != NULL ? text[i] : '?');
     }
@@ -89,26 +88,14 @@ static void put_head(struct source *out, const struct origin *o)
         LUM_LAYOUT_VERSION, LUM_FIXED_PROJECTOR_VERSION, o->name, o->name);
 }
 
-static const char *name_of(enum lum_group_field field)
-{
-    switch (field) {
-    case LUM_FIELD_TAG:
-        return "TAG";
-    case LUM_FIELD_EYE:
-        return "EYE";
-    case LUM_FIELD_LINE:
-        return "LINE";
-    case LUM_FIELD_NUM_SAMPLES:
-        return "NUM_SAMPLES";
-    case LUM_FIELD_FIRST_SAMPLE_INDEX:
-        return "FIRST_SAMPLE_INDEX";
-    case LUM_FIELD_TIMESTAMP:
-        return "TIMESTAMP";
-    case LUM_GROUP_FIELDS:
-        break;
-    }
-    return "";
-}
+static const char *const fields[LUM_GROUP_FIELDS] = {
+    [LUM_FIELD_TAG] = "TAG",
+    [LUM_FIELD_EYE] = "EYE",
+    [LUM_FIELD_LINE] = "LINE",
+    [LUM_FIELD_NUM_SAMPLES] = "NUM_SAMPLES",
+    [LUM_FIELD_FIRST_SAMPLE_INDEX] = "FIRST_SAMPLE_INDEX",
+    [LUM_FIELD_TIMESTAMP] = "TIMESTAMP",
+};
 
 static const char *order_of(uint8_t byte_order)
 {
@@ -123,8 +110,8 @@ static void put_fields(struct source *out, const lum_field *group)
         put(out,
             "                    [LUM_FIELD_%s] = {.at = %u, .bytes = %u, "
             ".order = %s, .low = %u, .bits = %u},\n",
-            name_of((enum lum_group_field)f), group[f].at, group[f].bytes,
-            order_of(group[f].order), group[f].low, group[f].bits);
+            fields[f], group[f].at, group[f].bytes, order_of(group[f].order),
+            group[f].low, group[f].bits);
     }
     put(out, "                },\n");
 }

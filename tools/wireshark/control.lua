@@ -36,11 +36,8 @@ local function follow(tree, way, kind, sequence)
     if not way.visited then
         local ends = asks and {way.src, way.src_port, way.dst} or {way.dst, way.dst_port, way.src}
         local key = table.concat({kind, sequence, ends[1], ends[2], ends[3]}, " ")
-        if asks then
-            ask(way, key)
-        else
-            reply(way, key)
-        end
+        local note = asks and ask or reply
+        note(way, key)
     end
     local link = links[way.key] or {}
     if link.request then
@@ -215,8 +212,6 @@ local function show_tlv(tree, tvb, at)
     end
     if not name then
         add_fault(item, "tlv_type")
-    end
-    if not name or not show_value[name] then
         if length > 0 then
             item:add(f.tlv_value, tvb(at + head, length))
         end
@@ -242,5 +237,7 @@ local function show_tlvs(tree, tvb, way)
     return string.format("TLV %s seq %d", table.concat(parts, ", "), sequence)
 end
 
-return {set_ip = show_set_ip, timestamp = show_timestamp, tlv = show_tlvs,
-        reset = function() requests, links = {}, {} end}
+local show = {set_ip = show_set_ip, timestamp = show_timestamp, tlv = show_tlvs,
+              heartbeat = function() return "Heartbeat" end}
+
+return {show = show, reset = function() requests, links = {}, {} end}

@@ -139,21 +139,20 @@ end
 local function classify(tvb)
     local kind, fault = header_fault(tvb)
     if kind then
-        return tables.kinds[kind], fault
+        return kind, fault
     end
     local number = tvb(TYPE_AT, 1):uint()
     local name = names_by_type[number]
     if number == tables.types.heartbeat and tvb:len() == tables.bytes.heartbeat then
-        return tables.kinds.heartbeat
+        return "heartbeat"
     elseif is_data_type(number) then
-        local data_kind, data_fault, group = classify_data(tvb)
-        return tables.kinds[data_kind], data_fault, group
+        return classify_data(tvb)
     elseif not name then
-        return tables.kinds.unknown_type, "type"
+        return "unknown_type", "type"
     elseif tvb:len() < tables.bytes[name] then
-        return tables.kinds.malformed, name .. "_short"
+        return "malformed", name .. "_short"
     end
-    return tables.kinds[name]
+    return name
 end
 
 return {has_bits = has_bits, tof_of = tof_of, pixel_of = pixel_of, azimuth_of = azimuth_of, elevation_of = elevation_of,

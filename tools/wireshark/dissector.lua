@@ -25,9 +25,6 @@ local function show_header(tree, tvb, fault)
     end
 end
 
-local show = {set_ip = control.set_ip, timestamp = control.timestamp, tlv = control.tlv,
-              heartbeat = function() return "Heartbeat" end}
-
 local function show_rejected(tree, tvb, kind, fault)
     if fault ~= "reserved" then
         add_fault(tree, fault)
@@ -40,8 +37,8 @@ end
 
 local function show_packet(tree, tvb, way, kind, fault, group)
     show_header(tree, tvb, fault)
-    if show[kind] then
-        return show[kind](tree, tvb, way)
+    if control.show[kind] then
+        return control.show[kind](tree, tvb, way)
     elseif group or fault == "data_short" then
         return data.show(tree, tvb, way, kind, fault, group)
     end
@@ -62,7 +59,7 @@ end
 local function dissect_one(tvb, way, root)
     local kind, fault, group = decode.classify(tvb)
     local tree = add_kind(root, tvb(), kind)
-    if kind == tables.kinds.foreign then
+    if kind == "foreign" then
         add_fault(tree, fault)
         return 0 -- others may know it
     end
@@ -164,7 +161,7 @@ local function dissect_reassembled(done, pinfo, root)
     if udp.length < transport.UDP_BYTES or udp.length > tvb:len() then
         add_fault(add_kind(root, nil, "other"), "length")
     elseif udp.length == transport.UDP_BYTES then
-        add_fault(add_kind(root, nil, tables.kinds.foreign), "short")
+        add_fault(add_kind(root, nil, "foreign"), "short")
     else
         dissect(tvb(transport.UDP_BYTES, udp.length - transport.UDP_BYTES):tvb(), way_of(pinfo, udp.src, udp.dst), root)
     end

@@ -124,26 +124,18 @@ local fault_list = {
     {"not_ipv4", "not over IPv4", UNDECODED, NOTE},
     {"layout", "the preference \"layout\" is not understood", UNDECODED, ERROR},
 }
-local faults, experts = {}, {}
+local fault_texts, experts = {}, {}
 for _, row in ipairs(fault_list) do
     local name, text, group, severity = row[1], row[2], row[3], row[4]
-    faults[name] = {text = text, expert = ProtoExpert.new("lum.fault." .. name, text, group, severity)}
-    experts[#experts + 1] = faults[name].expert
+    fault_texts[name], experts[name] = text, ProtoExpert.new("lum.fault." .. name, text, group, severity)
 end
+lum.fields, lum.experts = f, experts
 
 -- add_fault(ITEM, NAME [, DETAIL])
 local function add_fault(item, name, detail)
-    local fault = faults[name]
-    local text = detail and (fault.text .. ": " .. detail) or fault.text
-    item:add_proto_expert_info(fault.expert, text)
+    local text = fault_texts[name]
+    item:add_proto_expert_info(experts[name], detail and text .. ": " .. detail or text)
 end
-
-local all_fields = {}
-for _, field in pairs(f) do
-    all_fields[#all_fields + 1] = field
-end
-lum.fields = all_fields
-lum.experts = experts
 
 -- Bytes behind the end of a packet.
 local function add_rest(tree, tvb, from)
@@ -154,8 +146,7 @@ end
 
 -- The info column of a packet that is rejected.
 local function rejected_info(kind, fault)
-    local label = kind:gsub("_", " "):gsub("^%l", string.upper)
-    return label .. ": " .. faults[fault].text
+    return kind:gsub("_", " "):gsub("^%l", string.upper) .. ": " .. fault_texts[fault]
 end
 
 return {proto = lum, f = f, tag_names = tag_names, add_fault = add_fault, add_rest = add_rest, rejected_info = rejected_info}

@@ -71,6 +71,7 @@ local function set_field(l, key, text)
     return field.low + field.bits <= 8 * field.bytes
 end
 
+local maxima = {data_packet_type = 255, unit_ns = 1000000000, samples = 64}
 local words = {
     set_ip_order = {network = true, little = true},
     angle_order = {azimuth_elevation = true, elevation_azimuth = true},
@@ -92,12 +93,8 @@ local function set_key(l, key, text)
         return set_number(l.eye_values, key, text, 0xffffffff)
     elseif l.tlv[key] then
         return set_number(l.tlv, key, text, 0xffff)
-    elseif key == "data_packet_type" then
-        return set_number(l, key, text, 255)
-    elseif key == "unit_ns" then
-        return set_number(l, key, text, 1000000000) and l.unit_ns > 0
-    elseif key == "samples" then
-        return set_number(l, key, text, 64)
+    elseif maxima[key] then
+        return set_number(l, key, text, maxima[key]) and l.unit_ns > 0
     elseif words[key] and words[key][text] then
         l[key] = text
         return true

@@ -18,18 +18,6 @@ struct number {
     int64_t value;
 };
 
-static const char *const kinds[LUM_PACKET_KINDS] = {
-    [LUM_PACKET_DATA] = "data",
-    [LUM_PACKET_HEARTBEAT] = "heartbeat",
-    [LUM_PACKET_SET_IP] = "set_ip",
-    [LUM_PACKET_TIMESTAMP] = "timestamp",
-    [LUM_PACKET_TLV] = "tlv",
-    [LUM_PACKET_FOREIGN] = "foreign",
-    [LUM_PACKET_UNKNOWN_TYPE] = "unknown_type",
-    [LUM_PACKET_MALFORMED] = "malformed",
-    [LUM_PACKET_UNKNOWN_TAG] = "unknown_tag",
-};
-
 static const char *const commands[LUM_COMMANDS] = {
     [LUM_COMMAND_LASER_ON] = "laser on",
     [LUM_COMMAND_LASER_OFF] = "laser off",
@@ -129,8 +117,9 @@ static void print_wire(void)
         {"ranges", LUM_TAG_RANGES},
     };
     const struct number word[] = {
-        {"pixel", LUM_WORD_PIXEL}, {"rising", LUM_WORD_RISING},
-        {"zero", LUM_WORD_ZERO},   {"tof_min", LUM_TOF_MIN},
+        {"pixel", LUM_WORD_PIXEL},
+        {"rising", LUM_WORD_RISING},
+        {"zero", LUM_WORD_ZERO},
         {"tof_max", LUM_TOF_MAX},
     };
     PRINT_NUMBERS("    ", rows);
@@ -142,16 +131,6 @@ static void print_wire(void)
     PRINT_NUMBERS("        ", tags);
     printf("    },\n    word = {\n");
     PRINT_NUMBERS("        ", word);
-    printf("    },\n");
-}
-
-static void print_kinds(void)
-{
-    printf("    kinds = {\n");
-    for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
-        const char *name = name_of(kinds, i);
-        printf("        %s = \"%s\",\n", name, name);
-    }
     printf("    },\n");
 }
 
@@ -173,7 +152,6 @@ static void print_laser(void)
     const struct number masks[] = {
         {"hazards", LUM_LASER_HAZARDS},
         {"all_down", LUM_LASER_ALL_DOWN},
-        {"all_sw_bad", LUM_LASER_ALL_SW_BAD},
         {"on", LUM_LASER_TLV_CMD_ON},
     };
     printf("    laser = {\n");
@@ -268,7 +246,6 @@ int main(void)
            " not to be edited.\nlocal tables = {\n");
     print_header();
     print_wire();
-    print_kinds();
     print_commands();
     print_laser();
     print_profile();

@@ -27,19 +27,7 @@ local tables = {
         pixel = 1023,
         rising = 1024,
         zero = 2048,
-        tof_min = -524288,
         tof_max = 524287,
-    },
-    kinds = {
-        data = "data",
-        heartbeat = "heartbeat",
-        set_ip = "set_ip",
-        timestamp = "timestamp",
-        tlv = "tlv",
-        foreign = "foreign",
-        unknown_type = "unknown_type",
-        malformed = "malformed",
-        unknown_tag = "unknown_tag",
     },
     commands = {
         {name = "laser on", letter = "u", has_value = false, min = 0, max = 0, step = 1},
@@ -56,7 +44,6 @@ local tables = {
     laser = {
         hazards = 511,
         all_down = 2047,
-        all_sw_bad = 1919,
         on = 2048,
         bits = {
             {mask = 0x0001, name = "GALVO_AMP_BX_BAD"},

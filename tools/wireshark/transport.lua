@@ -81,10 +81,10 @@ end
 
 -- Whether all of a fragment is there already, and the same.
 local function repeats(datagram, fragment)
-    local own_end, same = fragment.offset + fragment.length, 0
+    local same = 0
     for _, other in ipairs(datagram) do
         local from = math.max(fragment.offset, other.offset)
-        local held = math.min(own_end, other.offset + other.length) - from
+        local held = math.min(fragment.reach, other.reach) - from
         if held > 0 then
             if fragment.bytes:subset(from - fragment.offset, held) ~= other.bytes:subset(from - other.offset, held) then
                 return false
@@ -93,8 +93,8 @@ local function repeats(datagram, fragment)
         end
     end
     local total = datagram.total
-    local fits = fragment.more and (not total or own_end < total) or not fragment.more and own_end == total
-    return fits and same == fragment.length
+    local may_go_on = fragment.more and (not total or fragment.reach < total)
+    return (may_go_on or not fragment.more and fragment.reach == total) and same == fragment.length
 end
 
 local function repeats_whole(key, now, fragment)
@@ -108,17 +108,15 @@ end
 
 -- Whether a fragment fits to those that wait.
 local function fits(datagram, fragment)
-    local own_end = fragment.offset + fragment.length
     for _, other in ipairs(datagram) do
-        local other_end = other.offset + other.length
-        if fragment.offset < math.ceil(other_end / 8) * 8 and other.offset < math.ceil(own_end / 8) * 8 then
+        if fragment.offset < math.ceil(other.reach / 8) * 8 and other.offset < math.ceil(fragment.reach / 8) * 8 then
             return false
         end
     end
     if not fragment.more then
-        return not datagram.total and datagram.reach <= own_end
+        return not datagram.total and datagram.reach <= fragment.reach
     end
-    return not datagram.total or own_end <= datagram.total
+    return not datagram.total or fragment.reach <= datagram.total
 end
 
 local function join(datagram)
@@ -146,7 +144,7 @@ local function keep(key, now, fragment)
     end
     datagram[#datagram + 1] = fragment
     datagram.held = datagram.held + fragment.length
-    datagram.reach = math.max(datagram.reach, fragment.offset + fragment.length)
+    datagram.reach = math.max(datagram.reach, fragment.reach)
     datagram.total = datagram.total or (not fragment.more and datagram.reach) or nil
     if datagram.held == datagram.total then
         whole[#whole + 1] = table.remove(waiting, place)
@@ -197,7 +195,8 @@ local function take_fragment(tvb, pinfo, ip)
         and ip.header + ip.offset + ip.whole <= DATAGRAM_MAX
     if not pinfo.visited and is_valid and ip.held == ip.whole then
         completed[pinfo.number] = keep(ip.key, pinfo.rel_ts, {
-            offset = ip.offset, length = ip.whole, more = ip.more, bytes = tvb(ip.data, ip.whole):bytes()})
+            offset = ip.offset, length = ip.whole, reach = ip.offset + ip.whole, more = ip.more,
+            bytes = tvb(ip.data, ip.whole):bytes()})
     end
     return completed[pinfo.number]
 end
@@ -216,7 +215,7 @@ local function bare_kind(tvb, ip)
     elseif ip.held < ip.whole then
         return "cut_short", "cut_short"
     elseif length == UDP_BYTES then
-        return tables.kinds.foreign, "short"
+        return "foreign", "short"
     end
     return nil
 end
