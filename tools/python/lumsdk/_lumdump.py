@@ -74,7 +74,7 @@ def flatten(settings: Any) -> list[str]:
     return out
 
 
-def _setting_file(name: str, value: Any, folder: str) -> str:
+def setting_file(name: str, value: Any, folder: str) -> str:
     """The path of a calibration or a profile."""
     if isinstance(value, os.PathLike) or (isinstance(value, str) and "\n" not in value):
         return os.fsdecode(value)
@@ -99,7 +99,7 @@ def arguments(options: Mapping[str, Any], folder: str) -> list[str]:
         elif name == "set":
             out += [f"--set={entry}" for entry in flatten(value)]
         elif name in ("calibration", "profile"):
-            out.append(f"--{name}={_setting_file(name, value, folder)}")
+            out.append(f"--{name}={setting_file(name, value, folder)}")
         else:
             out.append(f"--{_NAMES.get(name, name)}={_TEXTS.get(name, str)(value)}")
     return out

@@ -14,10 +14,13 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import IO, TYPE_CHECKING, Any, Optional, Union, overload
 
 from ._errors import ClosedError, Error, OptionError, SensorError
-from ._settings import Calibration, Profile, Value
+from ._lumdump import flatten, setting_file
+from ._programs import find
 
 if TYPE_CHECKING:
     from typing_extensions import Literal
+
+    from ._settings import Value
 
     Path = Union[str, os.PathLike[str]]
     Settings = Union[Path, Mapping[str, Any]]
@@ -32,12 +35,6 @@ _LOG_MAX = 200_000
 _GROUP: int = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 
 
-def _program() -> str:
-    from ._programs import find
-
-    return find("lumsim")
-
-
 # --- Options ---
 
 
@@ -50,41 +47,12 @@ def _word(name: str, value: Any) -> str:
     return os.fspath(value) if isinstance(value, os.PathLike) else str(value)
 
 
-class _Files:
-    """Calibrations and profiles that are no files yet, as files that lumsim reads."""
-
-    def __init__(self) -> None:
-        self._paths: list[str] = []
-
-    def add(self, name: str, kind: type[Union[Calibration, Profile]], value: Any) -> str:
-        """The path of one."""
-        if isinstance(value, (str, os.PathLike)):
-            return os.fspath(value)
-        made = value if isinstance(value, kind) else kind(value)
-        handle, path = tempfile.mkstemp(suffix=f"-{name}.yaml")
-        self._paths.append(path)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(made.to_yaml())
-        return path
-
-    def remove(self) -> None:
-        """Once they have been read."""
-        while self._paths:
-            os.unlink(self._paths.pop())
-
-
-def _settings(value: Any) -> list[str]:
-    from ._lumdump import flatten
-
-    return [word for pair in flatten(value) for word in ("--set", pair)]
-
-
 def _several(value: Any) -> list[Any]:
     return [value] if isinstance(value, str) or not isinstance(value, Iterable) else list(value)
 
 
-def _arguments(options: Mapping[str, Any], files: _Files) -> list[str]:
-    """Options by their names as arguments; None: not given."""
+def _arguments(options: Mapping[str, Any], folder: str) -> list[str]:
+    """Options by their names as arguments; None: not given. The folder is for files with settings that have none."""
     words: list[str] = []
     for name, value in options.items():
         option = f"--{name.replace('_', '-')}"
@@ -92,16 +60,12 @@ def _arguments(options: Mapping[str, Any], files: _Files) -> list[str]:
             continue
         if value is True:
             words.append(option)
-        elif name == "calibration":
-            words += [option, files.add(name, Calibration, value)]
-        elif name == "profile":
-            words += [option, files.add(name, Profile, value)]
+        elif name in ("calibration", "profile"):
+            words += [option, value if isinstance(value, str) else setting_file(name, value, folder)]
         elif name == "set":
-            words += _settings(value)
-        elif name == "fault":
-            words += [word for fault in _several(value) for word in (option, _word(name, fault))]
-        elif name == "truth":
-            words += [word for path in _several(value) for word in (option, _word(name, path))]
+            words += [word for pair in flatten(value) for word in (option, pair)]
+        elif name in ("fault", "truth"):
+            words += [word for each in _several(value) for word in (option, _word(name, each))]
         elif name in ("pose", "noise"):
             words += [f"{option}={','.join(_word(name, number) for number in _several(value))}"]
         else:
@@ -133,7 +97,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 def _run(arguments: list[str]) -> bytes:
     # A session of its own: Ctrl-C is for this program, which ends the other once.
-    process = subprocess.Popen([_program(), *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+    process = subprocess.Popen([find("lumsim"), *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE, start_new_session=sys.platform != "win32")
     ended = None
     try:
@@ -205,13 +169,10 @@ def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 64
                "duplicate": duplicate, "reorder": reorder, "corrupt": corrupt, "scene": scene, "pose": pose,
                "walls": walls, "noise": noise, "truth": truth, "time": time, "drift": drift, "batch": batch,
                "calibration": calibration, "profile": profile, "set": set, "address": address, "client": client}
-    files = _Files()
-    try:
-        # A name such as -x is a path too.
-        output = "-" if name is None else os.path.join(os.curdir, name) if name.startswith("-") else name
-        out = _run(["--quiet", "--output", output, *_arguments(options, files)])
-    finally:
-        files.remove()
+    # A name such as -x is a path too.
+    output = "-" if name is None else os.path.join(os.curdir, name) if name.startswith("-") else name
+    with tempfile.TemporaryDirectory(prefix="lumsdk-") as folder:
+        out = _run(["--quiet", "--output", output, *_arguments(options, folder)])
     return out if name is None else name
 
 
@@ -297,15 +258,12 @@ class SimulatedSensor:
         self.host = address if port is None else f"{address}:{port}"
         """What lumsdk.Sensor() takes."""
         self._log = _Log()
-        self._files = _Files()
         self._process: Optional[subprocess.Popen[bytes]] = None
-        try:
-            self._start(_arguments(options, self._files), "start" if replay is not None else "frames")
-        finally:
-            self._files.remove()
+        with tempfile.TemporaryDirectory(prefix="lumsdk-") as folder:
+            self._start(_arguments(options, folder), "start" if replay is not None else "frames")
 
     def _start(self, arguments: list[str], ready: str) -> None:
-        process = subprocess.Popen([_program(), "--quiet", "--log", "-", *arguments], stdin=subprocess.DEVNULL,
+        process = subprocess.Popen([find("lumsim"), "--quiet", "--log", "-", *arguments], stdin=subprocess.DEVNULL,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, creationflags=_GROUP,
                                    start_new_session=sys.platform != "win32")
         self._process = process
