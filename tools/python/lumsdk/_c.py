@@ -45,6 +45,12 @@ def failure(error: Any, kind: type[Error] = Error) -> Error:
     return kind(text(error.text))
 
 
+def check(status: int, error: Any, kind: type[Error] = Error) -> None:
+    """Raise what a call of the library said, if it failed."""
+    if status != 0:
+        raise failure(error, kind)
+
+
 def address_of(number: int) -> str:
     """An address in host order as a.b.c.d."""
     return ".".join(str(number >> shift & 255) for shift in (24, 16, 8, 0))

@@ -4,8 +4,8 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any, Optional
 
-from ._c import failure, ffi, lib, sized, text
-from ._errors import CaptureError, Error, warn
+from ._c import check, failure, ffi, lib, sized, text
+from ._errors import CaptureError, warn
 from ._inputs import Functions, Input, open_input
 from ._options import parse_port, parse_sensor
 from ._settings import Profile
@@ -77,8 +77,7 @@ def _open(source: Input, kept: list[Any]) -> tuple[Any, Optional[Functions]]:
         status = lib.lum_capture_open_source(given["source"], out, error)
     if functions is not None and functions.problem is not None:
         raise functions.problem
-    if status != 0:
-        raise failure(error, CaptureError)
+    check(status, error, CaptureError)
     return ffi.gc(out[0], lib.lum_capture_close), functions
 
 
@@ -175,8 +174,7 @@ def infer(source: Given, *, sensor: Optional[str] = None, port: Optional[int] = 
     opened, kept = open_input(source), list[Any]()
     try:
         out = ffi.new("lum_infer **")
-        if lib.lum_infer_create(options, out, error) != 0:
-            raise failure(error, Error)
+        check(lib.lum_infer_create(options, out, error), error)
         made = ffi.gc(out[0], lib.lum_infer_free)
         capture, functions = _open(opened, kept)
         try:

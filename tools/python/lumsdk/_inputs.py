@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Optional
 
-from ._c import ffi, lib, sized, text
+from ._c import check, ffi, lib, sized
 from ._errors import CaptureError, Error, OptionError, install
 
 RIGHT = ('right is a path, a pattern such as "drive-*.pcap", a list of paths, the bytes of a capture, a binary file '
@@ -20,10 +20,6 @@ RIGHT = ('right is a path, a pattern such as "drive-*.pcap", a list of paths, th
 
 ENDINGS = re.compile(r"\.(pcap|pcapng|cap)(\.(gz|zst))?$", re.I)
 """What the names of captures end in, where a folder has other files too."""
-
-
-def _raise(error: Any) -> None:
-    raise CaptureError(text(error.text))
 
 
 class _Shared:
@@ -117,8 +113,7 @@ class Functions:
         """A source of the library."""
         error = ffi.new("lum_error *")
         made = lib.lum_source_from_functions(self._user.shared.name.encode(errors="replace"), self._functions, error)
-        if not made:
-            _raise(error)
+        check(0 if made else -1, error, CaptureError)
         return made
 
     @property
@@ -327,8 +322,7 @@ class Stream(Input):
         status = lib.lum_capture_open_source(functions.open(), out, error)
         if functions.problem is not None:
             raise functions.problem
-        if status != 0:
-            _raise(error)
+        check(status, error, CaptureError)
         capture = ffi.gc(out[0], lib.lum_capture_close)
         self._opened = (capture, functions) if shared.start is None else None
         return capture

@@ -5,7 +5,7 @@ import contextlib
 import time
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional
 
-from ._c import failure, ffi, lib, sized, text
+from ._c import check, ffi, lib, sized, text
 from ._errors import HazardError, LaserError, SensorError, SensorWarning, warn
 from ._session import Event, Plan, Status, hazards_of, lacks_heartbeats, now_ns, receive
 
@@ -79,8 +79,7 @@ class LaserSession:
     def __init__(self, plan: Plan, owns: bool) -> None:
         options, out, error = ffi.new("lum_laser_session_options *"), ffi.new("lum_laser_session **"), ffi.new("lum_error *")
         lib.lum_laser_session_options_default(options, plan.options(owns))
-        if lib.lum_laser_session_new(options, now_ns(), out, error) != 0:
-            raise failure(error, SensorError)
+        check(lib.lum_laser_session_new(options, now_ns(), out, error), error, SensorError)
         self.c = ffi.gc(out[0], lib.lum_laser_session_free)
         self._view, self._news = sized("lum_laser_session_view"), sized("lum_news")
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
-from ._c import ffi, lib, sized, text
-from ._errors import Error, OptionError
+from ._c import check, ffi, lib, sized
+from ._errors import OptionError
 from ._table import Array, value
 from ._target import TargetError
 
@@ -30,11 +30,6 @@ def _sample_dtype() -> np.dtype[Any]:
 
 
 _SAMPLE = _sample_dtype()
-
-
-def _check(status: int, error: Any, kind: type[Error] = TargetError) -> None:
-    if status != 0:
-        raise kind(text(error.text))
 
 
 class PointsFile:
@@ -64,9 +59,9 @@ class PointsFile:
         options.comment = kept[0] if comment else ffi.NULL
         options.columns = kept[-1] if columns is not None else ffi.NULL
         if columns is not None:
-            _check(lib.lum_writer_check_columns(options.columns, self._error), self._error, OptionError)
+            check(lib.lum_writer_check_columns(options.columns, self._error), self._error, OptionError)
         out = ffi.new("lum_writer **")
-        _check(lib.lum_writer_open(os.fsencode(name), options, out, self._error), self._error)
+        check(lib.lum_writer_open(os.fsencode(name), options, out, self._error), self._error, TargetError)
         self._writer: Any = out[0]
 
     def add(self, frame: Frame) -> None:
@@ -75,7 +70,7 @@ class PointsFile:
         base = ffi.cast("char *", ffi.from_buffer(samples)) if len(samples) else ffi.NULL
         times = value(frame, "time") if self._has_time else None
         at = ffi.cast("char *", ffi.from_buffer(np.ascontiguousarray(times))) if times is not None and len(times) else None
-        stamps = self._stamps(frame)
+        stamps = value(frame, "timestamp", self._time)
         line = sized("lum_line_samples", frame=frame.number)
         found: Any
         for found in frame.lines:
@@ -86,7 +81,7 @@ class PointsFile:
             line.count, line.timestamp_us = count, int(stamps[first])
             line.line, line.eye = int(found["number"]), int(found["eye"])
             line.times = ffi.NULL if at is None else ffi.cast("float *", at + 4 * first)
-            _check(lib.lum_writer_add(self._writer, line, self._error), self._error)
+            check(lib.lum_writer_add(self._writer, line, self._error), self._error, TargetError)
 
     def _samples(self, frame: Frame) -> Array:
         out = np.zeros(len(frame), _SAMPLE)
@@ -94,13 +89,10 @@ class PointsFile:
             out[name] = value(frame, name)
         return out
 
-    def _stamps(self, frame: Frame) -> Array:
-        return value(frame, "timestamp", self._time)
-
     def finish(self) -> None:
         """Complete it, and give it its name."""
         writer, self._writer = self._writer, None
-        _check(lib.lum_writer_close(writer, self._error), self._error)
+        check(lib.lum_writer_close(writer, self._error), self._error, TargetError)
 
     def discard(self) -> None:
         """Remove what was written. Nothing happens after finish()."""

@@ -7,7 +7,7 @@ import re
 import threading
 from typing import TYPE_CHECKING, Any, Optional
 
-from ._c import address_of, failure, ffi, lib, sized, text
+from ._c import address_of, check, ffi, lib, sized, text
 from ._errors import OptionError, SensorError
 
 if TYPE_CHECKING:
@@ -165,8 +165,7 @@ def parse_host(given: Any) -> tuple[int, int]:
             raise OptionError(f"{given!r}: the port is not a number from 1 to 65535; {right}")
         port = int(number)
     out, error = ffi.new("uint32_t *"), ffi.new("lum_error *")
-    if _look_up(host, out, error) != 0:
-        raise SensorError(text(error.text))
+    check(_look_up(host, out, error), error, SensorError)
     if not lib.lum_address_is_host(out[0]) or out[0] >> 24 == 0 or out[0] >> 28 >= 14:
         raise OptionError(f"{given!r}: no sensor can have this address; {right}")
     return int(out[0]), port
@@ -208,16 +207,14 @@ class Plan:
     def open(self, owns: bool, cancel: Any = ffi.NULL) -> Any:
         """The session."""
         out, error = ffi.new("lum_sensor **"), ffi.new("lum_error *")
-        if lib.lum_sensor_open(self.options(owns, cancel), out, error) != lib.LUM_NET_OK:
-            raise failure(error, SensorError)
+        check(lib.lum_sensor_open(self.options(owns, cancel), out, error), error, SensorError)
         return out[0]
 
 
 def new_cancel() -> Any:
     """What ends waits from outside."""
     out, error = ffi.new("lum_cancel **"), ffi.new("lum_error *")
-    if lib.lum_cancel_new(out, error) != 0:
-        raise failure(error, SensorError)
+    check(lib.lum_cancel_new(out, error), error, SensorError)
     return ffi.gc(out[0], lib.lum_cancel_free)
 
 

@@ -7,7 +7,7 @@ import weakref
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Optional
 
-from ._c import failure, ffi, lib, sized
+from ._c import check, failure, ffi, lib, sized
 from ._errors import ClosedError, Error, LaserError, SensorError, SensorWarning
 from ._frame import Frame
 from ._laser import MISSING
@@ -46,35 +46,29 @@ class Stream:
         self._drops, self._drops_told = 0, -_DROPS_NS
         self._error, self._out = ffi.new("lum_error *"), ffi.new("const lum_frame **")
         self._handle = ffi.new_handle(weakref.ref(self))
-        self._reader: Any = ffi.NULL
+        self.reader: Any = ffi.NULL
+        """In C; NULL once it has ended."""
         lib.lum_cancel_reset(connection.cancel)
         live = sized("lum_live_options", sensor=self._session, silence_ms=_FOREVER_MS, on_event=_c_on_event,
                      context=self._handle, data_ms=_TICK_MS)
         records, reader = sized("lum_record_source"), ffi.new("lum_reader **")
-        if lib.lum_live_source(live, records, self._error) != 0:
-            raise failure(self._error, SensorError)
+        check(lib.lum_live_source(live, records, self._error), self._error, SensorError)
         options = sized("lum_reader_options", records=records, framer=framer, go_on=_c_go_on, go_on_context=self._handle)
-        if lib.lum_reader_open(options, reader, self._error) != 0:
-            raise failure(self._error, SensorError)
-        self._reader = reader[0]
+        check(lib.lum_reader_open(options, reader, self._error), self._error, SensorError)
+        self.reader = reader[0]
 
     def __del__(self) -> None:
-        if getattr(self, "_reader", None):
+        if getattr(self, "reader", None):
             self.close()
 
     def close(self) -> None:
         """End it; what it counted stays with the sensor."""
-        reader, self._reader = self._reader, ffi.NULL
+        reader, self.reader = self.reader, ffi.NULL
         if reader and not self._connection.is_of_parent():
             self._connection.past_losses.update(losses_of(reader))
             lib.lum_reader_close(reader)
             lib.lum_cancel_reset(self._connection.cancel)
         self.has_ended = True
-
-    @property
-    def reader(self) -> Any:
-        """The reader in C; NULL once it has ended."""
-        return self._reader
 
     # What happens inside C's calls.
 
@@ -86,7 +80,7 @@ class Stream:
     def tick(self) -> bool:
         """Look at what may end the stream, and send what is due. Called every few milliseconds."""
         now, laser = now_ns(), self._laser
-        if now < self._next_tick or not self._reader:  # it is also called while the reader opens
+        if now < self._next_tick or not self.reader:  # it is also called while the reader opens
             return True
         self._next_tick = now + _TICK_MS * 1_000_000
         laser.take_news()
@@ -135,7 +129,7 @@ class Stream:
         self._heard = now_ns()
         if self._first is None:
             self._begun = self._heard
-        status = lib.lum_reader_next_frame(self._reader, self._out, self._error)
+        status = lib.lum_reader_next_frame(self.reader, self._out, self._error)
         lost = _lost.pop(threading.get_ident(), None)
         if lost is not None:
             self.failure = lost

@@ -50,10 +50,7 @@ class _Reader:
 
     def refuse_key(self, name: str) -> NoReturn:
         if name.isascii() and name.replace("_", "").isalnum():
-            why = ffi.new("lum_key_refusal *")
-            full = f"{self.path}.{name}" if self.path else name
-            if lib.lum_keys_set(self.keys, full.encode(), b"0", 1, why) != lib.LUM_OK:
-                self.fail(text(why.text))
+            self.set(f"{self.path}.{name}" if self.path else name, "0")
         self.fail(f"unknown key '{quoted(name)}'; allowed here: {', '.join(self.names(self.path))}")
 
     def refuse_syntax(self, error: yaml.MarkedYAMLError) -> NoReturn:
@@ -110,6 +107,11 @@ class _Reader:
 
     # Keys and values.
 
+    def set(self, key: str, value: str) -> None:
+        why = ffi.new("lum_key_refusal *")
+        if lib.lum_keys_set(self.keys, key.encode(), value.encode(), self.line, why) != lib.LUM_OK:
+            self.fail(text(why.text))
+
     def read_scalar(self) -> None:
         key, value = self.known[self.path], self.event.value
         if value not in key.words:
@@ -120,9 +122,7 @@ class _Reader:
             if not value.isascii() or not value.isprintable():
                 self.refuse_value(f"'{quoted(value)}' is not " + ("known" if key.is_word else "a whole number in digits"
                                                                   if key.is_whole else "a decimal number"))
-        why = ffi.new("lum_key_refusal *")
-        if lib.lum_keys_set(self.keys, self.path.encode(), value.encode(), self.line, why) != lib.LUM_OK:
-            self.fail(text(why.text))
+        self.set(self.path, value)
         self.has_version |= self.path == "version"
 
     def read_pair(self) -> None:
@@ -133,10 +133,7 @@ class _Reader:
             if not isinstance(self.event, yaml.ScalarEvent) or not self.is_plain():
                 self.refuse_value("only numbers belong in [ ]")
             found.append(self.event.value)
-        written = f"[{', '.join(found)}]"[:_PAIR_MAX]
-        why = ffi.new("lum_key_refusal *")
-        if lib.lum_keys_set(self.keys, self.path.encode(), written.encode(), self.line, why) != lib.LUM_OK:
-            self.fail(text(why.text))
+        self.set(self.path, f"[{', '.join(found)}]"[:_PAIR_MAX])
 
     def read_value(self) -> None:
         self.refuse_links()
