@@ -1,6 +1,7 @@
 """A frame: all points of one sweep of one sensor, as arrays."""
 from __future__ import annotations
 
+import dataclasses
 import datetime
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
@@ -64,16 +65,12 @@ def _c_lines() -> np.dtype[Any]:
 _C_LINES = _c_lines()
 
 
+@dataclasses.dataclass
 class _Info:
     """What is known of a frame as a whole, apart from its arrays."""
 
-    __slots__ = ("number", "sensor", "is_complete", "is_first", "is_last", "begin_clock_us", "end_clock_us",
-                 "begin_arrival_ns", "end_arrival_ns", "begin_utc_ns", "utc_error_ns", "has_pause", "interface", "lines", "rows",
-                 "losses")
-
     number: int
     sensor: int
-    interface: str
     is_complete: bool
     is_first: bool
     is_last: bool
@@ -84,17 +81,10 @@ class _Info:
     begin_utc_ns: int
     utc_error_ns: int
     has_pause: bool
+    interface: str
     lines: tuple[int, int]
     rows: tuple[int, int]
     losses: dict[str, int]
-
-    def __init__(self, values: Mapping[str, Any]) -> None:
-        for name in self.__slots__:
-            setattr(self, name, values[name])
-
-    def values(self) -> dict[str, Any]:
-        """As a dictionary."""
-        return {name: getattr(self, name) for name in self.__slots__}
 
     @classmethod
     def of(cls, frame: Any) -> _Info:
@@ -105,10 +95,10 @@ class _Info:
                   "lines_missing": sum(i.lines_missing), "lines_in_pauses": i.lines_in_pauses, "lines_cut": i.lines_cut,
                   "lines_late": i.lines_late,
                   "points_cut": i.points_cut, "no_angle": i.losses.no_angle, "no_range": i.losses.no_range}
-        values = {name: getattr(i.times if name.endswith(("_us", "_ns")) else i, name) for name in cls.__slots__[:12]}
+        values = {name: getattr(i.times if name.endswith(("_us", "_ns")) else i, name) for name in list(cls.__annotations__)[:12]}
         values.update(interface=text(i.sensor_interface), lines=tuple(i.lines), losses=losses,
                       rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
-        return cls(values)
+        return cls(**values)
 
 
 class Frame:
@@ -211,7 +201,7 @@ class Frame:
     @property
     def info(self) -> dict[str, Any]:
         """All that is known of it as a whole: numbers, clocks, lines of both eyes, and what losses has."""
-        values = self._info.values()
+        values = {**vars(self._info)}
         losses = values.pop("losses")
         del values["interface"]
         values["utc_error_ns"] = self.utc_error_ns
@@ -437,14 +427,14 @@ class Frame:
         """Whether all columns, lines and clocks are the same, bit by bit."""
         if not isinstance(other, Frame):
             return NotImplemented
-        return (self.columns == other.columns and self._info.values() == other._info.values()
+        return (self.columns == other.columns and self._info == other._info
                 and np.array_equal(self.lines, other.lines)
                 and all(self[name].tobytes() == other[name].tobytes() for name in self.columns))
 
     __hash__ = None  # type: ignore[assignment]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restore, (self._info.values(), self.to_dict(), self.lines)
+        return _restore, (vars(self._info), self.to_dict(), self.lines)
 
 
 def _count(value: Any, name: str) -> int:
@@ -460,7 +450,7 @@ def _restore(info: Mapping[str, Any], arrays: Mapping[str, Array], lines: Array)
     """A frame of values, in memory of its own."""
     made = Frame.__new__(Frame)
     made._c = None
-    made._info_made = _Info(info)
+    made._info_made = _Info(**info)
     made._lines_made = lines
     made._arrays = dict(arrays)
     made._count = len(next(iter(arrays.values()))) if arrays else 0

@@ -1,13 +1,15 @@
 """One pass over a capture, from its start."""
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 import time
 import weakref
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Optional
 
-from ._c import ffi, lib, sized, text
+from ._c import check, ffi, lib, sized, text
 from ._errors import CaptureError, ClosedError, Error, warn
 from ._frame import Frame
 
@@ -184,8 +186,7 @@ class Reading:
         options = sized("lum_reader_options", framer=framer, go_on=go_on, keeps_index=True, **members)
         status = lib.lum_reader_open(options, reader, self._error)
         self._watch.raise_problem()
-        if status != 0:
-            raise CaptureError(text(self._error.text))
+        check(status, self._error, CaptureError)
         self._reader = ffi.gc(reader[0], lib.lum_reader_close)
         self._watch.reader = reader[0]
 
@@ -199,10 +200,18 @@ class Reading:
             self.ended = self.was_stopped = True
             raise problem
 
-    def _lock(self) -> None:
+    @contextlib.contextmanager
+    def _use(self, is_open: bool = True) -> Iterator[None]:
+        """One call at a time, of a reading that is open."""
         if not self._busy.acquire(blocking=False):
             raise Error(f"{self._name}: it is being read, by another thread or by the function that was called now; "
                         "open a source for each thread")
+        try:
+            if is_open:
+                self._check_open()
+            yield
+        finally:
+            self._busy.release()
 
     def _check_open(self) -> None:
         if self.was_forked:
@@ -215,14 +224,11 @@ class Reading:
 
     def next(self) -> Optional[Frame]:
         """The next frame; None at the end."""
-        self._lock()
-        try:
-            self._check_open()
-            return None if self.ended else self._next()
-        except StopIteration as problem:  # a loop would take it for the end
-            raise RuntimeError(f"{self._name}: a function of the program that was called raised StopIteration") from problem
-        finally:
-            self._busy.release()
+        with self._use():
+            try:
+                return None if self.ended else self._next()
+            except StopIteration as problem:  # a loop would take it for the end
+                raise RuntimeError(f"{self._name}: a function of the program that was called raised StopIteration") from problem
 
     def _next(self) -> Optional[Frame]:
         status = lib.lum_reader_next_frame(self._reader, self._out, self._error)
@@ -243,9 +249,7 @@ class Reading:
 
     def _seek(self, function: Any, *place: Any) -> None:
         """Go to a place. What was counted until now stays what count() gives."""
-        self._lock()
-        try:
-            self._check_open()
+        with self._use():
             if self._counts is None:
                 self._counts = self._count()
             self.was_sought, self.ended, self.truncated = True, False, False
@@ -256,8 +260,6 @@ class Reading:
                 self.ended = self.was_stopped = True
                 told = text(self._error.text)
                 raise CaptureError(told if told.startswith(f"{self._name}: ") else f"{self._name}: {told}")
-        finally:
-            self._busy.release()
 
     def seek_frame(self, place: int) -> None:
         """Let a frame come next, by its place in the order of the stream."""
@@ -272,12 +274,8 @@ class Reading:
     def known(self) -> tuple[int, bool]:
         """How many frames are known, and whether these are all."""
         info = sized("lum_reader_index")
-        self._lock()
-        try:
-            self._check_open()
+        with self._use():
             lib.lum_reader_get_index(self._reader, info)
-        finally:
-            self._busy.release()
         return info.frames, info.is_whole
 
     def load_index(self) -> None:
@@ -286,13 +284,8 @@ class Reading:
 
     def save_index(self) -> None:
         """Write the index beside the capture."""
-        self._lock()
-        try:
-            self._check_open()
-            if lib.lum_reader_save_index(self._reader, ffi.NULL, self._error) != 0:
-                raise CaptureError(text(self._error.text))
-        finally:
-            self._busy.release()
+        with self._use():
+            check(lib.lum_reader_save_index(self._reader, ffi.NULL, self._error), self._error, CaptureError)
 
     # Its end.
 
@@ -383,21 +376,15 @@ class Reading:
             return self._counts
         if self._reader is None:
             return Counts(None)
-        self._lock()
-        try:
+        with self._use(is_open=False):
             return self._count()
-        finally:
-            self._busy.release()
 
     def close(self) -> None:
         """Close it; what was counted stays."""
-        self._lock()
-        try:
+        with self._use(is_open=False):
             if self._reader is not None:
                 self._counts = self._counts or self._count()
                 self._watch.measure()
                 self._watch.reader = None
                 ffi.release(self._reader)
                 self._reader = None
-        finally:
-            self._busy.release()
