@@ -246,7 +246,7 @@ def test_a_journal_is_read_up_to_where_it_was_cut(tmp_path):
         path.write_bytes(whole[:length])
         outputs = [r["output"] for r in _journal.earlier(out)]
         assert outputs == [str(n) for n in range((length + 1) // (len(whole) // 3))]
-    _journal.forget(out)
+    out.remove_folder(_journal.FOLDER)
     assert list(_journal.earlier(out)) == []
 
 

@@ -77,12 +77,13 @@ class Writer:
     """A file of one format. Frames are added one by one, then finish() completes what is in the file."""
 
     name: ClassVar[str]
-    extra: ClassVar[str] = ""
     module: ClassVar[str] = ""
-    has_columns: ClassVar[bool] = True
     compressions: ClassVar[tuple[str, ...]] = ()
     needs: ClassVar[Optional[tuple[str, ...]]] = None
     """The columns of frames if the layout does not decide."""
+
+    _writer: Any = None
+    """That of another library, if it writes the format."""
 
     def __init__(self, job: Job) -> None:
         self._job = job
@@ -97,6 +98,8 @@ class Writer:
 
     def abort(self) -> None:
         """Let go of all that the file needed; what is in it does not matter any more."""
+        if self._writer is not None:
+            self._writer.close()
 
 
 # --- LAZ ---
@@ -126,9 +129,7 @@ class Laz(Writer):
     """LAS 1.4, point format 6 with extra bytes, compressed: field by field what lumdump writes as LAS."""
 
     name = "laz"
-    extra = "laz"
     module = "laspy"
-    has_columns = False
     needs = ("x", "y", "z", "range", "azimuth", "elevation", "pulse_width", "line", "pixel", "return_number",
              "number_of_returns", "eye", "edge")
 
@@ -191,9 +192,6 @@ class Laz(Writer):
         self._file.write(bytes(4))  # no date: equal points make equal files
         self._file.seek(0, 2)
 
-    def abort(self) -> None:
-        self._writer.close()
-
 
 # --- Parquet and Feather ---
 
@@ -202,7 +200,6 @@ class Parquet(Writer):
     """Parquet: a row group a frame, metadata of the file and of each column."""
 
     name = "parquet"
-    extra = "parquet"
     module = "pyarrow"
     compressions = ("zstd", "snappy", "gzip", "lz4", "none")
 
@@ -225,15 +222,11 @@ class Parquet(Writer):
                                              "lumsdk.losses": json.dumps(losses)})
         self._writer.close()
 
-    def abort(self) -> None:
-        self._writer.close()
-
 
 class Feather(Writer):
     """Feather version 2, which is Arrow's IPC file: a record batch a frame."""
 
     name = "feather"
-    extra = "parquet"
     module = "pyarrow"
     compressions = ("lz4", "zstd", "none")
 
@@ -250,9 +243,6 @@ class Feather(Writer):
         self._writer.write_batch(batch, custom_metadata={"lumsdk.frame": json.dumps(about_frame(frame))})
 
     def finish(self, losses: dict[str, int]) -> None:
-        self._writer.close()
-
-    def abort(self) -> None:
         self._writer.close()
 
 
@@ -336,7 +326,6 @@ class Kitti(Writer):
     """KITTI's bin: x, y, z and reflectance as float32, without a header."""
 
     name = "bin"
-    has_columns = False
     needs = ("x", "y", "z", "pulse_width")
 
     def add(self, frame: Frame) -> None:

@@ -75,8 +75,3 @@ def earlier(out: Place) -> Iterator[dict[str, Any]]:
                 yield json.loads(line)
             except ValueError:
                 break
-
-
-def forget(out: Place) -> None:
-    """The manifest has it all."""
-    out.remove_folder(FOLDER)

@@ -14,7 +14,6 @@ NAME = "manifest.parquet"
 ROWS = 10_000
 
 COUNTS = ("records", "frames", "lines", "points", *LOSSES)
-TEXTS = ("output", "source", "stamp", "digest", "options", "version", "status", "message")
 
 
 def schema() -> Any:

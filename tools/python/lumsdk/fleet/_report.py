@@ -6,7 +6,7 @@ import os
 import sys
 import time
 from collections import Counter
-from typing import Any, Optional
+from typing import Any
 
 from .._reading import LOSSES
 from ._ledger import Record, Totals
@@ -201,7 +201,6 @@ def plan_json(totals: Totals, out: str, form: str) -> str:
 
 def plan_text(totals: Totals, out: str, form: str) -> str:
     """What --dry-run says at its end."""
-    unchanged: Optional[str] = None
-    if totals.captures > totals.pending:
-        unchanged = f", {totals.captures - totals.pending:,} are there and unchanged"
-    return f"{captures(totals.pending)}, {size(totals.pending_size)}, would be converted to {out} as {form}{unchanged or ''}"
+    count = totals.captures - totals.pending
+    unchanged = f", {count:,} are there and unchanged" if count else ""
+    return f"{captures(totals.pending)}, {size(totals.pending_size)}, would be converted to {out} as {form}{unchanged}"

@@ -37,7 +37,6 @@ class Run:
         self._out: Place = place(options.out, options.endpoint)
         self._work = WorkFolder()
         self._ledger = Ledger(self._work.path)
-        self._rays = False
 
     # Plan
 
@@ -190,7 +189,7 @@ class Run:
             _arguments.told(f"{self._out.where(_manifest.NAME)}: cannot be written: {error.strerror or error}"
                             "; the same command goes on when this is mended")
             return
-        _journal.forget(self._out)
+        self._out.remove_folder(_journal.FOLDER)
         self.summary.manifest = printable(self._out.where(_manifest.NAME))
 
     # Words
