@@ -13,12 +13,6 @@ enum exit_status {
     EXIT_BAD = 2
 };
 
-static int complain(const lum_error *error)
-{
-    (void)fprintf(stderr, "lumros2: %s\n", error->text);
-    return EXIT_FAILED;
-}
-
 static void summarize(struct bus *bus)
 {
     for (size_t i = 0; i < bus_topics(bus); i++) {
@@ -40,7 +34,10 @@ static int run(const struct options *options)
         summarize(bus);
     }
     bus_close(bus);
-    return result == 0 ? EXIT_DONE : complain(&error);
+    if (result != 0) {
+        (void)fprintf(stderr, "lumros2: %s\n", error.text);
+    }
+    return result == 0 ? EXIT_DONE : EXIT_FAILED;
 }
 
 int main(int argc, char **argv)

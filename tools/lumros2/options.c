@@ -2,7 +2,6 @@
 
 #include "../common/number.h"
 #include "../common/option_table.h"
-#include "help.h"
 #include "lum/version.h"
 
 #include <stdio.h>

@@ -1,4 +1,4 @@
-#include "help.h"
+#include "options.h"
 
 const char help_text[] =
     "Usage: lumtable [OPTION]...\n"

@@ -2,7 +2,6 @@
 #include "options.h"
 
 #include "../common/input_files.h"
-#include "help.h"
 #include "lum/version.h"
 
 #include <getopt.h>

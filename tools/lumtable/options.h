@@ -20,6 +20,9 @@ enum parsed {
     PARSED_BAD   /* the reason was said */
 };
 
+/* What --help says. */
+extern const char help_text[];
+
 enum parsed options_parse(int argc, char **argv, struct options *out);
 
 #endif
