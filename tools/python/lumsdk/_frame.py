@@ -235,10 +235,6 @@ class Frame:
                                    f'say columns="all"; it has {", ".join(self.columns) or "none"}')
         return UnknownKeyError(f"there is no column {name!r}; there are {', '.join(COLUMNS)}")
 
-    def _address(self, name: str) -> int:
-        """Where a column begins; 0: the frame does not have it."""
-        return int(ffi.cast("uintptr_t", lib.lum_frame_column(self._c, _NUMBERS[name])))
-
     def __getitem__(self, name: str) -> Array:
         """A column: (n,), of the type that COLUMNS tells. A view of the frame's memory."""
         try:
@@ -250,7 +246,7 @@ class Frame:
                             'frame["x"][mask], from frame.xyz[mask], or with all columns from frame.to_structured()[mask]')
         if self._c is None or name not in _NUMBERS:
             raise self._refuse(name)
-        address = self._address(name)
+        address = int(ffi.cast("uintptr_t", lib.lum_frame_column(self._c, _NUMBERS[name])))
         if not address:
             raise self._refuse(name)
         made = np.asarray(_Memory(self._c, address, (self._count,), None, COLUMNS[name]))
@@ -272,11 +268,9 @@ class Frame:
     @property
     def xyz(self) -> Array:
         """x, y and z in metres: (n, 3) float32, a view of the frame's memory. x forward, y left, z up."""
-        if "xyz" in self._arrays:
-            return self._arrays["xyz"]
-        made = self._make_xyz()
-        self._arrays["xyz"] = made
-        return made
+        if "xyz" not in self._arrays:
+            self._arrays["xyz"] = self._make_xyz()
+        return self._arrays["xyz"]
 
     def _make_xyz(self) -> Array:
         if self._c is not None:

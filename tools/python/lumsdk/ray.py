@@ -211,10 +211,6 @@ class _Captures(FileBasedDatasource):
         return super().get_read_tasks(*arguments, **others)
 
 
-def _has_magic(path: str) -> bool:
-    return any(mark in path for mark in "*?[")
-
-
 def _match(path: str, filesystem: Any) -> list[str]:
     """The paths that a pattern means."""
     if filesystem is None and "://" not in path:
@@ -242,7 +238,7 @@ def _expand(given: Any, filesystem: Any) -> list[str]:
         path = os.fspath(one)
         if not isinstance(path, str):
             raise TypeError(f"a path is {one!r}; right is a text or a pathlib.Path")
-        found = _match(path, filesystem) if _has_magic(path) else [path]
+        found = _match(path, filesystem) if any(mark in path for mark in "*?[") else [path]
         if not found:
             raise lumsdk.CaptureError(f"{path}: no file has such a name")
         paths += found

@@ -12,8 +12,8 @@ import numpy as np
 from .._frame import EYES
 from .._settings import Calibration
 from ._match import Pose
-from ._planes import Grid, metres_a_ps, rotation
-from ._result import KEYS, MOUNT_KEYS, Array
+from ._planes import Grid, metres_a_ps, mount, rotation
+from ._result import KEYS, Array
 
 PRIORS = {"tof_offset_ps": 200.0, "azimuth.width_deg": 0.6, "elevation.min_deg": 0.2, "elevation.max_deg": 0.2,
           "mount.x_m": 0.05, "mount.y_m": 0.05, "mount.z_m": 0.05,
@@ -58,9 +58,8 @@ class Fixed:
 
 
 def fixed_of(calibration: Calibration, is_span: bool) -> Fixed:
-    blue = [float(calibration[f"eyes.blue.{key}"]) for key in MOUNT_KEYS]
-    return Fixed(np.array([float(calibration[f"eyes.{eye}.azimuth.center_deg"]) for eye in EYES]),
-                 (rotation(*blue[3:]), np.array(blue[:3])), metres_a_ps(calibration), is_span)
+    return Fixed(np.array([float(calibration[f"eyes.{eye}.azimuth.center_deg"]) for eye in EYES]), mount(calibration, 0),
+                 metres_a_ps(calibration), is_span)
 
 
 def values_of(calibration: Calibration) -> Array:

@@ -14,7 +14,7 @@ from .._errors import CaptureError
 from .._frame import EYES, PIXELS, Frame
 from .._settings import Calibration
 from .._source import open as open_source
-from ._result import Array
+from ._result import MOUNT_KEYS, Array
 
 if TYPE_CHECKING:
     from .._source import Source
@@ -249,8 +249,7 @@ def metres_a_ps(calibration: Calibration) -> float:
 
 def mount(calibration: Calibration, eye: int) -> tuple[Array, Array]:
     """Rotation and place of an eye on the sensor."""
-    values = [float(calibration[f"eyes.{EYES[eye]}.mount.{key}"]) for key in
-              ("x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg")]
+    values = [float(calibration[f"eyes.{EYES[eye]}.{key}"]) for key in MOUNT_KEYS]
     return rotation(*values[3:]), np.array(values[:3])
 
 

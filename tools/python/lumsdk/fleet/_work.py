@@ -18,7 +18,6 @@ from typing import Any, Optional
 from .._lumdump import left_out_of
 from .._reading import LOSSES
 from .._target import is_url
-from ._errors import FleetError
 from ._folders import WorkFolder
 from ._job import LUMDUMP_FORMATS, Job, find_lumdump
 from ._ledger import Record, Task
@@ -99,7 +98,8 @@ class Converter:
                 return
             made = self._room(part)
             try:
-                record.update(self._made(path, made, task))
+                make = self._by_lumdump if self._job.format in LUMDUMP_FORMATS else self._by_convert
+                record.update(make(path, made, task))
                 self._check_unchanged(task, record)
                 record["output_size"] = os.path.getsize(made)
                 self._out.name_as(made, self._out.name_of(task.output), f"{part}/made")
@@ -164,11 +164,6 @@ class Converter:
         folder = self._out.where(part) if self._out.is_local else os.path.join(self._work.path, "made")
         os.makedirs(folder, exist_ok=True)
         return os.path.join(folder, f"made.{self._job.format}")
-
-    def _made(self, path: str, made: str, task: Task) -> Record:
-        if self._job.format in LUMDUMP_FORMATS:
-            return self._by_lumdump(path, made, task)
-        return self._by_convert(path, made, task)
 
     def _by_lumdump(self, path: str, made: str, task: Task) -> Record:
         command = [self._lumdump, path, "-o", made, "--format", self._job.format, "--json", *_ONE_THREAD, *self._job.arguments]
@@ -261,6 +256,3 @@ def _death_signal() -> Any:
 
     prctl = ctypes.CDLL(None, use_errno=True).prctl
     return lambda: prctl(1, signal.SIGKILL)
-
-
-__all__ = ["Converter", "FleetError", "Lost", "MARK", "PARTS", "counted", "version"]
