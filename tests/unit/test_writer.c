@@ -1260,7 +1260,7 @@ static void a_picture_that_nothing_draws_is_refused(void **state)
     (void)state;
     assert_int_equal(lum_writer_open(path, &options, &writer, &error), -1);
     assert_int_equal(errno, ENOTSUP);
-    assert_non_null(strstr(error.text, "draws pictures"));
+    assert_non_null(strstr(error.text, "cannot draw pictures"));
     assert_int_equal(count_files(), 0);
     assert_int_equal(lum_writer_rehearse(&options, &writer, NULL), -1);
 }
