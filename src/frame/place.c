@@ -13,6 +13,7 @@ void lum_place_begin(lum_reader *reader)
         return;
     }
     p->has_begun = true;
+    p->frames.highest_ns = INT64_MIN;
     p->index.stride = p->index.stride != 0 ? p->index.stride : 1u;
     if (reader->capture == NULL || !lum_capture_can_seek(reader->capture)) {
         p->keeps_index = false;

@@ -77,18 +77,18 @@ struct jump {
     size_t awaited_next;
 };
 
-/* All of it, with the file that changes it. */
+/* All of it, with the file that it serves. place.c sets it all at a restart. */
 struct place {
-    bool has_begun;               /* place.c: what follows is set */
+    bool has_begun;               /* place.c */
     lum_pack start;               /* place.c: the capture's state there */
     lum_pack taught;              /* place.c: what the framer knew there */
     struct jump jump;             /* place.c */
     uint64_t records;             /* reader.c: that were read */
     struct frames frames;         /* seek.c */
     struct target target;         /* seek.c */
-    struct index_entries entries; /* index_entries.c, as what follows */
-    bool keeps_index;
-    lum_index index;
+    struct index_entries entries; /* index_entries.c */
+    bool keeps_index;             /* index_entries.c */
+    lum_index index;              /* index_entries.c; index_file.c loads it */
 };
 
 /* --- The reader --- */

@@ -456,7 +456,7 @@ class Arguments(Case):
     def test_each_wrong_one_is_named_with_what_is_right(self):
         for arguments, message in (
                 (["udp://"], "udp://10.42.0.37"), (["udp://sensor.invalid"], "'sensor.invalid'"), (["udp://1.2.3"], "four numbers"),
-                (["udp://[::1]"], "IPv4"), (["udp://::1"], "IPv4"), (["udp://:5517"], "no host in it"),
+                (["udp://[::1]"], "IPv4"), (["udp://::1"], "IPv4"), (["udp://:5517"], "the host is missing"),
                 ([self.url, "--interface", "nosuch0"], "there is no interface nosuch0; this host has: "),
                 (["x.pcap", "--sensor", "sensor.invalid"], "--sensor: 'sensor.invalid'"), (["udp://10.42.0.37:0"], "port"), (["udp://10.42.0.37:99999"], "port"),
                 (["udp://10.42.0.37/x"], "udp://HOST"), (["udp://0.0.0.0"], "no sensor"),

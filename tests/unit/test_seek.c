@@ -1772,6 +1772,30 @@ static void a_callers_function_may_seek(void **state)
     free(b.at);
 }
 
+/* Nothing came before it, so it is ahead of a stream that cannot seek. */
+static void a_first_seek_of_any_time_reads_on(void **state)
+{
+    static const int64_t times[] = {0, -5, INT64_MIN + 1};
+    (void)state;
+    struct bytes b;
+    make_capture(&recipes[6], &b);
+    read_all(&b);
+    for (size_t i = 0; i < sizeof times / sizeof times[0]; i++) {
+        struct pieces pieces = {.bytes = &b};
+        const lum_source_functions functions = {.struct_size = sizeof functions,
+                                                .read = read_piece,
+                                                .context = &pieces};
+        lum_reader *reader = open_reader(
+            (lum_reader_options){.source = lum_source_from_functions(
+                                     "pieces", &functions, NULL)},
+            NULL, 0);
+        assert_int_equal(lum_reader_seek_time(reader, times[i], NULL), 0);
+        assert_frames(reader, 0, 2);
+        lum_reader_close(reader);
+    }
+    free(b.at);
+}
+
 static int next_none(void *context, lum_record *out, lum_error *error)
 {
     (void)context;
@@ -1847,6 +1871,7 @@ int main(void)
         cmocka_unit_test(an_index_that_becomes_too_large_is_thinned),
         cmocka_unit_test(the_bound_holds_for_any_entries),
         cmocka_unit_test(a_callers_function_may_seek),
+        cmocka_unit_test(a_first_seek_of_any_time_reads_on),
         cmocka_unit_test(what_cannot_be_sought_says_so),
     };
     return cmocka_run_group_tests(tests, make_directory, remove_directory);
