@@ -92,7 +92,7 @@ def test_a_time_is_a_datetime_or_seconds_from_the_start(source, frames):
 
 @pytest.mark.parametrize("time, kind, said", [
     (datetime.datetime(2026, 1, 1), ValueError, "has no time zone"), ("12:00", TypeError, "a time is given as str"),
-    (True, TypeError, "a time is given as bool"), (float("nan"), ValueError, "nan is no time")])
+    (True, TypeError, "a time is given as bool"), (float("nan"), ValueError, "nan is not a time")])
 def test_what_is_no_time_is_told(source, time, kind, said):
     with pytest.raises(kind, match=said):
         source.seek(time)

@@ -442,5 +442,5 @@ def test_sizes_and_times_for_people():
 
 def test_places_by_name(tmp_path):
     assert place(f"file://{tmp_path}").url == str(tmp_path)
-    with pytest.raises(FleetError, match="no protocol"):
+    with pytest.raises(FleetError, match="not a protocol"):
         place("ftpx://there/x")

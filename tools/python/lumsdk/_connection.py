@@ -60,7 +60,7 @@ class Connection:
         return self._process != os.getpid()
 
     def leave(self) -> None:
-        """In a process that was forked: the sockets are closed, and nothing is sent."""
+        """Close the sockets; nothing is sent, so a forked process can do it too."""
         for session in (self._second, self.session):
             lib.lum_sensor_close(session)
         self._second = self.session = ffi.NULL

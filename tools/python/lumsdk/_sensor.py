@@ -330,7 +330,7 @@ class Sensor:
     def threshold(self, eye: Eye, percent: int) -> Answer:
         """Set an eye's detection threshold, 0 to 100 percent."""
         return self._requests.set(by_eye("threshold", eye, lib.LUM_COMMAND_THRESHOLD_BLUE, lib.LUM_COMMAND_THRESHOLD_GREEN),
-                         f"threshold {eye}", percent, " percent")
+                                  f"threshold {eye}", percent, " percent")
 
     def lines(self, count: Literal[640, 64]) -> Answer:
         """Set the number of lines of a frame: 640 or 64."""
@@ -350,7 +350,7 @@ class Sensor:
     def offset(self, eye: Eye, value: int) -> Answer:
         """Set the offset of an eye's galvo and ADC, 0 to 30."""
         return self._requests.set(by_eye("offset", eye, lib.LUM_COMMAND_OFFSET_BLUE, lib.LUM_COMMAND_OFFSET_GREEN),
-                         f"offset {eye}", value)
+                                  f"offset {eye}", value)
 
     def send(self, commands: str) -> Answer:
         """Send commands as the manual's text, such as "50p 15y". The laser is switched by laser_on() and laser_off()."""
