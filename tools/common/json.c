@@ -153,12 +153,6 @@ void json_laser_bits(struct json *json, const char *key, uint16_t bits)
     json_close_array(json);
 }
 
-void json_end(struct json *json)
-{
-    put(json, "\n");
-    json->has_before = false;
-}
-
 void json_begin_line(struct json *json, FILE *out)
 {
     json_init(json, out);
@@ -168,5 +162,6 @@ void json_begin_line(struct json *json, FILE *out)
 void json_end_line(struct json *json)
 {
     json_close_object(json);
-    json_end(json);
+    put(json, "\n");
+    json->has_before = false;
 }

@@ -31,9 +31,6 @@ void json_null(struct json *json, const char *key);
 /* An array with the names of the bits that are set in a laser's status. */
 void json_laser_bits(struct json *json, const char *key, uint16_t bits);
 
-/* The line's end, after the outermost value. */
-void json_end(struct json *json);
-
 /* A line that is one object: its begin, and its end. */
 void json_begin_line(struct json *json, FILE *out);
 void json_end_line(struct json *json);

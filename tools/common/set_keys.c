@@ -72,8 +72,8 @@ static bool refuse_key(const char *text, const lum_key_refusal *calibration,
         (void)lum_error_set(why, "%s: %s", known->key, known->text);
     } else {
         (void)lum_error_set(why,
-                            "'%.*s' is a key of neither calibrations nor "
-                            "profiles; see calib/typical.yaml and "
+                            "'%.*s' is not a key of a calibration or a "
+                            "profile; see calib/typical.yaml and "
                             "calib/profile-default.yaml",
                             shown, text);
     }

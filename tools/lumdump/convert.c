@@ -380,21 +380,27 @@ static unsigned framer_threads(const struct options *o, unsigned wants)
     return o->points.threads != 0 || threads < 2u ? threads : 2u;
 }
 
-enum pass_result pass_prepare(struct pass *pass, lum_error *error)
+static lum_view make_view(const struct options *o, unsigned wants)
 {
-    const struct options *o = pass->options;
     lum_view view;
     lum_view_default(&view);
     view.selection = o->choice.points;
     view.smooth_window = o->points.smooth_window;
     view.smooth_order = o->points.smooth_order;
-    const unsigned wants = find_wants(pass);
     if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
         view.columns =
             o->cloud.preset != NULL || options_any(o, needs_all_columns)
                 ? FRAME_LINES_COLUMNS
                 : FRAME_LINES_OF_MESSAGES;
     }
+    return view;
+}
+
+enum pass_result pass_prepare(struct pass *pass, lum_error *error)
+{
+    const struct options *o = pass->options;
+    const unsigned wants = find_wants(pass);
+    const lum_view view = make_view(o, wants);
     const lum_framer_options options = {.struct_size = sizeof options,
                                         .layout = pass->layout,
                                         .projector = pass->projector,

@@ -1,6 +1,5 @@
-/* The files of one output that are open, of one of three kinds: one file; a
- * file for each frame; a series of numbered files, where the present one ends
- * when --rotate says so. */
+/* The files of one output that are open, one file; a file for each frame; or a
+ * series of numbered files, as of --rotate, which says when one ends. */
 #ifndef LUMDUMP_FILE_SET_H
 #define LUMDUMP_FILE_SET_H
 

@@ -24,8 +24,8 @@ struct numbered numbered_of(const char *path);
 /* Whether base, the last part of a path, is one of them. */
 bool numbered_has(const struct numbered *n, const char *base);
 
-/* The name with this number. 0, or -1 with the reason in error: it is too long.
- */
+/* The name with this number. 0, or -1 with the reason in error: the name or
+ * the number is too long. */
 int numbered_name(const char *name, int64_t number, char *out, size_t room,
                   lum_error *error);
 

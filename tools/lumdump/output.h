@@ -79,20 +79,20 @@ output_question output_draws_one;
 struct action {
     enum {
         SET_TIME, /* number: ns since 1970. Data that is added from now
-                            on may belong to a new file, which begins with the
-                            next frame */
+                     on may belong to a new file, which begins with the
+                     next frame */
         ADD_LINE,
         ADD_ROWS,  /* of part, which output_open_part() gave; number: of
-                             their frame, the same for all if each has a file */
+                      their frame, the same for all if each has a file */
         ADD_FRAME, /* in rising order, before the end of each is told */
         ADD_STATUS,
         ADD_DATAGRAM, /* record; number: not 0 if a new file may begin
-                                here, since a frame does */
+                         here, since a frame does */
         END_FRAME,    /* number: no line of this frame or of one before
-                                it is to be expected */
+                         it is to be expected */
         FLUSH         /* show what was added to a reader of standard output or a
-                                pipe; number: not 0 to show it also to readers of
-                                recordings */
+                         pipe; number: not 0 to show it also to readers of
+                         recordings */
     } kind;
     int64_t number;
     const lum_line_samples *line;

@@ -13,7 +13,8 @@ enum pass_result replay_open(const struct options *options, lum_capture **out,
 uint64_t replay_records(const lum_capture *capture);
 
 /* Opens the outputs and reads the capture to its end. The results are in pass,
- * also on failure; the outputs are still open. pass->about is set. */
+ * also on failure; the outputs are still open. pass->source.about is
+ * set. */
 enum pass_result replay(struct pass *pass, lum_error *error);
 
 #endif

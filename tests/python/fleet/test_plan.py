@@ -396,7 +396,7 @@ def test_arguments_that_are_refused(arguments, sentence):
 
 @pytest.mark.parametrize("arguments, sentence", [
     (["--return", "many"], "--return: 'many' is not all, first"),
-    (["--set", "a=1"], "--set: 'a' is a key of neither"),
+    (["--set", "a=1"], "--set: 'a' is not a key"),
     (["--calibration", "none.yaml"], "--calibration: none.yaml: cannot be read"),
     (["--columns", "x", "--format", "las"], "--columns goes with csv"),
     (["--ascii", "--format", "parquet"], "--ascii does not go with parquet"),

@@ -1,5 +1,6 @@
 /* The session that the doctor has with the sensor, as its owner or only for
- * requests. doctor_session.c alone changes it. */
+ * requests. doctor_run.c begins its clock; else doctor_session.c alone
+ * changes it. */
 #ifndef LUMCTL_DOCTOR_SESSION_H
 #define LUMCTL_DOCTOR_SESSION_H
 

@@ -244,7 +244,7 @@ def setting_of(calibration: Calibration, profile: Profile, settings: Any) -> tup
             every = {**_known(calibration._keys), **_known(profile._keys)}
             near = difflib.get_close_matches(key, every, 1)
             raise OptionError(f"set: unknown key '{key}'; did you mean '{near[0]}'?" if near else
-                              f"set: '{key}' is a key of neither calibrations nor profiles; they have "
+                              f"set: '{key}' is not a key of a calibration or a profile; they have "
                               f"{', '.join(every)}")
         of[kinds[0]._kind].extend(entry for entry in entries if entry[0] == key)
     if of["calibration"]:
