@@ -91,8 +91,8 @@ static struct who name_user(const struct udp_user *user)
 
 static struct number_address name_address(const struct udp_user *user)
 {
-    return user->address == 0 ? (struct number_address){"any address"}
-                              : number_address(user->address);
+    const struct number_address any = {"any address"};
+    return user->address == 0 ? any : number_address(user->address);
 }
 
 static const struct udp_user *find_sensor(const struct doctor *d,
