@@ -89,7 +89,7 @@ void lum_index_add(lum_index *index, lum_index_entry *entry)
     }
     index->entries[index->count++] = entry;
     index->bytes += bytes_of(entry);
-    while (index->bytes > LUM_INDEX_BYTES_MAX) {
+    while (index->count > 0 && index->bytes > LUM_INDEX_BYTES_MAX) {
         const size_t before = index->count;
         thin_out(index);
         if (index->count == before) {
