@@ -142,7 +142,7 @@ static int read_plan(const lum_yaml_source *source, lum_sweep *out,
     return out->count > 0
                ? 0
                : lum_yaml_fail(error, source->name, file[STEPS].place, "steps",
-                               "the list is empty");
+                               "the list is empty; give at least one step");
 }
 
 int lum_sweep_parse(const char *text, size_t len, const char *name,

@@ -77,7 +77,8 @@ struct jump {
     size_t awaited_next;
 };
 
-/* All of it, with the file that it serves. place.c sets it all at a restart. */
+/* All of it, with the file that it serves. A restart, which is place.c's,
+ * resets what belongs to the place before. */
 struct place {
     bool has_begun;               /* place.c */
     lum_pack start;               /* place.c: the capture's state there */

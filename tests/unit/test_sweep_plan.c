@@ -131,7 +131,8 @@ static void a_table_goes_with_its_lines(void **state)
 static void what_makes_no_sense_is_refused_with_its_place(void **state)
 {
     (void)state;
-    assert_refused("steps: []\n", "f:1: steps: the list is empty");
+    assert_refused("steps: []\n",
+                   "f:1: steps: the list is empty; give at least one step");
     assert_refused("steps:\n  - settle: 1\n",
                    "f:2: steps.1: neither a setting nor record");
     assert_refused("steps:\n  - record: {seconds: 1, frames: 2}\n",

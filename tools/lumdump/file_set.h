@@ -1,5 +1,5 @@
-/* The files of one output that are open, one file; a file for each frame; or a
- * series of numbered files, as of --rotate, which says when one ends. */
+/* The open files of one output: one file, a file for each frame, or a series of
+ * numbered files, where --rotate says when the next one begins. */
 #ifndef LUMDUMP_FILE_SET_H
 #define LUMDUMP_FILE_SET_H
 

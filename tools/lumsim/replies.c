@@ -1,3 +1,5 @@
+/* Answers on their way to a client: each is delayed or lost, and handed out
+ * when it is due. */
 #include "replies.h"
 
 #include <string.h>
