@@ -7,6 +7,7 @@
 #include "counter.h"
 #include "frames.h"
 #include "group.h"
+#include "layout.h"
 #include "lines.h"
 #include "stream.h"
 #include "words.h"
@@ -65,7 +66,7 @@ lum_result lum_assembler_init(lum_assembler *a,
                               const lum_assembler_storage *storage)
 {
     const lum_profile *profile = &layout->profile;
-    if (!is_valid(config)) {
+    if (!is_valid(config) || !lum_layout_is_read(layout)) {
         return LUM_E_VALUE;
     }
     if (!is_enough(storage, config)) {
@@ -146,30 +147,6 @@ static bool is_awaited(const lum_group *awaited, const lum_group *group)
                   (const uint8_t *)group + from, to - from) == 0;
 }
 
-/* Only lines of more than one packet of the other eye count as time, so that
- * one packet with a clock in the future makes no eye silent. */
-static bool is_silent(const lum_assembler *a, const lum_eye_state *eye,
-                      const lum_eye_state *other)
-{
-    return lum_stream_lead(&other->lines.low_clock_us, &eye->stream.heard_us) >
-           (int32_t)a->config.gap_us;
-}
-
-static bool is_past(const lum_assembler *a, const lum_eye_state *eye)
-{
-    return frames_are_past(a, eye) && lum_lines_are_past(eye, a->frames.next);
-}
-
-static bool is_frame_due(const lum_assembler *a)
-{
-    const lum_eye_state *blue = &a->eye[LUM_EYE_BLUE];
-    const lum_eye_state *green = &a->eye[LUM_EYE_GREEN];
-    const bool blue_past = is_past(a, blue);
-    const bool green_past = is_past(a, green);
-    return blue_past ? green_past || is_silent(a, green, blue)
-                     : green_past && is_silent(a, blue, green);
-}
-
 static lum_result announce(lum_assembler *a)
 {
     lum_frames_announce(a);
@@ -192,13 +169,11 @@ static lum_result close_oldest(lum_assembler *a, lum_eye_state *eye)
 
 /* Finds out what a new packet belongs to, and what has to close before. */
 static lum_result place(lum_assembler *a, lum_eye_state *eye,
-                        lum_line_slot **found)
+                        const lum_group *group, lum_line_slot **found)
 {
     lum_awaited *p = &a->awaited;
-    p->clock_us = lum_clock_follow(&a->stream.clock, &p->group, &p->ticks);
-    const enum lum_stream_place where =
-        lum_stream_judge(&eye->stream, &p->clock_us, a->config.gap_us);
-    lum_stream_take(a, &eye->stream, where);
+    p->clock_us = lum_clock_follow(&a->stream.clock, group, &p->ticks);
+    const enum lum_stream_place where = lum_stream_take(a, &eye->stream);
     if (where == STREAM_STRAY) {
         return LUM_E_STRAY;
     }
@@ -208,7 +183,7 @@ static lum_result place(lum_assembler *a, lum_eye_state *eye,
         return LUM_OK;
     }
     p->step = STEP_OPEN;
-    return lum_lines_find(a, eye, found, &p->to_close);
+    return lum_lines_find(a, eye, group->line, found, &p->to_close);
 }
 
 /* All lines of before have closed. */
@@ -261,11 +236,11 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
     /* 1. Frames that are due come before it; then find its place, once. */
     if (p->step <= STEP_NEW) {
         p->step = STEP_NEW;
-        p->group = *group;
-        if (is_frame_due(a)) {
+        if (lum_frames_are_due(a)) {
+            p->group = *group;
             return announce(a);
         }
-        const lum_result r = place(a, eye, &slot);
+        const lum_result r = place(a, eye, group, &slot);
         if (r != LUM_OK) {
             return finish(a, r);
         }
@@ -273,6 +248,7 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
     /* 2. Lines that close before it, one at each push. */
     if (p->to_close > 0) {
         p->to_close--;
+        p->group = *group;
         return close_oldest(a, eye);
     }
     /* 3. Nothing stands before it: its samples go into their line. */
@@ -280,7 +256,7 @@ lum_result lum_assembler_push(lum_assembler *a, const lum_group *group,
         jump(a, eye);
     }
     if (slot == NULL) {
-        slot = lum_lines_open(a, eye);
+        slot = lum_lines_open(a, eye, group->line);
     }
     return finish(a, accept(a, eye, slot, group));
 }

@@ -11,23 +11,6 @@ uint64_t lum_clock_extend(uint64_t before, uint64_t raw, unsigned bits)
     return before - half + ((raw - before + half) & mask);
 }
 
-void lum_clock_init(lum_clock *clock, const lum_profile *profile)
-{
-    const uint64_t mask =
-        lum_low_bits(clock_bits(&profile->group[LUM_FIELD_TIMESTAMP]));
-    clock->unit_ns = profile->clock_unit_ns;
-    clock->mask = mask;
-    clock->half = mask ^ mask >> 1;
-}
-
-int64_t lum_clock_follow(const lum_clock *clock, const lum_group *group,
-                         uint64_t *ticks)
-{
-    const uint64_t lowest = clock->lowest;
-    *ticks = lowest + ((group->clock_raw - lowest) & clock->mask);
-    return lum_clock_us(*ticks, clock->unit_ns);
-}
-
 /* So many times 2^32 units, and 1000 times as many ticks, are added meanwhile:
  * ticks from 2^64 - 1000 x 2^52 on, which are below 0, go over 2^64. */
 #define AHEAD (UINT32_C(1) << 20)

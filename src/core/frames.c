@@ -4,6 +4,9 @@
 
 #include "check.h"
 #include "counter.h"
+#include "lines.h"
+#include "product.h"
+#include "stream.h"
 
 /* The sensor does not say where a frame ends: its lines rise from 0 to the last
  * and begin again. Packets may be lost or overtake each other, but a line is at
@@ -108,17 +111,17 @@ static void advance(lum_eye_frames *f, uint32_t line)
     }
 }
 
-/* Keeps the R highest frames of decided lines, the highest first: when the last
- * of them is past a frame, R lines are. */
+/* Keeps the R highest frames of decided lines, the lowest first: when that one
+ * is past a frame, R lines are. */
 static void note_highest(lum_reach *reach, uint32_t frame, unsigned r)
 {
-    for (; r > 0; r--) {
+    for (reach += r; r > 0; r--) {
+        reach--;
         const uint32_t there = reach->frame;
         if (frame_is_before(there, frame)) {
             reach->frame = frame;
             frame = there;
         }
-        reach++;
     }
 }
 
@@ -182,6 +185,35 @@ void lum_frames_break(lum_assembler *a, lum_eye_state *eye)
     for (unsigned i = 0; i < a->config.reorder_lines; i++) {
         eye->reach[i].frame = eye->frames.frame + 1u;
     }
+}
+
+/* Only lines of more than one packet of the other eye count as time, so that
+ * one packet with a clock in the future makes no eye silent. */
+static bool is_silent(const lum_assembler *a, const lum_eye_state *eye,
+                      const lum_eye_state *other)
+{
+    return lum_stream_lead(&other->lines.low_clock_us, &eye->stream.heard_us) >
+           (int32_t)a->config.gap_us;
+}
+
+/* Whether an eye has no open line of the next frame to announce, or of one
+ * before it, and expects none. */
+static bool is_past(const lum_assembler *a, const lum_eye_state *eye)
+{
+    return frame_is_before(a->frames.next, eye->reach->frame) &&
+           lum_lines_are_past(eye, a->frames.next);
+}
+
+/* Step 5. */
+bool lum_frames_are_due(const lum_assembler *a)
+{
+    const lum_eye_state *blue = &a->eye[LUM_EYE_BLUE];
+    const lum_eye_state *green = &a->eye[LUM_EYE_GREEN];
+    const bool blue_past = is_past(a, blue);
+    if (blue_past == is_past(a, green)) {
+        return blue_past;
+    }
+    return blue_past ? is_silent(a, green, blue) : is_silent(a, blue, green);
 }
 
 bool lum_frames_remain(const lum_assembler *a)

@@ -24,14 +24,8 @@ void lum_frames_break(lum_assembler *a, lum_eye_state *eye);
 /* There is a line of this frame, so it will be announced. */
 void lum_frames_note(lum_assembler *a, uint32_t frame);
 
-/* Whether an eye that has no open line of the next frame to announce, or of one
- * before it, expects none: a reach of lines of later ones has been decided. */
-static inline bool frames_are_past(const lum_assembler *a,
-                                   const lum_eye_state *eye)
-{
-    return frame_is_before(a->frames.next,
-                           eye->reach[a->config.reorder_lines - 1u].frame);
-}
+/* Whether the next frame to announce is complete. */
+bool lum_frames_are_due(const lum_assembler *a);
 
 /* Whether frames are left that the end of the stream completes. */
 bool lum_frames_remain(const lum_assembler *a);

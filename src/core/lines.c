@@ -60,13 +60,14 @@ static int32_t lead(const lum_awaited *packet, const int64_t *clock_us)
 /* Step 3. The last R closed lines (reorder_lines) are known by number and
  * clock. What is older than these is known by its clock: it is below
  * low_clock_us, the largest clock with which a closed line began. */
-static bool was_closed(const lum_assembler *a, const lum_eye_state *eye)
+static bool was_closed(const lum_assembler *a, const lum_eye_state *eye,
+                       uint32_t number)
 {
     const lum_awaited *packet = &a->awaited;
     const unsigned r = a->config.reorder_lines;
     for (unsigned i = 0; i < r; i++) {
         const lum_reach *closed = &eye->reach[i];
-        if (closed->number == packet->group.line &&
+        if (closed->number == number &&
             stream_is_within(lead(packet, &closed->clock_us),
                              a->line_span_us)) {
             return true;
@@ -76,13 +77,14 @@ static bool was_closed(const lum_assembler *a, const lum_eye_state *eye)
 }
 
 lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
-                          lum_line_slot **found, uint8_t *to_close)
+                          uint32_t number, lum_line_slot **found,
+                          uint8_t *to_close)
 {
     const lum_awaited *packet = &a->awaited;
     const unsigned open_count = eye->lines.open_count;
     lum_line_slot *slot = eye->lines.oldest;
     for (unsigned i = 0; i < open_count; i++) {
-        if (slot->line.number == packet->group.line) {
+        if (slot->line.number == number) {
             const int32_t ahead_us = lead(packet, &slot->line.clock_us);
             if (stream_is_within(ahead_us, a->line_span_us)) {
                 *found = slot; /* step 1 */
@@ -97,7 +99,7 @@ lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
         }
         slot = slot->next;
     }
-    if (was_closed(a, eye)) {
+    if (was_closed(a, eye, number)) {
         return LUM_E_LATE;
     }
     /* step 4 */
@@ -105,7 +107,8 @@ lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
     return LUM_OK;
 }
 
-lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye)
+lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye,
+                              uint32_t number)
 {
     const lum_awaited *packet = &a->awaited;
     lum_line_slot *slot = eye->lines.unused;
@@ -117,7 +120,7 @@ lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye)
     line->arrival = packet->arrival;
     line->word_count = 0;
     line->lost_words = 0;
-    line->number = packet->group.line;
+    line->number = number;
     line->angle_count = 0;
     slot->low_clock_us = INT64_MAX;
     slot->last_arrival = packet->arrival;
@@ -131,8 +134,6 @@ lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye)
 void lum_lines_take(lum_assembler *a, lum_eye_state *eye, lum_line_slot *slot)
 {
     const lum_awaited *packet = &a->awaited;
-    LUM_CHECK(slot->line.eye == packet->group.eye);
-    LUM_CHECK(slot->line.number == packet->group.line);
     slot->last_arrival = packet->arrival;
     if (packet->clock_us < slot->low_clock_us) {
         slot->low_clock_us = packet->clock_us;
@@ -141,7 +142,7 @@ void lum_lines_take(lum_assembler *a, lum_eye_state *eye, lum_line_slot *slot)
      * line number must not begin a frame. From 2 on, accepted need not be
      * exact. */
     if (slot->accepted < 2 && ++slot->accepted == 2) {
-        slot->frame = lum_frames_decide(a, eye, packet->group.line);
+        slot->frame = lum_frames_decide(a, eye, slot->line.number);
     }
 }
 

@@ -8,15 +8,17 @@
 /* Gives each eye its share of the storage, which is large enough. */
 void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage);
 
-/* Looks for the line of the packet at hand: its number and clock.
+/* Looks for the line of the packet at hand: its clock and this number.
  * found:    the open line; untouched where none is: the line has to be opened
  *           once to_close others have closed.
  * LUM_OK, and of the two one is set; LUM_E_LATE: none is. */
 lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
-                          lum_line_slot **found, uint8_t *to_close);
+                          uint32_t number, lum_line_slot **found,
+                          uint8_t *to_close);
 
 /* Opens the line of the packet at hand; not all may be open. */
-lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye);
+lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye,
+                              uint32_t number);
 
 /* Takes note of the packet at hand, which an open line has accepted. The second
  * decides the line's frame. */

@@ -6,6 +6,7 @@
 #include "counter.h"
 #include "field.h"
 #include "group.h"
+#include "layout.h"
 #include "product.h"
 #include "words.h"
 
@@ -34,7 +35,7 @@ lum_result lum_receiver_init(lum_receiver *r, const lum_layout *layout,
                              uint32_t word_count)
 {
     const lum_profile *profile = &layout->profile;
-    if (gap_us >= LUM_GAP_US_END) {
+    if (gap_us >= LUM_GAP_US_END || !lum_layout_is_read(layout)) {
         return LUM_E_VALUE;
     }
     if (word_count == 0) {

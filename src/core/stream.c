@@ -20,8 +20,8 @@ static bool is_clock(const int64_t *us)
     return ((uint64_t)*us + (UINT64_C(1) << 61)) >> 62 == 0;
 }
 
-enum lum_stream_place lum_stream_judge(const lum_eye_stream *eye,
-                                       const int64_t *clock_us, uint32_t gap_us)
+static enum lum_stream_place judge(const lum_eye_stream *eye,
+                                   const int64_t *clock_us, uint32_t gap_us)
 {
     if (!is_clock(clock_us)) {
         return STREAM_STRAY;
@@ -36,13 +36,13 @@ enum lum_stream_place lum_stream_judge(const lum_eye_stream *eye,
                : STREAM_STRAY;
 }
 
-void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
-                     enum lum_stream_place place)
+enum lum_stream_place lum_stream_take(lum_assembler *a, lum_eye_stream *s)
 {
     const int64_t *clock_us = &a->awaited.clock_us;
+    const enum lum_stream_place place = judge(s, clock_us, a->config.gap_us);
     if (place == STREAM_STRAY) {
         s->candidate_us = *clock_us;
-        return;
+        return place;
     }
     LUM_CHECK(is_clock(clock_us));
     s->candidate_us = STREAM_LONG_AGO;
@@ -59,6 +59,7 @@ void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
     }
     s->heard_us = s->newest_us;
     s->seen = 1;
+    return place;
 }
 
 void lum_stream_end(lum_assembler *a)

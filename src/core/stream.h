@@ -15,14 +15,8 @@ enum lum_stream_place {
     STREAM_BREAK, /* the stream has jumped to it */
 };
 
-/* Judges a clock. */
-enum lum_stream_place lum_stream_judge(const lum_eye_stream *eye,
-                                       const int64_t *clock_us,
-                                       uint32_t gap_us);
-
-/* Takes note of the clock of the packet at hand, which was judged so. */
-void lum_stream_take(lum_assembler *a, lum_eye_stream *s,
-                     enum lum_stream_place place);
+/* Judges the clock of the packet at hand, and takes note of it. */
+enum lum_stream_place lum_stream_take(lum_assembler *a, lum_eye_stream *s);
 
 /* Any clock may come next. */
 void lum_stream_end(lum_assembler *a);

@@ -24,7 +24,7 @@ typedef struct turn {
  * the cosine 1 + y^2 Q(y^2), with least largest error: 1.3e-9 and 3.3e-8. Each
  * step multiplies by y^2 in 2^-30 and so takes 2 bits of fraction: from 2^-37
  * to 2^-31 and from 2^-36 to 2^-30. */
-static LUM_ONE_COPY void approximate(uint32_t angle, turn *out)
+static inline void approximate(uint32_t angle, turn *out)
 {
     /* what the nearest quarter leaves fills a word when it is times 4 */
     const int32_t y = (int32_t)(angle << 2);
@@ -40,7 +40,7 @@ static LUM_ONE_COPY void approximate(uint32_t angle, turn *out)
 }
 
 /* From the nearest quarter of a turn to the angle itself. */
-static LUM_ONE_COPY void turn_quarters(uint32_t angle, turn *t)
+static inline void turn_quarters(uint32_t angle, turn *t)
 {
     const uint32_t quarters = angle + (UINT32_C(1) << 29);
     if (quarters >> 30 == 0) {
@@ -57,6 +57,12 @@ static LUM_ONE_COPY void turn_quarters(uint32_t angle, turn *t)
     }
 }
 
+static LUM_ONE_COPY void set_turn(turn *out, uint32_t angle)
+{
+    approximate(angle, out);
+    turn_quarters(angle, out);
+}
+
 /* The 2^-28 that high_product() makes of two numbers of 2^-30, as 2^-30. */
 static int32_t quadruple(int32_t v)
 {
@@ -68,8 +74,7 @@ static void turn_axes(int32_t from[3], int32_t to[3], int32_t udeg)
 {
     const uint32_t angle = lum_turn_from_udeg(2 * udeg);
     turn t;
-    approximate(angle, &t);
-    turn_quarters(angle, &t);
+    set_turn(&t, angle);
     for (unsigned i = 0; i < 3; i++) {
         const int32_t turned =
             high_product(from[i], t.cosine, 0) - high_product(to[i], t.sine, 0);
@@ -114,10 +119,15 @@ void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
     /* side by side: what both need is loaded once */
     const uint32_t a = angle_of(&eye->azimuth, angle->azimuth);
     const uint32_t e = angle_of(&eye->elevation, angle->elevation);
+#if LUM_BY_PARTS
+    set_turn(&az, a);
+    set_turn(&el, e);
+#else
     approximate(a, &az);
     approximate(e, &el);
     turn_quarters(a, &az);
     turn_quarters(e, &el);
+#endif
     const int32_t look[3] = {quadruple(high_product(el.cosine, az.cosine, 0)),
                              quadruple(high_product(el.cosine, az.sine, 0)),
                              el.sine};

@@ -4,6 +4,7 @@
 #include "check.h"
 #include "counter.h"
 #include "group.h"
+#include "layout.h"
 #include "product.h"
 
 #include <string.h>
@@ -41,42 +42,6 @@ static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
     return clear == 0 ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
 }
 
-/* An int16_t may be written as its unsigned type, bit by bit as it came. With
- * vectors, angles in the order of lum_angle are copied as one row of numbers.
- */
-static void copy_angles(lum_angle *angles, const lum_group *group,
-                        uint8_t angle_order)
-{
-    const unsigned swap = angle_order; /* 0 or 1 */
-    uint16_t *restrict to = (uint16_t *)angles;
-    const uint8_t *restrict from = group->samples;
-    const uint8_t *const end =
-        from + (size_t)LUM_SAMPLE_BYTES * group->num_samples;
-#if LUM_VECTORS
-    if (swap == 0) {
-        for (uint32_t i = 0; i < 2u * group->num_samples; i++) {
-            to[i] = load_u16(from + (size_t)2 * i);
-        }
-        return;
-    }
-#endif
-    for (; from != end; from += LUM_SAMPLE_BYTES) {
-        to[swap] = load_u16(from);
-        to[swap ^ 1u] = load_u16(from + 2);
-        to += 2;
-    }
-}
-
-/* Angles of the other byte order. */
-static void swap_bytes(lum_angle *angles, uint32_t n)
-{
-    uint16_t *restrict numbers = (uint16_t *)angles;
-    for (uint32_t i = 0; i < 2u * n; i++) {
-        const unsigned bits = numbers[i];
-        numbers[i] = (uint16_t)(bits >> 8 | bits << 8);
-    }
-}
-
 lum_result lum_words_place_angles(lum_line_slot *slot, const lum_group *group,
                                   uint8_t angle_order)
 {
@@ -88,10 +53,7 @@ lum_result lum_words_place_angles(lum_line_slot *slot, const lum_group *group,
         return r;
     }
     slot->line.angle_count = (uint16_t)(slot->line.angle_count + n);
-    copy_angles(&slot->angles[first], group, angle_order);
-    if (group->sample_order != LUM_ORDER_LITTLE) {
-        swap_bytes(&slot->angles[first], n);
-    }
+    lum_layout_copy_angles(&slot->angles[first], group, angle_order);
     return LUM_OK;
 }
 
@@ -117,8 +79,10 @@ static LUM_IN_PLACE bool copy_words(uint32_t *restrict to,
 {
     const size_t end = (size_t)LUM_SAMPLE_BYTES * n;
     uint32_t borrow = 0;
-    (void)first;
     to[0] = load_sample(from, order);
+    if (place_of(to[0]) < first) {
+        return false;
+    }
     for (uint32_t i = 1; i < n; i++) {
         const size_t at = (size_t)LUM_SAMPLE_BYTES * i;
         const uint32_t word = load_sample(from + at, order);
@@ -136,16 +100,18 @@ static LUM_IN_PLACE bool copy_words(uint32_t *restrict to,
                                     const uint8_t *restrict from, uint32_t n,
                                     uint32_t first, uint8_t order)
 {
-    uint32_t borrow = 0;
-    for (uint32_t i = 0; i < n; i++) {
-        const uint32_t word =
-            load_sample(from + (size_t)LUM_SAMPLE_BYTES * i, order);
+    const uint8_t *const end = from + (size_t)LUM_SAMPLE_BYTES * n;
+    do {
+        const uint32_t word = load_sample(from, order);
         const uint32_t place = place_of(word);
-        to[i] = word;
-        borrow |= place - first;
+        from += LUM_SAMPLE_BYTES;
+        if (place < first) {
+            return false;
+        }
         first = place;
-    }
-    return borrow >> 31 == 0 && first < LUM_LINE_PIXELS;
+        *to++ = word;
+    } while (from != end);
+    return first < LUM_LINE_PIXELS;
 }
 #endif
 
@@ -176,8 +142,7 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
         return false;
     }
     const uint32_t first = count > 0 ? place_of(to[-1]) + 1u : 0;
-    if (place_of(group_word(group, 0)) < first ||
-        !copy_in_order(to, group, first)) {
+    if (!copy_in_order(to, group, first)) {
         return false;
     }
     slot->line.word_count = count + n;
@@ -200,76 +165,79 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
 struct merge {
     uint32_t *words;
     uint16_t *table;
+    uint32_t good;
     uint32_t low;
     uint32_t end;
 };
 
 /* Step 1: how many words are good, as far as a line can hold them. */
-static uint32_t count_good(struct merge *m, const lum_group *group)
+static void count_good(struct merge *m, const lum_group *group)
 {
-    uint32_t good = 0;
-    uint32_t low = LUM_LINE_PIXELS;
-    uint32_t end = 0;
     for (uint32_t i = 0; i < group->num_samples; i++) {
         const uint32_t pixel = place_of(group_word(group, i));
         if (pixel < LUM_LINE_PIXELS && m->table[pixel] <= LUM_LINE_WORDS_MAX) {
             m->table[pixel]++;
-            good++;
-            low = pixel < low ? pixel : low;
-            end = pixel < end ? end : pixel + 1u;
-        }
-    }
-    m->low = low;
-    m->end = end;
-    return good;
-}
-
-/* How many of a line's words are left without those of higher pixels: these are
- * passed by eight at a time as long as there are so many. */
-static LUM_ONE_COPY uint32_t descend(const uint32_t *words, uint32_t count,
-                                     uint32_t pixel)
-{
-    while (count >= 8u && place_of(words[count - 8u]) > pixel) {
-        count -= 8u;
-    }
-    while (count > 0 && place_of(words[count - 1u]) > pixel) {
-        count--;
-    }
-    return count;
-}
-
-/* Step 2: how many words of the packet belong to pixels that have words in the
- * line. Both are walked down side by side, from the highest pixel. */
-static uint32_t count_there(const struct merge *m, uint32_t count)
-{
-    uint32_t there = 0;
-    for (uint32_t pixel = m->end; pixel-- > m->low;) {
-        const uint32_t n = m->table[pixel];
-        if (n > 0) {
-            count = descend(m->words, count, pixel);
-            if (count > 0 && place_of(m->words[count - 1u]) == pixel) {
-                there += n;
+            m->good++;
+            if (pixel >= m->end) {
+                m->end = pixel + 1u;
             }
         }
     }
+}
+
+/* The next lower pixel that the packet has words of; there is one. */
+static inline uint32_t next_below(const struct merge *m, uint32_t pixel)
+{
+    do {
+        pixel--;
+    } while (m->table[pixel] == 0);
+    return pixel;
+}
+
+/* Step 2: how many words of the packet belong to pixels that have words in the
+ * line. Both are walked down side by side, from the highest pixel; the line's
+ * words of higher pixels are passed by eight at a time as long as there are so
+ * many. */
+static uint32_t count_there(struct merge *m, uint32_t count)
+{
+    const uint32_t *const words = m->words;
+    uint32_t there = 0;
+    uint32_t pixel = m->end;
+    for (uint32_t left = m->good; left > 0;) {
+        pixel = next_below(m, pixel);
+        while (count >= 4u && place_of(words[count - 4u]) > pixel) {
+            count -= 4u;
+        }
+        for (; count > 0; count--) {
+            const uint32_t place = place_of(words[count - 1u]);
+            if (place <= pixel) {
+                if (place == pixel) {
+                    there += m->table[pixel];
+                }
+                break;
+            }
+        }
+        left -= m->table[pixel];
+    }
+    m->low = pixel;
     return there;
 }
 
 /* Step 3. good is how many words of the packet are still to be placed, and so
- * how far the line's words above this pixel move. */
-static void make_room(const struct merge *m, uint32_t count, uint32_t good)
+ * how far the line's words above this pixel move: by four as long as there are
+ * so many. */
+static void make_room(const struct merge *m, uint32_t count)
 {
-    uint32_t *words = m->words;
-    for (uint32_t pixel = m->end; pixel-- > m->low;) {
-        const uint32_t n = m->table[pixel];
-        if (n > 0) {
-            const uint32_t left = descend(words, count, pixel);
-            for (; count > left; count--) {
-                words[count + good - 1u] = words[count - 1u];
-            }
-            good -= n;
-            m->table[pixel] = (uint16_t)(left + good);
+    uint32_t *const words = m->words;
+    uint32_t pixel = m->end;
+    for (uint32_t good = m->good; good > 0;) {
+        pixel = next_below(m, pixel);
+        while (count > 0 && place_of(words[count - 1u]) > pixel) {
+            count--;
+            words[count + good] = words[count];
         }
+        good -= m->table[pixel];
+        m->table[pixel] = (uint16_t)(count + good);
     }
 }
 
@@ -292,14 +260,15 @@ static lum_result insert(lum_assembler *a, lum_line_slot *slot,
     lum_result r = LUM_OK;
     const uint32_t count = slot->line.word_count;
     LUM_CHECK(count <= a->config.words_per_line);
-    const uint32_t good = count_good(&m, group);
+    count_good(&m, group);
+    const uint32_t good = m.good;
     const uint32_t there = count_there(&m, count);
     if (there > 0) {
         r = there == good ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
     } else if (good > a->config.words_per_line - count) {
         r = LUM_E_NO_ROOM;
     } else {
-        make_room(&m, count, good);
+        make_room(&m, count);
         fill_room(&m, group);
         slot->line.word_count = count + good;
         lum_counter_add(&a->counters.bad_words, group->num_samples - good);
