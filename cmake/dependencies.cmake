@@ -134,6 +134,9 @@ if(LUM_BUILD_ROS2 STREQUAL "ON" AND NOT LUM_WITH_ROS2)
   message(FATAL_ERROR "There is no lumros2: ${lum_why_no_ros2}")
 endif()
 
+# An example is for lwIP.
+lum_find_optional(LWIP LUM_BUILD_EXAMPLES LUM_LWIP lwip)
+
 # The tools are tested from outside, in Python, which also unpacks the captures that are changed at random.
 if(LUM_BUILD_TESTS)
   find_program(LUM_PYTHON python3 DOC "Python 3 for tests")
