@@ -21,4 +21,15 @@ set(lum_core_sources
     turn.c
     wire.c
     words.c)
+
+# What Kconfig has chosen: another file in place of one.
+if(CONFIG_LUMSDK_LAYOUT_FIXED)
+  list(TRANSFORM lum_core_sources REPLACE layout_any.c layout_fixed.c)
+elseif(CONFIG_LUMSDK_LAYOUT_OWN)
+  list(REMOVE_ITEM lum_core_sources layout_any.c)
+endif()
+if(CONFIG_LUMSDK_FRAMES_NONE)
+  list(TRANSFORM lum_core_sources REPLACE frames.c frames_none.c)
+endif()
+
 list(TRANSFORM lum_core_sources PREPEND ${CMAKE_CURRENT_LIST_DIR}/)

@@ -13,7 +13,8 @@ import unittest
 from pathlib import Path
 
 TOP = Path(__file__).resolve().parents[2]
-CORE = {str(path.relative_to(TOP)) for path in (TOP / "src/core").glob("*.c")}
+INSTEAD = {"src/core/frames_none.c": "src/core/frames.c", "src/core/layout_fixed.c": "src/core/layout_any.c"}
+CORE = {str(path.relative_to(TOP)) for path in (TOP / "src/core").glob("*.c")} - INSTEAD.keys()
 COMPILERS = [sys.argv.pop(1) if len(sys.argv) > 1 and sys.argv[1][0] != "-" else "cc"]
 COMPILERS += filter(shutil.which, ["arm-none-eabi-gcc"])
 FLAGS = "-std=c99 -ffreestanding -Os -Wall -Wextra -Wpedantic -Wconversion -Werror"
@@ -42,7 +43,7 @@ class Listed(unittest.TestCase):
 class Built(unittest.TestCase):
     """By CMake, with the stand-ins."""
 
-    def build(self, system, compiler, *options):
+    def build(self, system, compiler, *options, is_whole=True):
         """(sources, directories of headers) of what is built."""
         with tempfile.TemporaryDirectory() as build:
             run("cmake", "-S", Path(__file__).parent, "-B", build, f"-DAS={system}", f"-DCMAKE_C_COMPILER={compiler}",
@@ -52,7 +53,7 @@ class Built(unittest.TestCase):
             commands = json.loads(listed.read_text()) if listed.exists() else []
             archives = list(Path(build).rglob("*.a"))
             self.assertEqual(len(archives), 1 if commands else 0)
-            for archive in archives:
+            for archive in archives if is_whole else ():
                 run(TOP / "tests/tools/nm_gate.sh", compiler.replace("gcc", "nm") if "-" in compiler else "nm", archive)
         headers = {name for command in commands for name in re.findall(r"(?:-I|-isystem) *(\S+)", command["command"])}
         return ({str(Path(command["file"]).resolve().relative_to(TOP)) for command in commands},
@@ -68,6 +69,15 @@ class Built(unittest.TestCase):
 
     def test_a_module_of_zephyr(self):
         self.check("zephyr", "-DCONFIG_LUMSDK=y")
+
+    def test_files_that_kconfig_chooses(self):
+        for options, others in ((["LAYOUT_FIXED"], {"src/core/layout_fixed.c"}), (["FRAMES_NONE"], {"src/core/frames_none.c"}),
+                                (["LAYOUT_FIXED", "FRAMES_NONE"], INSTEAD.keys())):
+            with self.subTest(options):
+                sources, _ = self.build("esp-idf", COMPILERS[-1], *(f"-DCONFIG_LUMSDK_{option}=y" for option in options))
+                self.assertEqual(sources, CORE - {INSTEAD[other] for other in others} | others)
+        sources, _ = self.build("zephyr", COMPILERS[-1], "-DCONFIG_LUMSDK=y", "-DCONFIG_LUMSDK_LAYOUT_OWN=y", is_whole=False)
+        self.assertEqual(sources, CORE - {"src/core/layout_any.c"})
 
     def test_nothing_where_the_module_is_not_chosen(self):
         self.assertEqual(self.build("zephyr", COMPILERS[0]), (set(), set()))

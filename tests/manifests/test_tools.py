@@ -3,6 +3,7 @@
 not installed: script/setup --all puts them into build/manifests."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from pathlib import Path
 TOP = Path(__file__).resolve().parents[2]
 PYTHON = TOP / "build/manifests/bin/python"
 try:
+    import esp_kconfiglib
     import kconfiglib
     from idf_component_tools.manager import ManifestManager
     from idf_component_tools.manifest import SolvedComponent
@@ -31,7 +33,7 @@ except ImportError as missing:
     print(f"{missing}: the tools of PlatformIO, ESP-IDF and Zephyr are not in build/manifests, where script/setup --all puts them")
     sys.exit(77)
 
-SOURCES = {str(path.relative_to(TOP)) for path in (TOP / "src/core").glob("*.c")}
+SOURCES = {str(path.relative_to(TOP)) for path in (TOP / "src/core").glob("*.c")} - {"src/core/frames_none.c", "src/core/layout_fixed.c"}
 CORE = {str(path.relative_to(TOP)) for path in (TOP / "src/core").glob("*.[ch]")}
 HEADERS = {str(path.relative_to(TOP)) for path in (TOP / "include/lum").glob("*.h")}
 FLOATING = {"include/lum/points.h", "include/lum/smooth.h"}
@@ -94,7 +96,15 @@ class EspIdf(unittest.TestCase):
             component = SolvedComponent(name="lumsdk", source=source, version=str(found), component_hash=found.component_hash)
             there = Path(source.download(component, os.path.join(folder, "managed_components/lumsdk")))
             names = {str(path.relative_to(there)) for path in there.rglob("*") if path.is_file()}
-        self.assertEqual(names, CORE | HEADERS | {"CMakeLists.txt", "LICENSE", "README.md", "idf_component.yml", "src/core/sources.cmake"})
+        self.assertEqual(names, CORE | HEADERS | {"CMakeLists.txt", "Kconfig", "LICENSE", "README.md", "idf_component.yml",
+                                                 "src/core/sources.cmake"})
+
+    def test_what_cmake_asks_for_is_what_there_is_to_choose(self):
+        """ANY is what is built without a choice."""
+        asked = set(re.findall(r"CONFIG_(\w+)", (TOP / "src/core/sources.cmake").read_text()))
+        kconfig = esp_kconfiglib.Kconfig(str(TOP / "Kconfig"))
+        self.assertEqual(kconfig.warnings, [])
+        self.assertEqual({symbol.name for symbol in kconfig.unique_defined_syms}, asked | {"LUMSDK_LAYOUT_ANY"})
 
 
 class Zephyr(unittest.TestCase):
@@ -113,7 +123,7 @@ class Zephyr(unittest.TestCase):
         self.assertEqual(kconfig.warnings, [])
         self.assertEqual(kconfig.syms["LUMSDK"].str_value, "n")
         kconfig.syms["LUMSDK"].set_value("y")
-        self.assertEqual(kconfig.syms["LUMSDK"].str_value, "y")
+        self.assertEqual({name for name, symbol in kconfig.syms.items() if symbol.str_value == "y"}, {"LUMSDK", "LUMSDK_LAYOUT_ANY"})
 
 
 if __name__ == "__main__":
