@@ -41,4 +41,10 @@ void age_answer(age *a, const lum_timestamp *answer, int64_t now_ms,
  * ahead is from before a restart, and counts as older than AGE_MAX_MS. */
 uint32_t age_of(const age *a, uint32_t clock_us, int64_t now_ms);
 
+/* Whether a packet's clock is ahead by more than ahead_ms: then now_ms stands
+ * still, or lags. One ahead by more than AGE_MAX_MS is from before a restart,
+ * and shows nothing. */
+bool age_is_ahead(const age *a, uint32_t clock_us, int64_t now_ms,
+                  uint32_t ahead_ms);
+
 #endif

@@ -255,12 +255,26 @@ static void take_fresh_data(gateway *g, const lum_group *group)
     }
 }
 
+/* While now_ms stands still nothing grows old, and no reason ends or begins by
+ * time. Only the sensor's clock shows it. */
+static bool shows_lag(const gateway *g, uint32_t clock_us)
+{
+    const uint32_t hold_ms = g->config.hold_ms;
+
+    return age_is_ahead(&g->age, clock_us, g->now_ms,
+                        hold_ms > AGE_AHEAD_MS ? AGE_AHEAD_MS : hold_ms - 1u);
+}
+
 /* The assembler does not get old packets: they would look like a jump of the
  * clock. */
 static void take_data(gateway *g, const lum_group *group)
 {
-    if (age_of(&g->age, (uint32_t)group->clock_raw, g->now_ms) <
-        g->config.silence_ms) {
+    const uint32_t clock_us = (uint32_t)group->clock_raw;
+
+    if (shows_lag(g, clock_us)) {
+        g->has_lagged = true;
+    }
+    if (age_of(&g->age, clock_us, g->now_ms) < g->config.silence_ms) {
         take_fresh_data(g, group);
     } else {
         g->old_packets++;
@@ -410,9 +424,10 @@ static uint32_t find_causes(gateway *g, uint32_t stalls, bool is_blind)
         causes |= GATEWAY_LASER;
     }
     g->laser_was_down = false;
-    if (has_stalled(stalls, g->stalls_seen)) {
+    if (has_stalled(stalls, g->stalls_seen) || g->has_lagged) {
         causes |= GATEWAY_STALLED;
     }
+    g->has_lagged = false;
     return causes;
 }
 

@@ -63,7 +63,8 @@ enum gateway_reason {
                            whole of a frame within hold_ms: blind; or the
                            gateway was not begun */
     GATEWAY_LASER = 4,  /* a status said that the laser is down: blind */
-    GATEWAY_STALLED = 8 /* the main loop hung, or has made no round yet */
+    GATEWAY_STALLED = 8 /* the main loop hung, or has made no round yet; or
+                           now_ms is behind the sensor's clock */
 };
 
 /* The machine may move only while each eye has shown a point within silence_ms
@@ -119,7 +120,8 @@ typedef struct gateway {
     uint32_t dropped_seen;
     bool object; /* since the last decision */
     bool laser_down;
-    bool laser_was_down; /* since the last decision */
+    bool laser_was_down; /* since the last decision, as the next */
+    bool has_lagged;     /* now_ms, behind the sensor's clock */
     int64_t now_ms;
     int64_t since_ms[GATEWAY_REASONS];
     age age;

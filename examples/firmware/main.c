@@ -12,7 +12,17 @@
 #define GAP_MS     10000u /* a longer one, or one backwards, is cut */
 #define HEAD_BYTES 12u
 #define COLUMN     20u
+#define HOLD_MS    1200u
 #define MM(length) ((length)*LUM_FIXED_PER_MM)
+
+/* The board's watchdog. When the timer is dead and no data shows it, the
+ * machine moves on until then, by what is as old as HOLD_MS already. */
+#ifndef WATCHDOG_MS
+#define WATCHDOG_MS 1000u
+#endif
+#if WATCHDOG_MS > HOLD_MS
+#error "WATCHDOG_MS has to be HOLD_MS or less"
+#endif
 
 typedef struct program {
     gateway gateway;
@@ -305,7 +315,7 @@ static bool begin(program *p)
         .hits = 10,
         .lines = 64,
         .frame_ms = 500, /* two a second */
-        .hold_ms = 1200,
+        .hold_ms = HOLD_MS,
         .silence_ms = 600,
         .eyes = 1u << LUM_EYE_BLUE | 1u << LUM_EYE_GREEN};
     const gateway_output output = {.context = p,

@@ -322,6 +322,78 @@ static void an_event_that_waits_spoils_both_looks_and_costs_no_packet(
     rig_free(r);
 }
 
+/* A packet of an eye, whose sensor is ahead of now_ms by so much. */
+static void show_ahead(struct rig *r, unsigned eye, uint32_t ahead_us)
+{
+    const uint32_t boot_us = r->boot_us;
+    r->boot_us += ahead_us;
+    put(r, eye, LUM_TAG_ANGLES, 0, false, 0, 1);
+    r->boot_us = boot_us;
+    (void)gateway_receive(&r->gateway, r->now);
+}
+
+/* A dead timer whose count is now_ms, or one that goes on but counts nothing.
+ */
+static void a_clock_that_stands_still_stops_the_machine(void **state)
+{
+    (void)state;
+    for (unsigned has_ticks = 0; has_ticks < 2; has_ticks++) {
+        struct rig *const r = rig_going(0);
+        const uint32_t boot_us = r->boot_us;
+        r->is_mute = true;
+        for (unsigned i = 0; i < 2u * HOLD / STEP; i++) {
+            const uint32_t ahead_us = r->boot_us - boot_us;
+            if (has_ticks != 0) {
+                gateway_tick(&r->gateway, r->now);
+            }
+            show(r, BOTH, FAR_TOF, 1);
+            assert_int_equal(reasons(r), ahead_us > AGE_AHEAD_MS * 1000u
+                                             ? GATEWAY_STALLED
+                                             : 0);
+            r->boot_us += STEP * 1000u;
+        }
+        r->is_mute = false;
+        tell_clock(r, r->now, sensor_clock(r));
+        pass(r, HOLD - STEP, BOTH);
+        assert_true((reasons(r) & GATEWAY_STALLED) != 0);
+        expect_recovery(r);
+        rig_free(r);
+    }
+}
+
+/* From before a restart is what is farther ahead; and nothing is ahead of a
+ * clock that the sensor has not told. */
+static void a_packet_of_either_eye_shows_that_the_clock_is_behind(void **state)
+{
+    static const struct {
+        uint32_t hold_ms, ahead_us;
+        bool stalls;
+    } rows[] = {
+        {HOLD, 100000, false},    {HOLD, 100001, true}, {HOLD, 600000000, true},
+        {HOLD, 600000001, false}, {101, 100000, false}, {101, 100001, true},
+        {100, 99000, false},      {100, 99001, true},   {60, 59000, false},
+        {60, 59001, true},
+    };
+    (void)state;
+    for (unsigned i = 0; i < 20; i++) {
+        struct rig *const r = rig_new();
+        const unsigned row = i / 2u;
+        r->config.frame_ms = 20;
+        r->config.hold_ms = rows[row].hold_ms;
+        assert_int_equal(rig_init(r), LUM_OK);
+        run(r, HEART_SILENCE_MS + HOLD, STEP);
+        assert_int_equal(reasons(r), GATEWAY_SILENT);
+        show_ahead(r, i % 2u, rows[row].ahead_us);
+        assert_int_equal((reasons(r) & GATEWAY_STALLED) != 0, rows[row].stalls);
+        run(r, HOLD, STEP);
+        assert_int_equal(reasons(r), GATEWAY_SILENT);
+        age_init(&r->gateway.age);
+        show_ahead(r, i % 2u, rows[row].ahead_us);
+        assert_int_equal(reasons(r), GATEWAY_SILENT);
+        rig_free(r);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -329,6 +401,8 @@ int main(void)
         cmocka_unit_test(lines_that_become_old_are_closed_and_left_out),
         cmocka_unit_test(lines_are_taken_until_they_are_as_old_as_the_silence),
         cmocka_unit_test(an_answer_serves_that_was_asked_for_lately),
+        cmocka_unit_test(a_clock_that_stands_still_stops_the_machine),
+        cmocka_unit_test(a_packet_of_either_eye_shows_that_the_clock_is_behind),
         cmocka_unit_test(what_the_gateway_loses_makes_no_whole_look),
         cmocka_unit_test(lines_cut_by_an_event_that_waited_complete_no_look),
         cmocka_unit_test(a_conflict_spoils_the_look_of_its_eye),
