@@ -14,15 +14,23 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define RING_LINE_BYTES 32u /* of a data cache */
+/* Of a data cache: 32 on an M7. Set it where the core's lines are longer, or
+ * the DMA needs its buffers aligned to more; without a cache 8 saves memory. It
+ * is at least what any word of the gateway is aligned to. */
+#ifndef RING_LINE_BYTES
+#define RING_LINE_BYTES 32u
+#endif
+#if RING_LINE_BYTES < 8 || (RING_LINE_BYTES & (RING_LINE_BYTES - 1)) != 0
+#error "RING_LINE_BYTES has to be a power of two, 8 or more"
+#endif
 
 /* A payload of Ethernet: 1500 minus 28 of IP and UDP. A whole frame, of a MAC
  * without an IP stack, has 46 more with a VLAN tag: 1536. */
 #ifndef RING_SLOT_BYTES
 #define RING_SLOT_BYTES 1472u
 #endif
-#if RING_SLOT_BYTES < 1472 || RING_SLOT_BYTES % 32 != 0
-#error "RING_SLOT_BYTES has to be a multiple of 32, 1472 or more"
+#if RING_SLOT_BYTES < 1472 || RING_SLOT_BYTES % RING_LINE_BYTES != 0
+#error "RING_SLOT_BYTES has to be a multiple of RING_LINE_BYTES, 1472 or more"
 #endif
 
 #ifndef RING_SLOTS
