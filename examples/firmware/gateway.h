@@ -144,8 +144,9 @@ typedef struct gateway {
  * layout: copied. calibration: used only here. now_ms, here and below: of one
  * clock, which may wrap but never goes back. Returns LUM_OK; LUM_E_VALUE if a
  * value of the configuration, of the zone or of the calibration is out of
- * range, or the layout's data packets have no clock of 4 bytes. Then it stays
- * stopped, sends nothing, takes nothing, and gateway_may_kick() is false. */
+ * range, or the layout's data packets have no clock of 32 bits in us. Then it
+ * stays stopped, sends nothing, takes nothing, and gateway_may_kick() is false.
+ */
 LUM_MUST_CHECK lum_result gateway_init(gateway *g, const gateway_config *config,
                                        const gateway_output *output,
                                        const lum_calibration *calibration,
