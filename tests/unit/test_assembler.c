@@ -158,6 +158,19 @@ static void the_clock_may_go_below_zero(void **state)
     stream_free(s);
 }
 
+static void half_a_wrap_of_the_clock_is_backwards(void **state)
+{
+    struct stream *s = open_with_clock(1, 1000);
+    (void)state;
+    one(s, BLUE, 1, 50);
+    one(s, GREEN, 1, 178); /* 128 before 50 */
+    one(s, BLUE, 2, 49);   /* 127 after that */
+    stream_end(s);
+    assert_true(find_line(s, GREEN, 1, 0)->clock_us == 50 - 128);
+    assert_true(find_line(s, BLUE, 2, 0)->clock_us == 49);
+    stream_free(s);
+}
+
 static void the_clock_follows_packets_of_either_eye(void **state)
 {
     struct stream *s = open_with_clock(1, 1000);
@@ -1909,6 +1922,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_clock_begins_at_the_first_packets_value),
     cmocka_unit_test(the_clock_goes_on_over_its_wrap),
     cmocka_unit_test(the_clock_may_go_below_zero),
+    cmocka_unit_test(half_a_wrap_of_the_clock_is_backwards),
     cmocka_unit_test(the_clock_follows_packets_of_either_eye),
     cmocka_unit_test(the_clock_follows_late_packets),
     cmocka_unit_test(the_clock_follows_repeats),

@@ -319,6 +319,24 @@ static void an_eye_wraps_beside_the_other_that_has(void **state)
     assert_int_equal(through_the_other(24 - R), 2);
 }
 
+/* Frame 1, of an eye without a line, is ahead of the upper half of numbers. */
+static void an_eye_does_not_wrap_beside_one_that_has_not_begun(void **state)
+{
+    const uint32_t frame = UINT32_C(0x80000002);
+    (void)state;
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        struct stream *s = stream_open();
+        s->assembler.eye[eye].frames.frame = frame; /* after so many */
+        s->assembler.frames.next = frame;
+        s->assembler.frames.highest = frame - 1u;
+        for (unsigned i = 0; i < R; i++) {
+            s->assembler.eye[eye].reach[i].frame = frame - 1u;
+        }
+        send_lines(s, eye, 0, 1);
+        assert_true(frame_at_end(s, eye, 1, 0) == (int64_t)frame);
+    }
+}
+
 static void an_eye_does_not_wrap_far_from_the_other(void **state)
 {
     (void)state;
@@ -906,25 +924,41 @@ static void an_eye_alone_waits_for_the_other_for_gap_us(void **state)
     }
 }
 
-/* Blue's low clock is that of the line closed last; green was heard at 1 s. */
+/* Green was heard at 1 s, and then a packet of so long before; how many frames
+ * are complete when blue's low clock, that of the line closed last, is past
+ * gap_us. */
+static size_t complete_past_gap(uint32_t past_us, uint32_t older_us)
+{
+    struct stream *s = stream_open();
+    s->step = 0;
+    send_line(s, GREEN, 10);
+    assert_int_equal(send_angles(s, GREEN, 9, s->clock - older_us, 0, 1),
+                     LUM_OK);
+    send_lines(s, BLUE, 10, 12);
+    send_lines(s, BLUE, 0, R); /* 5 of which have closed */
+    s->clock += 50000u;
+    send_lines(s, BLUE, R + 1, R + 1);
+    s->clock += 50000u + past_us;
+    send_lines(s, BLUE, R + 2, R + 5); /* line R + 1 closes */
+    send_line(s, BLUE, R + 6);         /* and one of the last clock */
+    tick(s);
+    const size_t complete = completions(s);
+    stream_free(s);
+    return complete;
+}
+
 static void an_eye_at_gap_us_is_not_silent_yet(void **state)
 {
     (void)state;
-    for (uint32_t past = 0; past < 2; past++) {
-        struct stream *s = stream_open();
-        s->step = 0;
-        send_line(s, GREEN, 10);
-        send_lines(s, BLUE, 10, 12);
-        send_lines(s, BLUE, 0, R); /* 5 of which have closed */
-        s->clock += 50000u;
-        send_lines(s, BLUE, R + 1, R + 1);
-        s->clock += 50000u + past;
-        send_lines(s, BLUE, R + 2, R + 5); /* line R + 1 closes */
-        send_line(s, BLUE, R + 6);         /* and one of the last clock */
-        tick(s);
-        assert_int_equal(completions(s), past);
-        stream_free(s);
-    }
+    assert_int_equal(complete_past_gap(0, 0), 0);
+    assert_int_equal(complete_past_gap(1, 0), 1);
+}
+
+static void an_eye_was_heard_at_its_newest_clock_not_its_last(void **state)
+{
+    (void)state;
+    assert_int_equal(complete_past_gap(0, 99999), 0);
+    assert_int_equal(complete_past_gap(1, 99999), 1);
 }
 
 static void an_eye_that_falls_silent_is_waited_for_gap_us(void **state)
@@ -1125,6 +1159,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(a_wrap_goes_back_by_more_than_r),
     cmocka_unit_test(a_wraps_line_is_its_gap),
     cmocka_unit_test(an_eye_wraps_beside_the_other_that_has),
+    cmocka_unit_test(an_eye_does_not_wrap_beside_one_that_has_not_begun),
     cmocka_unit_test(an_eye_does_not_wrap_far_from_the_other),
     cmocka_unit_test(an_eye_does_not_wrap_beside_one_of_its_frame),
     cmocka_unit_test(the_other_eyes_wrap_is_a_wrap),
@@ -1165,6 +1200,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_end_completes_the_last_frame_after_its_lines),
     cmocka_unit_test(an_eye_alone_waits_for_the_other_for_gap_us),
     cmocka_unit_test(an_eye_at_gap_us_is_not_silent_yet),
+    cmocka_unit_test(an_eye_was_heard_at_its_newest_clock_not_its_last),
     cmocka_unit_test(an_eye_that_falls_silent_is_waited_for_gap_us),
     cmocka_unit_test(a_break_completes_the_frames_before_it),
     cmocka_unit_test(a_jump_of_one_eyes_clock_makes_the_other_not_silent),
