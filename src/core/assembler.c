@@ -183,7 +183,7 @@ static lum_result place(lum_assembler *a, lum_eye_state *eye,
         return LUM_OK;
     }
     p->step = STEP_OPEN;
-    return lum_lines_find(a, eye, group->line, found, &p->to_close);
+    return lum_lines_find(a, eye, group->line, found);
 }
 
 /* All lines of before have closed. */

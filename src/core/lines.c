@@ -42,11 +42,10 @@ void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage)
             slot->line.words = words;
             slot->line.eye = (uint8_t)e;
             slot->words = words;
-            slot->next = slot + 1;
+            slot->next = i + 1u < c->open_lines ? slot + 1 : eye->lines.oldest;
             words += c->words_per_line;
             slot++;
         }
-        slot[-1].next = eye->lines.oldest;
         reach += c->reorder_lines;
     }
 }
@@ -76,11 +75,10 @@ static bool was_closed(const lum_assembler *a, const lum_eye_state *eye,
     return lead(packet, &eye->lines.low_clock_us) < 0;
 }
 
-lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
-                          uint32_t number, lum_line_slot **found,
-                          uint8_t *to_close)
+lum_result lum_lines_find(lum_assembler *a, const lum_eye_state *eye,
+                          uint32_t number, lum_line_slot **found)
 {
-    const lum_awaited *packet = &a->awaited;
+    lum_awaited *packet = &a->awaited;
     const unsigned open_count = eye->lines.open_count;
     lum_line_slot *slot = eye->lines.oldest;
     for (unsigned i = 0; i < open_count; i++) {
@@ -94,7 +92,7 @@ lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
                 return LUM_E_LATE; /* of an earlier frame */
             }
             /* step 2: this line and the i that are older */
-            *to_close = (uint8_t)(i + 1u);
+            packet->to_close = (uint8_t)(i + 1u);
             return LUM_OK;
         }
         slot = slot->next;
@@ -103,7 +101,7 @@ lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
         return LUM_E_LATE;
     }
     /* step 4 */
-    *to_close = open_count == a->config.open_lines ? 1 : 0;
+    packet->to_close = open_count == a->config.open_lines ? 1 : 0;
     return LUM_OK;
 }
 

@@ -12,9 +12,8 @@ void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage);
  * found:    the open line; untouched where none is: the line has to be opened
  *           once to_close others have closed.
  * LUM_OK, and of the two one is set; LUM_E_LATE: none is. */
-lum_result lum_lines_find(const lum_assembler *a, const lum_eye_state *eye,
-                          uint32_t number, lum_line_slot **found,
-                          uint8_t *to_close);
+lum_result lum_lines_find(lum_assembler *a, const lum_eye_state *eye,
+                          uint32_t number, lum_line_slot **found);
 
 /* Opens the line of the packet at hand; not all may be open. */
 lum_line_slot *lum_lines_open(const lum_assembler *a, lum_eye_state *eye,

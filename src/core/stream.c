@@ -17,34 +17,42 @@ int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)
  * from all clocks. */
 static bool is_clock(const int64_t *us)
 {
-    return ((uint64_t)*us + (UINT64_C(1) << 61)) >> 62 == 0;
+    const uint32_t high = (uint32_t)((uint64_t)*us >> 32);
+    return high + (UINT32_C(1) << 29) < UINT32_C(1) << 30;
 }
 
-static enum lum_stream_place judge(const lum_eye_stream *eye,
-                                   const int64_t *clock_us, uint32_t gap_us)
+/* is_newest: set where it is the largest clock since the last break. */
+static enum lum_stream_place judge(const lum_assembler *a,
+                                   const lum_eye_stream *s, bool *is_newest)
 {
+    const int64_t *clock_us = &a->awaited.clock_us;
+    const uint32_t gap_us = a->config.gap_us;
     if (!is_clock(clock_us)) {
         return STREAM_STRAY;
     }
-    if (eye->seen == 0 ||
-        stream_is_within(lum_stream_lead(clock_us, &eye->newest_us), gap_us)) {
+    *is_newest = true;
+    if (s->seen == 0) {
         return STREAM_NEAR;
     }
-    return stream_is_within(lum_stream_lead(clock_us, &eye->candidate_us),
-                            gap_us)
+    const int32_t lead_us = lum_stream_lead(clock_us, &s->newest_us);
+    if (stream_is_within(lead_us, gap_us)) {
+        *is_newest = lead_us > 0;
+        return STREAM_NEAR;
+    }
+    return stream_is_within(lum_stream_lead(clock_us, &s->candidate_us), gap_us)
                ? STREAM_BREAK
                : STREAM_STRAY;
 }
 
 enum lum_stream_place lum_stream_take(lum_assembler *a, lum_eye_stream *s)
 {
+    bool is_newest = false;
     const int64_t *clock_us = &a->awaited.clock_us;
-    const enum lum_stream_place place = judge(s, clock_us, a->config.gap_us);
+    const enum lum_stream_place place = judge(a, s, &is_newest);
     if (place == STREAM_STRAY) {
         s->candidate_us = *clock_us;
         return place;
     }
-    LUM_CHECK(is_clock(clock_us));
     s->candidate_us = STREAM_LONG_AGO;
     clock_take(&a->stream.clock, &a->awaited.ticks);
     if (place == STREAM_BREAK || a->stream.begun == 0) {
@@ -52,9 +60,8 @@ enum lum_stream_place lum_stream_take(lum_assembler *a, lum_eye_stream *s)
         a->eye[LUM_EYE_BLUE].stream.heard_us = *clock_us;
         a->eye[LUM_EYE_GREEN].stream.heard_us = *clock_us;
         a->stream.begun = 1;
-        s->seen = 0;
     }
-    if (s->seen == 0 || *clock_us > s->newest_us) {
+    if (is_newest) {
         s->newest_us = *clock_us;
     }
     s->heard_us = s->newest_us;

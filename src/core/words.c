@@ -21,20 +21,25 @@
  * restores them. */
 static lum_result flip_marks(uint32_t *marks, uint32_t first, uint32_t n)
 {
-    const uint32_t last = first + n - 1u;
-    LUM_CHECK(n > 0);
-    LUM_CHECK(last < LUM_LINE_PIXELS);
+    uint32_t end = first % 32u + n; /* from the first word's lowest bit */
     uint32_t mask = ALL_BITS << (first % 32u);
     uint32_t set = 0;
     uint32_t clear = 0;
-    for (uint32_t w = first / 32u; w <= last / 32u; w++) {
-        if (w == last / 32u) {
-            mask &= ALL_BITS >> (31u - last % 32u);
+    LUM_CHECK(n > 0);
+    LUM_CHECK(first + n <= LUM_LINE_PIXELS);
+    marks += first / 32u;
+    for (;; end -= 32u) {
+        if (end < 32u) {
+            mask &= ~(ALL_BITS << end);
         }
-        set |= marks[w] & mask;
-        marks[w] ^= mask;
-        clear |= marks[w] & mask;
+        set |= *marks & mask;
+        *marks ^= mask;
+        clear |= *marks & mask;
+        if (end <= 32u) {
+            break;
+        }
         mask = ALL_BITS;
+        marks++;
     }
     if (set == 0) {
         return LUM_OK;
