@@ -278,9 +278,7 @@ static lum_result insert(lum_assembler *a, lum_line_slot *slot,
         slot->line.word_count = count + good;
         lum_counter_add(&a->counters.bad_words, group->num_samples - good);
     }
-    if (good > 0) {
-        memset(m.table + m.low, 0, (size_t)(m.end - m.low) * sizeof *m.table);
-    }
+    memset(m.table + m.low, 0, (size_t)(m.end - m.low) * sizeof *m.table);
     return r;
 }
 
