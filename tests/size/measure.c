@@ -1,7 +1,6 @@
-/* What a datagram costs, in instructions, on a board that counts them: an
- * emulator whose clock advances with each instruction. Prints one line for each
- * figure: its ticks, how often the clock was read for it, and of how many units
- * it is the sum; size.py divides. */
+/* What a datagram costs, in instructions, on a board that counts them. Prints
+ * one line for each figure, of all that were like it. */
+#include "count.h"
 #include "lum/assembler.h"
 #include "lum/calibration.h"
 #include "lum/packet.h"
@@ -10,7 +9,6 @@
 #include "lum/receiver.h"
 #include "lum/returns.h"
 #include "port/port.h"
-#include "port/text.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -23,27 +21,18 @@
 #define MOST          340u /* samples of a packet: what Ethernet holds */
 #define PACKETS_MAX   8u
 #define BLOCK         64u
-#define LOOPS         500000u
 #define CLOCK_STEP    200u /* microseconds between lines */
-#define LARGEST       362u /* words of a datagram of 1,472 bytes */
 
 /* What is counted apart. */
 enum cost {
-    COST_NOTHING,
-    COST_LOOP,
     COST_LINE,
     COST_ANGLES,
     COST_SINGLES,
     COST_PULSES,
     COST_REORDERED,
     COST_PACKET,
-    COST_FILL,
-    COST_FIRST,
-    COST_SPREAD,
-    COST_AGAIN,
     COST_RECEIVED,
     COST_RECEIVED_ANGLES,
-    COST_RECEIVED_WORST,
     COST_RETURNS,
     COST_POINTS_SINGLES,
     COST_POINTS_PULSES,
@@ -51,28 +40,12 @@ enum cost {
     COSTS
 };
 
-static const char *const names[COSTS] = {"nothing",        "loop",
-                                         "line",           "angles",
-                                         "singles",        "pulses",
-                                         "reordered",      "packet",
-                                         "fill",           "first",
-                                         "spread",         "again",
-                                         "received",       "received_angles",
-                                         "received_worst", "returns",
-                                         "points_singles", "points_pulses",
-                                         "points_aside"};
+static const char *const names[COSTS] = {
+    "line",      "angles",         "singles",       "pulses",
+    "reordered", "packet",         "received",      "received_angles",
+    "returns",   "points_singles", "points_pulses", "points_aside"};
 
-struct datagram {
-    uint8_t bytes[LUM_GROUP_HEAD_MAX + LARGEST * LUM_SAMPLE_BYTES];
-    size_t len;
-};
-
-static struct {
-    uint32_t ticks;
-    uint32_t readings;
-    uint32_t units;
-} sums[COSTS];
-
+static struct count sums[COSTS];
 static struct datagram packets[PACKETS_MAX];
 static lum_layout layout;
 static lum_assembler assembler;
@@ -82,7 +55,7 @@ static lum_reach reach[LUM_ASSEMBLER_REACH(REORDER_LINES)];
 static const lum_assembler_storage storage =
     LUM_ASSEMBLER_STORAGE(slots, words, reach);
 static lum_receiver receiver;
-static uint32_t received[LARGEST];
+static uint32_t received[MOST];
 static lum_fixed_projector projector;
 static lum_fixed_point points[BLOCK];
 static lum_return returns[LINE_WORDS];
@@ -93,13 +66,6 @@ static uint32_t line_number;
 static bool looks_aside;
 static bool is_wrong;
 
-static void add(enum cost cost, uint32_t begin, uint32_t units)
-{
-    sums[cost].ticks += port_ticks() - begin;
-    sums[cost].readings++;
-    sums[cost].units += units;
-}
-
 static void use_line(const lum_line *line)
 {
     lum_point_losses losses = {0, 0};
@@ -108,10 +74,10 @@ static void use_line(const lum_line *line)
         points_made += (uint32_t)lum_points_fixed_compute(
             &projector, line, i, BLOCK, points, &losses);
     }
-    add(projecting, begin, line->word_count);
+    count_add(&sums[projecting], port_ticks() - begin, line->word_count);
     begin = port_ticks();
     lum_returns_compute(line->words, line->word_count, returns);
-    add(COST_RETURNS, begin, line->word_count);
+    count_add(&sums[COST_RETURNS], port_ticks() - begin, line->word_count);
 }
 
 /* Takes a datagram as a gateway does. A line that it completes is used between
@@ -125,14 +91,14 @@ static void receive(const struct datagram *d, enum cost cost, uint32_t units)
         LUM_PACKET_DATA) {
         r = lum_assembler_push(&assembler, &group, 0);
     }
-    add(cost, begin, units);
+    count_add(&sums[cost], port_ticks() - begin, units);
     while (r > 0) {
         if (r == LUM_LINE_READY) {
             use_line(lum_assembler_line(&assembler));
         }
         begin = port_ticks();
         r = lum_assembler_push(&assembler, &group, 0);
-        add(cost, begin, 0);
+        count_add(&sums[cost], port_ticks() - begin, 0);
     }
     is_wrong = is_wrong || r != LUM_OK;
 }
@@ -146,17 +112,7 @@ static void begin_packet(struct datagram *d, uint8_t tag, uint32_t first,
                              .clock_raw = line_number * CLOCK_STEP,
                              .eye = LUM_EYE_BLUE,
                              .tag = tag};
-    size_t head = 0;
-    if (lum_group_encode(&layout, &group, d->bytes, sizeof d->bytes, &head) !=
-        LUM_OK) {
-        is_wrong = true;
-    }
-    d->len = head + samples * LUM_SAMPLE_BYTES;
-}
-
-static uint8_t *sample(struct datagram *d, uint32_t samples, uint32_t i)
-{
-    return d->bytes + d->len - (samples - i) * LUM_SAMPLE_BYTES;
+    is_wrong = is_wrong || !datagram_begin(d, &layout, &group);
 }
 
 static void make_angles(struct datagram *d, uint32_t first, uint32_t samples)
@@ -167,7 +123,7 @@ static void make_angles(struct datagram *d, uint32_t first, uint32_t samples)
         const lum_angle angle = {
             (int16_t)(looks_aside ? -12000 - 8 * pixel : 32000 - 64 * pixel),
             (int16_t)(-20000 + 37 * pixel)};
-        lum_angle_encode(&layout, angle, sample(d, samples, i));
+        lum_angle_encode(&layout, angle, datagram_sample(d, samples, i));
     }
 }
 
@@ -181,7 +137,7 @@ static void make_words(struct datagram *d, uint32_t first, uint32_t samples,
         const int32_t tof = (int32_t)(2000 + 7 * n);
         const uint32_t word =
             lum_word_make(tof, n % words_of_pixel == 0, n / words_of_pixel);
-        lum_word_encode(word, sample(d, samples, i));
+        lum_word_encode(word, datagram_sample(d, samples, i));
     }
     pushed_words += samples;
 }
@@ -263,60 +219,6 @@ static void run_backwards(void)
     finish();
 }
 
-/* So many words of each pixel from low on, in steps, to the last. */
-static void fill_line(uint32_t low, uint32_t step, uint32_t words_of_pixel)
-{
-    const uint32_t all =
-        (LUM_LINE_PIXELS - low + step - 1u) / step * words_of_pixel;
-    const uint32_t most = MOST / words_of_pixel * words_of_pixel;
-    uint32_t n = 0;
-    for (uint32_t done = 0; done < all; done += n) {
-        n = all - done < most ? all - done : most;
-        begin_packet(&packets[0], LUM_TAG_RANGES, done, n);
-        for (uint32_t i = 0; i < n; i++) {
-            const uint32_t pixel = low + (done + i) / words_of_pixel * step;
-            lum_word_encode(lum_word_make(9, true, pixel),
-                            sample(&packets[0], n, i));
-        }
-        receive(&packets[0], COST_FILL, n);
-    }
-}
-
-static void push_worst(enum cost cost, lum_result expected)
-{
-    const struct datagram *d = &packets[0];
-    lum_group group;
-    const uint32_t begin = port_ticks();
-    lum_result r = LUM_E_TYPE;
-    if (lum_packet_decode(&layout, d->bytes, d->len, &group) ==
-        LUM_PACKET_DATA) {
-        r = lum_assembler_push(&assembler, &group, 0);
-    }
-    add(cost, begin, 1);
-    is_wrong = is_wrong || r != expected;
-}
-
-/* The packets that cost most: a word before all others of a line, and a whole
- * datagram whose words come backwards, each between other words; once more it
- * is a duplicate. */
-static void run_worst(void)
-{
-    begin_assembler();
-    fill_line(1, 1, 4);
-    begin_packet(&packets[0], LUM_TAG_RANGES, 0, 1);
-    lum_word_encode(lum_word_make(9, true, 0), sample(&packets[0], 1, 0));
-    push_worst(COST_FIRST, LUM_OK);
-    begin_assembler();
-    fill_line(1, 2, 7);
-    begin_packet(&packets[0], LUM_TAG_RANGES, 0, LARGEST);
-    for (uint32_t i = 0; i < LARGEST; i++) {
-        lum_word_encode(lum_word_make(9, true, 2 * (LARGEST - 1u - i)),
-                        sample(&packets[0], LARGEST, i));
-    }
-    push_worst(COST_SPREAD, LUM_OK);
-    push_worst(COST_AGAIN, LUM_E_DUPLICATE);
-}
-
 static void pass_on(enum cost cost, uint32_t units)
 {
     const struct datagram *d = &packets[0];
@@ -327,7 +229,7 @@ static void pass_on(enum cost cost, uint32_t units)
         LUM_PACKET_DATA) {
         r = lum_receiver_push(&receiver, &group);
     }
-    add(cost, begin, units);
+    count_add(&sums[cost], port_ticks() - begin, units);
     is_wrong = is_wrong || r != LUM_OK;
     if (group.tag == LUM_TAG_RANGES) {
         is_wrong = is_wrong || lum_receiver_line(&receiver)->word_count !=
@@ -335,14 +237,13 @@ static void pass_on(enum cost cost, uint32_t units)
     }
 }
 
-/* The same lines by a receiver, and then one whose first packet is as large as
- * can be. */
+/* The same lines by a receiver. */
 static void run_receiver(void)
 {
     static const uint32_t firsts[] = {0, 334, 668};
     static const uint32_t counts[] = {334, 334, 332};
     if (lum_receiver_init(&receiver, &layout, LUM_RECEIVER_GAP_US, received,
-                          LARGEST) != LUM_OK) {
+                          MOST) != LUM_OK) {
         is_wrong = true;
     }
     for (line_number = 0; line_number < LINES; line_number++) {
@@ -355,48 +256,6 @@ static void run_receiver(void)
             pass_on(COST_RECEIVED, MOST);
         }
     }
-    begin_packet(&packets[0], LUM_TAG_RANGES, 0, LARGEST);
-    for (uint32_t i = 0; i < LARGEST; i++) {
-        lum_word_encode(lum_word_make(9, true, LARGEST - 1u - i),
-                        sample(&packets[0], LARGEST, i));
-    }
-    pass_on(COST_RECEIVED_WORST, 1);
-}
-
-/* Two instructions a turn. */
-static void spin(uint32_t turns)
-{
-#if defined(__thumb__)
-    __asm__ volatile(".syntax unified\n\t1: subs %0, #1\n\tbne 1b"
-                     : "+r"(turns)::"cc");
-#else
-    (void)turns;
-#endif
-}
-
-/* How many instructions a tick is, and what reading the ticks costs. */
-static void count_loop(void)
-{
-    uint32_t begin = port_ticks();
-    spin(LOOPS);
-    add(COST_LOOP, begin, 2 * LOOPS);
-    for (uint32_t i = 0; i < 1000u; i++) {
-        begin = port_ticks();
-        add(COST_NOTHING, begin, 1);
-    }
-}
-
-static void print(enum cost cost)
-{
-    text line = {{0}, 0};
-    text_put(&line, names[cost]);
-    text_put(&line, " ");
-    text_put_number(&line, sums[cost].ticks);
-    text_put(&line, " ");
-    text_put_number(&line, sums[cost].readings);
-    text_put(&line, " ");
-    text_put_number(&line, sums[cost].units);
-    text_end(&line);
 }
 
 int main(int argc, char **argv)
@@ -412,11 +271,10 @@ int main(int argc, char **argv)
     if (lum_fixed_projector_init(&projector, &calibration, &layout) != LUM_OK) {
         return 1;
     }
-    count_loop();
+    count_print_scale();
     run_in_order(COST_SINGLES, COST_POINTS_SINGLES, 1);
     run_in_order(COST_PULSES, COST_POINTS_PULSES, 2);
     run_backwards();
-    run_worst();
     run_receiver();
     /* -66 to -110 degrees of a whole turn, and -81 to -56 */
     looks_aside = true;
@@ -428,7 +286,7 @@ int main(int argc, char **argv)
     }
     run_in_order(COST_SINGLES, COST_POINTS_ASIDE, 1);
     for (unsigned i = 0; i < COSTS; i++) {
-        print((enum cost)i);
+        count_print(names[i], &sums[i]);
     }
     return is_wrong ? 1 : 0;
 }
