@@ -342,6 +342,7 @@ COST_ROWS = [
     ("an angle in order", "angles"),
     ("a packet of a single word", "packet"),
     ("a line: opening it and handing it out", "line_alone"),
+    ("a push that closes a line without angles", "closing"),
     ("by a receiver: a range word in order", "received"),
     ("by a receiver: an angle in order, and its line", "received_angles"),
     ("a word's return number, count and pulse width", "returns"),

@@ -18,6 +18,7 @@
 #include <string.h>
 
 #define OPEN_LINES    4u
+#define LINE          2u /* the last that is open; one slot is free */
 #define REORDER_LINES 8u
 #define LINE_WORDS    4000u
 #define MOST          363u /* words of a datagram behind the shortest head */
@@ -48,7 +49,7 @@ struct scene {
     uint16_t line[LUM_LINE_PIXELS]; /* words of each pixel */
     uint16_t places[MOST];          /* of the datagram's words: pixels, BAD */
     uint16_t count;
-    bool opens; /* the datagram is of a new line: a receiver's alone */
+    bool opens; /* the datagram is of a new line */
 };
 
 static lum_layout layout;
@@ -160,7 +161,7 @@ static void begin_assembler(void)
     if (lum_assembler_init(&assembler, &config, &layout, &storage) != LUM_OK) {
         is_wrong = true;
     }
-    for (uint32_t n = 0; n + 1u < OPEN_LINES; n++) {
+    for (uint32_t n = 0; n < LINE; n++) {
         prepare(false, n, &first, 1);
     }
 }
@@ -174,21 +175,21 @@ static void fill_line(const uint16_t *line, bool is_receivers)
     for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
         const uint32_t has = is_receivers && line[p] > 1u ? 1u : line[p];
         if (n + has > most) {
-            prepare(is_receivers, OPEN_LINES - 1u, places, n);
+            prepare(is_receivers, LINE, places, n);
             n = 0;
         }
         for (uint32_t i = 0; i < has; i++) {
             places[n++] = (uint16_t)p;
         }
     }
-    prepare(is_receivers, OPEN_LINES - 1u, places, n);
+    prepare(is_receivers, LINE, places, n);
 }
 
 /* Makes the state before the datagram, or takes it out again. */
 static void restore(const struct scene *s, bool is_receivers)
 {
-    lum_line_slot *slot = &slots[OPEN_LINES - 1u];
-    uint32_t *line_words = words + (size_t)(OPEN_LINES - 1u) * LINE_WORDS;
+    lum_line_slot *slot = &slots[LINE];
+    uint32_t *line_words = words + (size_t)LINE * LINE_WORDS;
     if (before.is_there && before.is_receivers == is_receivers &&
         memcmp(before.line, s->line, sizeof before.line) == 0) {
         if (is_receivers) {
@@ -225,9 +226,8 @@ static struct count measure(const struct scene *s, enum target target)
 {
     struct count cost = {0, 0, 0};
     restore(s, target == RECEIVED);
-    const lum_result r =
-        push(target == RECEIVED, OPEN_LINES - 1u + (s->opens ? 1u : 0),
-             s->places, s->count, &cost);
+    const lum_result r = push(target == RECEIVED, LINE + (s->opens ? 1u : 0),
+                              s->places, s->count, &cost);
     is_wrong = is_wrong || r > 0 || (target == ACCEPTED && r != LUM_OK);
     if (target == DROPPED && r == LUM_OK) {
         cost.ticks = 0;
@@ -260,8 +260,7 @@ static void resize_line(struct scene *s, const bool *is_taken, uint32_t has,
 static void fit(struct scene *s, enum target target)
 {
     bool is_taken[LUM_LINE_PIXELS] = {false};
-    const bool is_apart =
-        target == ACCEPTED || (target == RECEIVED && !s->opens);
+    const bool is_apart = target != DROPPED && !s->opens;
     uint32_t good = 0;
     uint32_t has = 0;
     for (uint32_t i = 0; is_apart && i < s->count; i++) {
@@ -323,7 +322,7 @@ static void start_by_chance(struct scene *s)
     }
 }
 
-/* A new line of a receiver. */
+/* A new line. */
 static void start_open(struct scene *s)
 {
     start_by_chance(s);
@@ -442,7 +441,7 @@ static void change(struct scene *s)
             change_line(s);
             break;
         case 2:
-            s->opens = before.is_receivers && !s->opens;
+            s->opens = !s->opens;
             break;
         default:
             change_datagram(s);
@@ -483,7 +482,6 @@ static void search(struct scene *best, enum target target, uint32_t divisor)
     for (unsigned i = 0; i < STARTS; i++) {
         memset(&scene, 0, sizeof scene);
         starts[i](&scene);
-        scene.opens = scene.opens && target == RECEIVED;
         const uint32_t here = climb(&scene, target, TRIES / divisor);
         if (i == 0 || here > cost) {
             cost = here;
@@ -575,6 +573,20 @@ static void search_wide(struct scene *best, enum target target,
     use_layout(profile);
 }
 
+/* A line without angles closes to make room for another. */
+static void count_closing(void)
+{
+    struct count cost = {0, 0, 0};
+    const uint16_t place = 0;
+    begin_assembler();
+    prepare(false, LINE, &place, 1);
+    prepare(false, LINE + 1u, &place, 1);
+    if (push(false, LINE + 2u, &place, 1, &cost) != LUM_LINE_READY) {
+        is_wrong = true;
+    }
+    count_print("closing", &cost);
+}
+
 int main(int argc, char **argv)
 {
     static struct scene best[TARGETS];
@@ -588,6 +600,7 @@ int main(int argc, char **argv)
         search(&best[t], (enum target)t, divisor);
         report(&best[t], (enum target)t, false);
     }
+    count_closing();
     make_wide(&profile);
     for (unsigned t = 0; t < TARGETS; t++) {
         search_wide(&best[t], (enum target)t, divisor, &profile);
