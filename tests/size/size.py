@@ -69,6 +69,10 @@ MEASURED = [t for t in TARGETS if t.name.startswith("M4F") or t is YARDSTICK]
 COMMON = ["-std=c99", "-ffreestanding", "-Wall", "-Wextra", "-Werror",
           "-I" + os.path.join(ROOT, "include"), "-isystem", os.path.join(PORT, "freestanding")]
 
+SECTIONS = ["-ffunction-sections", "-fdata-sections"]
+BUILD_TYPES = ["MinSizeRel", "Release", "RelWithDebInfo", "Debug"]
+BUILT = [t for t in TARGETS if t.name in ("M0+ -Os", "M4F -Os")]
+
 RAM_OPEN = [1, 2, 4]
 RAM_WORDS = [1000, 2000, 4000]
 RAM_REACH = 4
@@ -156,7 +160,7 @@ def measure_flash(target, directory, objects):
     alone = sum(figures[m] for m in linked())
     figures["**the core**"] = flash_of(target, link(target, directory, "core", [objects[m] for m in linked()]))
     figures[HELPERS] = figures["**the core**"] - alone
-    sections = compile_modules(target, os.path.join(directory, "sections"), "-ffunction-sections", "-fdata-sections")
+    sections = compile_modules(target, os.path.join(directory, "sections"), *SECTIONS)
     tables = os.path.join(directory, "tables.o")
     run(target.prefix + "gcc", *target.flags, target.level, *COMMON, "-fdata-sections", "-c", TABLES, "-o", tables)
     for row, functions, instead in PROGRAMS:
@@ -170,6 +174,27 @@ def refuse_float_and_division(target, directory, objects):
     archive = os.path.join(directory, "core.a")
     run(target.prefix + "ar", "rc", archive, *objects.values())
     run(GATE, target.prefix + "nm", archive)
+
+
+def measure_builds(target, directory):
+    """The decode path as a firmware's project builds it, by build types of CMake; and with optimization of it all."""
+    build = os.path.join(directory, "build")
+    os.makedirs(directory)
+    with open(os.path.join(directory, "CMakeLists.txt"), "w", encoding="utf-8") as f:
+        f.write("cmake_minimum_required(VERSION 3.22)\nproject(firmware C)\n")
+        f.write('add_subdirectory("%s" lumsdk EXCLUDE_FROM_ALL)\n' % ROOT)
+    figures = {}
+    for kind in BUILD_TYPES:
+        run("cmake", "-S", directory, "-B", build, "-DCMAKE_SYSTEM_NAME=Generic", "-DCMAKE_BUILD_TYPE=" + kind,
+            "-DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY", "-DCMAKE_C_COMPILER=%sgcc" % target.prefix,
+            "-DCMAKE_C_FLAGS=" + " ".join([*target.flags, *SECTIONS]))
+        run("cmake", "--build", build, "--target", "lum_core", "--parallel", "2")
+        archive = os.path.join(build, "lumsdk", "src", "core", "liblum_core.a")
+        figures[kind] = flash_of(target, link_called(target, directory, kind, DECODE_PATH, [archive]))
+    objects = compile_modules(target, os.path.join(directory, "lto"), "-flto", *SECTIONS)
+    called = link_called(target, directory, "lto", DECODE_PATH, [objects[m] for m in linked()])
+    figures["none, `-Os -flto`"] = flash_of(target, called)
+    return figures
 
 
 # Stack
@@ -383,6 +408,7 @@ def measure(build):
     names = [t.name for t in TARGETS]
     measured = [t.name for t in MEASURED]
     flash = Table("Flash, bytes", "module", names)
+    builds = Table("Flash of the decode path, bytes", "build type of CMake", [t.name.split()[0] for t in BUILT])
     stack = Table("Stack, bytes", "deepest of the module's functions", names)
     ram = Table("RAM, bytes", "words of a line", ["%d open line%s an eye" % (n, "s" if n > 1 else "") for n in RAM_OPEN])
     costs = Table("Instructions, each", "of", measured, decimals=1)
@@ -404,6 +430,9 @@ def measure(build):
         if sizes and here != sizes:
             raise Failure("RAM on %s differs from that on %s" % (target.name, TARGETS[0].name))
         sizes = here
+        if target in BUILT:
+            for row, value in measure_builds(target, os.path.join(directory, "builds")).items():
+                builds.put(row, target.name.split()[0], value)
         if target in MEASURED:
             put_costs(costs, rates, target, measure_instructions(target, directory))
     for words in RAM_WORDS:
@@ -411,7 +440,7 @@ def measure(build):
             ram.put(f"{words:,}", column, sizes["ram_%d_%d" % (n, words)])
     ram.put(SMALLEST, ram.columns[0], sizes["ram_1_1000"] + DATAGRAM)
     ram.put(NO_LINES, ram.columns[0], sizes["ram_receiver"] + DATAGRAM)
-    return [flash, stack, ram, costs, rates], way, sizes
+    return [flash, builds, stack, ram, costs, rates], way, sizes
 
 
 def put_costs(costs, rates, target, figures):
