@@ -314,7 +314,8 @@ def run_counted(target, directory, name, instead=()):
         *[os.path.join(HERE, f + ".c") for f in (name, "count")], *map(source_of, linked(instead)), *port, "-lgcc",
         "-o", program)
     return run("qemu-system-arm", "-machine", "mps2-an386", "-nographic", "-monitor", "none", "-serial", "none",
-               "-icount", "shift=5", "-semihosting-config", "enable=on,target=native,arg=" + name, "-kernel", program)
+               "-icount", "shift=5", "-semihosting-config", "enable=on,target=native,arg=" + name, "-kernel", program,
+               timeout=600)
 
 
 def instructions(output):

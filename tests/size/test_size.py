@@ -55,6 +55,17 @@ class Figures(unittest.TestCase):
             self.assertEqual(size.check(tables, body, new, ""), 1)
 
 
+class Programs(unittest.TestCase):
+    def test_a_file_is_linked_in_place_of_another(self):
+        usual, fixed = size.linked(), size.linked(["layout_fixed"])
+        self.assertEqual(set(usual) - set(fixed), {"layout_any"})
+        self.assertEqual(set(fixed) - set(usual), {"layout_fixed"})
+
+    def test_readings_of_the_clock_are_not_counted(self):
+        output = "loop 810 1 1000\nnothing 100 10 10\nwhat was found\na_packet 1640 4 10\n"
+        self.assertEqual(size.instructions(output), {"a_packet": 200.0})
+
+
 class Stacks(unittest.TestCase):
     frames = {"lum_a": 8, "b": 16, "c": 4, "memcpy": 24}
     calls = {"lum_a": {"b", "c"}, "b": {"memcpy"}, "c": set(), "memcpy": set()}
