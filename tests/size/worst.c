@@ -74,9 +74,7 @@ static struct {
     lum_receiver receiver;
 } before;
 
-/* --- Chance, the same each time --- */
-
-static uint32_t chance = 1;
+static uint32_t chance = 1; /* the same each time */
 
 static uint32_t below(uint32_t n)
 {
@@ -97,8 +95,6 @@ static uint16_t any_place(void)
 {
     return (uint16_t)(below(16) == 0 ? BAD : below(LUM_LINE_PIXELS));
 }
-
-/* --- Datagrams --- */
 
 static void make_packet(uint32_t line, const uint16_t *places, uint32_t count)
 {
@@ -144,8 +140,6 @@ static void prepare(bool is_receivers, uint32_t line, const uint16_t *places,
         is_wrong = true;
     }
 }
-
-/* --- The line before the datagram --- */
 
 /* Opens all lines but the last, of which the datagram is. */
 static void begin_assembler(void)
@@ -219,8 +213,6 @@ static void restore(const struct scene *s, bool is_receivers)
     memcpy(before.words, line_words, sizeof before.words);
 }
 
-/* --- Scenes --- */
-
 /* Of the push, if it ends as it is meant to. */
 static struct count measure(const struct scene *s, enum target target)
 {
@@ -279,8 +271,6 @@ static void fit(struct scene *s, enum target target)
     resize_line(s, is_taken, has, LINE_WORDS - (target == ACCEPTED ? good : 0));
 }
 
-/* --- Where the search begins --- */
-
 /* The datagram's pixels go down by twos, the line's words are between. */
 static void start_between(struct scene *s)
 {
@@ -331,8 +321,6 @@ static void start_open(struct scene *s)
         s->places[i] = (uint16_t)(most - 1u - i);
     }
 }
-
-/* --- Small changes --- */
 
 static void reverse(uint16_t *from, uint32_t n)
 {
@@ -450,8 +438,6 @@ static void change(struct scene *s)
     } while (below(3) == 0);
 }
 
-/* --- The search --- */
-
 /* The clock's interrupt falls into some pushes; hardly twice into the same. */
 static uint32_t climb(struct scene *best, enum target target, uint32_t tries)
 {
@@ -490,8 +476,6 @@ static void search(struct scene *best, enum target target, uint32_t divisor)
     }
     (void)climb(best, target, TRIES_ON / divisor);
 }
-
-/* --- What was found --- */
 
 /* The first runs of the datagram's pixels, with their steps and lengths. */
 static void show(const struct scene *s)
