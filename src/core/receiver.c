@@ -211,40 +211,37 @@ static LUM_ONE_COPY bool go_to_line(lum_receiver *r, lum_receiver_eye *eye,
 
 /* --- Words and packets --- */
 
-static bool is_marked(const uint32_t *marks, uint32_t pixel)
+static uint32_t mark_of(const uint32_t *marks, uint32_t pixel)
 {
-    return (marks[pixel / 32u] >> (pixel % 32u) & 1u) != 0;
+    return marks[pixel / 32u] >> (pixel % 32u) & 1u;
 }
 
-/* Copies the good words of pixels that have none. */
+/* Copies the good words, as many as there is room for, and tells whether some
+ * or all of them are of pixels that have words. */
 static lum_result copy_words(lum_receiver *r, const lum_receiver_eye *eye,
                              const lum_group *group, uint32_t *count)
 {
-    bool is_there = false;
+    uint32_t there = 0;
     uint32_t good = 0;
     uint32_t before = 0;
+    uint32_t borrow = 0; /* its highest bit: a pixel was below the one before */
     for (uint32_t i = 0; i < group->num_samples; i++) {
         const uint32_t word = group_word(group, i);
-        const uint32_t pixel = lum_word_pixel(word);
-        if (!lum_word_is_good(word)) {
-            continue;
+        const uint32_t pixel = place_of(word);
+        if (pixel < LUM_LINE_PIXELS) {
+            if (good < r->word_room) {
+                r->words[good] = word;
+            }
+            good++;
+            there += mark_of(eye->word_marks, pixel);
+            borrow |= pixel - before;
+            before = pixel;
         }
-        if (is_marked(eye->word_marks, pixel)) {
-            is_there = true;
-            continue;
-        }
-        if (good < r->word_room) {
-            r->words[good] = word;
-        }
-        good++;
-        if (pixel < before) {
-            r->is_sorted = false;
-        }
-        before = pixel;
     }
+    r->is_sorted = borrow >> 31 == 0;
     *count = good;
-    if (is_there) {
-        return good == 0 ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
+    if (there > 0) {
+        return there == good ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
     }
     return good <= r->word_room ? LUM_OK : LUM_E_NO_ROOM;
 }

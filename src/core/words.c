@@ -62,14 +62,6 @@ lum_result lum_words_place_angles(lum_line_slot *slot, const lum_group *group,
     return LUM_OK;
 }
 
-/* Where a word belongs: a good one at its pixel, a bad one behind them all. Bit
- * 11 (LUM_WORD_ZERO) must be 0; where it is set, the result is above every
- * pixel. */
-static uint32_t place_of(uint32_t word)
-{
-    return word & (LUM_WORD_ZERO | LUM_WORD_PIXEL);
-}
-
 /* Copies words and tells whether all are good and in order of pixels, from
  * first on. The caller has checked the first of them. There is no branch for
  * each word: where a place is below the one before it, the difference is
