@@ -71,25 +71,31 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
     if (len < p->samples_at + LUM_SAMPLE_BYTES) {
         return LUM_E_MALFORMED;
     }
-    for (unsigned f = LUM_FIELD_EYE; f < LUM_FIELD_TIMESTAMP; f++) {
+    for (unsigned f = LUM_FIELD_TIMESTAMP; f-- > 0;) {
         const uint64_t value = load_field(b, len, &p->group[f]);
+        const uint32_t high = (uint32_t)(value >> 32);
         v[f] = (uint32_t)value;
-        excess |= (uint32_t)(value >> 32);
+        if (f != LUM_FIELD_TAG) {
+            excess |= high;
+        } else if (high != 0) {
+            v[f] = 0;
+        }
+    }
+    const uint8_t eye = v[LUM_FIELD_EYE] == p->eye_values[LUM_EYE_BLUE]
+                            ? LUM_EYE_BLUE
+                            : LUM_EYE_GREEN;
+    if (excess != 0 || v[LUM_FIELD_EYE] != p->eye_values[eye]) {
+        return LUM_E_MALFORMED;
     }
     const uint32_t room = (uint32_t)((len - p->samples_at) / LUM_SAMPLE_BYTES);
     const uint32_t n = p->group[LUM_FIELD_NUM_SAMPLES].bytes == 0
                            ? room
                            : v[LUM_FIELD_NUM_SAMPLES];
-    const uint8_t eye = v[LUM_FIELD_EYE] == p->eye_values[LUM_EYE_BLUE]
-                            ? LUM_EYE_BLUE
-                            : LUM_EYE_GREEN;
-    if (excess != 0 || n > room || v[LUM_FIELD_EYE] != p->eye_values[eye]) {
+    if (n > room) {
         return LUM_E_MALFORMED;
     }
-    const uint64_t tag = load_field(b, len, &p->group[LUM_FIELD_TAG]);
-    const uint32_t known = tag >> 32 == 0 ? (uint32_t)tag : 0;
-    const lum_result r =
-        lum_group_check(known, n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
+    const lum_result r = lum_group_check(v[LUM_FIELD_TAG], n,
+                                         v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
     if (r != LUM_OK) {
         return r;
     }
@@ -99,7 +105,7 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
     out->num_samples = n;
     out->first_sample_index = v[LUM_FIELD_FIRST_SAMPLE_INDEX];
     out->eye = eye;
-    out->tag = (uint8_t)known;
+    out->tag = (uint8_t)v[LUM_FIELD_TAG];
     out->sample_order = p->sample_order;
     return LUM_OK;
 }

@@ -19,10 +19,11 @@ static const uint8_t group[] = {
 bool lum_layout_is_read(const lum_layout *layout)
 {
     const lum_profile *p = &layout->profile;
-    return memcmp(p->group, group, sizeof group) == 0 &&
-           p->sample_order == LUM_ORDER_LITTLE &&
+    return p->sample_order == LUM_ORDER_LITTLE &&
+           p->angle_order == LUM_AZIMUTH_ELEVATION &&
            p->eye_values[LUM_EYE_BLUE] == 0 &&
-           p->eye_values[LUM_EYE_GREEN] == 1u && p->clock_unit_ns == 1000u;
+           p->eye_values[LUM_EYE_GREEN] == 1u && p->clock_unit_ns == 1000u &&
+           memcmp(p->group, group, sizeof group) == 0;
 }
 
 lum_result lum_group_decode(const lum_layout *layout, const void *bytes,

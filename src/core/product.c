@@ -37,13 +37,11 @@ uint64_t lum_unsigned_by_parts(uint32_t a, uint32_t b)
 uint64_t lum_low_bits(unsigned bits)
 {
 #if LUM_BY_PARTS
-    uint32_t high = 0;
-    uint32_t low = 0;
-    for (unsigned left = bits; left > 0; left--) {
-        high += high + (low >> 31);
-        low += low + 1u;
+    const uint32_t ones = (UINT32_C(1) << (bits % 32u)) - 1u;
+    if (bits < 32u) {
+        return ones;
     }
-    return (uint64_t)high << 32 | low;
+    return bits < 64u ? (uint64_t)ones << 32 | UINT32_MAX : UINT64_MAX;
 #else
     return bits == 0 ? 0 : UINT64_MAX >> (64u - bits);
 #endif

@@ -42,7 +42,7 @@ static inline uint64_t shift_down(uint64_t value, unsigned bits)
 {
 #if LUM_BY_PARTS
     uint64_t shifted = value;
-    for (unsigned i = 0; i < bits; i++) {
+    for (unsigned left = bits; left > 0; left--) {
         shifted >>= 1;
     }
     return shifted;

@@ -225,7 +225,8 @@ static lum_result copy_words(lum_receiver *r, const lum_receiver_eye *eye,
     uint32_t good = 0;
     uint32_t before = 0;
     uint32_t borrow = 0; /* its highest bit: a pixel was below the one before */
-    for (uint32_t i = 0; i < group->num_samples; i++) {
+    const uint32_t n = group->num_samples;
+    for (uint32_t i = 0; i < n; i++) {
         const uint32_t word = group_word(group, i);
         const uint32_t pixel = place_of(word);
         if (pixel < LUM_LINE_PIXELS) {
