@@ -22,14 +22,23 @@ void call_samples(const uint8_t *b, uint32_t n, uint8_t *samples)
     }
 }
 
-void call_clock(uint8_t b, lum_profile *p)
+void call_layout(uint8_t b, uint8_t angle_order, lum_layout *out)
 {
-    static const lum_field clocks[] = {
-        {.bytes = 4}, {.bytes = 4}, {.bytes = 2}, {.bytes = 1},
-        {.bytes = 0}, {.bytes = 8}, {.bytes = 4}, {.bytes = 8, .bits = 41}};
+    static const uint8_t bytes[] = {4, 4, 2, 1, 0, 8, 4, 8};
     static const uint32_t units[] = {1000, 1000, 1, 1000000};
-    p->group[LUM_FIELD_TIMESTAMP] = clocks[b % 8u];
-    p->clock_unit_ns = units[b / 8u % 4u];
+    lum_layout_default(out);
+    lum_field *clock = &out->profile.group[LUM_FIELD_TIMESTAMP];
+    clock->bytes = bytes[b % 8u];
+    clock->bits = b % 8u == 7 ? 41 : 0;
+    out->profile.clock_unit_ns = units[b / 8u % 4u];
+    out->profile.angle_order = angle_order;
+}
+
+void call_built_in(lum_layout *layout)
+{
+    const uint32_t span_us = layout->profile.line_span_us;
+    lum_layout_default(layout);
+    layout->profile.line_span_us = span_us;
 }
 
 uint32_t call_step(uint8_t b)

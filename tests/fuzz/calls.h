@@ -29,8 +29,12 @@ void call_word(uint32_t word, uint8_t *out);
  * call's bytes. */
 void call_samples(const uint8_t *b, uint32_t n, uint8_t *samples);
 
-/* A sensor clock of any width, and often of another unit. */
-void call_clock(uint8_t b, lum_profile *p);
+/* A layout with a sensor clock of any width, and often of another unit. */
+void call_layout(uint8_t b, uint8_t angle_order, lum_layout *out);
+
+/* Makes of it the built-in one, with its own span of lines: only that is read
+ * where the core is linked so. */
+void call_built_in(lum_layout *layout);
 
 /* By how much a call moves the clock, from its byte 2. */
 uint32_t call_step(uint8_t b);

@@ -6,6 +6,8 @@
 #include "lum/packet.h"
 #include "lum/wire.h"
 
+#include "../layout/both.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -269,6 +271,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         require(type == 0x5a);
     }
     check_data(&layout, data, size);
+    require(layouts_agree(data, size));
     check_set_ip(&layout, data, size);
     check_timestamp(data, size);
     check_tlvs(data, size);

@@ -5,6 +5,7 @@
  * twice. */
 #include "calls.h"
 
+#include "core/layout.h"
 #include "lum/receiver.h"
 
 #include <stdint.h>
@@ -79,10 +80,8 @@ static void require(int fact)
 static void configure(struct run *run, const uint8_t *b)
 {
     static const uint32_t gaps[] = {100000, 0, 50, 1000, 100000, 5000};
-    lum_layout_default(&run->layout);
-    call_clock(b[0], &run->layout.profile);
+    call_layout(b[0], b[2] & 1u, &run->layout);
     run->layout.profile.line_span_us = b[1] < 128 ? 2000u : b[1];
-    run->layout.profile.angle_order = b[2] & 1u;
     run->gap_us = gaps[b[5] % 6u];
     run->is_large = (b[6] & 1u) != 0;
     run->word_room = b[4] < 64 ? 1u + b[4] : SAMPLES_MAX;
@@ -104,6 +103,11 @@ static int begin(struct run *run)
     require(lum_receiver_line(r) == NULL);
     memset(r, 0xa5, sizeof *r);
     run->before = *r;
+    if (!lum_layout_is_read(&run->layout)) {
+        require(lum_receiver_init(r, &run->layout, run->gap_us, run->words,
+                                  1) == LUM_E_VALUE);
+        call_built_in(&run->layout);
+    }
     require(lum_receiver_init(r, &run->layout, run->gap_us, run->words, 0) ==
             LUM_E_SPACE);
     require(lum_receiver_init(r, &run->layout, 1u << 30, run->words, 1) ==
