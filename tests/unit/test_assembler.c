@@ -391,6 +391,17 @@ static void jump(struct stream *s, uint32_t line, uint32_t clock)
     assert_int_equal(one(s, BLUE, line, clock), LUM_OK);
 }
 
+static void half_a_wrap_of_four_bytes_is_backwards(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    one(s, BLUE, 1, 0x90000000u);
+    jump(s, 2, 0x20000000u);
+    stream_end(s);
+    assert_true(find_line(s, BLUE, 2, 0)->clock_us == 0x20000000);
+    stream_free(s);
+}
+
 static void an_eye_goes_on_where_it_was_when_the_other_has_jumped(void **state)
 {
     struct stream *s = stream_open();
@@ -1923,6 +1934,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_clock_goes_on_over_its_wrap),
     cmocka_unit_test(the_clock_may_go_below_zero),
     ANY_LAYOUT_TEST(half_a_wrap_of_the_clock_is_backwards),
+    cmocka_unit_test(half_a_wrap_of_four_bytes_is_backwards),
     ANY_LAYOUT_TEST(the_clock_follows_packets_of_either_eye),
     ANY_LAYOUT_TEST(the_clock_follows_late_packets),
     ANY_LAYOUT_TEST(the_clock_follows_repeats),
