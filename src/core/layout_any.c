@@ -94,8 +94,8 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
     if (n > room) {
         return LUM_E_MALFORMED;
     }
-    const lum_result r = lum_group_check(v[LUM_FIELD_TAG], n,
-                                         v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
+    const lum_result r =
+        lum_group_check(v[LUM_FIELD_TAG], n, v[LUM_FIELD_FIRST_SAMPLE_INDEX]);
     if (r != LUM_OK) {
         return r;
     }

@@ -62,14 +62,13 @@ lum_result lum_words_place_angles(lum_line_slot *slot, const lum_group *group,
     return LUM_OK;
 }
 
-/* Copies words and tells whether all are good and in order of pixels, from
- * first on. The caller has checked the first of them. There is no branch for
- * each word: where a place is below the one before it, the difference is
- * negative and sets the highest bit of borrow. If the places only rise, only
- * the last can be too high. It is made once for each order of bytes. */
+/* Copies words that are good and in order of pixels, from first on; false: not
+ * all are. It is made once for each order of bytes. */
 #if LUM_VECTORS
-/* Compilers make vector code of a loop whose turns need nothing of each other.
- * So the word before is read again. */
+/* Compilers make vector code of a loop whose turns need nothing of each other
+ * and have no branch. So the word before is read again, and where a place is
+ * below the one before it, the difference is negative and sets the highest bit
+ * of borrow. If the places only rise, only the last can be too high. */
 static LUM_IN_PLACE bool copy_words(uint32_t *restrict to,
                                     const uint8_t *restrict from, uint32_t n,
                                     uint32_t first, uint8_t order)
@@ -157,17 +156,16 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
  * 5. The table is set to 0 again, from the packet's lowest pixel to its
  * highest, so that a call costs nothing for the other pixels. */
 
-/* What is merged: the pixels of the packet's good words are from low to before
- * end. */
 struct merge {
-    uint32_t *words;
+    uint32_t *words; /* of the line */
     uint16_t *table;
-    uint32_t good;
-    uint32_t low;
-    uint32_t end;
+    uint32_t good; /* words of the packet that are, as far as a line has room */
+    uint32_t low;  /* their lowest pixel, from step 2 on */
+    uint32_t end;  /* behind their highest pixel */
 };
 
-/* Step 1: how many words are good, as far as a line can hold them. */
+/* Step 1. A line holds LUM_LINE_WORDS_MAX words, so one more is enough to know
+ * that it has no room. */
 static void count_good(struct merge *m, const lum_group *group)
 {
     for (uint32_t i = 0; i < group->num_samples; i++) {
@@ -193,7 +191,7 @@ static inline uint32_t next_below(const struct merge *m, uint32_t pixel)
 
 /* Step 2: how many words of the packet belong to pixels that have words in the
  * line. Both are walked down side by side, from the highest pixel; the line's
- * words of higher pixels are passed by eight at a time as long as there are so
+ * words of higher pixels are passed by four at a time as long as there are so
  * many. */
 static uint32_t count_there(struct merge *m, uint32_t count)
 {
@@ -221,8 +219,7 @@ static uint32_t count_there(struct merge *m, uint32_t count)
 }
 
 /* Step 3. good is how many words of the packet are still to be placed, and so
- * how far the line's words above this pixel move: by four as long as there are
- * so many. */
+ * how far the line's words above this pixel move. */
 static void make_room(const struct merge *m, uint32_t count)
 {
     uint32_t *const words = m->words;
@@ -258,17 +255,16 @@ static lum_result insert(lum_assembler *a, lum_line_slot *slot,
     const uint32_t count = slot->line.word_count;
     LUM_CHECK(count <= a->config.words_per_line);
     count_good(&m, group);
-    const uint32_t good = m.good;
     const uint32_t there = count_there(&m, count);
     if (there > 0) {
-        r = there == good ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
-    } else if (good > a->config.words_per_line - count) {
+        r = there == m.good ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
+    } else if (m.good > a->config.words_per_line - count) {
         r = LUM_E_NO_ROOM;
     } else {
         make_room(&m, count);
         fill_room(&m, group);
-        slot->line.word_count = count + good;
-        lum_counter_add(&a->counters.bad_words, group->num_samples - good);
+        slot->line.word_count = count + m.good;
+        lum_counter_add(&a->counters.bad_words, group->num_samples - m.good);
     }
     memset(m.table + m.low, 0, (size_t)(m.end - m.low) * sizeof *m.table);
     return r;
