@@ -192,7 +192,7 @@ typedef struct lum_frame_span {
 typedef struct lum_awaited {
     uint8_t step;     /**< private */
     uint8_t to_close; /**< private */
-    lum_group group;  /**< private: but its samples */
+    lum_group group;  /**< private: after an event, but its samples */
     uint64_t ticks;   /**< private */
     int64_t clock_us; /**< private */
     int64_t arrival;  /**< private */
@@ -260,8 +260,10 @@ typedef struct lum_assembler_storage {
  * @param layout  the one that packets are decoded with; copied as far as
  * needed.
  * @param storage copied; what it points to is kept, and written only on LUM_OK.
- * @return LUM_OK; LUM_E_VALUE if a constant is outside its range; LUM_E_SPACE
- *         if an array is shorter than config asks for.
+ * @return LUM_OK; LUM_E_VALUE if a constant is outside its range, or the file
+ *         that is linked for the layout of packets is made for another one
+ *         (docs/porting.md); LUM_E_SPACE if an array is shorter than config
+ *         asks for.
  * Linear in open_lines and reorder_lines. */
 LUM_MUST_CHECK lum_result lum_assembler_init(
     lum_assembler *a, const lum_assembler_config *config,

@@ -97,7 +97,7 @@ enum lum_word_bits {
 /** Time of flight in units of the calibration's tof lsb, 13 ps by default. */
 static inline int32_t lum_word_tof(uint32_t word)
 {
-    return (int32_t)((word >> 12) ^ 0x80000u) - 0x80000;
+    return LUM_CAST(int32_t, (word >> 12) ^ 0x80000u) - 0x80000;
 }
 
 /** Pixel, 0..1023; a good word has at most 999. */
@@ -124,7 +124,8 @@ static inline bool lum_word_is_good(uint32_t word)
  * @param pixel  0..999. */
 static inline uint32_t lum_word_make(int32_t tof, bool rising, uint32_t pixel)
 {
-    return ((uint32_t)tof << 12) | (rising ? (uint32_t)LUM_WORD_RISING : 0u) |
+    return (LUM_CAST(uint32_t, tof) << 12) |
+           (rising ? LUM_CAST(uint32_t, LUM_WORD_RISING) : 0u) |
            (pixel & LUM_WORD_PIXEL);
 }
 

@@ -11,6 +11,14 @@
 #define LUM_MUST_CHECK
 #endif
 
+#ifdef __cplusplus
+/** A conversion of numbers, in C and in C++. */
+#define LUM_CAST(type, value) static_cast<type>(value)
+#else
+/** A conversion of numbers, in C and in C++. */
+#define LUM_CAST(type, value) ((type)(value))
+#endif
+
 /** Zero is success, positive values are events, negative ones say why nothing
  * was done. No output is written on a negative result. */
 typedef enum lum_result {

@@ -3,12 +3,13 @@
 #define LUM_CORE_BYTES_H
 
 #include "lum/profile.h"
+#include "product.h"
 
 #include <stdint.h>
 
 /* Where one instruction reads any address, it is shorter than a call. */
 #ifdef __ARM_FEATURE_UNALIGNED
-#define LUM_LOAD_INLINE inline __attribute__((always_inline))
+#define LUM_LOAD_INLINE LUM_IN_PLACE
 #else
 #define LUM_LOAD_INLINE inline
 #endif

@@ -9,16 +9,24 @@
 #error "the right shift of a negative number has to keep its sign"
 #endif
 
-/* Such a processor also needs only one copy of the code that multiplies. */
 #if defined(__ARM_ARCH_6M__) || defined(__ARM_ARCH_8M_BASE__)
 #define LUM_BY_PARTS 1
-#define LUM_ONE_COPY __attribute__((noinline))
 #else
 #define LUM_BY_PARTS 0
+#endif
+
+/* Such a processor also needs only one copy of the code that multiplies. */
+#if LUM_BY_PARTS && defined(__GNUC__)
+#define LUM_ONE_COPY __attribute__((noinline))
+#else
 #define LUM_ONE_COPY inline
 #endif
 
+#if defined(__GNUC__)
 #define LUM_IN_PLACE inline __attribute__((always_inline))
+#else
+#define LUM_IN_PLACE inline
+#endif
 
 /* A Cortex-M4 has an instruction for high_product(), but GCC does not use it by
  * itself. */

@@ -47,7 +47,7 @@ typedef enum lum_column {
 typedef uint32_t lum_columns;
 
 /** The bit of one column. */
-#define LUM_COLUMN_BIT(column) (UINT32_C(1) << (unsigned)(column))
+#define LUM_COLUMN_BIT(column) (UINT32_C(1) << (column))
 
 /** x, y and z: what is computed fastest. */
 #define LUM_COLUMNS_XYZ                                                        \
