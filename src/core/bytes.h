@@ -60,6 +60,22 @@ static inline uint64_t load_u64(const uint8_t *p)
     return load_u32(p) | (uint64_t)load_u32(p + 4) << 32;
 }
 
+static inline uint16_t load_big_u16(const uint8_t *p)
+{
+    return (uint16_t)(p[1] | ((unsigned)p[0] << 8));
+}
+
+static LUM_LOAD_INLINE uint32_t load_big_u32(const uint8_t *p)
+{
+    return (uint32_t)p[3] | ((uint32_t)p[2] << 8) | ((uint32_t)p[1] << 16) |
+           ((uint32_t)p[0] << 24);
+}
+
+static inline uint64_t load_big_u64(const uint8_t *p)
+{
+    return load_big_u32(p + 4) | (uint64_t)load_big_u32(p) << 32;
+}
+
 static inline uint32_t swapped32(uint32_t v)
 {
     return v >> 24 | (v >> 8 & 0xff00u) | (v & 0xff00u) << 8 | v << 24;
