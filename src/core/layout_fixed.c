@@ -1,5 +1,7 @@
-/* Packets of the built-in layout alone: shorter and faster than layout_any.c,
- * which it replaces. */
+/* Packets of one layout alone, in place of layout_any.c: less code, and faster.
+ * Made by lumtable 0.1.0; not to be changed by hand.
+ *   profile: built in
+ */
 #include "layout.h"
 
 #include "bytes.h"
@@ -8,22 +10,39 @@
 
 #include <string.h>
 
-#define SAMPLES_AT 24u
+#if LUM_LAYOUT_VERSION != 2
+#error "made for another version of lumsdk: make it again with its lumtable"
+#endif
 
-/* As they stand in a lum_profile, up to samples_at. */
-static const uint8_t group[] = {
-    12, 1, 0, 0, 0,  13, 1, 0, 0, 0,  14, 2, 0, 0, 0,  16,
-    2,  0, 0, 0, 18, 2,  0, 0, 0, 20, 4,  0, 0, 0, 24,
+#define SAMPLES_AT 24u
+#define BLUE       0u
+#define GREEN      1u
+#define UNIT_NS    1000u
+
+/* As they stand in a lum_profile. */
+static const struct {
+    lum_field group[LUM_GROUP_FIELDS];
+    uint8_t samples_at;
+} own = {
+    {
+        [LUM_FIELD_TAG] = {.at = 12, .bytes = 1},
+        [LUM_FIELD_EYE] = {.at = 13, .bytes = 1},
+        [LUM_FIELD_LINE] = {.at = 14, .bytes = 2},
+        [LUM_FIELD_NUM_SAMPLES] = {.at = 16, .bytes = 2},
+        [LUM_FIELD_FIRST_SAMPLE_INDEX] = {.at = 18, .bytes = 2},
+        [LUM_FIELD_TIMESTAMP] = {.at = 20, .bytes = 4},
+    },
+    SAMPLES_AT,
 };
 
 bool lum_layout_is_read(const lum_layout *layout)
 {
     const lum_profile *p = &layout->profile;
-    return p->sample_order == LUM_ORDER_LITTLE &&
+    return memcmp(p->group, &own, sizeof own) == 0 &&
            p->angle_order == LUM_AZIMUTH_ELEVATION &&
-           p->eye_values[LUM_EYE_BLUE] == 0 &&
-           p->eye_values[LUM_EYE_GREEN] == 1u && p->clock_unit_ns == 1000u &&
-           memcmp(p->group, group, sizeof group) == 0;
+           p->sample_order == LUM_ORDER_LITTLE &&
+           p->eye_values[LUM_EYE_BLUE] == BLUE &&
+           p->eye_values[LUM_EYE_GREEN] == GREEN && p->clock_unit_ns == UNIT_NS;
 }
 
 lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
@@ -60,32 +79,33 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
 void lum_clock_init(lum_clock *clock, const lum_profile *profile)
 {
     (void)profile;
-    clock->half = UINT32_C(1) << 31;
+    clock->half = UINT64_C(0x80000000);
 }
 
-int64_t lum_clock_follow(const lum_clock *clock, const lum_group *g,
+int64_t lum_clock_follow(const lum_clock *clock, const lum_group *group,
                          uint64_t *ticks)
 {
     const uint64_t lowest = clock->lowest;
-    *ticks = lowest + ((uint32_t)g->clock_raw - (uint32_t)lowest);
+    const uint32_t ahead = (uint32_t)group->clock_raw - (uint32_t)lowest;
+    *ticks = lowest + ahead;
     return signed64(*ticks);
 }
 
-void lum_layout_copy_angles(lum_angle *angles, const lum_group *g,
+void lum_layout_copy_angles(lum_angle *to, const lum_group *group,
                             uint8_t angle_order)
 {
-    uint16_t *restrict to = (uint16_t *)angles;
-    const uint8_t *restrict from = g->samples;
-    const uint16_t *const end = to + (size_t)2 * g->num_samples;
+    uint16_t *restrict numbers = (uint16_t *)to;
+    const uint8_t *restrict from = group->samples;
+    const uint16_t *const end = numbers + (size_t)2 * group->num_samples;
     (void)angle_order;
-    for (; to != end; to += 2) {
-        to[0] = load_u16(from);
-        to[1] = load_u16(from + 2);
+    for (; numbers != end; numbers += 2) {
+        numbers[0] = load_u16(from);
+        numbers[1] = load_u16(from + 2);
         from += LUM_SAMPLE_BYTES;
     }
 }
 
-uint32_t lum_group_word(const lum_group *g, uint32_t i)
+uint32_t lum_group_word(const lum_group *group, uint32_t i)
 {
-    return load_u32(g->samples + (size_t)LUM_SAMPLE_BYTES * i);
+    return load_u32(group->samples + (size_t)LUM_SAMPLE_BYTES * i);
 }

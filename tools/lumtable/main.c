@@ -1,8 +1,10 @@
-/* lumtable: what a controller needs of a sensor's YAML, as constants in C. */
+/* lumtable: what a controller needs of a sensor's YAML, in C. */
 #include "base/outfile.h"
+#include "layout.h"
 #include "lum/config/config.h"
 #include "options.h"
 #include "source.h"
+#include "tables.h"
 
 #include <stdio.h>
 
@@ -62,9 +64,14 @@ int main(int argc, char **argv)
     if (load(&options, &layout, &projector, &error) != 0) {
         return complain(&error, EXIT_BAD);
     }
-    const struct origin origin = {options.name, options.profile,
-                                  options.calibration, &options.set};
-    source_write(&source, &origin, &layout, &projector);
+    const struct origin origin = {
+        options.name != NULL ? options.name : "lum_table", options.profile,
+        options.calibration, &options.set};
+    if (options.is_layout) {
+        layout_write(&source, &origin, &layout);
+    } else {
+        tables_write(&source, &origin, &layout, &projector);
+    }
     if (source.is_cut) {
         (void)lum_error_set(&error, "the source is longer than expected");
         return complain(&error, EXIT_FAILED);

@@ -13,7 +13,8 @@
 #define LETTERS "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 enum {
-    OPT_PROFILE = 256,
+    OPT_LAYOUT = 256,
+    OPT_PROFILE,
     OPT_CALIBRATION,
     OPT_SET,
     OPT_NAME,
@@ -22,6 +23,7 @@ enum {
 
 static const struct option long_options[] = {
     {"output", required_argument, NULL, 'o'},
+    {"layout", no_argument, NULL, OPT_LAYOUT},
     {"profile", required_argument, NULL, OPT_PROFILE},
     {"calibration", required_argument, NULL, OPT_CALIBRATION},
     {"set", required_argument, NULL, OPT_SET},
@@ -88,6 +90,9 @@ static enum parsed set_option(int option, struct options *out)
     case OPT_VERSION:
         (void)puts("lumtable " LUM_VERSION);
         return PARSED_DONE;
+    case OPT_LAYOUT:
+        out->is_layout = true;
+        break;
     case OPT_PROFILE:
         out->profile = optarg;
         break;
@@ -108,6 +113,22 @@ static enum parsed set_option(int option, struct options *out)
     return PARSED_RUN;
 }
 
+/* What the code of a layout does not depend on would be a mistake. */
+static enum parsed check_layout(const struct options *o)
+{
+    const char *key = set_keys_first(&o->set, false);
+    if (o->calibration != NULL) {
+        return refuse("--layout: --calibration goes with tables alone");
+    }
+    if (o->name != NULL) {
+        return refuse("--layout: --name goes with tables alone");
+    }
+    return key == NULL ? PARSED_RUN
+                       : refuse("--layout: '%s' is of a calibration, which "
+                                "goes with tables alone",
+                                key);
+}
+
 static enum parsed check(int argc, char **argv, const struct options *o)
 {
     const struct input_file inputs[] = {{o->calibration, "--calibration"},
@@ -121,7 +142,10 @@ static enum parsed check(int argc, char **argv, const struct options *o)
                                &why) != 0) {
         return refuse("%s", why.text);
     }
-    return is_identifier(o->name)
+    if (o->is_layout) {
+        return check_layout(o);
+    }
+    return o->name == NULL || is_identifier(o->name)
                ? PARSED_RUN
                : refuse("--name: '%s' is not a name in C: a letter, then "
                         "letters, digits and _, 40 at most",
@@ -132,7 +156,7 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
 {
     int option = 0;
     int which = -1;
-    *out = (struct options){.name = "lum_table", .output = "-"};
+    *out = (struct options){.output = "-"};
     while ((option = getopt_long(argc, argv, "o:h", long_options, &which)) !=
            -1) {
         if (which >= 0 && option != '?' &&

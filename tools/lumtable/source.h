@@ -1,16 +1,17 @@
-/* A layout and a projector as C. */
+/* A text in C that is written. */
 #ifndef LUMTABLE_SOURCE_H
 #define LUMTABLE_SOURCE_H
 
 #include "../common/set_keys.h"
-#include "lum/points_fixed.h"
+#include "lum/base/error.h"
 #include "lum/profile.h"
 
 #include <stddef.h>
+#include <stdint.h>
 
 #define SOURCE_BYTES 16384u
 
-/* Text that is written; cut where there is no room, and is_cut says so. */
+/* Cut where there is no room, and is_cut says so. Begins as all 0. */
 struct source {
     char text[SOURCE_BYTES];
     size_t len;
@@ -25,8 +26,15 @@ struct origin {
     const struct set_keys *set; /* on top of these */
 };
 
-void source_write(struct source *out, const struct origin *origin,
-                  const lum_layout *layout,
-                  const lum_fixed_projector *projector);
+LUM_PRINTF(2, 3) void put(struct source *out, const char *format, ...);
+
+/* Lines of the comment at the head. */
+void put_origin(struct source *out, const char *what, const char *path);
+void put_settings(struct source *out, const struct set_keys *set);
+
+/* As the headers have them; a field without LUM_FIELD_ before it. */
+const char *field_name(unsigned field);
+const char *order_name(uint8_t byte_order);
+const char *angle_order_name(uint8_t angle_order);
 
 #endif
