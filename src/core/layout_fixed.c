@@ -79,7 +79,7 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
 void lum_clock_init(lum_clock *clock, const lum_profile *profile)
 {
     (void)profile;
-    clock->half = UINT64_C(0x80000000);
+    clock->half = 0x80000000u;
 }
 
 int64_t lum_clock_follow(const lum_clock *clock, const lum_group *group,

@@ -75,10 +75,7 @@ static void put_value(struct source *out, const lum_field *field)
         put(out, " >> %u", p.shift);
     }
     if (p.shift + p.bits < 8u * p.bytes && p.bits != 32u) {
-        const uint64_t mask = UINT64_MAX >> (64u - p.bits);
-        put(out,
-            p.bits > 32u ? " & UINT64_C(0x%" PRIx64 ")" : " & 0x%" PRIx64 "u",
-            mask);
+        put(out, " & 0x%" PRIx64 "u", UINT64_MAX >> (64u - p.bits));
     }
 }
 
@@ -306,12 +303,22 @@ static void put_decode(struct source *out, const lum_profile *p)
     put_results(out, p);
 }
 
+/* How often 1000 is halved to it; 0: never. */
+static unsigned halvings(uint32_t unit_ns)
+{
+    unsigned n = 3u;
+    while (n > 0 && unit_ns != 1000u >> n) {
+        n--;
+    }
+    return n;
+}
+
 /* Of 1000 ns a tick, of a multiple, and of a half, a quarter or an eighth there
  * is nothing to divide. */
 static void put_us(struct source *out, uint32_t unit_ns)
 {
     const uint32_t us = unit_ns / 1000u;
-    const uint32_t part = 1000u / unit_ns;
+    const unsigned shift = halvings(unit_ns);
     if (unit_ns == 1000u) {
         put(out, "    return signed64(*ticks);\n");
     } else if (unit_ns % 1000u == 0) {
@@ -322,9 +329,7 @@ static void put_us(struct source *out, uint32_t unit_ns)
             "    return signed64(((uint64_t)high << 32) + "
             "product_unsigned(low, %" PRIu32 "u));\n",
             us, us);
-    } else if (unit_ns * part == 1000u &&
-               (part == 2 || part == 4 || part == 8)) {
-        const unsigned shift = part / 2u - part / 8u;
+    } else if (shift > 0) {
         put(out,
             "    /* Ticks below 0 are below 2^64 as much, and lifted "
             "meanwhile. */\n"
@@ -336,60 +341,53 @@ static void put_us(struct source *out, uint32_t unit_ns)
     }
 }
 
+/* How far a packet's clock is beyond the lowest that it can be. */
+static void put_ticks(struct source *out, unsigned bits, uint64_t mask)
+{
+    put(out, "    const uint64_t lowest = clock->lowest;\n");
+    if (bits > 32u) {
+        put(out, "    const uint64_t ahead = group->clock_raw - lowest;\n");
+    } else {
+        put(out, "    const uint32_t ahead = (uint32_t)group->clock_raw - "
+                 "(uint32_t)lowest;\n");
+    }
+    if (bits == 32u) {
+        put(out, "    *ticks = lowest + ahead;\n");
+    } else {
+        put(out, "    *ticks = lowest + (ahead & 0x%" PRIx64 "u);\n", mask);
+    }
+}
+
 static void put_clock(struct source *out, const lum_profile *p)
 {
     const unsigned all = bits_of(&p->group[LUM_FIELD_TIMESTAMP]);
     const unsigned bits = all < 64u ? all : 63u;
-    const uint64_t mask = UINT64_MAX >> (64u - bits);
-    put(out,
-        "void lum_clock_init(lum_clock *clock, const lum_profile *profile)\n"
-        "{\n"
-        "    (void)profile;\n"
-        "    clock->half = UINT64_C(0x%" PRIx64 ");\n"
-        "}\n"
-        "\n"
-        "int64_t lum_clock_follow(const lum_clock *clock, const lum_group "
-        "*group,\n"
-        "                         uint64_t *ticks)\n"
-        "{\n"
-        "    const uint64_t lowest = clock->lowest;\n",
-        mask ^ mask >> 1);
-    if (bits > 32u) {
-        put(out,
-            "    const uint64_t ahead = group->clock_raw - lowest;\n"
-            "    *ticks = lowest + (ahead & UINT64_C(0x%" PRIx64 "));\n",
-            mask);
+    const uint64_t mask = bits > 0 ? UINT64_MAX >> (64u - bits) : 0;
+    put(out, "void lum_clock_init(lum_clock *clock, const lum_profile "
+             "*profile)\n"
+             "{\n"
+             "    (void)profile;\n");
+    if (bits > 0) {
+        put(out, "    clock->half = 0x%" PRIx64 "u;\n", mask ^ mask >> 1);
     } else {
-        put(out, "    const uint32_t ahead = (uint32_t)group->clock_raw - "
-                 "(uint32_t)lowest;\n");
-        put(out,
-            bits < 32u ? "    *ticks = lowest + (ahead & 0x%" PRIx64 "u);\n"
-                       : "    *ticks = lowest + ahead;\n",
-            mask);
+        put(out, "    (void)clock;\n");
     }
-    put_us(out, p->clock_unit_ns);
+    put(out, "}\n"
+             "\n"
+             "int64_t lum_clock_follow(const lum_clock *clock, const lum_group "
+             "*group,\n"
+             "                         uint64_t *ticks)\n"
+             "{\n");
+    if (bits > 0) {
+        put_ticks(out, bits, mask);
+        put_us(out, p->clock_unit_ns);
+    } else {
+        put(out, "    (void)clock;\n"
+                 "    (void)group;\n"
+                 "    *ticks = 0;\n"
+                 "    return 0;\n");
+    }
     put(out, "}\n\n");
-}
-
-static void put_no_clock(struct source *out)
-{
-    put(out,
-        "void lum_clock_init(lum_clock *clock, const lum_profile *profile)\n"
-        "{\n"
-        "    (void)clock;\n"
-        "    (void)profile;\n"
-        "}\n"
-        "\n"
-        "int64_t lum_clock_follow(const lum_clock *clock, const lum_group "
-        "*group,\n"
-        "                         uint64_t *ticks)\n"
-        "{\n"
-        "    (void)clock;\n"
-        "    (void)group;\n"
-        "    *ticks = 0;\n"
-        "    return 0;\n"
-        "}\n"
-        "\n");
 }
 
 static void put_samples(struct source *out, const lum_profile *p)
@@ -427,10 +425,6 @@ void layout_write(struct source *out, const struct origin *origin,
     put_head(out, origin);
     put_profile(out, p);
     put_decode(out, p);
-    if (p->group[LUM_FIELD_TIMESTAMP].bytes > 0) {
-        put_clock(out, p);
-    } else {
-        put_no_clock(out);
-    }
+    put_clock(out, p);
     put_samples(out, p);
 }
