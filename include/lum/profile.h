@@ -130,7 +130,8 @@ typedef enum lum_profile_fault {
 #define LUM_CLOCK_UNIT_MAX_NS UINT32_C(1000000000)
 
 /** Raised where a ::lum_layout that was made elsewhere, as lumtable makes them,
- * would no longer be what lum_layout_init() makes of the same profile. */
+ * would no longer be what lum_layout_init() makes of the same profile, or code
+ * that lumtable made would no longer read packets as it says. */
 #define LUM_LAYOUT_VERSION 2
 
 /** A profile that has been checked: what decoders and encoders take.

@@ -2,6 +2,20 @@
 #ifndef COMPARE_H
 #define COMPARE_H
 
+/* Before a file that lumtable --layout wrote: its functions get the number of
+ * its layout, so that many and those of layout_any.c are one program. */
+#ifdef LAYOUT_NUMBER
+#define JOIN(name, number)     name##_##number
+#define JOINED(name, number)   JOIN(name, number)
+#define NUMBERED(name)         JOINED(name, LAYOUT_NUMBER)
+#define lum_layout_is_read     NUMBERED(lum_layout_is_read)
+#define lum_group_decode       NUMBERED(lum_group_decode)
+#define lum_clock_init         NUMBERED(lum_clock_init)
+#define lum_clock_follow       NUMBERED(lum_clock_follow)
+#define lum_layout_copy_angles NUMBERED(lum_layout_copy_angles)
+#define lum_group_word         NUMBERED(lum_group_word)
+#endif
+
 #include "core/clock.h"
 #include "core/layout.h"
 #include "lum/group.h"
@@ -24,7 +38,7 @@ struct code {
     uint32_t (*word)(const lum_group *group, uint32_t i);
 };
 
-/* What renamed.h calls the functions of a number. */
+/* The functions of a number. */
 #define DECLARE(n)                                                             \
     bool lum_layout_is_read_##n(const lum_layout *layout);                     \
     lum_result lum_group_decode_##n(const lum_layout *layout,                  \
@@ -44,7 +58,7 @@ struct code {
             lum_layout_copy_angles_##n, lum_group_word_##n                     \
     }
 
-/* Of the file that is linked: builtin.c, or one that test_drawn.py wrote. */
+/* Of the file that is linked, builtin.c or one that test_drawn.py wrote. */
 extern const struct code codes[];
 extern const size_t code_count;
 

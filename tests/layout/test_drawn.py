@@ -14,7 +14,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 HERE = ROOT / "tests" / "layout"
 PORT = ROOT / "examples" / "firmware" / "port"
 LUMTABLE = pathlib.Path(os.environ.get("LUM_BIN", ROOT / "build" / "release" / "bin")) / "lumtable"
-CC, COUNT = (*sys.argv[1:3], "cc", "20")[:2] if len(sys.argv) < 3 else sys.argv[1:3]
+CC = sys.argv.pop(1) if len(sys.argv) > 1 else "cc"
+COUNT = int(sys.argv.pop(1)) if len(sys.argv) > 1 else 20
 CORE = [ROOT / "src" / "core" / f"{name}.c" for name in ("clock", "group", "layout_any", "product", "wire")]
 FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wtype-limits", "-Wstrict-prototypes",
          "-Wmissing-prototypes", "-Wundef", "-Wcast-qual", "-Werror", f"-I{ROOT}/include", f"-I{ROOT}/src", "-iquote", f"{ROOT}/src/core",
@@ -23,7 +24,7 @@ M0PLUS = ["-mcpu=cortex-m0plus", "-mthumb", "-Os", "-ffreestanding", "-fno-tree-
           f"{PORT}/freestanding"]
 PATIENCE_S = 1200
 
-# As the members of lum_field_group, and the fewest bits with which packets can be good.
+# As lum_group_field has them, and the fewest bits with which packets can be good.
 FIELDS = {"tag": 2, "eye": 1, "line": 1, "num_samples": 1, "first_sample_index": 1, "timestamp": 1}
 UNITS_NS = (1000, 1000, 1000, 1, 10, 100, 125, 250, 500, 999, 2000, 10_000, 1_000_000, 1_000_000_000)
 
@@ -141,10 +142,10 @@ class Drawn(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        profiles = [Profile(seed) for seed in range(int(COUNT))]
+        profiles = [Profile(seed) for seed in range(COUNT)]
         for n, profile in enumerate(profiles):
             run(LUMTABLE, "--layout", "--profile", "-", "-o", cls.folder / f"layout_{n}.c", input=profile.yaml())
-            (cls.folder / f"numbered_{n}.c").write_text(f'#define LAYOUT_NUMBER {n}\n#include "{HERE}/renamed.h"\n#include "layout_{n}.c"\n')
+            (cls.folder / f"numbered_{n}.c").write_text(f'#define LAYOUT_NUMBER {n}\n#include "{HERE}/compare.h"\n#include "layout_{n}.c"\n')
         lines = ["static const lum_layout layouts[] = {", *(f"    {profile.c()}," for profile in profiles), "};",
                  *(f"DECLARE({n});" for n in range(len(profiles))), "const struct code codes[] = {",
                  *(f"    CODE({n}, &layouts[{n}])," for n in range(len(profiles))), "};",
@@ -179,10 +180,22 @@ class Drawn(unittest.TestCase):
         run("clang", *FLAGS, "-Wunreachable-code", "-Wimplicit-int-conversion", "-fsyntax-only",
             *sorted(self.folder.glob("numbered_*.c"))[:100])
 
+    def test_the_cmake_of_porting_md(self):
+        """Its file in place of layout_any.c."""
+        program = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        (program / "lumsdk").symlink_to(ROOT)
+        shutil.copy(self.folder / "layout_0.c", program / "layout_mine.c")
+        page = (ROOT / "docs" / "porting.md").read_text().split("```cmake\n")[1].split("```")[0]
+        (program / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.22)\nproject(mine C)\n{page}")
+        run("cmake", "-S", program, "-B", program / "build", f"-DCMAKE_C_COMPILER={CC}")
+        run("cmake", "--build", program / "build", "--target", "lum_core")
+        names = {path.name for path in program.rglob("layout*.o")}
+        self.assertEqual(names, {"layout_mine.c.o"})
+
     def test_lines_fit_a_page(self):
         for path in self.folder.glob("layout_*.c"):
             self.assertLessEqual(max(map(len, path.read_text().splitlines())), 80, path.name)
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
+    unittest.main()

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""lumtable: layout and projector as constants in C. That each target has them as its own init makes them is
-tests/unit/test_tables.c."""
+"""lumtable: layout and projector as constants in C, and code for a layout. That each target has the constants as its own init makes
+them is tests/unit/test_tables.c; that the code reads as layout_any.c does is tests/layout."""
 import pathlib
 import re
 import shutil
@@ -58,6 +58,18 @@ class Source(Folder):
         head = run("lumtable", "--calibration", path).stdout.split("*/")[0]
         self.assertIn("calibration: a?? ??error.yaml\n", head)
 
+    def test_the_fixed_layout_of_the_core_is_what_it_writes(self):
+        r = run("lumtable", "--layout")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertEqual(r.stdout, (ROOT / "src" / "core" / "layout_fixed.c").read_text())
+
+    def test_code_is_of_the_profile_that_it_names(self):
+        r = run("lumtable", "--layout", "--profile", TABLES / "odd.profile.yaml", "--set", "group.samples=64")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertIn(" *   profile: odd.profile.yaml\n *   set: group.samples=64\n */\n", r.stdout)
+        self.assertIn("#define SAMPLES_AT 64u\n", r.stdout)
+        self.assertNotIn("calibration", r.stdout)
+
     def compile(self, source, *flags):
         path = self.folder / "tables.c"
         path.write_text(source)
@@ -72,16 +84,17 @@ class Source(Folder):
 
     @unittest.skipIf(CC is None, "no compiler")
     def test_headers_of_another_version_refuse_it(self):
-        source = run("lumtable").stdout
-        for header, macro in (("profile.h", "LUM_LAYOUT_VERSION"), ("points_fixed.h", "LUM_FIXED_PROJECTOR_VERSION")):
+        tables, code = run("lumtable").stdout, run("lumtable", "--layout").stdout
+        for source, header, macro in ((tables, "profile.h", "LUM_LAYOUT_VERSION"), (tables, "points_fixed.h", "LUM_FIXED_PROJECTOR_VERSION"),
+                                      (code, "profile.h", "LUM_LAYOUT_VERSION")):
             other = self.folder / header / "lum"
-            other.mkdir(parents=True)
+            other.mkdir(parents=True, exist_ok=True)
             text = (ROOT / "include" / "lum" / header).read_text()
             raised, count = re.subn(rf"(#define {macro}) (\d+)", r"\1 99", text)
             self.assertEqual(count, 1)
             for version in (raised, re.sub(rf"#define {macro} .*", "", text)):
                 (other / header).write_text(version)
-                r = self.compile(source, "-I", str(other.parent))
+                r = self.compile(source, "-I", str(other.parent), "-iquote", str(ROOT / "src" / "core"))
                 self.assertNotEqual(r.returncode, 0)
                 self.assertIn("made for another version of lumsdk", r.stderr)
 
@@ -106,6 +119,14 @@ class Arguments(Folder):
         self.assertIn("--calibration and --profile both name it", self.refused("--profile", "-", "--calibration", "-"))
         self.assertEqual(run("lumtable", "--nothing").returncode, 2)
 
+    def test_what_does_not_go_with_code(self):
+        for words in (["--calibration", TABLES / "odd.calibration.yaml"], ["--name", "left"], ["--set", "tof_lsb_ps=13"]):
+            with self.subTest(words):
+                self.assertIn("--layout: ", self.refused("--layout", *words))
+                self.assertIn(str(words[-1 if words[0] == "--set" else 0]), self.refused(*words, "--layout"))
+        self.assertIn("did you mean --layout", self.refused("--lay"))
+        self.assertEqual(run("lumtable", "--layout=yes").returncode, 2)
+
     def test_files_that_are_wrong(self):
         path = self.folder / "bad.yaml"
         path.write_text("version: 1\ngroup: {tag: 3}\n")
@@ -120,7 +141,7 @@ class Arguments(Folder):
 
     def test_help_and_version(self):
         text = run("lumtable", "--help").stdout
-        for option in ("--profile", "--calibration", "--name", "-o, --output"):
+        for option in ("--layout", "--profile", "--calibration", "--name", "-o, --output"):
             self.assertIn(option, text)
         self.assertTrue(all(len(line) <= 80 for line in text.splitlines()))
         self.assertRegex(run("lumtable", "--version").stdout, r"^lumtable \d+\.\d+\.\d+\n$")

@@ -8,6 +8,11 @@ const char help_text[] =
     "the\n"
     "trigonometry for them.\n"
     "\n"
+    "      --layout            instead, write code that reads this layout "
+    "alone, "
+    "to\n"
+    "                          link in place of src/core/layout_any.c: less "
+    "code\n"
     "      --profile FILE      YAML; layout of packets; default: the built-in "
     "one\n"
     "      --calibration FILE  YAML; default: the manual's typical values\n"
@@ -28,4 +33,5 @@ const char help_text[] =
     "\n"
     "Examples:\n"
     "  lumtable --calibration sensor.yaml -o sensor.c\n"
-    "  lumtable --calibration left.yaml --name left -o left.c\n";
+    "  lumtable --calibration left.yaml --name left -o left.c\n"
+    "  lumtable --layout --profile sensor.profile.yaml -o layout_mine.c\n";

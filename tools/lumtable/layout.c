@@ -1,10 +1,10 @@
-#include "layout.h"
-
-#include "lum/group.h"
 #include "lum/version.h"
+#include "source.h"
 
 #include <inttypes.h>
 #include <stdbool.h>
+
+/* --- Fields --- */
 
 /* Where a field's bits are read: the fewest bytes that have all of them. */
 struct place {
@@ -57,7 +57,7 @@ static void put_load(struct source *out, const struct place *p)
     }
 }
 
-/* Of the type that value_type() says, or of one that becomes it. */
+/* An expression of 64 bits, or one that 32 hold. */
 static void put_value(struct source *out, const lum_field *field)
 {
     const struct place p = place_of(field);
@@ -86,6 +86,8 @@ static void put_variable(struct source *out, const char *name,
     put_value(out, field);
     put(out, ";\n");
 }
+
+/* --- The layout --- */
 
 static void put_head(struct source *out, const struct origin *o)
 {
@@ -162,6 +164,8 @@ static void put_profile(struct source *out, const lum_profile *p)
         angle_order_name(p->angle_order), order_name(p->sample_order));
 }
 
+/* --- lum_group_decode() --- */
+
 /* Of two numbers that follow each other, the eye is the distance from BLUE. */
 static const char *eye_of(const lum_profile *p)
 {
@@ -217,10 +221,9 @@ static void put_variables(struct source *out, const lum_field *group)
 {
     const lum_field *n = &group[LUM_FIELD_NUM_SAMPLES];
     if (n->bytes == 0 || bits_of(n) > 1u) {
-        put(out,
-            "    const uint32_t %s = (uint32_t)((len - SAMPLES_AT) / "
-            "LUM_SAMPLE_BYTES);\n",
-            n->bytes == 0 ? "n" : "room");
+        put(out, "%s(uint32_t)((len - SAMPLES_AT) / LUM_SAMPLE_BYTES);\n",
+            n->bytes == 0 ? "    const uint32_t n = "
+                          : "    const uint32_t room = ");
     }
     put_variable(out, "tag", &group[LUM_FIELD_TAG]);
     put_variable(out, "eye", &group[LUM_FIELD_EYE]);
@@ -302,6 +305,8 @@ static void put_decode(struct source *out, const lum_profile *p)
         cast(&group[LUM_FIELD_FIRST_SAMPLE_INDEX]));
     put_results(out, p);
 }
+
+/* --- The clock --- */
 
 /* How often 1000 is halved to it; 0: never. */
 static unsigned halvings(uint32_t unit_ns)
@@ -389,6 +394,8 @@ static void put_clock(struct source *out, const lum_profile *p)
     }
     put(out, "}\n\n");
 }
+
+/* --- All of it --- */
 
 static void put_samples(struct source *out, const lum_profile *p)
 {

@@ -1,10 +1,8 @@
 /* lumtable: what a controller needs of a sensor's YAML, in C. */
 #include "base/outfile.h"
-#include "layout.h"
 #include "lum/config/config.h"
 #include "options.h"
 #include "source.h"
-#include "tables.h"
 
 #include <stdio.h>
 

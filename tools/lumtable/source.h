@@ -1,9 +1,10 @@
-/* A text in C that is written. */
+/* What is written: a text in C. */
 #ifndef LUMTABLE_SOURCE_H
 #define LUMTABLE_SOURCE_H
 
 #include "../common/set_keys.h"
 #include "lum/base/error.h"
+#include "lum/points_fixed.h"
 #include "lum/profile.h"
 
 #include <stddef.h>
@@ -36,5 +37,14 @@ void put_settings(struct source *out, const struct set_keys *set);
 const char *field_name(unsigned field);
 const char *order_name(uint8_t byte_order);
 const char *angle_order_name(uint8_t angle_order);
+
+/* A layout and a projector as constants. */
+void tables_write(struct source *out, const struct origin *origin,
+                  const lum_layout *layout,
+                  const lum_fixed_projector *projector);
+
+/* The code that reads the packets of one layout. */
+void layout_write(struct source *out, const struct origin *origin,
+                  const lum_layout *layout);
 
 #endif

@@ -1,6 +1,5 @@
-#include "tables.h"
-
 #include "lum/version.h"
+#include "source.h"
 
 #include <inttypes.h>
 
