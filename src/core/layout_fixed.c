@@ -38,11 +38,12 @@ static const struct {
 bool lum_layout_is_read(const lum_layout *layout)
 {
     const lum_profile *p = &layout->profile;
-    return memcmp(p->group, &own, sizeof own) == 0 &&
+    return p->sample_order == LUM_ORDER_LITTLE &&
            p->angle_order == LUM_AZIMUTH_ELEVATION &&
-           p->sample_order == LUM_ORDER_LITTLE &&
            p->eye_values[LUM_EYE_BLUE] == BLUE &&
-           p->eye_values[LUM_EYE_GREEN] == GREEN && p->clock_unit_ns == UNIT_NS;
+           p->eye_values[LUM_EYE_GREEN] == GREEN &&
+           p->clock_unit_ns == UNIT_NS &&
+           memcmp(p->group, &own, sizeof own) == 0;
 }
 
 lum_result lum_group_decode(const lum_layout *layout, const void *bytes,

@@ -153,15 +153,15 @@ static void put_profile(struct source *out, const lum_profile *p)
         "bool lum_layout_is_read(const lum_layout *layout)\n"
         "{\n"
         "    const lum_profile *p = &layout->profile;\n"
-        "    return memcmp(p->group, &own, sizeof own) == 0 &&\n"
+        "    return p->sample_order == %s &&\n"
         "           p->angle_order == %s &&\n"
-        "           p->sample_order == %s &&\n"
         "           p->eye_values[LUM_EYE_BLUE] == BLUE &&\n"
-        "           p->eye_values[LUM_EYE_GREEN] == GREEN && "
-        "p->clock_unit_ns == UNIT_NS;\n"
+        "           p->eye_values[LUM_EYE_GREEN] == GREEN &&\n"
+        "           p->clock_unit_ns == UNIT_NS &&\n"
+        "           memcmp(p->group, &own, sizeof own) == 0;\n"
         "}\n"
         "\n",
-        angle_order_name(p->angle_order), order_name(p->sample_order));
+        order_name(p->sample_order), angle_order_name(p->angle_order));
 }
 
 /* --- lum_group_decode() --- */
