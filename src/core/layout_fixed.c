@@ -20,7 +20,7 @@
 #define UNIT_NS    1000u
 
 /* As they stand in a lum_profile. */
-static const struct {
+static const struct fields {
     lum_field group[LUM_GROUP_FIELDS];
     uint8_t samples_at;
 } own = {

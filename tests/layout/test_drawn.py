@@ -24,6 +24,9 @@ M0PLUS = ["-mcpu=cortex-m0plus", "-mthumb", "-Os", "-ffreestanding", "-fno-tree-
           f"{PORT}/freestanding"]
 PATIENCE_S = 1200
 
+# Of layout.h, without lum_ before them.
+FUNCTIONS = ("clock_follow", "clock_init", "group_decode", "group_word", "layout_copy_angles", "layout_is_read")
+
 # As lum_group_field has them, and the fewest bits with which packets can be good.
 FIELDS = {"tag": 2, "eye": 1, "line": 1, "num_samples": 1, "first_sample_index": 1, "timestamp": 1}
 UNITS_NS = (1000, 1000, 1000, 1, 10, 100, 125, 250, 500, 999, 2000, 10_000, 1_000_000, 1_000_000_000)
@@ -145,17 +148,18 @@ class Drawn(unittest.TestCase):
         profiles = [Profile(seed) for seed in range(COUNT)]
         for n, profile in enumerate(profiles):
             run(LUMTABLE, "--layout", "--profile", "-", "-o", cls.folder / f"layout_{n}.c", input=profile.yaml())
-            (cls.folder / f"numbered_{n}.c").write_text(f'#define LAYOUT_NUMBER {n}\n#include "{HERE}/compare.h"\n#include "layout_{n}.c"\n')
+            names = [f"#define lum_{name} layout_{n}_{name}" for name in FUNCTIONS]
+            (cls.folder / f"named_{n}.c").write_text("\n".join((*names, f'#include "layout_{n}.c"', "")))
         lines = ["static const lum_layout layouts[] = {", *(f"    {profile.c()}," for profile in profiles), "};",
-                 *(f"DECLARE({n});" for n in range(len(profiles))), "const struct code codes[] = {",
-                 *(f"    CODE({n}, &layouts[{n}])," for n in range(len(profiles))), "};",
+                 *(f"DECLARE(layout_{n}_);" for n in range(len(profiles))), "const struct code codes[] = {",
+                 *(f"    CODE(layout_{n}_, &layouts[{n}])," for n in range(len(profiles))), "};",
                  "const size_t code_count = sizeof codes / sizeof codes[0];"]
         (cls.folder / "codes.c").write_text(f'#include "{HERE}/compare.h"\n' + "\n".join(lines) + "\n")
 
     def build(self, compiler, *flags):
-        """The numbered layouts and the list of them, as objects."""
+        """The layouts under names of their own and the list of them, as objects."""
         objects = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        run(compiler, *FLAGS, *flags, "-c", *sorted(self.folder.glob("numbered_*.c")), self.folder / "codes.c", cwd=objects)
+        run(compiler, *FLAGS, *flags, "-c", *sorted(self.folder.glob("named_*.c")), self.folder / "codes.c", cwd=objects)
         return sorted(objects.glob("*.o"))
 
     def check(self, output, datagrams):
@@ -178,7 +182,7 @@ class Drawn(unittest.TestCase):
     @unittest.skipUnless(shutil.which("clang"), "no clang")
     def test_clang_has_no_warning(self):
         run("clang", *FLAGS, "-Wunreachable-code", "-Wimplicit-int-conversion", "-fsyntax-only",
-            *sorted(self.folder.glob("numbered_*.c"))[:100])
+            *sorted(self.folder.glob("named_*.c"))[:100])
 
     def test_the_cmake_of_porting_md(self):
         """Its file in place of layout_any.c."""

@@ -135,7 +135,7 @@ static void put_profile(struct source *out, const lum_profile *p)
         "#define UNIT_NS    %" PRIu32 "u\n"
         "\n"
         "/* As they stand in a lum_profile. */\n"
-        "static const struct {\n"
+        "static const struct fields {\n"
         "    lum_field group[LUM_GROUP_FIELDS];\n"
         "    uint8_t samples_at;\n"
         "} own = {\n"
