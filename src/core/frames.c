@@ -4,7 +4,6 @@
 
 #include "check.h"
 #include "counter.h"
-#include "lines.h"
 #include "product.h"
 #include "stream.h"
 
@@ -196,12 +195,26 @@ static bool is_silent(const lum_assembler *a, const lum_eye_state *eye,
            (int32_t)a->config.gap_us;
 }
 
+/* Whether all open lines are of frames behind this one. A line of a single
+ * packet has no frame yet, and does not hold one back. */
+static bool are_lines_past(const lum_eye_state *eye, uint32_t frame)
+{
+    const lum_line_slot *slot = eye->lines.oldest;
+    for (unsigned i = 0; i < eye->lines.open_count; i++) {
+        if (slot->accepted >= 2 && !frame_is_before(frame, slot->frame)) {
+            return false;
+        }
+        slot = slot->next;
+    }
+    return true;
+}
+
 /* Whether an eye has no open line of the next frame to announce, or of one
  * before it, and expects none. */
 static bool is_past(const lum_assembler *a, const lum_eye_state *eye)
 {
     return frame_is_before(a->frames.next, eye->reach->frame) &&
-           lum_lines_are_past(eye, a->frames.next);
+           are_lines_past(eye, a->frames.next);
 }
 
 /* Step 5. */

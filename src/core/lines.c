@@ -240,17 +240,3 @@ void lum_lines_forget(const lum_assembler *a, lum_eye_state *eye)
         eye->reach[i].clock_us = STREAM_LONG_AGO;
     }
 }
-
-/* Whether all open lines are of frames behind this one. A line of a single
- * packet has no frame yet, and does not hold one back. */
-bool lum_lines_are_past(const lum_eye_state *eye, uint32_t frame)
-{
-    const lum_line_slot *slot = eye->lines.oldest;
-    for (unsigned i = 0; i < eye->lines.open_count; i++) {
-        if (slot->accepted >= 2 && !frame_is_before(frame, slot->frame)) {
-            return false;
-        }
-        slot = slot->next;
-    }
-    return true;
-}

@@ -34,7 +34,4 @@ bool lum_lines_pull_idle(lum_eye_state *eye, int64_t before);
 /* Forgets the lines that have closed; none is open. */
 void lum_lines_forget(const lum_assembler *a, lum_eye_state *eye);
 
-/* Whether every open line whose frame is decided is of a later one. */
-bool lum_lines_are_past(const lum_eye_state *eye, uint32_t frame);
-
 #endif
