@@ -581,16 +581,33 @@ SESSION = ["tests/fake/exact.c", "tests/fake/fake_net.c", "src/base/error.c", "s
            *(f"src/net/{n}.c" for n in ("endpoint", "exchange", "sensor", "session"))]
 
 
+def sources_of(directory):
+    """Those that are linked: of src/core some take the place of others."""
+    if directory == "src/core":
+        listed = (ROOT / directory / "sources.cmake").read_text()
+        return [ROOT / directory / n for n in re.search(r"set\(lum_core_sources([^)]*)\)", listed)[1].split()]
+    return [p for p in sorted((ROOT / directory).glob("*.c")) if p.name != "main.c"]
+
+
 def room(out, name, directory, tests, support=("tests/unit/support.c",), include=()):
     """Its sources are mutated; those of core and points are there for all."""
-    sources = [p for p in sorted((ROOT / directory).glob("*.c")) if p.name != "main.c"]
-    others = [p for d in ("src/core", "src/points") if d != directory
-              for p in sorted((ROOT / d).glob("*.c"))]
+    sources = sources_of(directory)
+    others = [p for d in ("src/core", "src/points") if d != directory for p in sources_of(d)]
     house = House(ROOT, out / name, sources,
                   {f"test_{n}": ROOT / f"tests/unit/test_{n}.c" for n in tests},
                   [*(ROOT / s for s in support), *(ROOT / "tests/unit").glob(f"{name}_rig.c"), *others],
                   [ROOT / "include", ROOT / "src", ROOT / directory, *(ROOT / i for i in include)], name)
     return house, sorted([*sources, *(ROOT / directory).glob("*.h")])
+
+
+def room_instead(out, file, of, more=()):
+    """The core with a file in place of one; only that file is mutated."""
+    cmake = (ROOT / "tests/unit/CMakeLists.txt").read_text()
+    define, names = re.search(rf"lum_core_instead\(\w+ (\w+) {file} ([\w ]+)\)", cmake).groups()
+    house, _ = room(out, pathlib.Path(file).stem, "src/core", [*names.split(), *more])
+    house.sources = [p.with_name(file) if p.name == of else p for p in house.sources]
+    house.include.append(f"-D{define}")
+    return house, [ROOT / "src/core" / file]
 
 
 def all_rooms(out):
@@ -599,6 +616,8 @@ def all_rooms(out):
     core = tests_of("lum_core") + [n for n in tests_of("lum_points")
                                    if (ROOT / f"src/core/{n}.c").exists()]
     return [room(out, "core", "src/core", core),
+            room_instead(out, "layout_fixed.c", "layout_any.c"),
+            room_instead(out, "frames_none.c", "frames.c", ["frames_none"]),
             room(out, "host", "src/host", tests_of("lum_host")),
             room(out, "points", "src/points", tests_of("lum_points")),
             room(out, "live", "src/live", ["contact", "laser_session", "session"], SESSION, ["tests/fake"]),
