@@ -192,7 +192,7 @@ typedef struct lum_frame_span {
 typedef struct lum_awaited {
     uint8_t step;     /**< private */
     uint8_t to_close; /**< private */
-    lum_group group;  /**< private: after an event, but its samples */
+    lum_group group;  /**< private: set by an event; not its samples */
     uint64_t ticks;   /**< private */
     int64_t clock_us; /**< private */
     int64_t arrival;  /**< private */

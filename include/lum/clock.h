@@ -12,8 +12,8 @@ extern "C" {
 
 /** The clock of an assembler or a receiver. Private. */
 typedef struct lum_clock {
-    uint32_t unit_ns; /**< private: length of a tick */
-    uint64_t mask;    /**< private: its bits; 0: there is none */
+    uint32_t unit_ns; /**< private: length of a tick, for layout_any.c */
+    uint64_t mask;    /**< private: its bits, likewise; 0: there is none */
     uint64_t half;    /**< private: half a wrap */
     uint64_t lowest;  /**< private: ticks that the next packet has at least:
                            half a wrap below the last but strays */

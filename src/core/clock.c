@@ -1,7 +1,6 @@
 #include "clock.h"
 
 #include "bytes.h"
-#include "field.h"
 #include "product.h"
 
 uint64_t lum_clock_extend(uint64_t before, uint64_t raw, unsigned bits)

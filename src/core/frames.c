@@ -4,7 +4,6 @@
 
 #include "check.h"
 #include "counter.h"
-#include "product.h"
 #include "stream.h"
 
 /* The sensor does not say where a frame ends: its lines rise from 0 to the last

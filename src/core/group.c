@@ -1,11 +1,9 @@
 #include "lum/group.h"
 
 #include "bytes.h"
-#include "check.h"
 #include "field.h"
 #include "group.h"
 #include "lum/wire.h"
-#include "product.h"
 
 #include <string.h>
 

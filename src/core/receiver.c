@@ -4,7 +4,6 @@
 #include "check.h"
 #include "clock.h"
 #include "counter.h"
-#include "field.h"
 #include "group.h"
 #include "layout.h"
 #include "product.h"
@@ -239,12 +238,15 @@ static lum_result copy_words(lum_receiver *r, const lum_receiver_eye *eye,
             before = pixel;
         }
     }
-    r->is_sorted = borrow >> 31 == 0;
     *count = good;
     if (there > 0) {
         return there == good ? LUM_E_DUPLICATE : LUM_E_CONFLICT;
     }
-    return good <= r->word_room ? LUM_OK : LUM_E_NO_ROOM;
+    if (good > r->word_room) {
+        return LUM_E_NO_ROOM;
+    }
+    r->is_sorted = borrow >> 31 == 0;
+    return LUM_OK;
 }
 
 static lum_result take_words(lum_receiver *r, lum_receiver_eye *eye,

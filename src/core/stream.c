@@ -1,7 +1,6 @@
 #include "stream.h"
 
 #include "bytes.h"
-#include "check.h"
 #include "clock.h"
 
 int32_t lum_stream_lead(const int64_t *clock_us, const int64_t *other_us)

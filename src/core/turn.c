@@ -116,13 +116,13 @@ void lum_turn_look(const lum_fixed_eye *eye, const lum_angle *angle,
 {
     turn az;
     turn el;
-    /* side by side: what both need is loaded once */
     const uint32_t a = angle_of(&eye->azimuth, angle->azimuth);
     const uint32_t e = angle_of(&eye->elevation, angle->elevation);
 #if LUM_BY_PARTS
     set_turn(&az, a);
     set_turn(&el, e);
 #else
+    /* side by side: what both need is loaded once */
     approximate(a, &az);
     approximate(e, &el);
     turn_quarters(a, &az);

@@ -159,7 +159,7 @@ static bool append(const lum_assembler *a, lum_line_slot *slot,
 struct merge {
     uint32_t *words; /* of the line */
     uint16_t *table;
-    uint32_t good; /* words of the packet that are, as far as a line has room */
+    uint32_t good; /* words of the packet; they may be too many for a line */
     uint32_t low;  /* their lowest pixel, from step 2 on */
     uint32_t end;  /* behind their highest pixel */
 };

@@ -21,7 +21,7 @@
 #define LINE          2u /* the last that is open; one slot is free */
 #define REORDER_LINES 8u
 #define LINE_WORDS    4000u
-#define MOST          363u /* words of a datagram behind the shortest head */
+#define MOST          363u /* words of a datagram, behind the shorter of both heads */
 #define PIXEL_WORDS   300u /* most of a pixel */
 #define CLOCK_STEP    200u /* microseconds between lines */
 #define BAD           LUM_WORD_ZERO
