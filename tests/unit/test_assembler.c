@@ -395,10 +395,12 @@ static void half_a_wrap_of_four_bytes_is_backwards(void **state)
 {
     struct stream *s = stream_open();
     (void)state;
-    one(s, BLUE, 1, 0x90000000u);
-    jump(s, 2, 0x20000000u);
+    one(s, BLUE, 1, 0x80000007u);
+    jump(s, 2, 7);
+    jump(s, 3, 0x80000006u); /* one less is forwards */
     stream_end(s);
-    assert_true(find_line(s, BLUE, 2, 0)->clock_us == 0x20000000);
+    assert_true(find_line(s, BLUE, 2, 0)->clock_us == 7);
+    assert_true(find_line(s, BLUE, 3, 0)->clock_us == 0x80000006);
     stream_free(s);
 }
 

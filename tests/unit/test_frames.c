@@ -954,6 +954,20 @@ static void an_eye_at_gap_us_is_not_silent_yet(void **state)
     assert_int_equal(complete_past_gap(1, 0), 1);
 }
 
+/* Silence is counted from what the silent eye has sent. */
+static void an_eye_that_begins_late_does_not_wake_the_other(void **state)
+{
+    struct stream *s = stream_open();
+    (void)state;
+    send_line(s, BLUE, 0);
+    s->clock += 2000000;
+    s->step = 100;
+    send_lines(s, GREEN, 0, 20);
+    send_lines(s, GREEN, 0, 15);
+    assert_true(frame_event(s, 1) >= 0);
+    stream_free(s);
+}
+
 static void an_eye_was_heard_at_its_newest_clock_not_its_last(void **state)
 {
     (void)state;
@@ -1200,6 +1214,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(the_end_completes_the_last_frame_after_its_lines),
     cmocka_unit_test(an_eye_alone_waits_for_the_other_for_gap_us),
     cmocka_unit_test(an_eye_at_gap_us_is_not_silent_yet),
+    cmocka_unit_test(an_eye_that_begins_late_does_not_wake_the_other),
     cmocka_unit_test(an_eye_was_heard_at_its_newest_clock_not_its_last),
     cmocka_unit_test(an_eye_that_falls_silent_is_waited_for_gap_us),
     cmocka_unit_test(a_break_completes_the_frames_before_it),

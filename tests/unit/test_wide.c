@@ -154,6 +154,25 @@ static void other_values_of_more_than_32_bits(void **state)
     }
 }
 
+static void a_long_line_behind_a_long_tag_is_malformed(void **state)
+{
+    uint8_t packet[44] = {0xed, 0xfe, 0xf3, 0xa1, 0xef, 0xbe, 0x34, 0x12, 8,
+                          0,    0,    0,    3,    0,    0,    0,    1,    0};
+    lum_profile p = usual();
+    lum_group g;
+    (void)state;
+    p.samples_at = 40;
+    p.group[LUM_FIELD_TAG] = (lum_field){.at = 24, .bytes = 8};
+    p.group[LUM_FIELD_LINE] = (lum_field){.at = 32, .bytes = 8};
+    const lum_layout layout = checked(&p);
+    packet[28] = 1;
+    assert_int_equal(lum_packet_decode(&layout, packet, 44, &g),
+                     LUM_PACKET_UNKNOWN_TAG);
+    packet[39] = 0xff;
+    assert_int_equal(lum_packet_decode(&layout, packet, 44, &g),
+                     LUM_PACKET_MALFORMED);
+}
+
 static void without_a_count_the_length_tells(void **state)
 {
     uint8_t packet[64] = {0xed, 0xfe, 0xf3, 0xa1, 0xef, 0xbe, 0x34,
@@ -738,6 +757,7 @@ int main(void)
         cmocka_unit_test(each_kind_of_field_has_its_value),
         cmocka_unit_test(a_line_of_more_than_32_bits_is_malformed),
         cmocka_unit_test(other_values_of_more_than_32_bits),
+        cmocka_unit_test(a_long_line_behind_a_long_tag_is_malformed),
         cmocka_unit_test(without_a_count_the_length_tells),
         cmocka_unit_test(bits_lie_in_their_bytes),
         cmocka_unit_test(fields_share_bytes_only_as_different_bits),
