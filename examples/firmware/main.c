@@ -15,8 +15,8 @@
 #define HOLD_MS    1200u
 #define MM(length) ((length)*LUM_FIXED_PER_MM)
 
-/* The board's watchdog. When the timer is dead and no data shows it, the
- * machine moves on until then, by what is as old as HOLD_MS already. */
+/* A board's port sets its watchdog to this. When the timer is dead and no data
+ * shows it, the machine moves on until then, by what is as old as HOLD_MS. */
 #ifndef WATCHDOG_MS
 #define WATCHDOG_MS 1000u
 #endif

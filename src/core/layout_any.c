@@ -59,18 +59,12 @@ LUM_CHECK_BUILD(the_tag_is_the_first_field, LUM_FIELD_TAG == 0);
 LUM_CHECK_BUILD(the_clock_is_the_last_field,
                 LUM_FIELD_TIMESTAMP + 1 == LUM_GROUP_FIELDS);
 
-/* All but the tag and the clock have to fit 32 bits, or there is no eye of such
- * a value; a longer tag is unknown. */
-lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
-                            size_t len, lum_group *out)
+/* All fields but the clock. Returns what is above 32 bits of any but the tag: a
+ * longer tag is 0, which is unknown. */
+static uint32_t load_fields(const lum_profile *p, const uint8_t *b, size_t len,
+                            uint32_t v[LUM_FIELD_TIMESTAMP])
 {
-    const lum_profile *p = &layout->profile;
-    const uint8_t *b = bytes;
-    uint32_t v[LUM_FIELD_TIMESTAMP];
     uint32_t excess = 0;
-    if (len < p->samples_at + LUM_SAMPLE_BYTES) {
-        return LUM_E_MALFORMED;
-    }
     for (unsigned f = LUM_FIELD_TIMESTAMP; f-- > 0;) {
         const uint64_t value = load_field(b, len, &p->group[f]);
         const uint32_t high = (uint32_t)(value >> 32);
@@ -81,6 +75,19 @@ lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
             v[f] = 0;
         }
     }
+    return excess;
+}
+
+lum_result lum_group_decode(const lum_layout *layout, const void *bytes,
+                            size_t len, lum_group *out)
+{
+    const lum_profile *p = &layout->profile;
+    const uint8_t *b = bytes;
+    uint32_t v[LUM_FIELD_TIMESTAMP];
+    if (len < p->samples_at + LUM_SAMPLE_BYTES) {
+        return LUM_E_MALFORMED;
+    }
+    const uint32_t excess = load_fields(p, b, len, v);
     const uint8_t eye = v[LUM_FIELD_EYE] == p->eye_values[LUM_EYE_BLUE]
                             ? LUM_EYE_BLUE
                             : LUM_EYE_GREEN;

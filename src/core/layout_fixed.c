@@ -8,6 +8,7 @@
 #include "clock.h"
 #include "group.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #if LUM_LAYOUT_VERSION != 2
@@ -43,7 +44,8 @@ bool lum_layout_is_read(const lum_layout *layout)
            p->eye_values[LUM_EYE_BLUE] == BLUE &&
            p->eye_values[LUM_EYE_GREEN] == GREEN &&
            p->clock_unit_ns == UNIT_NS &&
-           memcmp(p->group, &own, sizeof own) == 0;
+           memcmp((const uint8_t *)p + offsetof(lum_profile, group), &own,
+                  sizeof own) == 0;
 }
 
 lum_result lum_group_decode(const lum_layout *layout, const void *bytes,

@@ -32,8 +32,8 @@ void call_samples(const uint8_t *b, uint32_t n, uint8_t *samples);
 /* A layout with a sensor clock of any width, and often of another unit. */
 void call_layout(uint8_t b, uint8_t angle_order, lum_layout *out);
 
-/* Makes of it the built-in one, with its own span of lines: only that is read
- * where the core is linked so. */
+/* Replaces it by the built-in one but for its span of lines: a core with
+ * layout_fixed.c reads no other. */
 void call_built_in(lum_layout *layout);
 
 /* By how much a call moves the clock, from its byte 2. */

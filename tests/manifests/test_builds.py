@@ -29,6 +29,10 @@ def run(*command):
 
 
 class Listed(unittest.TestCase):
+    @unittest.skipUnless(shutil.which("arm-none-eabi-gcc"), "no arm-none-eabi-gcc: nothing is built for a controller")
+    def test_a_compiler_for_controllers_is_used(self):
+        self.assertIn("arm-none-eabi-gcc", COMPILERS)
+
     def test_each_file_of_the_core_is_in_the_list(self):
         text = (TOP / "src/core/sources.cmake").read_text()
         names = re.findall(r"\S+\.c\b", re.search(r"^set\(lum_core_sources(.*?)\)", text, re.M | re.S)[1])

@@ -105,6 +105,7 @@ static void put_head(struct source *out, const struct origin *o)
         "#include \"clock.h\"\n"
         "#include \"group.h\"\n"
         "\n"
+        "#include <stddef.h>\n"
         "#include <string.h>\n"
         "\n"
         "#if LUM_LAYOUT_VERSION != %d\n"
@@ -158,7 +159,9 @@ static void put_profile(struct source *out, const lum_profile *p)
         "           p->eye_values[LUM_EYE_BLUE] == BLUE &&\n"
         "           p->eye_values[LUM_EYE_GREEN] == GREEN &&\n"
         "           p->clock_unit_ns == UNIT_NS &&\n"
-        "           memcmp(p->group, &own, sizeof own) == 0;\n"
+        "           memcmp((const uint8_t *)p + offsetof(lum_profile, group), "
+        "&own,\n"
+        "                  sizeof own) == 0;\n"
         "}\n"
         "\n",
         order_name(p->sample_order), angle_order_name(p->angle_order));
