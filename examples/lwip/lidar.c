@@ -30,7 +30,8 @@ static void take_datagram(struct lidar *lidar, const void *bytes, size_t len)
 
 /* lwIP gives the pbuf away: it is freed here, and the core keeps nothing of it.
  * A chain of pbufs (small buffers of a pool, or fragments of IP) is copied. One
- * pbuf is read where the driver put it, at any alignment. */
+ * pbuf is read where the driver put it, at any alignment. Where others can send
+ * to the port, compare from and port with the sensor's. */
 static void take(void *arg, struct udp_pcb *pcb, struct pbuf *p,
                  const ip_addr_t *from, u16_t port)
 {
@@ -56,15 +57,15 @@ err_t lidar_begin(struct lidar *lidar, uint16_t port)
                           lidar->words, room) != LUM_OK) {
         return ERR_VAL;
     }
-    struct udp_pcb *pcb = udp_new();
-    if (pcb == NULL) {
+    lidar->pcb = udp_new();
+    if (lidar->pcb == NULL) {
         return ERR_MEM;
     }
-    const err_t result = udp_bind(pcb, IP_ADDR_ANY, port);
+    const err_t result = udp_bind(lidar->pcb, IP_ADDR_ANY, port);
     if (result != ERR_OK) {
-        udp_remove(pcb);
+        udp_remove(lidar->pcb);
         return result;
     }
-    udp_recv(pcb, take, lidar);
+    udp_recv(lidar->pcb, take, lidar);
     return ERR_OK;
 }

@@ -6,8 +6,9 @@
  * netif->input, which is tcpip_input() with a system, and is called by the main
  * loop without one.
  *
- * The sensor sends to whoever sends it heartbeats: examples/firmware/heart.h.
- */
+ * The sensor sends to the address and the port that its heartbeats come from:
+ * send them with udp_sendto(lidar->pcb, ...), as examples/firmware/heart.h
+ * says. udp_remove(lidar->pcb) ends it. */
 #ifndef LIDAR_H
 #define LIDAR_H
 
@@ -20,8 +21,8 @@
 #define LIDAR_BYTES 1472u /* of a datagram that fits a frame of Ethernet */
 
 struct lidar {
-    /* To be set before lidar_begin(), by lumtable or by the core's functions.
-     */
+    /* To be set before lidar_begin(), by lumtable or by the core's functions;
+     * all else is 0 then. */
     const lum_layout *layout;
     const lum_fixed_projector *projector;
     void (*use)(const lum_fixed_point *points, size_t count);
@@ -32,6 +33,8 @@ struct lidar {
     uint32_t refused; /* data packets: receiver.counters says why */
     lum_point_losses losses;
     lum_receiver receiver;
+
+    struct udp_pcb *pcb; /* to send by */
 
     /* Private. */
     uint32_t words[LUM_RECEIVER_WORDS(LIDAR_BYTES)];

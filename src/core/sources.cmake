@@ -22,7 +22,7 @@ set(lum_core_sources
     wire.c
     words.c)
 
-# What Kconfig has chosen: another file in place of one.
+# What Kconfig has chosen, or variables of the same names: another file in place of one.
 if(CONFIG_LUMSDK_LAYOUT_FIXED)
   list(TRANSFORM lum_core_sources REPLACE layout_any.c layout_fixed.c)
 elseif(CONFIG_LUMSDK_LAYOUT_OWN)
@@ -33,3 +33,13 @@ if(CONFIG_LUMSDK_FRAMES_NONE)
 endif()
 
 list(TRANSFORM lum_core_sources PREPEND ${CMAKE_CURRENT_LIST_DIR}/)
+
+# A file of lumtable, which includes the core's own headers.
+if(CONFIG_LUMSDK_LAYOUT_OWN)
+  get_filename_component(lum_layout_file "${CONFIG_LUMSDK_LAYOUT_FILE}" ABSOLUTE BASE_DIR ${CMAKE_SOURCE_DIR})
+  if(NOT EXISTS "${lum_layout_file}" OR IS_DIRECTORY "${lum_layout_file}")
+    message(FATAL_ERROR "CONFIG_LUMSDK_LAYOUT_FILE: there is no file '${lum_layout_file}' of lumtable --layout")
+  endif()
+  list(APPEND lum_core_sources ${lum_layout_file})
+  set_source_files_properties(${lum_layout_file} PROPERTIES INCLUDE_DIRECTORIES ${CMAKE_CURRENT_LIST_DIR})
+endif()

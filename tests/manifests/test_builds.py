@@ -47,7 +47,7 @@ class Listed(unittest.TestCase):
 class Built(unittest.TestCase):
     """By CMake, with the stand-ins."""
 
-    def build(self, system, compiler, *options, is_whole=True):
+    def build(self, system, compiler, *options):
         """(sources, directories of headers) of what is built."""
         with tempfile.TemporaryDirectory() as build:
             run("cmake", "-S", Path(__file__).parent, "-B", build, f"-DAS={system}", f"-DCMAKE_C_COMPILER={compiler}",
@@ -57,7 +57,7 @@ class Built(unittest.TestCase):
             commands = json.loads(listed.read_text()) if listed.exists() else []
             archives = list(Path(build).rglob("*.a"))
             self.assertEqual(len(archives), 1 if commands else 0)
-            for archive in archives if is_whole else ():
+            for archive in archives:
                 run(TOP / "tests/tools/nm_gate.sh", compiler.replace("gcc", "nm") if "-" in compiler else "nm", archive)
         headers = {name for command in commands for name in re.findall(r"(?:-I|-isystem) *(\S+)", command["command"])}
         return ({str(Path(command["file"]).resolve().relative_to(TOP)) for command in commands},
@@ -80,8 +80,10 @@ class Built(unittest.TestCase):
             with self.subTest(options):
                 sources, _ = self.build("esp-idf", COMPILERS[-1], *(f"-DCONFIG_LUMSDK_{option}=y" for option in options))
                 self.assertEqual(sources, CORE - {INSTEAD[other] for other in others} | others)
-        sources, _ = self.build("zephyr", COMPILERS[-1], "-DCONFIG_LUMSDK=y", "-DCONFIG_LUMSDK_LAYOUT_OWN=y", is_whole=False)
-        self.assertEqual(sources, CORE - {"src/core/layout_any.c"})
+        for system in ("esp-idf", "zephyr"):
+            sources, _ = self.build(system, COMPILERS[-1], "-DCONFIG_LUMSDK=y", "-DCONFIG_LUMSDK_LAYOUT_OWN=y",
+                                    "-DCONFIG_LUMSDK_LAYOUT_FILE=../../src/core/layout_fixed.c")
+            self.assertEqual(sources, CORE - {"src/core/layout_any.c"} | {"src/core/layout_fixed.c"})
 
     def test_nothing_where_the_module_is_not_chosen(self):
         self.assertEqual(self.build("zephyr", COMPILERS[0]), (set(), set()))

@@ -113,7 +113,7 @@ static enum parsed set_option(int option, struct options *out)
     return PARSED_RUN;
 }
 
-/* What the code of a layout does not depend on would be a mistake. */
+/* A calibration and a name are of tables alone. */
 static enum parsed check_layout(const struct options *o)
 {
     const char *key = set_keys_first(&o->set, false);
