@@ -346,12 +346,25 @@ static void words_out_of_order_are_told(void **state)
     assert_int_equal(count_points(), 4);
     assert_memory_equal(lum_receiver_line(&receiver)->words, words,
                         sizeof words);
+    assert_int_equal(push_words(BLUE, 1, 0, 0, words, 4), LUM_E_DUPLICATE);
+    assert_true(lum_receiver_is_sorted(&receiver));
     assert_int_equal(push_pixels(BLUE, 1, 0, 6, 2), LUM_OK);
     assert_true(lum_receiver_is_sorted(&receiver));
     assert_int_equal(push_words(BLUE, 2, 300, 0, words, 2), LUM_OK);
     assert_true(lum_receiver_is_sorted(&receiver));
     assert_int_equal(push_pixels(BLUE, 2, 300, 0, 2), LUM_OK);
     assert_true(lum_receiver_is_sorted(&receiver));
+}
+
+static void words_above_the_first_may_be_out_of_order(void **state)
+{
+    const uint32_t words[] = {lum_word_make(9, true, 5),
+                              lum_word_make(9, true, 9),
+                              lum_word_make(9, true, 8)};
+    (void)state;
+    begin();
+    assert_int_equal(push_words(BLUE, 1, 0, 0, words, 3), LUM_OK);
+    assert_false(lum_receiver_is_sorted(&receiver));
 }
 
 /* Lines */
@@ -1027,6 +1040,7 @@ int main(void)
         cmocka_unit_test(more_words_than_room_are_dropped_whole),
         cmocka_unit_test(bad_words_take_no_room),
         cmocka_unit_test(words_out_of_order_are_told),
+        cmocka_unit_test(words_above_the_first_may_be_out_of_order),
         cmocka_unit_test(a_newer_line_ends_the_one_before),
         cmocka_unit_test(a_number_comes_again_once_its_line_is_over),
         cmocka_unit_test(a_line_lasts_as_long_as_the_profile_says),
