@@ -5,6 +5,7 @@
 
 #include <cmocka.h>
 
+#include "core/bytes.h"
 #include "core/layout.h"
 #include "lum/receiver.h"
 #include "support.h"
@@ -113,6 +114,20 @@ static void all_else_may_be_another(void **state)
     assert_read(&layout, true);
 }
 
+/* At any address. */
+static void numbers_are_loaded_in_either_order(void **state)
+{
+    static const uint8_t b[] = {0,    0x81, 0x92, 0xa3, 0xb4,
+                                0xc5, 0xd6, 0xe7, 0xf8};
+    (void)state;
+    assert_int_equal(load_u16(b + 1), 0x9281u);
+    assert_int_equal(load_u32(b + 1), 0xb4a39281u);
+    assert_true(load_u64(b + 1) == UINT64_C(0xf8e7d6c5b4a39281));
+    assert_int_equal(load_big_u16(b + 1), 0x8192u);
+    assert_int_equal(load_big_u32(b + 1), 0x8192a3b4u);
+    assert_true(load_big_u64(b + 1) == UINT64_C(0x8192a3b4c5d6e7f8));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -120,6 +135,7 @@ int main(void)
         cmocka_unit_test(each_value_of_a_field_counts),
         cmocka_unit_test(each_value_beside_the_fields_counts),
         cmocka_unit_test(all_else_may_be_another),
+        cmocka_unit_test(numbers_are_loaded_in_either_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
