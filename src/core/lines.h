@@ -9,9 +9,8 @@
 void lum_lines_init(lum_assembler *a, const lum_assembler_storage *storage);
 
 /* Looks for the line of the packet at hand: its clock and this number.
- * found: the open line; untouched where none is: then the line has to be opened
- *        once awaited.to_close others have closed, which is set.
- * LUM_OK or LUM_E_LATE. */
+ * found: the open line. Untouched where there is none; awaited.to_close then
+ * says how many others close before it is opened. LUM_OK or LUM_E_LATE. */
 lum_result lum_lines_find(lum_assembler *a, const lum_eye_state *eye,
                           uint32_t number, lum_line_slot **found);
 

@@ -118,10 +118,11 @@ static enum parsed check_layout(const struct options *o)
 {
     const char *key = set_keys_first(&o->set, false);
     if (o->calibration != NULL) {
-        return refuse("--layout: --calibration goes with tables alone");
+        return refuse(
+            "--layout: --calibration goes with tables alone; leave it out");
     }
     if (o->name != NULL) {
-        return refuse("--layout: --name goes with tables alone");
+        return refuse("--layout: --name goes with tables alone; leave it out");
     }
     return key == NULL ? PARSED_RUN
                        : refuse("--layout: '%s' is of a calibration, which "
