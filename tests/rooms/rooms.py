@@ -85,7 +85,7 @@ def room_of(path):
     if parts[:2] == ["include", "lum"]:
         if len(parts) == 4:
             return parts[2]
-        return "points" if parts[2] in ("points.h", "smooth.h") else "core"
+        return "points" if parts[2] in ("points.h", "pose.h", "smooth.h") else "core"
     if len(parts) > 2 and parts[0] in ("src", "tools"):
         return parts[1]
     return None

@@ -1,0 +1,58 @@
+/** @file
+ * Poses: where a moving frame is in a fixed one, such as the sensor in the
+ * world.
+ *
+ * No heap and no I/O; functions on the caller's structs, from any thread. A
+ * quaternion is of length 1: lum_pose_normalize() makes it so, and the other
+ * functions keep it so up to rounding. */
+#ifndef LUM_POSE_H
+#define LUM_POSE_H
+
+#include <stdbool.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Where a moving frame is in a fixed one. */
+typedef struct lum_pose {
+    double at[3];   /**< metres: the moving frame's origin in the fixed one */
+    double turn[4]; /**< unit quaternion x, y, z, w: turns directions of the
+                         moving frame into the fixed one */
+} lum_pose;
+
+/** The pose of a frame in itself. */
+lum_pose lum_pose_identity(void);
+
+/** Make the quaternion one of length 1.
+ * @return false if a number is not finite or the quaternion is 0; then the pose
+ *         is untouched. */
+bool lum_pose_normalize(lum_pose *pose);
+
+/** The pose in the outermost frame of what is at `inner` in the frame that is
+ * at `outer`. */
+lum_pose lum_pose_compose(const lum_pose *outer, const lum_pose *inner);
+
+/** Where the fixed frame is in the moving one. */
+lum_pose lum_pose_inverse(const lum_pose *pose);
+
+/** A pose on the way from a to b, along the screw that joins them, that is with
+ * constant velocity and constant turn rate: a exp(share log(a^-1 b)), the
+ * shorter way round.
+ * @param share 0: a, 1: b; below and above it goes on as between them. */
+lum_pose lum_pose_between(const lum_pose *a, const lum_pose *b, double share);
+
+/** A pose as a matrix, 3 rows of 4: [R | t], for points as columns. */
+void lum_pose_matrix(const lum_pose *pose, double out[12]);
+
+/** A point of the moving frame in the fixed one; out may be in. */
+void lum_pose_apply(const lum_pose *pose, const double in[3], double out[3]);
+
+/** The angle of the turn from a to b, 0..pi radians. */
+double lum_pose_angle(const lum_pose *a, const lum_pose *b);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
