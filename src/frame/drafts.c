@@ -106,7 +106,7 @@ static bool reserve(const lum_draft *draft, uint32_t points, lum_crew *crew)
         }
         if (!lum_frame_claim_room(frame, points)) {
             lum_crew_settle(crew);
-            if (!lum_frame_move(frame, points)) {
+            if (!lum_frame_relocate(frame, points)) {
                 return false;
             }
         }

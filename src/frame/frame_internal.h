@@ -63,7 +63,7 @@ struct lum_frame {
     lum_frame *self; /* for callers that may only count references */
     lum_frame_pool *pool;
     lum_frame *next;     /* of the spare ones */
-    lum_frame *into;     /* claimed for lum_frame_move(); NULL: none */
+    lum_frame *into;     /* claimed for lum_frame_relocate(); NULL: none */
     size_t usual;        /* points that it is likely to have; 0: not known */
     unsigned references; /* guarded by the pool's lock */
     size_t points_max;
@@ -84,13 +84,13 @@ lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask,
 bool lum_frame_reserve_row(lum_frame *frame);
 
 /* Whether there is room for this many more points where the others are. If not,
- * or if the frame has claimed better memory, call lum_frame_move() next, while
- * nobody reads or writes the points. */
+ * or if the frame has claimed better memory, call lum_frame_relocate() next,
+ * while nobody reads or writes the points. */
 bool lum_frame_claim_room(lum_frame *frame, size_t points);
 
 /* Move the points where there is room for this many more. False: there is no
  * memory; some columns may have moved, and all have the same points. */
-bool lum_frame_move(lum_frame *frame, size_t points);
+bool lum_frame_relocate(lum_frame *frame, size_t points);
 
 /* Where the points of a line are written; NULL: not requested. */
 typedef struct lum_frame_places {

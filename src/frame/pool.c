@@ -413,7 +413,7 @@ bool lum_frame_claim_room(lum_frame *frame, size_t points)
     return room >= needed && frame->into == NULL;
 }
 
-bool lum_frame_move(lum_frame *frame, size_t points)
+bool lum_frame_relocate(lum_frame *frame, size_t points)
 {
     const size_t needed = frame->count + points;
     lum_frame *into = frame->into;

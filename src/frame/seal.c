@@ -1,5 +1,7 @@
 #include "frame_internal.h"
 
+#include "points/motion.h"
+
 #include <stdlib.h>
 
 /* A longer line is assumed to be two. */
@@ -53,29 +55,16 @@ static int64_t find_period_ns(const lum_frame *frame, bool has_clock)
     return median < PERIOD_MAX_NS ? median : PERIOD_MAX_NS;
 }
 
-/* When each pixel comes, after the begin of its line. */
-static void tabulate(int64_t period_ns, int64_t in_line_ns[LUM_LINE_PIXELS])
-{
-    for (unsigned pixel = 0; pixel < LUM_LINE_PIXELS; pixel++) {
-        in_line_ns[pixel] = pixel * period_ns / (int64_t)LUM_LINE_PIXELS;
-    }
-}
-
 /* The column has pixels so far, which an assembler takes below LUM_LINE_PIXELS
  * alone. */
 static void set_times(lum_frame *frame, bool has_clock, int64_t begin_ns)
 {
-    int64_t in_line_ns[LUM_LINE_PIXELS];
+    const int64_t period_ns = find_period_ns(frame, has_clock);
     float *times = frame->store.columns[LUM_COLUMN_TIME].at;
-    tabulate(find_period_ns(frame, has_clock), in_line_ns);
     for (size_t i = 0; i < frame->row_count; i++) {
         const lum_line_row *row = &frame->store.rows[i];
-        const int64_t from_ns = line_ns(row, has_clock) - begin_ns;
-        float *to = times + row->first_point;
-        for (uint32_t k = 0; k < row->point_count; k++) {
-            const int64_t ns = from_ns + in_line_ns[(uint32_t)to[k]];
-            to[k] = (float)((double)ns * 1e-9);
-        }
+        lum_motion_times(times + row->first_point, row->point_count,
+                         line_ns(row, has_clock) - begin_ns, period_ns);
     }
 }
 

@@ -4,6 +4,7 @@
 #define LUM_POINTS_KERNELS_H
 
 #include "lum/points.h"
+#include "motion.h"
 #include "polynomials.h"
 
 #include <stddef.h>
@@ -59,6 +60,12 @@ typedef struct lum_kernels {
     /* The coordinates of up to LUM_COLUMNS_BLOCK words with these ranges. */
     void (*columns)(const lum_column_source *from, float *x, float *y,
                     float *z);
+
+    /* As those of motion.h. */
+    void (*times)(float *pixels, size_t n, int64_t from_ns, int64_t period_ns);
+    size_t (*count)(const lum_motion *motion, const float *time, size_t n);
+    void (*move)(const lum_motion *motion, const lum_motion_points *from,
+                 size_t n, float out[3][LUM_MOTION_BLOCK]);
 } lum_kernels;
 
 /* What vectors/ has for the target at all: it needs gcc 12 or
@@ -96,6 +103,11 @@ void lum_plain_ranges(const lum_eye_projector *eye, const uint32_t *words,
                       uint32_t n, float *out);
 void lum_plain_columns(const lum_column_source *from, float *x, float *y,
                        float *z);
+void lum_plain_times(float *pixels, size_t n, int64_t from_ns,
+                     int64_t period_ns);
+size_t lum_plain_count(const lum_motion *motion, const float *time, size_t n);
+void lum_plain_move(const lum_motion *motion, const lum_motion_points *from,
+                    size_t n, float out[3][LUM_MOTION_BLOCK]);
 
 #define LUM_KERNELS_MAX 4u
 

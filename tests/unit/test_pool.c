@@ -37,7 +37,7 @@ static void add(lum_frame *frame, size_t points)
 {
     assert_true(lum_frame_reserve_row(frame));
     if (!lum_frame_claim_room(frame, points)) {
-        assert_true(lum_frame_move(frame, points));
+        assert_true(lum_frame_relocate(frame, points));
         assert_true(lum_frame_claim_room(frame, points));
     }
     for (unsigned c = LUM_COLUMN_X; c <= LUM_COLUMN_RANGE; c++) {

@@ -3,6 +3,8 @@
 #include "../kernels.h"
 #include "vector.h"
 
+#include "../motion_loops.h"
+
 /* --- Directions --- */
 
 /* Of LUM_LANES pixels. */
@@ -168,8 +170,36 @@ static void compute_columns(const lum_column_source *from, float *x, float *y,
     lum_plain_columns(&rest, x + end, y + end, z + end);
 }
 
+/* --- Motion --- */
+
+#if LUM_LANES > 4
+static void compute_times(float *pixels, size_t n, int64_t from_ns,
+                          int64_t period_ns)
+{
+    lum_times_loop(pixels, n, from_ns, period_ns);
+}
+
+static size_t count_times(const lum_motion *motion, const float *time, size_t n)
+{
+    return lum_count_loop(motion, time, n);
+}
+
+static void move_points(const lum_motion *motion, const lum_motion_points *from,
+                        size_t n, float out[3][LUM_MOTION_BLOCK])
+{
+    for (unsigned row = 0; row < 3u; row++) {
+        lum_move_loop(motion, from, n, out[row], row);
+    }
+}
+#else
+#define compute_times lum_plain_times
+#define count_times   lum_plain_count
+#define move_points   lum_plain_move
+#endif
+
 #define LUM_KERNELS(name)                                                      \
     {                                                                          \
         name, compute_directions, count_below, choose, compute_points,         \
-            compute_ranges, compute_columns                                    \
+            compute_ranges, compute_columns, compute_times, count_times,       \
+            move_points                                                        \
     }

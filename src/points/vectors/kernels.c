@@ -1,9 +1,10 @@
 #include "../kernels.h"
 
 static const lum_kernels plain = {
-    "plain",          lum_plain_directions, lum_plain_count_below,
-    lum_plain_choose, lum_plain_points,     lum_plain_ranges,
-    lum_plain_columns};
+    "plain",           lum_plain_directions, lum_plain_count_below,
+    lum_plain_choose,  lum_plain_points,     lum_plain_ranges,
+    lum_plain_columns, lum_plain_times,      lum_plain_count,
+    lum_plain_move};
 
 #if defined(LUM_HAS_KERNELS)
 
