@@ -11,6 +11,7 @@
 #include <string.h>
 
 #define CELLS 12
+#define BLOCK 512u /* points that are looked at while they are in the cache */
 
 /* The bound of lum/frame/move.h, of which matrices take this part. */
 #define ERROR_M    0.9e-4
@@ -233,20 +234,17 @@ static void move_run(const mover *m, const lum_move_points *points,
                      size_t first, size_t n, const piece *p,
                      const struct places *to)
 {
-    float out[3][LUM_MOTION_BLOCK];
-    const bool is_moved = p->is_known && (m->has_start || m->clamps);
-    if (is_moved) {
+    float *const out[3] = {to->of[0] + first, to->of[1] + first,
+                           to->of[2] + first};
+    if (p->is_known && (m->has_start || m->clamps)) {
         const lum_motion_points from = {points->x + first, points->y + first,
                                         points->z + first,
                                         points->time + first};
         lum_motion_move(&p->motion, &from, n, out);
+        return;
     }
     for (int row = 0; row < 3; row++) {
-        if (is_moved) {
-            memcpy(to->of[row] + first, out[row], n * sizeof(float));
-        } else {
-            fill(to->of[row] + first, n, NAN);
-        }
+        fill(out[row], n, NAN);
     }
 }
 
@@ -258,9 +256,8 @@ static void move_all(mover *m, const lum_move_points *points,
     counts->points += points->count;
     while (i < points->count) {
         const size_t left = points->count - i;
-        size_t n = count_inside(
-            points->time + i, left < LUM_MOTION_BLOCK ? left : LUM_MOTION_BLOCK,
-            &p.motion);
+        size_t n = count_inside(points->time + i, left < BLOCK ? left : BLOCK,
+                                &p.motion);
         if (n == 0) {
             const float time = points->time[i];
             n = 1; /* at least, however floats are rounded */

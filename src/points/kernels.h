@@ -65,7 +65,7 @@ typedef struct lum_kernels {
     void (*times)(float *pixels, size_t n, int64_t from_ns, int64_t period_ns);
     size_t (*count)(const lum_motion *motion, const float *time, size_t n);
     void (*move)(const lum_motion *motion, const lum_motion_points *from,
-                 size_t n, float out[3][LUM_MOTION_BLOCK]);
+                 size_t n, float *const out[3]);
 } lum_kernels;
 
 /* What vectors/ has for the target at all: it needs gcc 12 or
@@ -107,7 +107,7 @@ void lum_plain_times(float *pixels, size_t n, int64_t from_ns,
                      int64_t period_ns);
 size_t lum_plain_count(const lum_motion *motion, const float *time, size_t n);
 void lum_plain_move(const lum_motion *motion, const lum_motion_points *from,
-                    size_t n, float out[3][LUM_MOTION_BLOCK]);
+                    size_t n, float *const out[3]);
 
 #define LUM_KERNELS_MAX 4u
 

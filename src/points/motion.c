@@ -14,7 +14,7 @@ size_t lum_plain_count(const lum_motion *motion, const float *time, size_t n)
 }
 
 void lum_plain_move(const lum_motion *motion, const lum_motion_points *from,
-                    size_t n, float out[3][LUM_MOTION_BLOCK])
+                    size_t n, float *const out[3])
 {
     for (unsigned row = 0; row < 3u; row++) {
         lum_move_loop(motion, from, n, out[row], row);
@@ -33,7 +33,7 @@ size_t lum_motion_count(const lum_motion *motion, const float *time, size_t n)
 }
 
 void lum_motion_move(const lum_motion *motion, const lum_motion_points *from,
-                     size_t n, float out[3][LUM_MOTION_BLOCK])
+                     size_t n, float *const out[3])
 {
     LUM_BEST(move)(motion, from, n, out);
 }

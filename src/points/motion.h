@@ -6,9 +6,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Most points of one call that moves them. */
-#define LUM_MOTION_BLOCK 256u
-
 /* Points of the times from from_s to before to_s. */
 typedef struct lum_motion {
     float from_s;
@@ -33,8 +30,8 @@ void lum_motion_times(float *pixels, size_t n, int64_t from_ns,
 /* How many of n times a motion is for. */
 size_t lum_motion_count(const lum_motion *motion, const float *time, size_t n);
 
-/* Move up to LUM_MOTION_BLOCK points. */
+/* Move n points. out: x, y and z, apart from those of from. */
 void lum_motion_move(const lum_motion *motion, const lum_motion_points *from,
-                     size_t n, float out[3][LUM_MOTION_BLOCK]);
+                     size_t n, float *const out[3]);
 
 #endif

@@ -97,7 +97,7 @@ typedef struct lum_move_points {
 } lum_move_points;
 
 /** As lum_frame_move(), of arrays: options.to says only whether points are
- * moved into the world, or to start_ns. x, y and z may be those of points.
+ * moved into the world, or to start_ns. x, y and z are not those of points.
  * @return 0, or -1 where a struct_size is not set. */
 LUM_MUST_CHECK int lum_points_move(const lum_move_points *points,
                                    const lum_move_options *options, float *x,

@@ -185,7 +185,7 @@ static size_t count_times(const lum_motion *motion, const float *time, size_t n)
 }
 
 static void move_points(const lum_motion *motion, const lum_motion_points *from,
-                        size_t n, float out[3][LUM_MOTION_BLOCK])
+                        size_t n, float *const out[3])
 {
     for (unsigned row = 0; row < 3u; row++) {
         lum_move_loop(motion, from, n, out[row], row);
