@@ -100,11 +100,12 @@ static uint32_t points_at(const lum_writer *writer)
            (comment > 0 ? VLR_HEAD_BYTES + (uint32_t)comment : 0u);
 }
 
-static unsigned char *put_bounds(unsigned char *p, const las *state)
+static unsigned char *put_bounds(unsigned char *p, const las *state,
+                                 const double origin[3])
 {
     for (unsigned i = 0; i < 3; i++) {
-        p = lum_put_f64(p, units(state->max[i]) * SCALE);
-        p = lum_put_f64(p, units(state->min[i]) * SCALE);
+        p = lum_put_f64(p, units(state->max[i]) * SCALE + origin[i]);
+        p = lum_put_f64(p, units(state->min[i]) * SCALE + origin[i]);
     }
     return p;
 }
@@ -133,8 +134,10 @@ static void make_header(unsigned char out[HEADER_BYTES],
     for (unsigned i = 0; i < 3; i++) {
         p = lum_put_f64(p, SCALE);
     }
-    p = put_zeros(p, 24); /* offsets */
-    p = put_bounds(p, state);
+    for (unsigned i = 0; i < 3; i++) {
+        p = lum_put_f64(p, writer->options.origin[i]);
+    }
+    p = put_bounds(p, state, writer->options.origin);
     p = put_zeros(p, 20); /* no waveforms, no extended records */
     p = lum_put_le64(p, totals->points);
     for (unsigned i = 0; i < RETURNS; i++) {

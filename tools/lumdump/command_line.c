@@ -38,6 +38,10 @@ static const struct option_word clocks[] = {{"sensor", TIME_SENSOR},
                                             {"utc", TIME_UTC},
                                             {"arrival", TIME_ARRIVAL},
                                             {NULL, 0}};
+static const struct option_word places[] = {{"start", LUM_MOVE_TO_START},
+                                            {"middle", LUM_MOVE_TO_MIDDLE},
+                                            {"world", LUM_MOVE_TO_WORLD},
+                                            {NULL, 0}};
 static const struct option_word keeps[] = {{"keep", 0}, {"drop", 1}, {NULL, 0}};
 static const struct option_word packets[] = {
     {"lines", 0}, {"all", 1}, {NULL, 0}};
@@ -143,6 +147,10 @@ static const struct option_spec specs[] = {
      .allowed = "0 for off, an odd number of pixels up to 63, such as 31, or "
                 "WINDOW:ORDER, the order from 0 to 5 and below the window, "
                 "such as 31:2"},
+    {"poses", TEXT(motion.poses), .allowed = "the name of a file of poses"},
+    {"pose-times", TEXT(motion.times),
+     .allowed = "the name of a file with a time a line"},
+    {"to", WORD(places, motion.to), HAS(motion.has_to)},
     {"help", .letter = 'h', .kind = OPTION_SHOW, .show = show_help},
     {"version", .kind = OPTION_SHOW, .show = show_version},
 };
@@ -245,7 +253,8 @@ static void note_filters(const struct option_result *given, struct options *o)
                    {"edge", false},   {"return", false},  {"frames", true},
                    {"range", false},  {"box", false},     {"incomplete", true},
                    {"packets", true}, {"duration", true}, {"smooth", false},
-                   {"time", false}};
+                   {"time", false},   {"poses", false},   {"pose-times", false},
+                   {"to", false}};
     for (size_t i = 0; i < sizeof filters / sizeof filters[0]; i++) {
         for (size_t k = 0; k < sizeof specs / sizeof specs[0]; k++) {
             if (option_table_has(given, k) && !is_off(o, specs[k].name) &&
@@ -285,6 +294,9 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
     if (out->infer) {
         return rules_allow_infer(out, &table, &result) ? PARSED_RUN
                                                        : PARSED_BAD;
+    }
+    if (!out->motion.has_to) {
+        out->motion.to = LUM_MOVE_TO_WORLD;
     }
     if (!find_formats(out) || !rules_allow(out)) {
         return PARSED_BAD;

@@ -267,6 +267,14 @@ static void warn_of_clocks(const struct pass *pass)
     }
 }
 
+static void warn_of_poses(const struct pass *pass)
+{
+    char text[800];
+    if (pass->motion != NULL && motion_tell(pass->motion, text, sizeof text)) {
+        conclude_warn(pass->options, "%s", text);
+    }
+}
+
 static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
@@ -289,6 +297,7 @@ static void warn_of_losses(const struct pass *pass)
     warn_of_few(pass);
     warn_of_pictures(pass);
     warn_of_clocks(pass);
+    warn_of_poses(pass);
 }
 
 /* --- The end --- */

@@ -82,6 +82,20 @@ static bool choose_frame(struct pass *pass)
     return true;
 }
 
+static int move_frame(struct pass *pass, const lum_frame *frame,
+                      lum_error *error)
+{
+    struct moved moved;
+    if (pass->motion == NULL) {
+        return 0;
+    }
+    if (motion_move(pass->motion, frame, &moved, error) != 0) {
+        return -1;
+    }
+    frame_lines_move(pass->frame_lines, &moved);
+    return 0;
+}
+
 static int take_frame(struct pass *pass, lum_error *error)
 {
     const lum_frame *frame = lum_framer_frame(pass->framer, 0);
@@ -93,12 +107,15 @@ static int take_frame(struct pass *pass, lum_error *error)
         errno = ENOMEM;
         return lum_error_set(error, "out of memory");
     }
-    return choose_frame(pass) && is_written
+    if (!choose_frame(pass) || !is_written) {
+        return 0;
+    }
+    return move_frame(pass, frame, error) == 0
                ? outputs_act(pass->outputs,
                              &(struct action){.kind = ADD_FRAME,
                                               .frame = pass->frame_lines},
                              error)
-               : 0;
+               : -1;
 }
 
 static int end_frame(struct pass *pass, lum_error *error)
@@ -315,6 +332,9 @@ enum pass_result pass_flush(struct pass *pass, lum_error *error)
     if (has_too_many_sensors(pass)) {
         return PASS_SENSORS;
     }
+    if (pass->motion != NULL && motion_check(pass->motion, error) != 0) {
+        return PASS_REFUSED;
+    }
     if (pass->cut == NULL || pass->outputs == NULL) {
         return PASS_DONE;
     }
@@ -426,6 +446,9 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
         (void)lum_error_set(error, "out of memory");
         return PASS_FAILED;
     }
+    motion_restart(pass->motion);
+    pass->summary.moved =
+        pass->motion != NULL ? motion_counts(pass->motion) : NULL;
     pass->summary.source = o->source;
     pass->summary.framer = pass->framer;
     pass->summary.has_frames = options_has_frames(o);

@@ -8,6 +8,7 @@
 #include "cut.h"
 #include "diagnosis.h"
 #include "frame_lines.h"
+#include "motion.h"
 #include "options.h"
 #include "outputs.h"
 #include "summary.h"
@@ -51,6 +52,7 @@ struct pass {
     const struct options *options;
     const lum_layout *layout;
     const lum_projector *projector;
+    struct motion *motion; /* NULL: points stay where they were seen */
     struct pass_capture source;
     bool counts_alone;       /* it gets no outputs */
     struct outputs *outputs; /* NULL: count alone */

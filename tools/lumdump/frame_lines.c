@@ -27,6 +27,7 @@ struct frame_lines {
     const void *context;
     struct taken_frame taken;
     struct columns columns; /* the frame's */
+    bool has_gaps;          /* some of their points are left out */
     bool was_lit;           /* words came in it */
     int64_t begin_utc_ns;   /* 0: there is no clock */
     int64_t begin_arrival_ns;
@@ -37,7 +38,7 @@ struct frame_lines {
     uint32_t *lines;  /* eye x rows: indices of lines, or NO_LINE */
     size_t room;      /* rows, of both eyes together */
     lum_sample samples[LUM_LINE_WORDS_MAX];
-    float times[LUM_LINE_PIXELS];
+    float times[LUM_LINE_WORDS_MAX];
 };
 
 struct frame_lines *frame_lines_new(unsigned eyes, frame_lines_clock *clock,
@@ -179,10 +180,20 @@ int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
         .points = lum_frame_count(frame),
         .lines = lum_frame_line_count(frame)};
     f->columns = columns_of(frame);
+    f->has_gaps = false;
     f->was_lit = info.lines_dark < (uint64_t)info.lines[0] + info.lines[1];
     f->begin_utc_ns = info.times.begin_utc_ns;
     f->begin_arrival_ns = info.times.begin_arrival_ns;
     return wants_rows ? lay_out(f) : 0;
+}
+
+void frame_lines_move(struct frame_lines *f, const struct moved *moved)
+{
+    f->columns.x = moved->x;
+    f->columns.y = moved->y;
+    f->columns.z = moved->z;
+    f->has_gaps = moved->without > 0;
+    f->taken.points -= moved->without;
 }
 
 /* --- Asking --- */
@@ -223,6 +234,21 @@ static void set_brief(lum_sample *s, const struct columns *c, size_t i)
     s->return_number = c->return_number[i];
 }
 
+/* Without points that are left out. */
+static void close_gaps(struct frame_lines *f, const lum_frame_line *line,
+                       lum_line_samples *out)
+{
+    size_t n = 0;
+    for (uint32_t k = 0; k < line->point_count; k++) {
+        if (!isnan(f->samples[k].x)) {
+            f->times[n] = f->columns.time[line->first_point + k];
+            f->samples[n++] = f->samples[k];
+        }
+    }
+    out->count = n;
+    out->times = f->times;
+}
+
 void frame_lines_get(struct frame_lines *f, size_t i, lum_line_samples *out)
 {
     const lum_frame_line line = line_at(f, i);
@@ -241,6 +267,9 @@ void frame_lines_get(struct frame_lines *f, size_t i, lum_line_samples *out)
                               .line = line.number,
                               .eye = line.eye,
                               .times = f->columns.time + line.first_point};
+    if (f->has_gaps) {
+        close_gaps(f, &line, out);
+    }
 }
 
 uint32_t frame_lines_rows(const struct frame_lines *f)
@@ -280,7 +309,7 @@ void frame_lines_get_row(struct frame_lines *f, uint32_t row,
         points_of(f, eye) + (size_t)number * LUM_LINE_PIXELS;
     for (unsigned pixel = 0; pixel < LUM_LINE_PIXELS; pixel++) {
         const uint32_t point = points[pixel];
-        if (point == LUM_FRAME_MISSING) {
+        if (point == LUM_FRAME_MISSING || isnan(f->columns.x[point])) {
             put_missing(f, pixel);
         } else {
             f->samples[pixel] = sample_at(&f->columns, point);

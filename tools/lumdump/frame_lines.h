@@ -2,6 +2,8 @@
 #ifndef LUMDUMP_FRAME_LINES_H
 #define LUMDUMP_FRAME_LINES_H
 
+#include "motion.h"
+
 #include "lum/cloud/writer.h"
 #include "lum/frame/frame.h"
 
@@ -51,6 +53,10 @@ void frame_lines_free(struct frame_lines *lines);
  * without memory. */
 int frame_lines_take(struct frame_lines *lines, const lum_frame *frame,
                      bool wants_rows);
+
+/* Points of the frame that was taken are here instead, until the next one is
+ * taken: a number for each, NaN for those that are left out. */
+void frame_lines_move(struct frame_lines *lines, const struct moved *moved);
 
 /* What was taken last. */
 const struct taken_frame *frame_lines_taken(const struct frame_lines *lines);

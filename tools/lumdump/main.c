@@ -14,6 +14,7 @@ struct job {
     struct options *options;
     struct geometry geometry;
     struct provenance_source source;
+    struct motion *motion;
     struct provenance about_points;
     struct provenance about_packets;
     lum_layout layout;
@@ -45,6 +46,36 @@ static const char *name_profile(const struct options *o)
     return o->config.profile != NULL ? o->config.profile : "of the capture";
 }
 
+/* Where the world's coordinates are too large for floats, what is subtracted.
+ */
+static int prepare_motion(struct job *job, lum_error *error)
+{
+    struct options *o = job->options;
+    if (o->motion.poses != NULL &&
+        job->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes == 0) {
+        return lum_error_set(error,
+                             "--poses: by the profile %s packets have no "
+                             "timestamp, so points have no times to find their "
+                             "poses by; leave --poses out",
+                             name_profile(o));
+    }
+    if (motion_new(o, &job->motion, error) != 0) {
+        return -1;
+    }
+    if (motion_origin(job->motion, o->about.origin)) {
+        const double *origin = o->about.origin;
+        struct filter *f = &o->filters.list[o->filters.count++];
+        (void)snprintf(f->text, sizeof f->text, "origin=%.0f,%.0f,%.0f",
+                       origin[0], origin[1], origin[2]);
+        conclude_warn(o,
+                      "the poses are farther than 5 km from 0: x, y and z are "
+                      "relative to the origin %.0f %.0f %.0f, which comments "
+                      "of the files name, and .las has as its offset",
+                      origin[0], origin[1], origin[2]);
+    }
+    return 0;
+}
+
 /* What outputs say names what the run uses. */
 static int prepare(struct job *job, lum_error *error)
 {
@@ -52,6 +83,9 @@ static int prepare(struct job *job, lum_error *error)
     if (geometry_set(&job->geometry, &o->config.set, error) != 0 ||
         geometry_make(&job->geometry, &job->layout, &job->projector, error) !=
             0) {
+        return -1;
+    }
+    if (prepare_motion(job, error) != 0) {
         return -1;
     }
     if (o->points.time == TIME_UTC &&
@@ -70,7 +104,8 @@ static int prepare(struct job *job, lum_error *error)
         .options = o,
         .source = {.capture = job->pass.source.capture, .about = &job->source},
         .layout = &job->layout,
-        .projector = &job->projector};
+        .projector = &job->projector,
+        .motion = job->motion};
     return 0;
 }
 
@@ -151,6 +186,7 @@ static enum exit_status run(struct options *o)
     } else {
         status = o->is_live ? run_live(job) : run_capture(job);
     }
+    motion_free(job->motion);
     free(job);
     return status;
 }

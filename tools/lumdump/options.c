@@ -127,7 +127,8 @@ bool options_takes_frames(const struct options *options, size_t i)
     const unsigned format = options->outputs[i].format;
     return options_is_organized(options, i) || options_is_picture(options, i) ||
            options_has_messages(options, i) || options_has_preset(options, i) ||
-           (options->choice.whole != 0 && !options_is_recording(options, i)) ||
+           ((options->choice.whole != 0 || options->motion.poses != NULL) &&
+            !options_is_recording(options, i)) ||
            (options->cloud.has_times && !options_is_capture(format) &&
             lum_format_has_columns((lum_format)format));
 }

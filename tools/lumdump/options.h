@@ -6,6 +6,7 @@
 #include "../common/sources.h"
 
 #include "lum/cloud/writer.h"
+#include "lum/frame/move.h"
 #include "lum/net/socket.h"
 #include "lum/points.h"
 
@@ -97,6 +98,14 @@ struct point_options {
     unsigned threads; /* 0: by the cores */
 };
 
+/* Where points are moved to. */
+struct motion_options {
+    const char *poses; /* a file; NULL: points stay where they were seen */
+    const char *times; /* of KITTI's poses; NULL: they have their own */
+    lum_move_to to;
+    bool has_to; /* --to was given */
+};
+
 /* What is in clouds. */
 struct cloud_options {
     bool ascii;
@@ -117,7 +126,7 @@ struct mcap_options {
 };
 
 /* Options that choose or change what comes out, as they were given. */
-#define FILTERS_MAX 13u
+#define FILTERS_MAX 17u
 
 struct filter {
     char text[256];     /* such as "--eye=blue" */
@@ -135,6 +144,7 @@ struct about {
     const struct provenance *points;
     const struct provenance *packets;
     const lum_calibration *calibration; /* that of the points */
+    double origin[3];                   /* of the world's coordinates */
 };
 
 struct options {
@@ -150,6 +160,7 @@ struct options {
     struct config_options config;
     struct choice_options choice;
     struct point_options points;
+    struct motion_options motion;
     struct cloud_options cloud;
     struct mcap_options mcap;
     const char *check_preset; /* look at a cloud, and nothing else */

@@ -129,6 +129,7 @@ static enum pass_result learn_clocks(struct pass *pass, lum_error *error)
     lum_record record;
     int64_t first_ns = INT64_MAX;
     if ((pass->options->points.time != TIME_UTC &&
+         !motion_is_utc(pass->motion) &&
          !options_any(pass->options, options_has_messages)) ||
         !sources_are_files(&pass->options->sources) ||
         open_sources(pass->options, &capture, NULL) != 0) {

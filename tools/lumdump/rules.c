@@ -176,6 +176,31 @@ static bool goes_with_messages(const struct options *o)
     return KEEP_TO(rules);
 }
 
+static bool has_points(const struct options *o, size_t i)
+{
+    return !options_is_recording(o, i);
+}
+
+static bool goes_with_motion(const struct options *o)
+{
+    const struct motion_options *m = &o->motion;
+    const struct rule rules[] = {
+        {m->poses == NULL && m->has_to,
+         "--to says where points are moved to by poses: give --poses FILE too"},
+        {m->poses == NULL && m->times != NULL,
+         "--pose-times has the times of the poses of --poses: give that too"},
+        {m->poses != NULL && o->is_live,
+         "--poses goes with captures: where a live sensor was is known only "
+         "afterwards; record a .pcap, then turn that into a cloud"},
+        {m->poses != NULL && !options_any(o, has_points),
+         "--poses moves points, and no output has any: name a cloud, such as "
+         "-o map.las"},
+        {m->poses != NULL && writes(o, LUM_FORMAT_PNG),
+         "--poses does not go with png: a picture shows frames as the sensor "
+         "sees them; name a cloud, such as -o map.ply"}};
+    return KEEP_TO(rules);
+}
+
 /* --- All of a run --- */
 
 bool rules_allow(const struct options *o)
@@ -186,7 +211,8 @@ bool rules_allow(const struct options *o)
          "--comments goes with csv and xyz output only: ply, pcd, las and "
          "pcapng always have them"},
         {o->json && options_any(o, options_is_standard_output), both_print}};
-    return goes_with_clouds(o) && goes_with_messages(o) && KEEP_TO(rules) &&
+    return goes_with_clouds(o) && goes_with_messages(o) &&
+           goes_with_motion(o) && KEEP_TO(rules) &&
            keep_goes_with_rotation(o) && goes_with_source(o);
 }
 

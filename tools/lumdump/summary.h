@@ -6,6 +6,7 @@
 #include "output.h"
 
 #include "lum/frame/framer.h"
+#include "lum/frame/move.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -61,7 +62,8 @@ struct summary {
     const char *source;
     const struct live_counts *live; /* NULL: a capture */
     const lum_framer *framer;
-    const lum_capture *capture; /* NULL: live, or none could be opened */
+    const lum_capture *capture;   /* NULL: live, or none could be opened */
+    const lum_move_counts *moved; /* by poses; NULL: there are none */
     struct summary_span span;
     uint64_t records; /* of the capture */
     bool has_frames;  /* some were chosen */

@@ -243,6 +243,20 @@ static void print_left_out(const struct summary *s, FILE *out)
     (void)fputs(s->outputs.left_out_count > 0 ? "\n  ],\n" : "],\n", out);
 }
 
+static void print_moved(const lum_move_counts *c, FILE *out)
+{
+    if (c != NULL) {
+        (void)fprintf(out,
+                      "  \"poses\": {\"points\": %" PRIu64
+                      ", \"without\": %" PRIu64 ", \"before\": %" PRIu64
+                      ", \"after\": %" PRIu64 ", \"in_gap\": %" PRIu64
+                      ", \"no_start\": %" PRIu64 ", \"no_time\": %" PRIu64
+                      "},\n",
+                      c->points, lum_move_counts_without(c), c->before,
+                      c->after, c->in_gap, c->no_start, c->no_time);
+    }
+}
+
 static void print_drawn(const struct summary *s, FILE *out)
 {
     for (size_t i = 0; i < s->outputs.drawn_count; i++) {
@@ -307,6 +321,7 @@ void summary_json_print(const struct summary *s, FILE *out)
     if (s->live != NULL) {
         print_live(s->live, out);
     }
+    print_moved(s->moved, out);
     print_left_out(s, out);
     print_drawn(s, out);
     print_retention(&s->outputs.retention, out);

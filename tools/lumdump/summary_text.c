@@ -356,6 +356,17 @@ static void print_drawn(const struct summary *s, FILE *out)
     }
 }
 
+static void print_moved(const lum_move_counts *c, FILE *out)
+{
+    if (c != NULL) {
+        const uint64_t without = lum_move_counts_without(c);
+        (void)fprintf(out, "%-10s %14" PRIu64 "  points moved\n", "poses",
+                      c->points - without);
+        (void)fprintf(out, "%-10s %14" PRIu64 "  points without a pose\n", "",
+                      without);
+    }
+}
+
 static void print_retention(const struct retention_counts *counts, FILE *out)
 {
     if (counts->is_used) {
@@ -392,6 +403,7 @@ void summary_text_print(const struct summary *s, FILE *out)
     print_clocks(s, out);
     (void)print_group("under way", SUMMARY_UNDER_WAY, &rows, out);
     print_losses(s, &rows, (double)frames.paused_us * 1e-6, out);
+    print_moved(s->moved, out);
     print_drawn(s, out);
     print_retention(&s->outputs.retention, out);
 }

@@ -123,6 +123,9 @@ typedef struct lum_writer_options {
                              consumer reads, such as "autoware"
                              (docs/consumers.md), instead of columns; NULL:
                              none. Read as columns is */
+    double origin[3];   /**< LAS: what the samples' coordinates are relative
+                             to, its offset; 0 in the others, whose comment may
+                             say it */
 } lum_writer_options;
 
 /** Whether this build can compress the chunks of an MCAP file. */
