@@ -7,12 +7,23 @@
 
 /* --- Its format --- */
 
+/* Points in the world are in another frame than those of the sensor, whose
+ * mounts then tell nothing. */
+static bool is_in_world(const struct options *o)
+{
+    return o->motion.poses != NULL && o->motion.to == LUM_MOVE_TO_WORLD;
+}
+
 static lum_mcap_options mcap_of(const struct options *o,
                                 const struct provenance *about, bool is_growing)
 {
     return (lum_mcap_options){.struct_size = sizeof(lum_mcap_options),
-                              .frame_id = o->mcap.frame_id,
-                              .calibration = o->about.calibration,
+                              .frame_id = is_in_world(o) && o->mcap.frame_id == NULL
+                                          ? "map"
+                                          : o->mcap.frame_id,
+                              .calibration = is_in_world(o)
+                                                 ? NULL
+                                                 : o->about.calibration,
                               .calibration_yaml = about->calibration,
                               .profile_yaml = about->profile,
                               .is_plain = o->mcap.is_plain,

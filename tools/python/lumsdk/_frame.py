@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Optional, Union
 
@@ -15,6 +15,9 @@ from ._errors import UnknownKeyError, warn
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped,unused-ignore]
     import pyarrow  # type: ignore[import-untyped,unused-ignore]
+    from typing_extensions import Literal
+
+    from ._poses import Outside, Poses
 
     Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -368,6 +371,41 @@ class Frame:
             rank = indices - np.maximum.accumulate(np.where(starts, indices, 0))
             kept = rank < returns
             out[number, pixels[kept], rank[kept]] = self[column][part][kept]
+
+    # The sensor's motion.
+
+    def deskew(self, poses: Poses, to: Literal["start", "middle"] = "start", outside: Outside = "nan") -> Frame:
+        """The frame as if the sensor had stood still: each point is moved by the sensor's motion since, or until, a moment.
+
+        Args:
+            poses: where the sensor was.
+            to: the moment: when the frame began, or halfway between its earliest and its latest line.
+            outside: what becomes of points whose time has no pose: "nan", and a warning tells how many; "nearest" moves them
+                by the nearest pose; "raise" refuses the frame.
+
+        Returns:
+            A frame with the same columns, where x, y and z are moved. Needs the columns x, y, z and time.
+        """
+        from ._poses import move
+
+        if to not in ("start", "middle"):
+            raise ValueError(f'to is {to!r}; right is "start" or "middle"; frame.to_world() moves into the world')
+        return move(self, poses, to, None, outside)
+
+    def to_world(self, poses: Poses, origin: Optional[Sequence[float]] = None, outside: Outside = "nan") -> Frame:
+        """The frame in the poses' fixed frame, each point by the pose of its own time.
+
+        Args:
+            poses: where the sensor was.
+            origin: x, y, z in metres, which is subtracted: float32 loses more than half a millimetre farther than 5 km from 0.
+            outside: as deskew() has it.
+
+        Returns:
+            A frame as deskew() returns it.
+        """
+        from ._poses import move
+
+        return move(self, poses, "world", origin, outside)
 
     # Into other forms.
 

@@ -1,0 +1,250 @@
+"""Poses: where a sensor was, and frames moved by them."""
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+import numpy as np
+
+from ._c import check, ffi, lib, sized
+from ._errors import CaptureError, Error, OptionError, warn
+from ._frame import Frame, _Info
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from typing_extensions import Literal
+
+    Array = np.ndarray[Any, np.dtype[Any]]
+    Time = Union[int, float]
+    Outside = Literal["nan", "nearest", "raise"]
+
+_CLOCKS = {"sensor": lib.LUM_POSES_SENSOR, "utc": lib.LUM_POSES_UTC}
+_TO = {"start": lib.LUM_MOVE_TO_START, "middle": lib.LUM_MOVE_TO_MIDDLE, "world": lib.LUM_MOVE_TO_WORLD}
+_OUTSIDE = ("nan", "nearest", "raise")
+_CAUSES = (("before", "before the first pose"), ("after", "after the last one"), ("in_gap", "in gaps of the poses"),
+           ("no_start", "in a frame to whose start or middle there is none"), ("no_time", "without a time"))
+_UNIT_ERROR = 0.02
+
+
+class Poses:
+    """Where a sensor was over time, from a file or from arrays.
+
+        poses = lumsdk.Poses("poses.txt")                      # TUM: t x y z qx qy qz qw; or CSV with a header
+        poses = lumsdk.Poses("00.txt", times="times.txt")      # KITTI
+        poses = lumsdk.Poses(times, matrices)                  # (n,) and (n, 4, 4), (n, 3, 4), or (n, 7) as TUM has them
+
+    Times are whole numbers of nanoseconds, or floats of seconds; by the sensor's clock or since 1970 UTC. Between two
+    poses the sensor goes along their screw. What is known of the errors in a file, the exception says.
+    """
+
+    __slots__ = ("__weakref__", "_c", "_clock", "_count", "_span", "name")
+
+    def __init__(self, source: Union[str, os.PathLike[str], Sequence[Time], Array], poses: Optional[Array] = None, *,
+                 times: Union[str, os.PathLike[str], None] = None, clock: Optional[Literal["sensor", "utc"]] = None,
+                 gap: float = 1.0, jump: float = 100.0) -> None:
+        """Read or take poses.
+
+        Args:
+            source: a file's name, or the times of arrays.
+            poses: of arrays, one for each time.
+            times: the file of times of KITTI.
+            clock: "sensor" or "utc"; without it, times above 10^8 s are UTC.
+            gap: seconds; times between two poses that are farther apart have no pose.
+            jump: metres; two poses that are no gap apart may differ by this distance.
+
+        Raises:
+            CaptureError: the file cannot be read, or its poses are not right.
+            OptionError: arrays are not right.
+        """
+        if clock is not None and clock not in _CLOCKS:
+            raise OptionError(f'clock is {clock!r}; right is "sensor" or "utc"')
+        options = sized("lum_poses_options", clock=_CLOCKS.get(clock or "", lib.LUM_POSES_BY_SIZE), gap_ns=round(gap * 1e9),
+                        jump_m=jump)
+        made, error = ffi.new("lum_poses **"), ffi.new("lum_error *")
+        if isinstance(source, (str, os.PathLike)):
+            self.name = os.fsdecode(source)
+            if poses is not None:
+                raise OptionError("poses go with an array of times, and not with a file, which has its own")
+            of_times = ffi.new("char[]", os.fsencode(times)) if times is not None else ffi.NULL
+            check(lib.lum_poses_read(os.fsencode(source), of_times, options, made, error), error, CaptureError)
+        else:
+            self.name = "poses"
+            if times is not None or poses is None:
+                raise OptionError("arrays are given as Poses(times, poses)")
+            at, list_ = _arrays(source, poses)
+            check(lib.lum_poses_new(ffi.cast("int64_t *", ffi.from_buffer(at)), ffi.cast("lum_pose *", ffi.from_buffer(list_)),
+                                    len(at), options, made, error), error, OptionError)
+        self._c = ffi.gc(made[0], lib.lum_poses_free)
+        info = sized("lum_poses_info")
+        lib.lum_poses_get_info(self._c, info)
+        self._clock, self._count = info.clock, info.count
+        self._span = info.first_ns, info.last_ns
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return self._count
+
+    @property
+    def clock(self) -> str:
+        """By which clock times are: "sensor" or "utc"."""
+        return "utc" if self._clock == lib.LUM_POSES_UTC else "sensor"
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """The times of the first and the last, in nanoseconds."""
+        return self._span
+
+    def _all(self) -> tuple[Array, Array]:
+        times, poses = np.empty(len(self), "i8"), np.empty((len(self), 7))
+        time, pose = ffi.cast("int64_t *", ffi.from_buffer(times)), ffi.cast("lum_pose *", ffi.from_buffer(poses))
+        for i in range(len(self)):
+            lib.lum_poses_get(self._c, i, time + i, pose + i)
+        return times, poses
+
+    @property
+    def times(self) -> Array:
+        """Their times in nanoseconds: (n,) int64, a copy."""
+        return self._all()[0]
+
+    @property
+    def tum(self) -> Array:
+        """x y z qx qy qz qw of each: (n, 7) float64, a copy."""
+        return self._all()[1]
+
+    def at(self, time: Time, outside: Literal["raise", "nearest"] = "raise") -> Array:
+        """The pose of a time: (4, 4), which takes points of the sensor, as columns, into the world.
+
+        Args:
+            time: an int in nanoseconds, or a float in seconds.
+            outside: what to do with a time that has no pose: refuse it, or take the nearest one.
+        """
+        if outside not in ("raise", "nearest"):
+            raise OptionError(f'outside is {outside!r}; right is "raise" or "nearest"')
+        time_ns = _nanoseconds(time)
+        pose, rows = ffi.new("lum_pose *"), np.zeros((4, 4))
+        place = lib.lum_poses_at(self._c, time_ns, ffi.NULL, pose)
+        if place != lib.LUM_POSES_INSIDE and outside == "raise":
+            where = "in a gap of the poses" if place == lib.LUM_POSES_IN_GAP else "outside of them"
+            raise OptionError(f"{self.name}: {time_ns * 1e-9:.6f} s is {where}: they are of {self.span[0] * 1e-9:.6f} to "
+                              f"{self.span[1] * 1e-9:.6f} s; outside=\"nearest\" takes the nearest")
+        lib.lum_pose_matrix(pose, ffi.cast("double *", ffi.from_buffer(rows)))
+        rows[3, 3] = 1.0
+        return rows
+
+    def save(self, path: Union[str, os.PathLike[str]]) -> None:
+        """Write them as TUM: seconds, x y z, qx qy qz qw."""
+        times, poses = self._all()
+        with open(path, "w", encoding="ascii") as file:
+            file.write("# timestamp tx ty tz qx qy qz qw\n")
+            for time, pose in zip(times.tolist(), poses.tolist()):
+                sign, size = "-" if time < 0 else "", abs(time)
+                file.write(f"{sign}{size // 10**9}.{size % 10**9:09d} {' '.join(map(repr, pose))}\n")
+
+    def __repr__(self) -> str:
+        return f"<Poses {self.name}: {len(self)}, {self.span[0] * 1e-9:.3f} to {self.span[1] * 1e-9:.3f} s, {self.clock}>"
+
+
+def _nanoseconds(time: Any) -> int:
+    if isinstance(time, (int, np.integer)) and not isinstance(time, bool):
+        return int(time)
+    if isinstance(time, (float, np.floating)) and np.isfinite(time) and abs(time) < 4e9:
+        return round(float(time) * 1e9)
+    raise OptionError(f"a time is {time!r}; right is an int of nanoseconds, or a float of seconds")
+
+
+def _arrays(times: Any, poses: Any) -> tuple[Array, Array]:
+    """Times in nanoseconds, and x y z qx qy qz qw."""
+    at, given = np.asarray(times), np.asarray(poses, "f8")
+    if at.ndim != 1 or at.dtype.kind not in "iuf" or not len(at):
+        raise OptionError(f"times have the shape {at.shape} of {at.dtype}; right is (n,), n from 1, of ints in nanoseconds or "
+                          "floats in seconds")
+    if at.dtype.kind == "f":
+        if not np.all(np.abs(at) < 4e9):
+            raise OptionError("times as floats are seconds, and one is not finite or above 4e9; nanoseconds are given as ints")
+        at = np.round(at.astype("f8") * 1e9)
+    if given.shape not in ((len(at), 7), (len(at), 4, 4), (len(at), 3, 4)):
+        raise OptionError(f"poses have the shape {given.shape}; right for {len(at)} times is ({len(at)}, 4, 4), "
+                          f"({len(at)}, 3, 4), or ({len(at)}, 7) with x y z qx qy qz qw")
+    return np.ascontiguousarray(at, "i8"), np.ascontiguousarray(given if given.ndim == 2 else _of_matrices(given))
+
+
+def _of_matrices(given: Array) -> Array:
+    """Each by the largest of its four numbers, so that nothing vanishes."""
+    m = given[:, :3, :3]
+    wrong = ~(np.abs(m @ m.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2)) <= _UNIT_ERROR) | ~(np.linalg.det(m) > 0)
+    if wrong.any():
+        raise OptionError(f"pose {int(wrong.argmax())} has no rotation in its first three columns; right are rows of length "
+                          "1, square to each other, right-handed")
+    xx, yy, zz = m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]
+    four = np.empty((len(m), 4, 4))
+    four[:, 0, 0], four[:, 1, 1], four[:, 2, 2] = 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz
+    four[:, 3, 3] = 1 + xx + yy + zz
+    for i, j, value in ((0, 1, m[:, 0, 1] + m[:, 1, 0]), (0, 2, m[:, 0, 2] + m[:, 2, 0]), (1, 2, m[:, 1, 2] + m[:, 2, 1]),
+                        (0, 3, m[:, 2, 1] - m[:, 1, 2]), (1, 3, m[:, 0, 2] - m[:, 2, 0]), (2, 3, m[:, 1, 0] - m[:, 0, 1])):
+        four[:, i, j] = four[:, j, i] = value
+    best = np.diagonal(four, axis1=1, axis2=2).argmax(axis=1)
+    rows = four[np.arange(len(m)), best]
+    return np.hstack([given[:, :3, 3], rows / np.linalg.norm(rows, axis=1, keepdims=True)])
+
+
+def _pointer(array: Array) -> Any:
+    return ffi.cast("float *", ffi.from_buffer(array))
+
+
+def _moments(info: _Info, poses: Poses, to: str) -> tuple[int, int]:
+    """By the poses' clock, when the frame began, and the moment that it is moved to."""
+    if not info.begin_utc_ns:
+        raise CaptureError("the frame has no clock: by the profile its packets have no timestamps, so its points have no poses; "
+                           "right is a profile with the field timestamp")
+    begin = info.begin_utc_ns if poses.clock == "utc" else info.begin_clock_us * 1000
+    half = (info.end_clock_us - info.begin_clock_us) // 2 * 1000 if to == "middle" else 0
+    return begin, begin + half
+
+
+def _why(frame: Frame, poses: Poses, counts: Any, begin_ns: int) -> str:
+    """The points that have no pose; "" if all have one."""
+    without = {name: getattr(counts, name) for name, _ in _CAUSES}
+    total = sum(without.values())
+    if not total:
+        return ""
+    if total == counts.points:
+        error = ffi.new("lum_error *")
+        end_ns = begin_ns + round(frame.duration * 1e9)
+        if lib.lum_poses_check_span(poses._c, os.fsencode(poses.name), begin_ns, end_ns, error) != 0:
+            return f"frame {frame.number}: " + ffi.string(error.text).decode(errors="replace")
+    return (f"frame {frame.number}: {total} of {counts.points} points have no pose: "
+            + ", ".join(f"{without[name]} {cause}" for name, cause in _CAUSES if without[name]))
+
+
+def move(frame: Frame, poses: Poses, to: str, origin: Optional[Sequence[float]] = None, outside: Outside = "nan") -> Frame:
+    """A frame with its points moved; its other columns are those of the frame."""
+    if not isinstance(poses, Poses):
+        raise TypeError(f"poses are {type(poses).__name__}; right is lumsdk.Poses, such as lumsdk.Poses(\"poses.txt\")")
+    if to not in _TO:
+        raise OptionError(f"to is {to!r}; right is one of {', '.join(_TO)}")
+    if outside not in _OUTSIDE:
+        raise OptionError(f"outside is {outside!r}; right is one of {', '.join(_OUTSIDE)}")
+    x, y, z, time = (np.ascontiguousarray(frame[name], "f4") for name in ("x", "y", "z", "time"))
+    options = sized("lum_move_options", poses=poses._c, to=_TO[to], clamps=outside == "nearest",
+                    origin=[float(value) for value in (origin if origin is not None else (0, 0, 0))])
+    block, counts, error = np.empty((3, len(frame)), "f4"), ffi.new("lum_move_counts *"), ffi.new("lum_error *")
+    if len(frame):
+        begin, start = _moments(frame._info, poses, to)
+        points = sized("lum_move_points", x=_pointer(x), y=_pointer(y), z=_pointer(z), time=_pointer(time), count=len(frame),
+                       begin_ns=begin, start_ns=start)
+        check(lib.lum_points_move(points, options, *(_pointer(row) for row in block), counts, error), error, Error)
+        told = _why(frame, poses, counts, begin)
+        if told and outside == "raise":
+            raise CaptureError(told)
+        if told:
+            warn(told + ("; the nearest pose moved them" if outside == "nearest" else "; they are NaN"))
+    return _with_xyz(frame, block)
+
+
+def _with_xyz(frame: Frame, block: Array) -> Frame:
+    made = Frame.__new__(Frame)
+    made._c, made._count = None, len(frame)
+    made._info_made, made._lines_made = frame._info, frame.lines
+    made._arrays = {**frame.to_dict(), **{name: block[i] for i, name in enumerate("xyz")}, "xyz": block.T}
+    return made
