@@ -20,6 +20,7 @@
 
 /* Seconds from the begin, and nanoseconds, that can be added. */
 #define SECONDS_MAX 1e6f
+#define FOREVER_S   1e30f /* finite, for it is multiplied by a slope of 0 */
 #define TIME_MAX_NS (INT64_MAX / 2)
 
 #define HALF_PI 1.57079632679489661923
@@ -167,8 +168,8 @@ static void find_bounds(const mover *m, size_t i, int64_t ns, int64_t *from_ns,
 
 static float bound_s(const mover *m, int64_t ns)
 {
-    return ns == INT64_MAX    ? INFINITY
-           : ns == -INT64_MAX ? -INFINITY
+    return ns == INT64_MAX    ? FOREVER_S
+           : ns == -INT64_MAX ? -FOREVER_S
                               : to_s(m, ns);
 }
 

@@ -412,7 +412,7 @@ int lum_poses_check_span(const lum_poses *poses, const char *name,
     if (overlap(info, 1, from_ns, to_ns)) {
         return 0;
     }
-    for (size_t i = 0; i < sizeof units / sizeof *units; i++) {
+    for (size_t i = sizeof units / sizeof *units; i-- > 0;) {
         if (overlap(info, units[i].scale, from_ns, to_ns)) {
             hint = units[i].hint;
         }

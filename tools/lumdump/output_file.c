@@ -17,19 +17,18 @@ static bool is_in_world(const struct options *o)
 static lum_mcap_options mcap_of(const struct options *o,
                                 const struct provenance *about, bool is_growing)
 {
-    return (lum_mcap_options){.struct_size = sizeof(lum_mcap_options),
-                              .frame_id = is_in_world(o) && o->mcap.frame_id == NULL
-                                          ? "map"
-                                          : o->mcap.frame_id,
-                              .calibration = is_in_world(o)
-                                                 ? NULL
-                                                 : o->about.calibration,
-                              .calibration_yaml = about->calibration,
-                              .profile_yaml = about->profile,
-                              .is_plain = o->mcap.is_plain,
-                              .is_growing = is_growing,
-                              .contents = o->mcap.contents,
-                              .lines = o->mcap.lines};
+    return (lum_mcap_options){
+        .struct_size = sizeof(lum_mcap_options),
+        .frame_id = is_in_world(o) && o->mcap.frame_id == NULL
+                        ? "map"
+                        : o->mcap.frame_id,
+        .calibration = is_in_world(o) ? NULL : o->about.calibration,
+        .calibration_yaml = about->calibration,
+        .profile_yaml = about->profile,
+        .is_plain = o->mcap.is_plain,
+        .is_growing = is_growing,
+        .contents = o->mcap.contents,
+        .lines = o->mcap.lines};
 }
 
 /* Many readers of text do not skip comments. */
