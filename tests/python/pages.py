@@ -1,5 +1,5 @@
-"""pages PAGE: runs the blocks of Python of a page of documents, in their order and in one namespace, in the working
-directory. A block of text behind one is what it prints. Comments right before a block, a line each:
+"""pages PAGE [SECTION]: runs the blocks of Python of a page of documents, or of one of its sections, in their order and in one
+namespace, in the working directory. A block of text behind one is what it prints. Comments right before a block, a line each:
   <!-- needs: NAME, ... -->  modules without which it and what follows of the page is left out; status 77 says so
   <!-- given: CODE -->       what a reader is assumed to have done before
   <!-- shown: WHY -->        it is only compiled
@@ -25,6 +25,7 @@ class Block(typing.NamedTuple):
     text: typing.Optional[str]  # what it prints
     given: str
     is_shown: bool  # and not run
+    section: str  # the heading of the second level that it is under
 
 
 def blocks(page):
@@ -34,7 +35,7 @@ def blocks(page):
         marks = dict(MARK.findall(found["marks"]))
         needs = [name.strip() for name in marks.get("needs", "").split(",") if name.strip()]
         yield Block(content.count("\n", 0, found.start("code")) + 1, found["code"], needs, found["text"],
-                    marks.get("given", ""), "shown" in marks)
+                    marks.get("given", ""), "shown" in marks, re.findall(r"^## (.*)$", "## \n" + content[:found.start()], re.M)[-1])
 
 
 def is_missing(name):
@@ -58,9 +59,11 @@ def run(block, page, names):
         raise AssertionError(f"it prints\n{printed.getvalue()}and not\n{block.text}")
 
 
-def main(page):
+def main(page, section=None):
     names = {"__name__": "__main__", "use": lambda *_: None}
     for block in blocks(page):
+        if section not in (None, block.section):
+            continue
         missing = [name for name in block.needs if is_missing(name)]
         if missing:
             print(f"{page}:{block.line}: left out from here on: there is no {', '.join(missing)}")
@@ -75,4 +78,4 @@ def main(page):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1]))
+    sys.exit(main(*sys.argv[1:]))

@@ -34,11 +34,22 @@ def folder(tmp_path_factory):
     return made
 
 
-@pytest.mark.parametrize("page", [TOP / "README.md", *PAGES], ids=lambda page: page.name)
-def test_code_of_a_page_runs(page, folder, tmp_path):
+def runs_of_pages():
+    """Each page, but of recipes each section, because a recipe is complete; that of torch only where torch is."""
+    for page in [TOP / "README.md", *PAGES]:
+        if page.name != "recipes.md":
+            yield pytest.param([page], id=page.name)
+            continue
+        for block in pages.blocks(page):
+            yield pytest.param([page, block.section], id=f"{page.name}: {block.section}",
+                               marks=[pytest.mark.torch] if "torch" in block.needs else [])
+
+
+@pytest.mark.parametrize("what", list(runs_of_pages()))
+def test_code_of_a_page_runs(what, folder, tmp_path):
     for capture in folder.iterdir():
         os.link(capture, tmp_path / capture.name)
-    command = [sys.executable, "-B", "-W", "error", str(pathlib.Path(pages.__file__)), str(page)]
+    command = [sys.executable, "-B", "-W", "error", str(pathlib.Path(pages.__file__)), *map(str, what)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     if done.returncode == 77:
         pytest.skip(done.stdout.strip().splitlines()[-1])
