@@ -81,13 +81,15 @@ def test_pages_have_code():
 
 
 def rows(page, head):
-    """The cells of the table under a row of these heads."""
-    lines = page.read_text().splitlines()
-    begin = next(i for i, line in enumerate(lines) if line.startswith(f"| {head} |"))
-    for line in lines[begin + 2:]:
-        if not line.startswith("|"):
-            break
-        yield [cell.strip() for cell in line.strip("|").split(" | ")]
+    """The cells of the tables under a row of these heads."""
+    is_within = False
+    for line in page.read_text().splitlines():
+        if line.startswith(f"| {head} |"):
+            is_within = True
+        elif not line.startswith("|"):
+            is_within = False
+        elif is_within and not line.startswith("|---"):
+            yield [cell.strip() for cell in line.strip("|").split(" | ")]
 
 
 def code(cell):
@@ -127,6 +129,43 @@ def test_columns_that_a_frame_has_by_default_are_told(capture):
     rest = " ".join((DOCS / "concepts.md").read_text().split()).split("A frame has `x`", 1)[1]
     told = ["x", *code(rest.split(", or the columns", 1)[0])]
     assert tuple(told) == next(iter(lumsdk.open(capture))).columns
+
+
+OUSTER = """
+AbsolutePointConstraint AbsolutePoseConstraint ActiveTimeCorrection AdaptiveThreshold AsyncWriter AutoExposure AxisWithLabel
+BagFrameSetSource BagPacketSource BeamUniformityCorrector BloomReductionOptimization CalibrationStatus Camera ChanField
+ClassMap ClassMapSet ClassicDetectionConfig ClientError ClientOverflow ClientTimeout ClippedFrameSetSource Cloud CloudMode
+CloudPaletteItem ColHeader ConstantVelocityDeskewMethod CoordinateFrame Cuboid DataFormat DeskewMethod DeskewMethodFactory
+DetectionConfig DetectionEngine EmulatedZoneMon Encoder EventModifierKeys FieldClass FieldDecodeInfo FieldType ForwardSlicer
+FrameBatcher FrameBorder FrameSet FrameSetSource FrameSetSourceMetadataSet FullScaleRange GroundSegConfig GroundSegEngine
+HeaderType ICPRegistration Image ImageCloudMode ImageMode ImuPacket ImuVisualizationConfig IoType LIOLocalizationConfig
+LIOSlamConfig Label LidarFrame LidarFrameStream LidarFrameViz LidarFrameVizAccumulatorsConfig LidarMode LidarPacket
+LidarSensor Lines LocalToneMapper LocalizationConfig LocalizationEngine LossFunction MaskedFrameSetSource Mesh MouseButton
+MouseButtonEvent MultiFrameSetSource MultipurposeIOMode NMEABaudRate Object ObjectOverlay OperatingMode OsfDropFrameError
+OsfFrameSetSource OusterIoType Packet PacketFormat PacketInfo PacketSource PacketValidationFailure Packets
+PcapDuplicatePortException PcapFrameSetSource PcapPacketSource PngLidarFrameEncoder PointToPointConstraint PointViz
+PointVizNotRunningError Polarity Pose PoseOptimizer PoseToPoseConstraint Poser ProductInfo ProgressBar Reader
+RecordingPacketSource ReducedFrameSetSource ReturnOrder SamplingMode SelectedFrameSetSource SensorConfig
+SensorFrameSetSource SensorHttp SensorInfo SensorPacketSource Severity ShotLimitingStatus SimpleViz SlamConfig SlamEngine
+SolverConfig SourceURLException Stl TargetDisplay ThermalShutdownStatus TimestampMode TrajectoryEvaluator UDPProfileIMU
+UDPProfileLidar ValidatorEntry ValidatorIssues Version Vertex3f VizExtraMode VoxelDownsampleStrategy VoxelHashMap3d
+VoxelHashMapXd WindowCtx Writer XYZLut XYZLutFloat ZPngLidarFrameEncoder Zone ZoneMode ZonePacket ZoneSet
+ZoneSetOutputFilter ZoneState Zrb
+""".split()  # the public classes of ouster-sdk 1.0.1
+
+
+def test_each_class_of_ouster_sdk_is_in_one_row():
+    assert sorted(name for cell, *_ in rows(DOCS / "coming-from.md", "of ouster-sdk") for name in code(cell)) == OUSTER
+
+
+def test_what_is_here_in_place_of_another_sdk_is_here():
+    page = DOCS / "coming-from.md"
+    cells = [cells[1] for cells in rows(page, "task")] + [cell for cells in rows(page, "of ouster-sdk") for cell in cells[1:]]
+    owners = {"lumsdk": lumsdk, "frame": lumsdk.Frame, "source": lumsdk.Source, "sensor": lumsdk.Sensor}
+    named = [found.groups() for cell in cells for text in code(cell) for found in re.finditer(r"\b(\w+)\.(\w+)", text)
+             if found[1] in owners]
+    assert len(named) > 30
+    assert not [f"{owner}.{name}" for owner, name in named if not hasattr(owners[owner], name)]
 
 
 def test_exceptions_are_those_of_the_package():
