@@ -3,6 +3,7 @@
 #include "blocks.h"
 #include "random.h"
 #include "rotation.h"
+#include "town.h"
 
 #include <math.h>
 #include <string.h>
@@ -19,17 +20,22 @@
 
 /* --- Where the sensor stands --- */
 
-lum_pose lum_place_usual_pose(lum_place_kind kind)
+lum_stance lum_place_usual_pose(lum_place_kind kind)
 {
     const double z = kind == LUM_PLACE_ROOM   ? ROOM_Z
                      : kind == LUM_PLACE_YARD ? YARD_Z
                                               : LUM_STREET_SENSOR_HEIGHT;
-    return (lum_pose){.at = {0.0, 0.0, z}};
+    return (lum_stance){.at = {0.0, 0.0, z}};
 }
 
 bool lum_place_is_still(const lum_place *place)
 {
     return place->options.has_pose;
+}
+
+bool lum_place_moves(const lum_place *place)
+{
+    return place->options.path.kind != LUM_PATH_NONE;
 }
 
 void lum_place_turn(const lum_place *place, const float sensor[3], float out[3])
@@ -49,7 +55,7 @@ static uint64_t micro(double x)
 
 uint64_t lum_place_noise_seed(const lum_place *place)
 {
-    const lum_pose *p = &place->options.pose;
+    const lum_stance *p = &place->options.pose;
     const uint64_t parts[] = {micro(p->at[0]),     micro(p->at[1]),
                               micro(p->at[2]),     micro(p->roll_deg),
                               micro(p->pitch_deg), micro(p->yaw_deg)};
@@ -76,6 +82,83 @@ static void find_eye(const lum_place *place, const float mount[3],
     }
 }
 
+/* --- Courses --- */
+
+#define ROUND     6.28318530717958647692
+#define ROOM_TURN 0.6
+#define YARD_TURN 2.0
+
+static const lum_path_piece room_course[] = {{ROUND * ROOM_TURN, ROOM_TURN},
+                                             {ROUND * ROOM_TURN, -ROOM_TURN}};
+static const lum_path_piece yard_course[] = {{ROUND * YARD_TURN, YARD_TURN},
+                                             {ROUND * YARD_TURN, -YARD_TURN}};
+
+bool lum_place_has_path(lum_place_kind kind, lum_path_kind path)
+{
+    const bool goes_round = path == LUM_PATH_CIRCLE;
+    switch (kind) {
+    case LUM_PLACE_ROOM:
+    case LUM_PLACE_YARD:
+        return path != LUM_PATH_STRAIGHT && path != LUM_PATH_STOP_AND_GO;
+    case LUM_PLACE_TOWN:
+        return path != LUM_PATH_STRAIGHT && path != LUM_PATH_EIGHT;
+    case LUM_PLACE_STREET:
+    default:
+        return !goes_round && path != LUM_PATH_EIGHT;
+    }
+}
+
+/* A circle is the first half of an eight. */
+static lum_course course_of(lum_place_kind kind, lum_path_kind path)
+{
+    lum_course course = {.count = path == LUM_PATH_EIGHT ? 2u : 1u};
+    const lum_stance usual = lum_place_usual_pose(kind);
+    memcpy(course.at, usual.at, sizeof course.at);
+    switch (kind) {
+    case LUM_PLACE_ROOM:
+        course.pieces = room_course;
+        return course;
+    case LUM_PLACE_YARD:
+        course.pieces = yard_course;
+        return course;
+    case LUM_PLACE_TOWN:
+        return lum_town_circuit();
+    case LUM_PLACE_STREET:
+    default:
+        course.count = 0;
+        return course;
+    }
+}
+
+/* Rz Ry Rx. */
+static lum_pose pose_of(const lum_stance *p)
+{
+    lum_pose pose = lum_pose_identity();
+    const double degrees[3] = {p->yaw_deg, p->pitch_deg, p->roll_deg};
+    for (int i = 0; i < 3; i++) {
+        const double half = 0.5 * lum_radians(degrees[i]);
+        lum_pose turn = lum_pose_identity();
+        turn.turn[2 - i] = sin(half);
+        turn.turn[3] = cos(half);
+        pose = lum_pose_compose(&pose, &turn);
+    }
+    memcpy(pose.at, p->at, sizeof pose.at);
+    return pose;
+}
+
+lum_pose lum_place_pose(const lum_place *place, double time_s)
+{
+    if (lum_place_moves(place)) {
+        return lum_path_at(&place->options.path, time_s);
+    }
+    lum_stance p = place->options.pose;
+    if (!place->options.has_pose) {
+        p = lum_place_usual_pose(place->options.kind);
+        p.at[0] += LUM_STREET_SENSOR_SPEED * time_s;
+    }
+    return pose_of(&p);
+}
+
 /* --- Faces --- */
 
 static lum_blocks blocks_of(lum_place_kind kind)
@@ -86,6 +169,7 @@ static lum_blocks blocks_of(lum_place_kind kind)
     case LUM_PLACE_YARD:
         return lum_blocks_of_yard();
     case LUM_PLACE_STREET:
+    case LUM_PLACE_TOWN:
     default:
         return (lum_blocks){NULL, 0, false};
     }
@@ -102,9 +186,13 @@ double lum_place_encoder_deg(const lum_place *place)
     return roughness(place) * LUM_WALLS_ENCODER_DEG;
 }
 
+/* Of the first block, by the order of add_block(). */
+#define FLOOR_FACE 4u
+
 /* The face of a block at the end of an axis. */
 static void add_face(lum_place *place, const lum_block *block,
-                     const float turn[9], int axis, float sign)
+                     const float turn[9], int axis, float sign,
+                     uint8_t number)
 {
     const int along = (axis + 1) % 3;
     const int up = (axis + 2) % 3;
@@ -120,19 +208,21 @@ static void add_face(lum_place *place, const lum_block *block,
     face->half[0] = 0.5f * block->size[along];
     face->half[1] = 0.5f * block->size[up];
     place->reflectivity[n] = block->reflectivity;
+    place->block[n] = number;
     lum_face_roughen(face, place->seed, n, roughness(place) * LUM_WALLS_RMS_M,
                      roughness(place) * LUM_WALLS_BIAS_M);
 }
 
-static void add_block(lum_place *place, const lum_block *block, bool is_open)
+static void add_block(lum_place *place, const lum_block *block, bool is_open,
+                      uint8_t number)
 {
     float turn[9];
     lum_rotation_make((double)block->turn_deg[0], (double)block->turn_deg[1],
                       (double)block->turn_deg[2], turn);
     for (int axis = 0; axis < 3; axis++) {
-        add_face(place, block, turn, axis, -1.0f);
+        add_face(place, block, turn, axis, -1.0f, number);
         if (axis < 2 || !is_open) {
-            add_face(place, block, turn, axis, 1.0f);
+            add_face(place, block, turn, axis, 1.0f, number);
         }
     }
 }
@@ -144,14 +234,16 @@ void lum_place_init(lum_place *out, const lum_place_options *options,
     memset(out, 0, sizeof *out);
     out->options = *options;
     out->seed = seed;
-    if (options->kind != LUM_PLACE_STREET && !options->has_pose) {
+    out->options.path.course = course_of(options->kind, options->path.kind);
+    if (options->kind != LUM_PLACE_STREET && !options->has_pose &&
+        options->path.kind == LUM_PATH_NONE) {
         out->options.has_pose = true;
         out->options.pose = lum_place_usual_pose(options->kind);
     }
-    const lum_pose *p = &out->options.pose;
+    const lum_stance *p = &out->options.pose;
     lum_rotation_make(p->roll_deg, p->pitch_deg, p->yaw_deg, out->rotation);
     for (size_t i = 0; i < blocks.count; i++) {
-        add_block(out, &blocks.list[i], blocks.is_open && i == 0);
+        add_block(out, &blocks.list[i], blocks.is_open && i == 0, (uint8_t)i);
     }
 }
 
@@ -162,7 +254,14 @@ static lum_shape shape_of(const lum_place *place, unsigned n,
     const lum_face *face = &place->faces[n];
     lum_shape shape = {.reflectivity = place->reflectivity[n],
                        .face = face,
-                       .kind = LUM_SHAPE_FACE};
+                       .kind = LUM_SHAPE_FACE,
+                       .object = 2u + place->block[n],
+                       .thing = LUM_THING_OTHER};
+    if (place->block[n] == 0) { /* walls and floor of the place itself */
+        const bool is_floor = n == FLOOR_FACE;
+        shape.object = is_floor ? LUM_OBJECT_GROUND : shape.object;
+        shape.thing = is_floor ? LUM_THING_GROUND : LUM_THING_BUILDING;
+    }
     for (int i = 0; i < 3; i++) {
         const float at = (float)((double)place->middle[n][i] - eye[i]);
         const float half = fabsf(face->along[i]) * face->half[0] +
@@ -175,19 +274,39 @@ static lum_shape shape_of(const lum_place *place, unsigned n,
 
 /* --- Laying out --- */
 
+static bool is_open(const lum_place *place, const double eye[3])
+{
+    const double margin = (double)LUM_SHAPE_NEAREST;
+    switch (place->options.kind) {
+    case LUM_PLACE_STREET:
+        return eye[1] >= STREET_RIGHT_M && eye[1] <= STREET_LEFT_M &&
+               eye[2] >= margin && eye[2] <= STREET_HIGH_M;
+    case LUM_PLACE_TOWN:
+        return lum_town_is_open(eye, margin);
+    case LUM_PLACE_ROOM:
+    case LUM_PLACE_YARD:
+    default:
+        return lum_blocks_leave_open(blocks_of(place->options.kind), eye,
+                                     margin);
+    }
+}
+
 bool lum_place_is_open(const lum_place *place, const float mount[3])
 {
     double eye[3];
     find_eye(place, mount, eye);
-    if (!place->options.has_pose) {
-        return true;
-    }
-    if (place->options.kind == LUM_PLACE_STREET) {
-        return eye[1] >= STREET_RIGHT_M && eye[1] <= STREET_LEFT_M &&
-               eye[2] >= (double)LUM_SHAPE_NEAREST && eye[2] <= STREET_HIGH_M;
-    }
-    return lum_blocks_leave_open(blocks_of(place->options.kind), eye,
-                                 (double)LUM_SHAPE_NEAREST);
+    return !place->options.has_pose || is_open(place, eye);
+}
+
+bool lum_place_is_open_at(const lum_place *place, double time_s,
+                          const float mount[3])
+{
+    const lum_pose pose = lum_place_pose(place, time_s);
+    const double at[3] = {(double)mount[0], (double)mount[1],
+                          (double)mount[2]};
+    double eye[3];
+    lum_pose_apply(&pose, at, eye);
+    return is_open(place, eye);
 }
 
 /* One that stands does so at the beginning of the drive, or ahead of it. */
@@ -195,16 +314,66 @@ static void lay_out_street(const lum_place *place, double time_s,
                            const float mount[3], lum_shape_list *out,
                            lum_ground *ground)
 {
-    const lum_pose *p = &place->options.pose;
+    const lum_stance *p = &place->options.pose;
     float eye[3];
     if (!place->options.has_pose) {
-        lum_street_lay_out(place->seed, time_s, 0.0, mount, out, ground);
+        const lum_street_moment drive = {.time_s = time_s};
+        lum_street_lay_out(place->seed, &drive, mount, out, ground);
         return;
     }
     lum_place_turn(place, mount, eye);
     eye[1] = (float)((double)eye[1] + p->at[1]);
     eye[2] = (float)((double)eye[2] + p->at[2] - LUM_STREET_SENSOR_HEIGHT);
-    lum_street_lay_out(place->seed, 0.0, p->at[0], eye, out, ground);
+    const lum_street_moment moment = {.ahead_m = p->at[0]};
+    lum_street_lay_out(place->seed, &moment, eye, out, ground);
+}
+
+static void lay_out_faces(const lum_place *place, const double eye[3],
+                          lum_shape_list *out, lum_ground *ground)
+{
+    out->count = 0;
+    *ground = (lum_ground){.is_there = false};
+    for (unsigned n = 0; n < place->face_count; n++) {
+        const lum_shape shape = shape_of(place, n, eye);
+        lum_shape_list_add(out, &shape);
+    }
+}
+
+/* Half the time over which a speed is taken. */
+#define STEP_S 1e-3
+
+static void lay_out_moving_street(const lum_place *place, double time_s,
+                                  const double at[3], lum_shape_list *out,
+                                  lum_ground *ground)
+{
+    const lum_pose before = lum_place_pose(place, time_s - STEP_S);
+    const lum_pose after = lum_place_pose(place, time_s + STEP_S);
+    const lum_street_moment moment = {
+        .time_s = time_s,
+        .ahead_m = at[0] - LUM_STREET_SENSOR_SPEED * time_s,
+        .leads = true,
+        .speed = (after.at[0] - before.at[0]) / (2.0 * STEP_S)};
+    const float eye[3] = {0.0f, (float)at[1],
+                          (float)(at[2] - LUM_STREET_SENSOR_HEIGHT)};
+    lum_street_lay_out(place->seed, &moment, eye, out, ground);
+}
+
+void lum_place_lay_out_around(const lum_place *place, double time_s,
+                              const double at[3], lum_shape_list *out,
+                              lum_ground *ground)
+{
+    switch (place->options.kind) {
+    case LUM_PLACE_STREET:
+        lay_out_moving_street(place, time_s, at, out, ground);
+        return;
+    case LUM_PLACE_TOWN:
+        lum_town_lay_out(place->seed, time_s, at, out, ground);
+        return;
+    case LUM_PLACE_ROOM:
+    case LUM_PLACE_YARD:
+    default:
+        lay_out_faces(place, at, out, ground);
+    }
 }
 
 void lum_place_lay_out(const lum_place *place, double time_s,
@@ -217,10 +386,5 @@ void lum_place_lay_out(const lum_place *place, double time_s,
         return;
     }
     find_eye(place, mount, eye);
-    out->count = 0;
-    ground->is_there = false;
-    for (unsigned n = 0; n < place->face_count; n++) {
-        const lum_shape shape = shape_of(place, n, eye);
-        lum_shape_list_add(out, &shape);
-    }
+    lum_place_lay_out_around(place, 0.0, eye, out, ground);
 }

@@ -1,13 +1,16 @@
 /** @file
  * The places that a simulated sensor looks at, and where it stands in them.
  *
- * In a street it drives, or stands where it is told to. A room and a yard are
- * of flat faces, whose planes are known exactly; there it stands. All faces are
+ * It stands, or moves along a path; in a street it drives if nothing else is
+ * said. A room and a yard are of flat faces, whose planes are known
+ * exactly. All faces are
  * those of the same blocks with any seed; the seed gives their waves. */
 #ifndef LUM_SIM_PLACE_H
 #define LUM_SIM_PLACE_H
 
 #include "face.h"
+#include "lum/pose.h"
+#include "path.h"
 #include "shape.h"
 #include "street.h"
 
@@ -18,7 +21,8 @@
 typedef enum lum_place_kind {
     LUM_PLACE_STREET, /**< houses, vehicles, people, trees */
     LUM_PLACE_ROOM,   /**< 8 x 6 x 3 m, with things in it */
-    LUM_PLACE_YARD    /**< 30 x 20 m between houses, without a roof */
+    LUM_PLACE_YARD,   /**< 30 x 20 m between houses, without a roof */
+    LUM_PLACE_TOWN    /**< streets of which one can drive round */
 } lum_place_kind;
 
 /** How flat the faces of a room or yard are, and how exact the sensor is. */
@@ -41,12 +45,12 @@ typedef enum lum_walls {
 /** Where the sensor stands, in the frame of the place: x forward, y left, z up.
  * The origin of a room and a yard lies on the floor, near its middle; that of a
  * street on the road below the sensor at the beginning of the drive. */
-typedef struct lum_pose {
+typedef struct lum_stance {
     double at[3]; /**< metres */
     double roll_deg;
     double pitch_deg;
     double yaw_deg;
-} lum_pose;
+} lum_stance;
 
 /** What to lay out. All 0: the drive along the street. */
 typedef struct lum_place_options {
@@ -54,7 +58,10 @@ typedef struct lum_place_options {
     lum_walls walls; /**< of a street ::LUM_WALLS_FLAT */
     bool has_pose;   /**< else a room and a yard have lum_place_usual_pose(),
                           and the street is driven along */
-    lum_pose pose;   /**< where has_pose */
+    lum_stance pose; /**< where has_pose */
+    lum_path path;   /**< but LUM_PATH_NONE: it moves, all the time; then
+                          has_pose is false, and course is set by
+                          lum_place_init() */
 } lum_place_options;
 
 /** Most faces of a place. */
@@ -67,17 +74,29 @@ typedef struct lum_place {
     float rotation[9];                       /**< private: sensor to place */
     float middle[LUM_PLACE_FACES_MAX][3];    /**< private: of each face */
     float reflectivity[LUM_PLACE_FACES_MAX]; /**< private */
+    uint8_t block[LUM_PLACE_FACES_MAX];      /**< private: that it is of */
     lum_face faces[LUM_PLACE_FACES_MAX];     /**< private */
     unsigned face_count;                     /**< private */
 } lum_place;
 
 /** Where the sensor stands if nothing else is said: in the middle of a room or
  * yard, and at the beginning of the drive. */
-lum_pose lum_place_usual_pose(lum_place_kind kind);
+lum_stance lum_place_usual_pose(lum_place_kind kind);
 
 /** Begin. Cannot fail. */
 void lum_place_init(lum_place *out, const lum_place_options *options,
                     uint64_t seed);
+
+/** Whether a path of this kind is one of the place. */
+bool lum_place_has_path(lum_place_kind kind, lum_path_kind path);
+
+/** Whether the sensor moves during a frame, and all that can move there. */
+bool lum_place_moves(const lum_place *place);
+
+/** Where the sensor is, in the frame of the place.
+ * @param time_s since the beginning of the drive; of a street without a path,
+ *               that of a frame. */
+lum_pose lum_place_pose(const lum_place *place, double time_s);
 
 /** Whether the place and the sensor stand still: every moment is the same. */
 bool lum_place_is_still(const lum_place *place);
@@ -98,6 +117,18 @@ void lum_place_turn(const lum_place *place, const float sensor[3],
  * street only its width and a height are checked.
  * @param mount where the eye is in the frame of the sensor, metres. */
 bool lum_place_is_open(const lum_place *place, const float mount[3]);
+
+/** As lum_place_is_open(), of a sensor that moves, at a time. */
+bool lum_place_is_open_at(const lum_place *place, double time_s,
+                          const float mount[3]);
+
+/** Lay out the shapes around a point of a place where all moves.
+ * @param time_s since the beginning of the drive.
+ * @param at     in the frame of the place, metres.
+ * @param out    as lum_place_lay_out(). */
+void lum_place_lay_out_around(const lum_place *place, double time_s,
+                              const double at[3], lum_shape_list *out,
+                              lum_ground *ground);
 
 /** Lay out the shapes around an eye, with the axes of the place.
  * @param time_s since the beginning of the drive; only for a street.

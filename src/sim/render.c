@@ -104,6 +104,22 @@ int64_t lum_render_clock_us(const lum_render *render, int64_t frame,
     return LUM_RENDER_CLOCK_US + (int64_t)(lines * period_us);
 }
 
+/* Since the beginning of the drive, as the sensor's clock has it. */
+static double time_of(const lum_render *r, int64_t frame, uint32_t line)
+{
+    const int64_t us = lum_render_clock_us(r, frame, line);
+    return (double)(us - LUM_RENDER_CLOCK_US) * 1e-6;
+}
+
+lum_pose lum_render_pose(const lum_render *render, int64_t frame, uint32_t line)
+{
+    const lum_place *place = lum_sight_place(&render->sight);
+    return lum_place_pose(place, lum_place_moves(place)
+                                     ? time_of(render, frame, line)
+                                     : (double)(frame - 1) /
+                                           render->options.rate_hz);
+}
+
 /* --- Echoes of a beam --- */
 
 static float width_of(float strength)
@@ -256,7 +272,8 @@ lum_result lum_render_line(lum_render *render, int64_t frame, uint32_t line,
     const lum_sight_line *seen = NULL;
     init_random(render, frame, line, eye, LINE_STREAM, &random);
     lum_scan_compute(&render->scan, eye, line, &random, &render->line);
-    if (lum_sight_look(&render->sight, frame, line, eye, &render->line,
+    if (lum_sight_look(&render->sight, frame, line, eye,
+                       time_of(render, frame, line), &render->line,
                        &seen) != LUM_OK) {
         return LUM_E_SPACE;
     }
@@ -313,7 +330,8 @@ lum_result lum_render_echoes(lum_render *render, int64_t frame, uint32_t line,
     init_random(render, frame, line, eye, LINE_STREAM, &random);
     init_random(render, frame, line, eye, FAINT_STREAM, &faint);
     lum_scan_compute(&render->scan, eye, line, &random, &render->line);
-    if (lum_sight_look(&render->sight, frame, line, eye, &render->line,
+    if (lum_sight_look(&render->sight, frame, line, eye,
+                       time_of(render, frame, line), &render->line,
                        &seen) != LUM_OK) {
         return LUM_E_SPACE;
     }

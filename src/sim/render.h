@@ -2,8 +2,9 @@
  * A line of an eye, as the sensor would measure it: rays, returns, range words
  * and readings of the angles; and the exact points beside them.
  *
- * The scene does not change during a frame. A line depends only on its seed,
- * frame, number and eye, not on the order of rendering. */
+ * A sensor on a path, and all around it, moves while it scans; without one the
+ * scene does not change during a frame. A line depends only on its seed, frame,
+ * number and eye, not on the order of rendering. */
 #ifndef LUM_SIM_RENDER_H
 #define LUM_SIM_RENDER_H
 
@@ -120,6 +121,11 @@ void lum_render_free(lum_render *render);
  * @param frame from 1. */
 int64_t lum_render_clock_us(const lum_render *render, int64_t frame,
                             uint32_t line);
+
+/** Where the sensor is in the frame of the place when a line begins, as it is
+ * rendered; lum_pose_between() two lines is where each pixel is cast from. */
+lum_pose lum_render_pose(const lum_render *render, int64_t frame,
+                         uint32_t line);
 
 /** Render a line. Fast when lines of one frame come after each other.
  * @param frame from 1.

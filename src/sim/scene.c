@@ -91,31 +91,47 @@ static void find_columns(const float low[3], const float high[3], cells *out)
     }
 }
 
+/* The box that a shape is in, as seen from any start of the section. */
+static void bound(const lum_scene *scene, const lum_shape *s, float low[3],
+                  float high[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const float more =
+            scene->reach_m + fabsf(s->velocity[i]) * scene->half_s;
+        low[i] = s->min[i] - more;
+        high[i] = s->max[i] + more;
+    }
+}
+
 /* The cells whose rays may hit a shape or, at its rim, pass within half a beam
  * of it. */
-static cells cells_of(const lum_shape *s)
+static cells cells_of(const lum_scene *scene, const lum_shape *s)
 {
     float low[3];
     float high[3];
     cells found;
     const float away = s->near_m + (s->max[0] - s->min[0]);
     const float rim = 0.001f + 2.0f * LUM_BEAM_HALF_WIDTH * away;
+    bound(scene, s, low, high);
     for (int i = 0; i < 3; i++) {
-        low[i] = s->min[i] - rim;
-        high[i] = s->max[i] + rim;
+        low[i] -= rim;
+        high[i] += rim;
     }
     find_rows(low, high, &found);
     find_columns(low, high, &found);
     return found;
 }
 
-static void find_distances(lum_shape_list *list)
+static void find_distances(lum_scene *scene)
 {
-    for (size_t i = 0; i < list->count; i++) {
-        lum_shape *s = &list->items[i];
+    for (size_t i = 0; i < scene->shapes.count; i++) {
+        lum_shape *s = &scene->shapes.items[i];
+        float low[3];
+        float high[3];
         float square = 0.0f;
+        bound(scene, s, low, high);
         for (int k = 0; k < 3; k++) {
-            const float d = nearest(s->min[k], s->max[k]);
+            const float d = nearest(low[k], high[k]);
             square += d * d;
         }
         s->near_m = sqrtf(square);
@@ -144,7 +160,7 @@ static size_t count_entries(lum_scene *scene)
         scene->cells[i] = 0;
     }
     for (size_t i = 0; i < scene->shapes.count; i++) {
-        const cells c = cells_of(&scene->shapes.items[i]);
+        const cells c = cells_of(scene, &scene->shapes.items[i]);
         for (int row = c.row[0]; row <= c.row[1]; row++) {
             for (int column = c.column[0]; column <= c.column[1]; column++) {
                 scene->cells[row * COLUMNS + column]++;
@@ -164,7 +180,7 @@ static size_t count_entries(lum_scene *scene)
 static void fill_entries(lum_scene *scene)
 {
     for (size_t i = scene->shapes.count; i-- > 0;) {
-        const cells c = cells_of(&scene->shapes.items[i]);
+        const cells c = cells_of(scene, &scene->shapes.items[i]);
         for (int row = c.row[0]; row <= c.row[1]; row++) {
             for (int column = c.column[0]; column <= c.column[1]; column++) {
                 scene->entries[--scene->cells[row * COLUMNS + column]] =
@@ -189,20 +205,21 @@ static int make_room(lum_scene *scene, size_t count)
     return 0;
 }
 
-int lum_scene_set(lum_scene *scene, const lum_place *place, double time_s,
-                  const float mount[3])
+static int make_cells(lum_scene *scene)
 {
     if (scene->cells == NULL) {
         scene->cells = malloc((CELLS + 1) * sizeof *scene->cells);
     }
-    if (scene->cells == NULL) {
-        return -1;
-    }
-    lum_place_lay_out(place, time_s, mount, &scene->shapes, &scene->ground);
+    return scene->cells == NULL ? -1 : 0;
+}
+
+/* Of the shapes that are laid out. */
+static int arrange(lum_scene *scene)
+{
     if (scene->shapes.failed) {
         return -1;
     }
-    find_distances(&scene->shapes);
+    find_distances(scene);
     qsort(scene->shapes.items, scene->shapes.count, sizeof *scene->shapes.items,
           compare_distance);
     if (make_room(scene, count_entries(scene)) != 0) {
@@ -210,6 +227,29 @@ int lum_scene_set(lum_scene *scene, const lum_place *place, double time_s,
     }
     fill_entries(scene);
     return 0;
+}
+
+int lum_scene_set(lum_scene *scene, const lum_place *place, double time_s,
+                  const float mount[3])
+{
+    if (make_cells(scene) != 0) {
+        return -1;
+    }
+    lum_place_lay_out(place, time_s, mount, &scene->shapes, &scene->ground);
+    return arrange(scene);
+}
+
+int lum_scene_set_section(lum_scene *scene, const lum_place *place,
+                          const lum_section *section)
+{
+    if (make_cells(scene) != 0) {
+        return -1;
+    }
+    scene->reach_m = (float)section->reach_m;
+    scene->half_s = (float)section->half_s;
+    lum_place_lay_out_around(place, section->time_s, section->at,
+                             &scene->shapes, &scene->ground);
+    return arrange(scene);
 }
 
 void lum_scene_free(lum_scene *scene)
@@ -240,23 +280,35 @@ static size_t insert(lum_hit *hits, size_t count, const lum_hit *hit)
     return count + 1;
 }
 
-size_t lum_scene_cast(const lum_scene *scene, const lum_ray *ray, lum_hit *hits)
+static bool meet(const lum_shape *s, const lum_start *start, const lum_ray *ray,
+                 lum_hit *hit)
+{
+    float by[3];
+    if (start == NULL) {
+        return lum_shape_cast(s, ray, hit);
+    }
+    for (int i = 0; i < 3; i++) {
+        by[i] = s->velocity[i] * start->late_s - start->from[i];
+    }
+    return lum_shape_cast_moved(s, by, ray, hit);
+}
+
+/* start NULL: at the origin, at the moment of the scene. The last hit is the
+ * one that stops the beam, or nothing where its cover is 0. */
+static size_t cast(const lum_scene *scene, const lum_start *start,
+                   const lum_ray *ray, lum_hit last, lum_hit *hits)
 {
     const size_t cell = (size_t)row_of(ray->d[2]) * COLUMNS +
                         (size_t)column_of(ray->d[0], ray->d[1]);
     const uint32_t end = scene->cells[cell + 1];
     size_t count = 0;
-    lum_hit last = {LUM_STREET_REACH, 0.0f, 0.0f, 0.0f, 0.0f};
     lum_hit hit;
-    if (lum_ground_cast(&scene->ground, ray, &hit)) {
-        last = hit;
-    }
     for (uint32_t i = scene->cells[cell]; i < end; i++) {
         const lum_shape *s = &scene->shapes.items[scene->entries[i]];
         if (s->near_m > last.range) {
             break;
         }
-        if (!lum_shape_cast(s, ray, &hit) || hit.range >= last.range) {
+        if (!meet(s, start, ray, &hit) || hit.range >= last.range) {
             continue;
         }
         if (hit.cover >= 1.0f) {
@@ -272,4 +324,24 @@ size_t lum_scene_cast(const lum_scene *scene, const lum_ray *ray, lum_hit *hits)
         hits[count++] = last;
     }
     return count;
+}
+
+static lum_hit hit_ground(const lum_ground *ground, const lum_ray *ray)
+{
+    const lum_hit sky = {.range = LUM_STREET_REACH};
+    lum_hit hit;
+    return lum_ground_cast(ground, ray, &hit) ? hit : sky;
+}
+
+size_t lum_scene_cast(const lum_scene *scene, const lum_ray *ray, lum_hit *hits)
+{
+    return cast(scene, NULL, ray, hit_ground(&scene->ground, ray), hits);
+}
+
+size_t lum_scene_cast_from(const lum_scene *scene, const lum_start *start,
+                           const lum_ray *ray, lum_hit *hits)
+{
+    const lum_ground ground =
+        lum_ground_seen_from(&scene->ground, start->from);
+    return cast(scene, start, ray, hit_ground(&ground, ray), hits);
 }

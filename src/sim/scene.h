@@ -25,13 +25,34 @@ typedef struct lum_scene {
     uint32_t *cells;       /**< private: first entry of each cell */
     uint32_t *entries;     /**< private: indices of shapes */
     size_t room;           /**< private: of entries */
+    float reach_m;         /**< private: how far an eye is from the origin */
+    float half_s;          /**< private: how far a time is from the middle */
 } lum_scene;
+
+/** A short time in which the sensor and others move a little. */
+typedef struct lum_section {
+    double at[3];   /**< the middle of where eyes are, in the place's frame */
+    double time_s;  /**< its middle */
+    double half_s;  /**< how far before and after that it reaches */
+    double reach_m; /**< how far from `at` an eye is at most */
+} lum_section;
+
+/** From where and when a ray starts, in the middle of a section. */
+typedef struct lum_start {
+    float from[3]; /**< of the eye, from the section's middle, metres */
+    float late_s;  /**< after the section's middle */
+} lum_start;
 
 /** Set the scene for a moment. Parameters as lum_place_lay_out().
  * @param place stays where it is as long as the scene is used.
  * @return 0, or -1 when there is no memory. */
 int lum_scene_set(lum_scene *scene, const lum_place *place, double time_s,
                   const float mount[3]);
+
+/** Set the scene for a section, of a place where all moves. Parameters and
+ * result as lum_scene_set(). */
+int lum_scene_set_section(lum_scene *scene, const lum_place *place,
+                          const lum_section *section);
 
 /** Free what a scene holds. */
 void lum_scene_free(lum_scene *scene);
@@ -42,5 +63,10 @@ void lum_scene_free(lum_scene *scene);
  * @return how many; 0: the sky. */
 size_t lum_scene_cast(const lum_scene *scene, const lum_ray *ray,
                       lum_hit *hits);
+
+/** As lum_scene_cast(), in a section.
+ * @param start where the ray starts, within the reach of the section. */
+size_t lum_scene_cast_from(const lum_scene *scene, const lum_start *start,
+                           const lum_ray *ray, lum_hit *hits);
 
 #endif

@@ -9,7 +9,7 @@ typedef struct span {
     int axis; /* whose side the ray enters by */
 } span;
 
-static const lum_hit no_hit = {0.0f, 1.0f, 0.0f, 0.0f, 0.0f};
+static const lum_hit no_hit = {.cover = 1.0f};
 
 lum_ray lum_ray_make(const float d[3])
 {
@@ -221,6 +221,7 @@ static bool cast_side(const lum_shape *s, const lum_ray *ray, const int axes[3],
     }
     hit->range = t;
     hit->cover = cover;
+    hit->is_rim = cover < 1.0f;
     hit->reflectivity = s->reflectivity;
     hit->cosine = 0.1f + 0.9f * half / radius * length;
     return true;
@@ -257,6 +258,7 @@ static bool cast_ball(const lum_shape *s, const lum_ray *ray, lum_hit *hit)
     const float half = inside > 0.0f ? sqrtf(inside) : 0.0f;
     hit->range = middle - half;
     hit->cover = rim_cover(radius, distance, middle);
+    hit->is_rim = hit->cover < 1.0f;
     hit->reflectivity = s->reflectivity;
     hit->cosine = 0.1f + 0.9f * half / radius;
     return hit->cover > 0.0f;
@@ -285,6 +287,20 @@ static bool cast_face(const lum_shape *s, const lum_ray *ray, lum_hit *hit)
     return true;
 }
 
+/* Turned back, as the ray is then. */
+static lum_shape turn_back(const lum_shape *shape, const lum_ray *ray,
+                           lum_ray *turned)
+{
+    lum_shape s = *shape;
+    s.min[0] = shape->min[1];
+    s.max[0] = shape->max[1];
+    s.min[1] = -shape->max[0];
+    s.max[1] = -shape->min[0];
+    const float d[3] = {ray->d[1], -ray->d[0], ray->d[2]};
+    *turned = lum_ray_make(d);
+    return s;
+}
+
 bool lum_shape_cast(const lum_shape *shape, const lum_ray *ray, lum_hit *hit)
 {
     static bool (*const casts[LUM_SHAPES])(const lum_shape *, const lum_ray *,
@@ -293,11 +309,30 @@ bool lum_shape_cast(const lum_shape *shape, const lum_ray *ray, lum_hit *hit)
         cast_wheel, cast_ball,  cast_leaves, cast_face,
     };
     lum_hit found = no_hit;
-    if (!casts[shape->kind](shape, ray, &found)) {
+    lum_ray turned = *ray;
+    lum_shape back;
+    if (shape->is_turned) {
+        back = turn_back(shape, ray, &turned);
+        shape = &back;
+    }
+    if (!casts[shape->kind](shape, &turned, &found)) {
         return false;
     }
+    found.object = shape->object;
+    found.thing = shape->thing;
     *hit = found;
     return true;
+}
+
+bool lum_shape_cast_moved(const lum_shape *shape, const float by[3],
+                          const lum_ray *ray, lum_hit *hit)
+{
+    lum_shape moved = *shape;
+    for (int i = 0; i < 3; i++) {
+        moved.min[i] += by[i];
+        moved.max[i] += by[i];
+    }
+    return lum_shape_cast(&moved, ray, hit);
 }
 
 void lum_shape_list_add(lum_shape_list *list, const lum_shape *shape)

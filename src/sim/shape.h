@@ -7,9 +7,11 @@
 #define LUM_SIM_SHAPE_H
 
 #include "face.h"
+#include "label.h"
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 /** What fills the box that bounds a shape. */
 typedef enum lum_shape_kind {
@@ -52,6 +54,11 @@ typedef struct lum_shape {
     lum_shape_openings opening; /**< facades only */
     const lum_face *face;       /**< faces only: kept, not copied */
     lum_shape_kind kind;        /**< which */
+    float velocity[3];          /**< m/s; who lays out a moment may set it */
+    uint32_t object;            /**< number of what it is part of */
+    uint8_t thing;              /**< class of that, a ::lum_thing */
+    bool is_turned; /**< by a quarter turn to the left: what is said of x and y
+                         above, but for the box, is of y and -x */
 } lum_shape;
 
 /** A beam from the origin. */
@@ -67,6 +74,9 @@ typedef struct lum_hit {
     float reflectivity; /**< 0..1 */
     float cosine;       /**< of the angle of incidence, 0..1 */
     float bias;         /**< on top of the range that is measured, metres */
+    uint32_t object;    /**< number of what is hit; 0: none is known */
+    uint8_t thing;      /**< class of that, a ::lum_thing */
+    bool is_rim;        /**< part of the beam passes a round one's rim */
 } lum_hit;
 
 /** Nothing nearer than this is hit; metres. */
@@ -82,6 +92,10 @@ lum_ray lum_ray_make(const float d[3]);
 /** Where a ray hits a shape. A round shape's rim stops only part of a beam.
  * @param hit written only if the result is true. */
 bool lum_shape_cast(const lum_shape *shape, const lum_ray *ray, lum_hit *hit);
+
+/** As lum_shape_cast(), of a shape that is elsewhere by this much. */
+bool lum_shape_cast_moved(const lum_shape *shape, const float by[3],
+                          const lum_ray *ray, lum_hit *hit);
 
 /** Shapes, in an array that grows. */
 typedef struct lum_shape_list {

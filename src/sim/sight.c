@@ -1,7 +1,21 @@
 #include "sight.h"
 
+#include "rotation.h"
+
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Within a section the sensor moves by at most this, if a section is not a
+ * line. */
+#define SECTION_M 0.25
+
+/* Rounding, and a clock of microseconds. */
+#define SLACK_M 0.002
+
+/* From one pixel whose pose is computed to the next; between them it is
+ * linear. */
+#define KNOT_PIXELS 25u
 
 /* --- Making and freeing --- */
 
@@ -28,6 +42,9 @@ void lum_sight_init(lum_sight *out, const lum_place_options *options,
     }
     share_scenes(out);
     lum_place_init(&out->place, options, seed);
+    if (lum_place_moves(&out->place)) {
+        out->fastest = lum_path_fastest(&out->place.options.path);
+    }
 }
 
 static void free_kept(lum_sight *s, unsigned eye)
@@ -116,10 +133,118 @@ static void keep(const lum_sight_line *work, size_t count, lum_sight_line *out)
     }
 }
 
-lum_result lum_sight_look(lum_sight *sight, int64_t frame, uint32_t line,
-                          unsigned eye, const lum_scan_line *scan,
-                          const lum_sight_line **out)
+/* --- Looking from a sensor that moves --- */
+
+static double mount_length(const lum_sight *s)
 {
+    double longest = 0.0;
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        double square = 0.0;
+        for (int i = 0; i < 3; i++) {
+            square += (double)s->mounts[eye][i] * (double)s->mounts[eye][i];
+        }
+        longest = fmax(longest, sqrt(square));
+    }
+    return longest;
+}
+
+/* Sections are parts of a frame, so that a line is the same whatever was looked
+ * at before. */
+static lum_result set_section(lum_sight *s, int64_t frame, uint32_t line)
+{
+    const double lines = (double)s->lines;
+    const double way = ceil(s->fastest / s->rate_hz / SECTION_M);
+    const double count = fmax(1.0, fmin(way, lines));
+    const double part = floor((double)line * count / lines);
+    const int64_t number = (frame - 1) * (int64_t)s->lines + (int64_t)part + 1;
+    lum_section *now = &s->section;
+    if (s->section_number == number) {
+        return LUM_OK;
+    }
+    s->section_number = 0;
+    now->time_s =
+        ((double)(frame - 1) + (part + 0.5) / count) / s->rate_hz;
+    now->half_s = (0.5 / count + 1.0 / lines) / s->rate_hz;
+    now->reach_m = s->fastest * now->half_s + mount_length(s) + SLACK_M;
+    const lum_pose pose = lum_place_pose(&s->place, now->time_s);
+    memcpy(now->at, pose.at, sizeof now->at);
+    if (lum_scene_set_section(&s->scenes[0], &s->place, now) != 0) {
+        return LUM_E_SPACE;
+    }
+    s->section_number = number;
+    return make_room(s);
+}
+
+/* The rotation, and where the eye is, from the section's middle. */
+static void find_knot(const lum_sight *s, unsigned eye, const lum_pose *begin,
+                      const lum_pose *end, double share, double out[12])
+{
+    const lum_pose pose = lum_pose_between(begin, end, share);
+    lum_pose_matrix(&pose, out);
+    for (int i = 0; i < 3; i++) {
+        out[4 * i + 3] -= s->section.at[i];
+        for (int k = 0; k < 3; k++) {
+            out[4 * i + 3] += out[4 * i + k] * (double)s->mounts[eye][k];
+        }
+    }
+}
+
+static size_t cast_knot(lum_sight *s, double knots[2][12], double late_s,
+                        uint32_t first, const lum_scan_line *scan, size_t count)
+{
+    for (uint32_t n = 0; n < KNOT_PIXELS; n++) {
+        const uint32_t p = first + n;
+        const double share = (double)n / KNOT_PIXELS;
+        const double line_s = 1.0 / s->rate_hz / (double)s->lines;
+        lum_start start = {
+            .late_s = (float)(late_s + line_s * (double)p / LUM_LINE_PIXELS)};
+        float m[9];
+        float d[3];
+        for (int i = 0; i < 12; i++) {
+            const float at =
+                (float)(knots[0][i] + share * (knots[1][i] - knots[0][i]));
+            *(i % 4 == 3 ? &start.from[i / 4] : &m[3 * (i / 4) + i % 4]) = at;
+        }
+        lum_rotation_turn(m, scan->direction[p], d);
+        const lum_ray ray = lum_ray_make(d);
+        const size_t hits = lum_scene_cast_from(&s->scenes[0], &start, &ray,
+                                                &s->work.hits[count]);
+        s->work.counts[p] = (uint8_t)hits;
+        count += hits;
+    }
+    return count;
+}
+
+/* Between the poses of this line and the next, as one who has only these. */
+static void cast_moving(lum_sight *s, unsigned eye, double time_s,
+                        const lum_scan_line *scan)
+{
+    const double line_s = 1.0 / s->rate_hz / (double)s->lines;
+    const lum_pose begin = lum_place_pose(&s->place, time_s);
+    const lum_pose end = lum_place_pose(&s->place, time_s + line_s);
+    double knots[2][12];
+    size_t count = 0;
+    find_knot(s, eye, &begin, &end, 0.0, knots[1]);
+    for (uint32_t p = 0; p < LUM_LINE_PIXELS; p += KNOT_PIXELS) {
+        memcpy(knots[0], knots[1], sizeof knots[0]);
+        find_knot(s, eye, &begin, &end,
+                  (double)(p + KNOT_PIXELS) / LUM_LINE_PIXELS, knots[1]);
+        count = cast_knot(s, knots, time_s - s->section.time_s, p, scan, count);
+    }
+}
+
+lum_result lum_sight_look(lum_sight *sight, int64_t frame, uint32_t line,
+                          unsigned eye, double time_s,
+                          const lum_scan_line *scan, const lum_sight_line **out)
+{
+    if (lum_place_moves(&sight->place)) {
+        if (set_section(sight, frame, line) != LUM_OK) {
+            return LUM_E_SPACE;
+        }
+        cast_moving(sight, eye, time_s, scan);
+        *out = &sight->work;
+        return LUM_OK;
+    }
     if (set_scenes(sight, frame) != LUM_OK) {
         return LUM_E_SPACE;
     }

@@ -1,6 +1,7 @@
 /** @file
- * What the beams of a line meet in a place, at the start of a frame. In a still
- * place each line is looked at once, and kept. */
+ * What the beams of a line meet in a place, at the start of a frame, or where
+ * the sensor has a path each at its own time. In a still place each line is
+ * looked at once, and kept. */
 #ifndef LUM_SIM_SIGHT_H
 #define LUM_SIM_SIGHT_H
 
@@ -27,6 +28,10 @@ typedef struct lum_sight {
     uint32_t lines;                 /**< private */
     double rate_hz;                 /**< private */
     int64_t frame;                  /**< private: that the scenes are set for */
+    lum_section section;            /**< private: of the first scene, if the
+                                         place moves */
+    int64_t section_number;         /**< private: from 1 */
+    double fastest;                 /**< private: m/s */
     lum_sight_line work;            /**< private */
     lum_sight_line *kept[LUM_EYES]; /**< private: all lines of a still place;
                                          hits NULL: not seen yet */
@@ -47,12 +52,14 @@ const lum_place *lum_sight_place(const lum_sight *sight);
 
 /** Look along a line. Fast when lines of one frame come after each other.
  * @param frame from 1.
+ * @param time_s when the line begins; of a place that moves.
  * @param scan  the line, as lum_scan_compute() makes it for this number and
  *              eye.
  * @param out   lives until the next call.
  * @return LUM_OK; LUM_E_SPACE when there is no memory. */
 LUM_MUST_CHECK lum_result lum_sight_look(lum_sight *sight, int64_t frame,
                                          uint32_t line, unsigned eye,
+                                         double time_s,
                                          const lum_scan_line *scan,
                                          const lum_sight_line **out);
 

@@ -47,7 +47,7 @@ static void turn(double roll_deg, double pitch_deg, double yaw_deg, double v[3])
     }
 }
 
-static void to_place(const lum_pose *pose, const lum_sample *p, double out[3])
+static void to_place(const lum_stance *pose, const lum_sample *p, double out[3])
 {
     out[0] = (double)p->x;
     out[1] = (double)p->y;
@@ -136,7 +136,7 @@ static void begin(struct fixture *f)
     assert_int_equal(lum_render_init(&f->render, &f->options), LUM_OK);
 }
 
-static void look_at(struct fixture *f, lum_place_kind kind, lum_pose pose)
+static void look_at(struct fixture *f, lum_place_kind kind, lum_stance pose)
 {
     f->options.place =
         (lum_place_options){.kind = kind, .has_pose = true, .pose = pose};
@@ -166,7 +166,7 @@ static double error_of(const struct fixture *f, size_t i)
 
 /* --- Rooms and yards --- */
 
-static const lum_pose poses[] = {
+static const lum_stance poses[] = {
     {{0.0, 0.0, 1.2}, 0.0, 0.0, 0.0},
     {{0.1, -0.2, 1.1}, 0.0, 0.0, 25.0},
     {{-0.3, 0.2, 1.4}, 12.0, -8.0, 155.0},
@@ -297,7 +297,7 @@ static void a_sensor_stands_in_the_open(void **state)
     (void)state;
     for (int kind = LUM_PLACE_STREET; kind <= LUM_PLACE_YARD; kind++) {
         const lum_place_options options = {.kind = (lum_place_kind)kind};
-        const lum_pose p = lum_place_usual_pose((lum_place_kind)kind);
+        const lum_stance p = lum_place_usual_pose((lum_place_kind)kind);
         lum_place place;
         lum_place_init(&place, &options, 1);
         assert_true(lum_place_is_open(&place, mount));
@@ -338,10 +338,10 @@ static void a_street_stands_still_from_a_pose(void **state)
         }
         assert_true(same > LUM_LINE_PIXELS / 2);
     }
-    look_at(f, LUM_PLACE_STREET, (lum_pose){{0.0, 0.0, 3.3}, 0.0, 0.0, 0.0});
+    look_at(f, LUM_PLACE_STREET, (lum_stance){{0.0, 0.0, 3.3}, 0.0, 0.0, 0.0});
     render(f, 1, 63, LUM_EYE_BLUE);
     f->other = f->line;
-    look_at(f, LUM_PLACE_STREET, (lum_pose){{0.0, 0.0, 1.8}, 0.0, 0.0, 0.0});
+    look_at(f, LUM_PLACE_STREET, (lum_stance){{0.0, 0.0, 1.8}, 0.0, 0.0, 0.0});
     render(f, 1, 63, LUM_EYE_BLUE);
     assert_true(f->other.truth[0].range > 1.5f * f->line.truth[0].range);
 }

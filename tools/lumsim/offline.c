@@ -5,6 +5,7 @@
 #include "files.h"
 #include "layout.h"
 #include "lum/wire.h"
+#include "poses.h"
 #include "sim/fault.h"
 #include "sim/packets.h"
 #include "sim/render.h"
@@ -48,6 +49,7 @@ struct run {
     lum_capture_writer *output;
     struct truth *truth;          /* NULL: not requested */
     lum_outfile true_calibration; /* likewise; a fd of -1 */
+    struct poses *poses;          /* likewise */
     lum_error error;
     int64_t frames;
     uint64_t packets;
@@ -172,12 +174,28 @@ static int simulate_eye(struct run *run, int64_t frame, uint32_t number,
                               : 0;
 }
 
+/* Of the line that was simulated last; both eyes' begin at once. */
+static int write_pose(struct run *run)
+{
+    const struct options *o = run->options;
+    const lum_sim_line *line = &run->line;
+    const lum_pose pose =
+        lum_render_pose(&run->render, line->frame, line->number);
+    const int64_t time_ns =
+        o->truth.is_utc ? utc_of(o, line->clock_us * 1000)
+                        : lum_packets_clock_us(&o->render.layout, line) * 1000;
+    return poses_add(run->poses, time_ns, &pose, &run->error);
+}
+
 static int simulate_line(struct run *run, int64_t frame, uint32_t number)
 {
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         if (simulate_eye(run, frame, number, eye) != 0) {
             return -1;
         }
+    }
+    if (run->poses != NULL && write_pose(run) != 0) {
+        return -1;
     }
     return send_line(run);
 }
@@ -216,7 +234,8 @@ static int simulate(struct run *run)
 
 static bool has_truth(const struct options *o)
 {
-    return o->truth.points != NULL || o->truth.calibration != NULL;
+    return o->truth.points != NULL || o->truth.calibration != NULL ||
+           o->moving.poses != NULL || o->moving.labels != NULL;
 }
 
 /* The reader of a pipe that has seen enough is no failure. */
@@ -229,11 +248,17 @@ static int fail(const struct run *run, int reason)
     return EXIT_FAILURE;
 }
 
+static void abort_truth(struct run *run)
+{
+    truth_abort(run->truth);
+    poses_abort(run->poses);
+}
+
 static int give_up(struct run *run)
 {
     const int reason = errno;
     clear_progress(run);
-    truth_abort(run->truth);
+    abort_truth(run);
     lum_capture_writer_abort(run->output);
     if (interrupt_signal() != 0) {
         lum_outfile_discard(&run->true_calibration);
@@ -267,7 +292,14 @@ static void sum_up(const struct run *run)
 
 static int close_truth(struct run *run)
 {
-    if (run->truth != NULL && truth_close(run->truth, &run->error) != 0) {
+    struct truth *truth = run->truth;
+    struct poses *poses = run->poses;
+    run->truth = NULL;
+    if (truth != NULL && truth_close(truth, &run->error) != 0) {
+        return -1;
+    }
+    run->poses = NULL;
+    if (poses != NULL && poses_close(poses, &run->error) != 0) {
         return -1;
     }
     return run->options->truth.calibration != NULL
@@ -280,6 +312,7 @@ static int finish(struct run *run)
     clear_progress(run);
     if (close_truth(run) != 0) {
         const int reason = errno;
+        abort_truth(run);
         lum_capture_writer_abort(run->output);
         return fail(run, reason);
     }
@@ -331,6 +364,10 @@ static int open_truth(struct run *run)
                    &run->truth, &run->error) != 0) {
         return -1;
     }
+    if (o->moving.poses != NULL &&
+        poses_open(o->moving.poses, &run->poses, &run->error) != 0) {
+        return -1;
+    }
     return o->truth.calibration != NULL
                ? truth_yaml_begin(o, &run->true_calibration, &run->error)
                : 0;
@@ -342,7 +379,7 @@ static int open_outputs(struct run *run)
         return fail(run, 0);
     }
     if (open_truth(run) != 0) {
-        truth_abort(run->truth);
+        abort_truth(run);
         lum_capture_writer_abort(run->output);
         return fail(run, 0);
     }

@@ -8,6 +8,7 @@
 #include "lum/laser.h"
 #include "lum/version.h"
 #include "lum/wire.h"
+#include "moving.h"
 #include "sim/device.h"
 #include "standing.h"
 
@@ -30,6 +31,8 @@
 #define DURATION_MAX 1e9
 #define DRIFT_MAX    1000.0
 #define BATCH_MAX_MS 1000.0
+#define VELOCITY_MIN 0.001
+#define VELOCITY_MAX 100.0
 
 static const struct option_word clocks[] = {
     {"sensor", 0}, {"utc", 1}, {NULL, 0}};
@@ -197,6 +200,12 @@ static const struct option_spec specs[] = {
      .words = standing_walls, HAS(has_walls)},
     {"pose", .group = DRIVE, CALL(standing_take_pose),
      .allowed = STANDING_POSE},
+    {"path", .group = DRIVE, CALL(moving_take_path), .allowed = MOVING_PATH},
+    {"velocity", .group = DRIVE,
+     REAL(render.place.path.velocity_m_s, VELOCITY_MIN, VELOCITY_MAX),
+     HAS(moving.has_velocity)},
+    {"poses", .group = MODE_FILE, TEXT(moving.poses)},
+    {"labels", .group = MODE_FILE, TEXT(moving.labels)},
     {"noise", .group = DRIVE, CALL(standing_take_noise),
      .allowed = STANDING_NOISE},
     {"lines", .group = DRIVE, CALL(take_lines), .allowed = "64 or 640"},
@@ -316,9 +325,10 @@ static bool check_choice(const struct options *o)
                       LOOP_MAX);
         return false;
     }
-    if (o->truth.is_utc && o->truth.points == NULL) {
+    if (o->truth.is_utc && o->truth.points == NULL &&
+        o->moving.poses == NULL) {
         return refuse("--time utc is about the times of the exact points in "
-                      "--truth FILE; name one");
+                      "--truth FILE, and of --poses FILE; name one");
     }
     return o->capture.output == NULL || o->replay.path == NULL ||
            refuse("-o and --replay: one writes a capture, the other sends one "
@@ -369,8 +379,11 @@ int options_parse(int argc, char **argv, struct options *out)
     }
     choose_mode(out);
     if (!check_choice(out) || !check_modes(out, &result) || !check_set(out) ||
-        !standing_check(out) || !files_check(out)) {
+        !standing_check(out) || !moving_check(out) || !files_check(out)) {
         return see_help();
     }
-    return files_load(out) && standing_is_open(out) ? -1 : EXIT_USAGE;
+    return files_load(out) && (out->moving.path != NULL ? moving_is_open(out)
+                                                        : standing_is_open(out))
+               ? -1
+               : EXIT_USAGE;
 }

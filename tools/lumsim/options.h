@@ -34,6 +34,14 @@ struct truth_options {
     bool is_utc;             /* times of points */
 };
 
+/* A sensor that moves, and what is written of that. */
+struct moving_options {
+    const char *path;   /* as it was given */
+    const char *poses;  /* of each line */
+    const char *labels; /* of each exact point */
+    bool has_velocity;  /* --velocity was given */
+};
+
 /* A sensor on the network. */
 struct live_options {
     const char *interface;
@@ -78,6 +86,7 @@ struct options {
     lum_render_options render;
     struct capture_options capture;
     struct truth_options truth;
+    struct moving_options moving;
     struct live_options live;
     struct delivery_options delivery;
     struct answer_options answers;

@@ -16,6 +16,7 @@
 const struct option_word standing_scenes[] = {{"street", LUM_PLACE_STREET},
                                               {"room", LUM_PLACE_ROOM},
                                               {"yard", LUM_PLACE_YARD},
+                                              {"town", LUM_PLACE_TOWN},
                                               {NULL, 0}};
 const struct option_word standing_walls[] = {{"flat", LUM_WALLS_FLAT},
                                              {"mild", LUM_WALLS_MILD},
@@ -55,7 +56,7 @@ bool standing_take_pose(void *options, const char *text, lum_error *why)
     struct options *o = options;
     static const char *const names[POSE_NUMBERS] = {"x",    "y",     "z",
                                                     "roll", "pitch", "yaw"};
-    lum_pose *p = &o->render.place.pose;
+    lum_stance *p = &o->render.place.pose;
     double *const values[POSE_NUMBERS] = {&p->at[0],     &p->at[1],
                                           &p->at[2],     &p->roll_deg,
                                           &p->pitch_deg, &p->yaw_deg};
@@ -109,10 +110,13 @@ bool standing_take_noise(void *options, const char *text, lum_error *why)
 
 bool standing_check(const struct options *o)
 {
-    if (o->has_walls && o->render.place.kind == LUM_PLACE_STREET) {
-        (void)fputs("lumsim: --walls is about the faces of --scene room and "
-                    "--scene yard; a street has no flat faces\n",
-                    stderr);
+    const lum_place_kind kind = o->render.place.kind;
+    if (o->has_walls &&
+        (kind == LUM_PLACE_STREET || kind == LUM_PLACE_TOWN)) {
+        (void)fprintf(stderr,
+                      "lumsim: --walls is about the faces of --scene room and "
+                      "--scene yard; a %s has no flat faces\n",
+                      standing_scene(o));
         return false;
     }
     return true;
@@ -132,19 +136,37 @@ static void name_bounds(lum_blocks blocks)
     (void)fputc('\n', stderr);
 }
 
-static bool refuse(const struct options *o, const char *eye)
+static const char *cause(const struct options *o, char text[TEXT_MAX],
+                         const double *time_s)
 {
+    if (time_s != NULL) {
+        (void)snprintf(text, TEXT_MAX, "--path, %.3f s after the beginning",
+                       *time_s);
+        return text;
+    }
+    return o->render.place.has_pose ? "--pose" : "the mount of an eye";
+}
+
+static bool refuse(const struct options *o, const char *eye,
+                   const double *time_s)
+{
+    char text[TEXT_MAX];
     (void)fprintf(stderr,
                   "lumsim: %s: the %s eye would be outside the %s or less than "
                   "%g m from something in it; ",
-                  o->render.place.has_pose ? "--pose" : "the mount of an eye",
-                  eye, standing_scene(o), (double)LUM_SHAPE_NEAREST);
+                  cause(o, text, time_s), eye, standing_scene(o),
+                  (double)LUM_SHAPE_NEAREST);
     switch (o->render.place.kind) {
     case LUM_PLACE_ROOM:
         name_bounds(lum_blocks_of_room());
         break;
     case LUM_PLACE_YARD:
         name_bounds(lum_blocks_of_yard());
+        break;
+    case LUM_PLACE_TOWN:
+        (void)fputs("it goes along streets, at least 0.5 m above the road, or "
+                    "above 20.5 m\n",
+                    stderr);
         break;
     case LUM_PLACE_STREET:
     default:
@@ -155,12 +177,11 @@ static bool refuse(const struct options *o, const char *eye)
     return false;
 }
 
-bool standing_is_open(const struct options *o)
+bool standing_see_eyes(const struct options *o, const lum_place *place,
+                       const double *time_s)
 {
     static const char *const names[LUM_EYES] = {
         [LUM_EYE_BLUE] = "blue", [LUM_EYE_GREEN] = "green"};
-    lum_place place;
-    lum_place_init(&place, &o->render.place, o->render.seed);
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         float mount[3];
         for (int i = 0; i < 3; i++) {
@@ -168,9 +189,17 @@ bool standing_is_open(const struct options *o)
                 (float)((double)o->render.calibration.eye[eye].mount_um[i] *
                         1e-6);
         }
-        if (!lum_place_is_open(&place, mount)) {
-            return refuse(o, names[eye]);
+        if (!(time_s != NULL ? lum_place_is_open_at(place, *time_s, mount)
+                             : lum_place_is_open(place, mount))) {
+            return refuse(o, names[eye], time_s);
         }
     }
     return true;
+}
+
+bool standing_is_open(const struct options *o)
+{
+    lum_place place;
+    lum_place_init(&place, &o->render.place, o->render.seed);
+    return standing_see_eyes(o, &place, NULL);
 }

@@ -31,4 +31,9 @@ bool standing_check(const struct options *o);
 /* Whether both eyes of the calibration are in the open; complains. */
 bool standing_is_open(const struct options *o);
 
+/* The same of a place; of one that moves, at a time. time_s: NULL, it
+ * stands. */
+bool standing_see_eyes(const struct options *o, const lum_place *place,
+                       const double *time_s);
+
 #endif

@@ -18,8 +18,11 @@ static size_t make_text(const struct options *o, char out[TEXT_BYTES])
                      "# The true calibration of a simulated sensor, written by "
                      "lumsim.\n# Scene: %s, seed %" PRIu64 "\n",
                      standing_scene(o), o->render.seed);
-    if (place->has_pose || place->kind != LUM_PLACE_STREET) {
-        const lum_pose pose =
+    if (place->path.kind != LUM_PATH_NONE) {
+        n += snprintf(out + n, TEXT_BYTES - (size_t)n, "# Path: %.200s\n",
+                      o->moving.path);
+    } else if (place->has_pose || place->kind != LUM_PLACE_STREET) {
+        const lum_stance pose =
             place->has_pose ? place->pose : lum_place_usual_pose(place->kind);
         n += snprintf(out + n, TEXT_BYTES - (size_t)n,
                       "# Pose: %.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", pose.at[0],
