@@ -16,6 +16,10 @@ bool moving_take_path(void *options, const char *text, lum_error *why);
 /* Whether these options go together; complains. Sets the usual velocity. */
 bool moving_check(struct options *o);
 
+/* Read the poses of --path FILE, which then live as long as the options;
+ * complains, also where a run is longer than they are. */
+bool moving_load(struct options *o);
+
 /* Whether both eyes are in the open all the way of a run; complains. */
 bool moving_is_open(const struct options *o);
 

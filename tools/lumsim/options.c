@@ -382,8 +382,9 @@ int options_parse(int argc, char **argv, struct options *out)
         !standing_check(out) || !moving_check(out) || !files_check(out)) {
         return see_help();
     }
-    return files_load(out) && (out->moving.path != NULL ? moving_is_open(out)
-                                                        : standing_is_open(out))
+    return files_load(out) && moving_load(out) &&
+                   (out->moving.path != NULL ? moving_is_open(out)
+                                             : standing_is_open(out))
                ? -1
                : EXIT_USAGE;
 }
