@@ -359,20 +359,20 @@ static void lay_out_moving_street(const lum_place *place, double time_s,
 }
 
 void lum_place_lay_out_around(const lum_place *place, double time_s,
-                              const double at[3], lum_shape_list *out,
+                              const lum_view *view, lum_shape_list *out,
                               lum_ground *ground)
 {
     switch (place->options.kind) {
     case LUM_PLACE_STREET:
-        lay_out_moving_street(place, time_s, at, out, ground);
+        lay_out_moving_street(place, time_s, view->at, out, ground);
         return;
     case LUM_PLACE_TOWN:
-        lum_town_lay_out(place->seed, time_s, at, out, ground);
+        lum_town_lay_out(place->seed, time_s, view, out, ground);
         return;
     case LUM_PLACE_ROOM:
     case LUM_PLACE_YARD:
     default:
-        lay_out_faces(place, at, out, ground);
+        lay_out_faces(place, view->at, out, ground);
     }
 }
 
@@ -380,11 +380,11 @@ void lum_place_lay_out(const lum_place *place, double time_s,
                        const float mount[3], lum_shape_list *out,
                        lum_ground *ground)
 {
-    double eye[3];
+    lum_view view = {.reach_m = 0.0f};
     if (place->options.kind == LUM_PLACE_STREET) {
         lay_out_street(place, time_s, mount, out, ground);
         return;
     }
-    find_eye(place, mount, eye);
-    lum_place_lay_out_around(place, 0.0, eye, out, ground);
+    find_eye(place, mount, view.at);
+    lum_place_lay_out_around(place, 0.0, &view, out, ground);
 }

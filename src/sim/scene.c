@@ -245,9 +245,9 @@ int lum_scene_set_section(lum_scene *scene, const lum_place *place,
     if (make_cells(scene) != 0) {
         return -1;
     }
-    scene->reach_m = (float)section->reach_m;
+    scene->reach_m = section->view.reach_m;
     scene->half_s = (float)section->half_s;
-    lum_place_lay_out_around(place, section->time_s, section->at,
+    lum_place_lay_out_around(place, section->time_s, &section->view,
                              &scene->shapes, &scene->ground);
     return arrange(scene);
 }

@@ -31,15 +31,14 @@ typedef struct lum_scene {
 
 /** A short time in which the sensor and others move a little. */
 typedef struct lum_section {
-    double at[3];   /**< the middle of where eyes are, in the place's frame */
-    double time_s;  /**< its middle */
-    double half_s;  /**< how far before and after that it reaches */
-    double reach_m; /**< how far from `at` an eye is at most */
+    lum_view view; /**< in the frame of the place */
+    double time_s; /**< its middle */
+    double half_s; /**< how far before and after that it reaches */
 } lum_section;
 
 /** From where and when a ray starts, in the middle of a section. */
 typedef struct lum_start {
-    float from[3]; /**< of the eye, from the section's middle, metres */
+    float from[3]; /**< of the eye, from the middle of the view, metres */
     float late_s;  /**< after the section's middle */
 } lum_start;
 

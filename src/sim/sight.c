@@ -10,6 +10,13 @@
  * line. */
 #define SECTION_M 0.25
 
+/* A sensor whose vertical is nearer to it than this is level; then what it sees
+ * is limited by azimuths, with this margin, if they are at most so wide to
+ * either side. Cosine; radians. */
+#define LEVEL  0.9998
+#define MARGIN 0.06
+#define WIDEST 1.5
+
 /* Rounding, and a clock of microseconds. */
 #define SLACK_M 0.002
 
@@ -30,6 +37,23 @@ static void share_scenes(lum_sight *s)
     s->scene_of[LUM_EYE_GREEN] = same ? LUM_EYE_BLUE : LUM_EYE_GREEN;
 }
 
+/* The largest azimuth in the frame of the sensor, to either side. */
+static double find_half_view(const lum_scan *scan)
+{
+    double most = 0.0;
+    lum_scan_line line;
+    lum_random random;
+    lum_random_init(&random, 0, 0);
+    for (uint32_t i = 0; i < LUM_EYES * scan->lines; i++) {
+        lum_scan_compute(scan, i % LUM_EYES, i / LUM_EYES, &random, &line);
+        for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
+            const float *d = line.direction[p];
+            most = fmax(most, fabs(atan2((double)d[1], (double)d[0])));
+        }
+    }
+    return most;
+}
+
 void lum_sight_init(lum_sight *out, const lum_place_options *options,
                     uint64_t seed, const lum_scan *scan, double rate_hz)
 {
@@ -43,6 +67,7 @@ void lum_sight_init(lum_sight *out, const lum_place_options *options,
     share_scenes(out);
     lum_place_init(&out->place, options, seed);
     if (lum_place_moves(&out->place)) {
+        out->half_view = find_half_view(scan);
         out->fastest = lum_path_fastest(&out->place.options.path);
     }
 }
@@ -148,6 +173,47 @@ static double mount_length(const lum_sight *s)
     return longest;
 }
 
+static double turned_by(double from, double to)
+{
+    const double turn = 6.28318530717958647692;
+    return to - from - turn * floor((to - from) / turn + 0.5);
+}
+
+/* The heading; false if it is not level. */
+static bool find_heading(const lum_pose *pose, double *out)
+{
+    double m[12];
+    lum_pose_matrix(pose, m);
+    *out = atan2(m[4], m[0]);
+    return m[10] > LEVEL;
+}
+
+/* What the lines of a section see, if the sensor stays level and does not look
+ * back; else all. */
+static void limit_view(const lum_sight *s, double begin_s, double line_s,
+                       uint32_t lines, lum_view *out)
+{
+    double first = 0.0;
+    double half = 0.0;
+    lum_pose pose = lum_place_pose(&s->place, begin_s);
+    bool is_level = find_heading(&pose, &first);
+    for (uint32_t i = 1; i <= lines; i++) {
+        double heading = 0.0;
+        pose = lum_place_pose(&s->place, begin_s + line_s * i);
+        is_level = find_heading(&pose, &heading) && is_level;
+        half = fmax(half, fabs(turned_by(first, heading)));
+    }
+    half += s->half_view + MARGIN;
+    if (!is_level || half > WIDEST) {
+        return;
+    }
+    for (int i = 0; i < 2; i++) {
+        const double side = i == 0 ? 1.0 : -1.0;
+        out->edge[i][0] = (float)(side * sin(first + side * half));
+        out->edge[i][1] = (float)(-side * cos(first + side * half));
+    }
+}
+
 /* Sections are parts of a frame, so that a line is the same whatever was looked
  * at before. */
 static lum_result set_section(lum_sight *s, int64_t frame, uint32_t line)
@@ -157,20 +223,24 @@ static lum_result set_section(lum_sight *s, int64_t frame, uint32_t line)
     const double count = fmax(1.0, fmin(way, lines));
     const double part = floor((double)line * count / lines);
     const int64_t number = (frame - 1) * (int64_t)s->lines + (int64_t)part + 1;
-    lum_section *now = &s->section;
+    const double line_s = 1.0 / s->rate_hz / lines;
+    lum_section now = {.time_s = ((double)(frame - 1) + (part + 0.5) / count) /
+                                 s->rate_hz,
+                       .half_s = (0.5 / count + 1.0 / lines) / s->rate_hz};
     if (s->section_number == number) {
         return LUM_OK;
     }
     s->section_number = 0;
-    now->time_s =
-        ((double)(frame - 1) + (part + 0.5) / count) / s->rate_hz;
-    now->half_s = (0.5 / count + 1.0 / lines) / s->rate_hz;
-    now->reach_m = s->fastest * now->half_s + mount_length(s) + SLACK_M;
-    const lum_pose pose = lum_place_pose(&s->place, now->time_s);
-    memcpy(now->at, pose.at, sizeof now->at);
-    if (lum_scene_set_section(&s->scenes[0], &s->place, now) != 0) {
+    now.view.reach_m =
+        (float)(s->fastest * now.half_s + mount_length(s) + SLACK_M);
+    const lum_pose pose = lum_place_pose(&s->place, now.time_s);
+    memcpy(now.view.at, pose.at, sizeof now.view.at);
+    limit_view(s, now.time_s - now.half_s, line_s,
+               (uint32_t)ceil(2.0 * now.half_s / line_s), &now.view);
+    if (lum_scene_set_section(&s->scenes[0], &s->place, &now) != 0) {
         return LUM_E_SPACE;
     }
+    s->section = now;
     s->section_number = number;
     return make_room(s);
 }
@@ -182,7 +252,7 @@ static void find_knot(const lum_sight *s, unsigned eye, const lum_pose *begin,
     const lum_pose pose = lum_pose_between(begin, end, share);
     lum_pose_matrix(&pose, out);
     for (int i = 0; i < 3; i++) {
-        out[4 * i + 3] -= s->section.at[i];
+        out[4 * i + 3] -= s->section.view.at[i];
         for (int k = 0; k < 3; k++) {
             out[4 * i + 3] += out[4 * i + k] * (double)s->mounts[eye][k];
         }

@@ -32,6 +32,8 @@ typedef struct lum_sight {
                                          place moves */
     int64_t section_number;         /**< private: from 1 */
     double fastest;                 /**< private: m/s */
+    double half_view;               /**< private: azimuths that are scanned,
+                                         radians; 0: not known yet */
     lum_sight_line work;            /**< private */
     lum_sight_line *kept[LUM_EYES]; /**< private: all lines of a still place;
                                          hits NULL: not seen yet */

@@ -28,6 +28,18 @@ static void begin(lum_things *s, lum_thing thing)
     s->thing = (uint8_t)thing;
 }
 
+/* What moves is taken to be larger. */
+static bool is_in_view(const lum_view *view, const lum_shape *s)
+{
+    const float width = s->max[0] - s->min[0];
+    const float depth = s->max[1] - s->min[1];
+    const float radius = 0.5f * (width > depth ? width : depth) * 1.42f;
+    const bool moves = s->velocity[0] != 0.0f || s->velocity[1] != 0.0f;
+    return lum_view_has(view, 0.5f * (s->min[0] + s->max[0]),
+                        0.5f * (s->min[1] + s->max[1]),
+                        moves ? radius + 1.0f : radius);
+}
+
 static void add(const lum_things *s, lum_shape shape)
 {
     const float at[3] = {s->x, s->y, s->z};
@@ -49,7 +61,9 @@ static void add(const lum_things *s, lum_shape shape)
             return;
         }
     }
-    lum_shape_list_add(s->list, &shape);
+    if (s->view == NULL || is_in_view(s->view, &shape)) {
+        lum_shape_list_add(s->list, &shape);
+    }
 }
 
 static lum_shape box(lum_shape_kind kind, const float from[3],

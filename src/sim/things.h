@@ -35,6 +35,7 @@ typedef struct lum_things {
     float origin[2];   /**< where they begin there */
     float low[2];      /**< what ends below this is left out */
     float high[2];     /**< what begins above this is left out */
+    const lum_view *view; /**< what is out of it is left out; NULL: nothing */
     uint32_t object;   /**< number of the last thing */
     uint8_t thing;     /**< its class, a ::lum_thing */
 } lum_things;

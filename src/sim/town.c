@@ -185,11 +185,17 @@ static void add_lot(lum_things *s, uint64_t seed, uint32_t number, float length)
 
 /* --- Rows of lots between two crossings --- */
 
-/* Beyond this, nothing of a lot is in sight. */
-static bool is_near(const lum_things *s)
+/* Whether something of a lot may be in sight: the middle of the street there is
+ * not farther from it than this. */
+static bool is_near(const lum_things *s, float length)
 {
-    const float most = LUM_STREET_REACH + 2.0f * (float)LOT_M;
-    return fabsf(s->origin[0]) < most && fabsf(s->origin[1]) < most;
+    const float most = 0.5f * length + 35.0f;
+    const float half = 0.5f * length;
+    const float x = s->origin[0] + (s->is_turned ? 0.0f : half);
+    const float y = s->origin[1] + (s->is_turned ? half : 0.0f);
+    return fabsf(x) < LUM_STREET_REACH + most &&
+           fabsf(y) < LUM_STREET_REACH + most &&
+           lum_view_has(s->view, x, y, most);
 }
 
 static void add_row(lum_things *s, uint64_t seed, uint32_t number,
@@ -200,7 +206,7 @@ static void add_row(lum_things *s, uint64_t seed, uint32_t number,
     const double length = (to - from) / count;
     for (double i = 0.0; i < count; i += 1.0) {
         stand(s, way, at, from + i * length);
-        for (unsigned side = 0; side < 2 && is_near(s); side++) {
+        for (unsigned side = 0; side < 2 && is_near(s, (float)length); side++) {
             s->side = side == 0 ? 1.0f : -1.0f;
             add_lot(s, seed, number + 2u * (uint32_t)i + side, (float)length);
         }
@@ -312,14 +318,16 @@ static void set_ground(const double at[3], lum_ground *out)
     }
 }
 
-void lum_town_lay_out(uint64_t seed, double time_s, const double at[3],
+void lum_town_lay_out(uint64_t seed, double time_s, const lum_view *view,
                       lum_shape_list *out, lum_ground *ground)
 {
+    const double *at = view->at;
     lum_things s = {.list = out,
                     .z = (float)-at[2],
                     .time_s = time_s,
                     .low = {-LUM_STREET_REACH, -LUM_STREET_REACH},
-                    .high = {LUM_STREET_REACH, LUM_STREET_REACH}};
+                    .high = {LUM_STREET_REACH, LUM_STREET_REACH},
+                    .view = view};
     out->count = 0;
     for (unsigned n = 0; n < ROADS; n++) {
         add_street(&s, seed, n, at);

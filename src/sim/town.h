@@ -24,8 +24,8 @@ lum_course lum_town_circuit(void);
 bool lum_town_is_open(const double at[3], double margin_m);
 
 /** Lay out what can be seen. Parameters as lum_street_lay_out().
- * @param at where the eye is. */
-void lum_town_lay_out(uint64_t seed, double time_s, const double at[3],
+ * @param view what is outside may be left out. */
+void lum_town_lay_out(uint64_t seed, double time_s, const lum_view *view,
                       lum_shape_list *out, lum_ground *ground);
 
 #endif
