@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Cells over the whole sphere: columns of azimuth, rows of the sine of the
  * elevation. */
@@ -10,9 +11,16 @@
 #define CELLS   ((size_t)COLUMNS * ROWS)
 
 typedef struct cells {
-    int row[2];    /* first and last */
-    int column[2]; /* first and last */
+    uint16_t row[2];    /* first and last */
+    uint16_t column[2]; /* first and last */
 } cells;
+
+/* A shape's place from near to far. */
+struct lum_scene_place {
+    const lum_shape *shape;
+    float near_m; /* its own */
+    cells cells;
+};
 
 /* Rises with azimuth from -2 behind by 0 ahead to 2 behind, as atan2 does, and
  * costs a division. */
@@ -33,14 +41,14 @@ static int clamp(int value, int high)
     return value < 0 ? 0 : value > high ? high : value;
 }
 
-static int column_of(float x, float y)
+static uint16_t column_of(float x, float y)
 {
-    return clamp((int)((diamond(x, y) + 2.0f) * (COLUMNS / 4.0f)), COLUMNS - 1);
+    return (uint16_t)clamp((int)((diamond(x, y) + 2.0f) * (COLUMNS / 4.0f)), COLUMNS - 1);
 }
 
-static int row_of(float sine)
+static uint16_t row_of(float sine)
 {
-    return clamp((int)((sine + 1.0f) * (ROWS / 2.0f)), ROWS - 1);
+    return (uint16_t)clamp((int)((sine + 1.0f) * (ROWS / 2.0f)), ROWS - 1);
 }
 
 static float nearest(float low, float high)
@@ -81,10 +89,10 @@ static void find_columns(const float low[3], const float high[3], cells *out)
         out->column[1] = COLUMNS - 1;
         return;
     }
-    out->column[0] = COLUMNS;
-    out->column[1] = -1;
+    out->column[0] = COLUMNS - 1;
+    out->column[1] = 0;
     for (int i = 0; i < 4; i++) {
-        const int at =
+        const uint16_t at =
             column_of((i & 1) ? high[0] : low[0], (i & 2) ? high[1] : low[1]);
         out->column[0] = at < out->column[0] ? at : out->column[0];
         out->column[1] = at > out->column[1] ? at : out->column[1];
@@ -122,30 +130,29 @@ static cells cells_of(const lum_scene *scene, const lum_shape *s)
     return found;
 }
 
-static void find_distances(lum_scene *scene)
+static float distance_of(const lum_scene *scene, const lum_shape *s)
 {
-    for (size_t i = 0; i < scene->shapes.count; i++) {
-        lum_shape *s = &scene->shapes.items[i];
-        float low[3];
-        float high[3];
-        float square = 0.0f;
-        bound(scene, s, low, high);
-        for (int k = 0; k < 3; k++) {
-            const float d = nearest(low[k], high[k]);
-            square += d * d;
-        }
-        s->near_m = sqrtf(square);
+    float low[3];
+    float high[3];
+    float square = 0.0f;
+    bound(scene, s, low, high);
+    for (int k = 0; k < 3; k++) {
+        const float d = nearest(low[k], high[k]);
+        square += d * d;
     }
+    return sqrtf(square);
 }
 
 static int compare_distance(const void *a, const void *b)
 {
-    const lum_shape *left = a;
-    const lum_shape *right = b;
-    if (left->near_m != right->near_m) {
-        return left->near_m < right->near_m ? -1 : 1;
+    const struct lum_scene_place *first = a;
+    const struct lum_scene_place *second = b;
+    if (first->near_m != second->near_m) {
+        return first->near_m < second->near_m ? -1 : 1;
     }
     /* Equal ones may be in any order, if it is always the same. */
+    const lum_shape *left = first->shape;
+    const lum_shape *right = second->shape;
     for (int i = 0; i < 3; i++) {
         if (left->min[i] != right->min[i]) {
             return left->min[i] < right->min[i] ? -1 : 1;
@@ -154,15 +161,25 @@ static int compare_distance(const void *a, const void *b)
     return (left->max[2] > right->max[2]) - (left->max[2] < right->max[2]);
 }
 
+static void sort(lum_scene *scene)
+{
+    for (size_t i = 0; i < scene->shapes.count; i++) {
+        lum_shape *s = &scene->shapes.items[i];
+        s->near_m = distance_of(scene, s);
+        scene->order[i] = (struct lum_scene_place){
+            .shape = s, .near_m = s->near_m, .cells = cells_of(scene, s)};
+    }
+    qsort(scene->order, scene->shapes.count, sizeof *scene->order,
+          compare_distance);
+}
+
 static size_t count_entries(lum_scene *scene)
 {
-    for (size_t i = 0; i <= CELLS; i++) {
-        scene->cells[i] = 0;
-    }
+    memset(scene->cells, 0, (CELLS + 1) * sizeof *scene->cells);
     for (size_t i = 0; i < scene->shapes.count; i++) {
-        const cells c = cells_of(scene, &scene->shapes.items[i]);
-        for (int row = c.row[0]; row <= c.row[1]; row++) {
-            for (int column = c.column[0]; column <= c.column[1]; column++) {
+        const cells *c = &scene->order[i].cells;
+        for (int row = c->row[0]; row <= c->row[1]; row++) {
+            for (int column = c->column[0]; column <= c->column[1]; column++) {
                 scene->cells[row * COLUMNS + column]++;
             }
         }
@@ -180,11 +197,12 @@ static size_t count_entries(lum_scene *scene)
 static void fill_entries(lum_scene *scene)
 {
     for (size_t i = scene->shapes.count; i-- > 0;) {
-        const cells c = cells_of(scene, &scene->shapes.items[i]);
-        for (int row = c.row[0]; row <= c.row[1]; row++) {
-            for (int column = c.column[0]; column <= c.column[1]; column++) {
-                scene->entries[--scene->cells[row * COLUMNS + column]] =
-                    (uint32_t)i;
+        const cells *c = &scene->order[i].cells;
+        const uint32_t shape =
+            (uint32_t)(scene->order[i].shape - scene->shapes.items);
+        for (int row = c->row[0]; row <= c->row[1]; row++) {
+            for (int column = c->column[0]; column <= c->column[1]; column++) {
+                scene->entries[--scene->cells[row * COLUMNS + column]] = shape;
             }
         }
     }
@@ -205,6 +223,17 @@ static int make_room(lum_scene *scene, size_t count)
     return 0;
 }
 
+static int make_order(lum_scene *scene)
+{
+    if (scene->shapes.count <= scene->order_room) {
+        return 0;
+    }
+    free(scene->order);
+    scene->order = malloc(scene->shapes.room * sizeof *scene->order);
+    scene->order_room = scene->order != NULL ? scene->shapes.room : 0;
+    return scene->order != NULL ? 0 : -1;
+}
+
 static int make_cells(lum_scene *scene)
 {
     if (scene->cells == NULL) {
@@ -216,12 +245,10 @@ static int make_cells(lum_scene *scene)
 /* Of the shapes that are laid out. */
 static int arrange(lum_scene *scene)
 {
-    if (scene->shapes.failed) {
+    if (scene->shapes.failed || make_order(scene) != 0) {
         return -1;
     }
-    find_distances(scene);
-    qsort(scene->shapes.items, scene->shapes.count, sizeof *scene->shapes.items,
-          compare_distance);
+    sort(scene);
     if (make_room(scene, count_entries(scene)) != 0) {
         return -1;
     }
@@ -257,9 +284,12 @@ void lum_scene_free(lum_scene *scene)
     lum_shape_list_free(&scene->shapes);
     free(scene->cells);
     free(scene->entries);
+    free(scene->order);
     scene->cells = NULL;
     scene->entries = NULL;
+    scene->order = NULL;
     scene->room = 0;
+    scene->order_room = 0;
 }
 
 /* Hits from near to far; those beyond the last place are dropped. */

@@ -20,7 +20,9 @@
 
 /** A scene. Private except its size; begin with all zero. */
 typedef struct lum_scene {
-    lum_shape_list shapes; /**< private: near to far */
+    lum_shape_list shapes; /**< private */
+    struct lum_scene_place *order; /**< private: of shapes, near to far */
+    size_t order_room;             /**< private */
     lum_ground ground;     /**< private */
     uint32_t *cells;       /**< private: first entry of each cell */
     uint32_t *entries;     /**< private: indices of shapes */
