@@ -8,7 +8,7 @@
 
 /* Within a section the sensor moves by at most this, if a section is not a
  * line. */
-#define SECTION_M 0.25
+#define SECTION_M 0.5
 
 /* A sensor whose vertical is nearer to it than this is level; then what it sees
  * is limited by azimuths, with this margin, if they are at most so wide to
