@@ -31,7 +31,8 @@
 typedef struct pulse {
     float range;
     float width_ns;
-    size_t echo; /* that it begins with */
+    size_t echo;    /* that it begins with */
+    bool is_joined; /* others ended in it */
 } pulse;
 
 /* --- Making and freeing --- */
@@ -140,6 +141,7 @@ static size_t add_pulse(const lum_render *r, pulse *pulses, size_t count,
             const float joint =
                 (next.range - last->range) / M_PER_NS + next.width_ns;
             last->width_ns = joint > last->width_ns ? joint : last->width_ns;
+            last->is_joined = true;
             return count;
         }
     }
@@ -177,7 +179,7 @@ static size_t detect(const lum_render *r, const lum_echo *echoes, size_t n,
     for (size_t i = 0; i < n; i++) {
         const float strength = gain * echoes[i].strength;
         if (strength >= weakest) {
-            const pulse next = {echoes[i].range, width_of(strength), i};
+            const pulse next = {echoes[i].range, width_of(strength), i, false};
             count = add_pulse(r, pulses, count, next);
         }
     }
@@ -208,11 +210,16 @@ static bool make_words(const lum_render *r, unsigned eye, const pulse *p,
     return true;
 }
 
-static void add_truth(const lum_render *r, const pulse *p, float range,
+static void add_truth(const lum_render *r, const pulse *p, const lum_hit *hit,
                       uint32_t pixel, lum_sim_line *out)
 {
+    const float range = hit->range;
     const float *d = r->line.direction[pixel];
     const float *mount = lum_scan_mount(&r->scan, out->eye);
+    out->labels[out->truth_count] =
+        (lum_label){.object = hit->object,
+                    .thing = hit->thing,
+                    .is_mixed = p->is_joined || hit->is_rim};
     lum_sample *s = &out->truth[out->truth_count++];
     memset(s, 0, sizeof *s);
     s->x = d[0] * range + mount[0];
@@ -251,7 +258,7 @@ static void render_pixel(const lum_render *r, uint32_t pixel,
         if (make_words(r, out->eye, &pulses[i], noise, pixel,
                        &out->words[out->word_count])) {
             out->word_count += 2;
-            add_truth(r, &pulses[i], hits[pulses[i].echo].range, pixel, out);
+            add_truth(r, &pulses[i], &hits[pulses[i].echo], pixel, out);
         }
     }
     number_returns(&out->truth[first], out->truth_count - first);

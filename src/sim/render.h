@@ -8,6 +8,7 @@
 #ifndef LUM_SIM_RENDER_H
 #define LUM_SIM_RENDER_H
 
+#include "label.h"
 #include "lum/calibration.h"
 #include "lum/group.h"
 #include "lum/points.h"
@@ -66,6 +67,8 @@ typedef struct lum_sim_line {
     lum_sample truth[LUM_RENDER_RETURNS_MAX *
                      LUM_LINE_PIXELS]; /**< the exact points of the rising
                                             words, in their order */
+    lum_label labels[LUM_RENDER_RETURNS_MAX *
+                     LUM_LINE_PIXELS]; /**< what each of these lies on */
 } lum_sim_line;
 
 /** lum_render_echoes() drops echoes below this strength, as a fraction of the

@@ -17,7 +17,9 @@ static bool check_inputs(const struct options *o, const char *option,
     const struct input_file inputs[] = {
         {o->calibration, "the calibration"},
         {o->profile, "the profile"},
-        {o->replay.path, "the capture to be replayed"}};
+        {o->replay.path, "the capture to be replayed"},
+        {o->render.place.path.kind == LUM_PATH_POSES ? o->moving.path : NULL,
+         "the path"}};
     lum_error error = {""};
     if (output == NULL ||
         input_files_check(inputs, sizeof inputs / sizeof inputs[0], output,
@@ -50,6 +52,34 @@ static bool check_truth(const struct options *o, const char *path)
     return !is_output && !is_points;
 }
 
+/* Nor do the poses or the labels of something else. */
+static bool check_beside(const struct options *o)
+{
+    const struct {
+        const char *option;
+        const char *path;
+    } outputs[] = {{"--output", o->capture.output},
+                   {"--truth", o->truth.points},
+                   {"--truth", o->truth.calibration},
+                   {"--poses", o->moving.poses},
+                   {"--labels", o->moving.labels}};
+    for (size_t i = 3; i < sizeof outputs / sizeof outputs[0]; i++) {
+        for (size_t k = 0; k < i && outputs[i].path != NULL; k++) {
+            if (outputs[k].path != NULL &&
+                is_same(outputs[k].path, outputs[i].path)) {
+                (void)fprintf(stderr,
+                              "lumsim: %s: '%s' is the file of %s too; give "
+                              "them different names\n",
+                              outputs[i].option, outputs[i].path,
+                              outputs[k].option);
+                return false;
+            }
+        }
+    }
+    return check_inputs(o, "--poses", o->moving.poses) &&
+           check_inputs(o, "--labels", o->moving.labels);
+}
+
 bool files_check(const struct options *o)
 {
     if (!check_inputs(o, "--output", o->capture.output) ||
@@ -57,7 +87,7 @@ bool files_check(const struct options *o)
         !check_inputs(o, "--truth", o->truth.calibration) ||
         !check_inputs(o, "--log", o->live.log) ||
         !check_truth(o, o->truth.points) ||
-        !check_truth(o, o->truth.calibration)) {
+        !check_truth(o, o->truth.calibration) || !check_beside(o)) {
         return false;
     }
     if (o->capture.output != NULL && strcmp(o->capture.output, "-") == 0 &&

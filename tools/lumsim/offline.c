@@ -3,6 +3,7 @@
 #include "../common/interrupt.h"
 #include "../common/terminal.h"
 #include "files.h"
+#include "labels.h"
 #include "layout.h"
 #include "lum/wire.h"
 #include "poses.h"
@@ -50,6 +51,7 @@ struct run {
     struct truth *truth;          /* NULL: not requested */
     lum_outfile true_calibration; /* likewise; a fd of -1 */
     struct poses *poses;          /* likewise */
+    struct labels *labels;        /* likewise */
     lum_error error;
     int64_t frames;
     uint64_t packets;
@@ -169,6 +171,10 @@ static int simulate_eye(struct run *run, int64_t frame, uint32_t number,
         return lum_error_set(&run->error,
                              "a line does not fit the profile's packets");
     }
+    if (run->labels != NULL &&
+        labels_add(run->labels, line, &run->error) != 0) {
+        return -1;
+    }
     const int64_t utc_us = utc_of(run->options, line->clock_us * 1000) / 1000;
     return run->truth != NULL ? truth_add(run->truth, line, utc_us, &run->error)
                               : 0;
@@ -252,6 +258,7 @@ static void abort_truth(struct run *run)
 {
     truth_abort(run->truth);
     poses_abort(run->poses);
+    labels_abort(run->labels);
 }
 
 static int give_up(struct run *run)
@@ -296,6 +303,11 @@ static int close_truth(struct run *run)
     struct poses *poses = run->poses;
     run->truth = NULL;
     if (truth != NULL && truth_close(truth, &run->error) != 0) {
+        return -1;
+    }
+    struct labels *labels = run->labels;
+    run->labels = NULL;
+    if (labels != NULL && labels_close(labels, &run->error) != 0) {
         return -1;
     }
     run->poses = NULL;
@@ -366,6 +378,10 @@ static int open_truth(struct run *run)
     }
     if (o->moving.poses != NULL &&
         poses_open(o->moving.poses, &run->poses, &run->error) != 0) {
+        return -1;
+    }
+    if (o->moving.labels != NULL &&
+        labels_open(o->moving.labels, &run->labels, &run->error) != 0) {
         return -1;
     }
     return o->truth.calibration != NULL
