@@ -14,7 +14,6 @@ static bool is_paint(float along, float across)
     return fabsf(across) < 0.08f && dash - floorf(dash) < 0.5f;
 }
 
-
 /* Paint on the road returns more light than asphalt. */
 static float road_reflectivity(const lum_ground *g, float x, float y)
 {
@@ -61,8 +60,8 @@ static float leave_road(const lum_ground *g, const lum_ray *ray, float t,
     for (int a = 0; a < 2; a++) {
         const int across = 1 - a;
         const float at = ray->d[across] * t;
-        const float half = ray->d[across] > 0.0f ? LUM_ROAD_HALF
-                                                 : -LUM_ROAD_HALF;
+        const float half =
+            ray->d[across] > 0.0f ? LUM_ROAD_HALF : -LUM_ROAD_HALF;
         for (unsigned i = 0; i < g->roads.count[a]; i++) {
             const float middle = g->roads.middle[a][i];
             const float kerb = ray->inverse[across] >= FLAT
@@ -128,8 +127,7 @@ static void cast_town(const lum_ground *g, const lum_ray *ray, lum_hit *hit)
         return;
     }
     hit->range = low;
-    hit->reflectivity =
-        town_reflectivity(g, low * ray->d[0], low * ray->d[1]);
+    hit->reflectivity = town_reflectivity(g, low * ray->d[0], low * ray->d[1]);
 }
 
 /* --- Both --- */

@@ -22,10 +22,10 @@
 
 /** Roads of a town that cross each other at right angles: their middles. */
 typedef struct lum_roads {
-    unsigned count[2];          /**< along x, along y; both 0: a street */
+    unsigned count[2];              /**< along x, along y; both 0: a street */
     float middle[2][LUM_ROADS_MAX]; /**< y of those along x, x of those along
                                          y */
-    float marks_y;              /**< as marks_x, of those along y */
+    float marks_y;                  /**< as marks_x, of those along y */
 } lum_roads;
 
 /** The ground of a street along x, or of a town. */

@@ -26,8 +26,8 @@ typedef enum lum_thing {
 
 /** What a point lies on. */
 typedef struct lum_label {
-    uint32_t object; /**< the same for the same object during a drive */
-    uint8_t thing;   /**< a ::lum_thing */
+    uint32_t object;  /**< the same for the same object during a drive */
+    uint8_t thing;    /**< a ::lum_thing */
     uint8_t is_mixed; /**< 1: its pulse is of several surfaces, or of the rim of
                            a round one, where part of the beam passes */
 } lum_label;

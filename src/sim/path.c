@@ -127,9 +127,9 @@ lum_pose lum_path_at(const lum_path *path, double time_s)
     if (path->kind == LUM_PATH_POSES) {
         return among(path, time_s);
     }
-    const double s = path->velocity_m_s * (path->kind == LUM_PATH_STOP_AND_GO
-                                               ? crawl(time_s)
-                                               : time_s);
+    const double s =
+        path->velocity_m_s *
+        (path->kind == LUM_PATH_STOP_AND_GO ? crawl(time_s) : time_s);
     const heading h = along(&path->course, s);
     return (lum_pose){{h.x, h.y, path->course.at[2]},
                       {0.0, 0.0, sin(0.5 * h.yaw), cos(0.5 * h.yaw)}};
@@ -137,6 +137,5 @@ lum_pose lum_path_at(const lum_path *path, double time_s)
 
 double lum_path_fastest(const lum_path *path)
 {
-    return path->kind == LUM_PATH_POSES ? fastest_of(path)
-                                        : path->velocity_m_s;
+    return path->kind == LUM_PATH_POSES ? fastest_of(path) : path->velocity_m_s;
 }

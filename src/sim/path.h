@@ -13,10 +13,10 @@
 
 /** Which way it takes. */
 typedef enum lum_path_kind {
-    LUM_PATH_NONE,     /**< as a place has it without one */
-    LUM_PATH_STRAIGHT, /**< along x */
-    LUM_PATH_CIRCLE,   /**< round; in a town round the block, to the right */
-    LUM_PATH_EIGHT,    /**< to the left, then to the right */
+    LUM_PATH_NONE,        /**< as a place has it without one */
+    LUM_PATH_STRAIGHT,    /**< along x */
+    LUM_PATH_CIRCLE,      /**< round; in a town round the block, to the right */
+    LUM_PATH_EIGHT,       /**< to the left, then to the right */
     LUM_PATH_STOP_AND_GO, /**< straight, or in a town round the block: it stops
                                every ::LUM_PATH_CYCLE_S */
     LUM_PATH_POSES        /**< along given ones */

@@ -191,8 +191,7 @@ double lum_place_encoder_deg(const lum_place *place)
 
 /* The face of a block at the end of an axis. */
 static void add_face(lum_place *place, const lum_block *block,
-                     const float turn[9], int axis, float sign,
-                     uint8_t number)
+                     const float turn[9], int axis, float sign, uint8_t number)
 {
     const int along = (axis + 1) % 3;
     const int up = (axis + 2) % 3;
@@ -302,8 +301,7 @@ bool lum_place_is_open_at(const lum_place *place, double time_s,
                           const float mount[3])
 {
     const lum_pose pose = lum_place_pose(place, time_s);
-    const double at[3] = {(double)mount[0], (double)mount[1],
-                          (double)mount[2]};
+    const double at[3] = {(double)mount[0], (double)mount[1], (double)mount[2]};
     double eye[3];
     lum_pose_apply(&pose, at, eye);
     return is_open(place, eye);

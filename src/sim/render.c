@@ -115,10 +115,10 @@ static double time_of(const lum_render *r, int64_t frame, uint32_t line)
 lum_pose lum_render_pose(const lum_render *render, int64_t frame, uint32_t line)
 {
     const lum_place *place = lum_sight_place(&render->sight);
-    return lum_place_pose(place, lum_place_moves(place)
-                                     ? time_of(render, frame, line)
-                                     : (double)(frame - 1) /
-                                           render->options.rate_hz);
+    return lum_place_pose(place,
+                          lum_place_moves(place)
+                              ? time_of(render, frame, line)
+                              : (double)(frame - 1) / render->options.rate_hz);
 }
 
 /* --- Echoes of a beam --- */

@@ -43,7 +43,8 @@ static int clamp(int value, int high)
 
 static uint16_t column_of(float x, float y)
 {
-    return (uint16_t)clamp((int)((diamond(x, y) + 2.0f) * (COLUMNS / 4.0f)), COLUMNS - 1);
+    return (uint16_t)clamp((int)((diamond(x, y) + 2.0f) * (COLUMNS / 4.0f)),
+                           COLUMNS - 1);
 }
 
 static uint16_t row_of(float sine)
@@ -371,7 +372,6 @@ size_t lum_scene_cast(const lum_scene *scene, const lum_ray *ray, lum_hit *hits)
 size_t lum_scene_cast_from(const lum_scene *scene, const lum_start *start,
                            const lum_ray *ray, lum_hit *hits)
 {
-    const lum_ground ground =
-        lum_ground_seen_from(&scene->ground, start->from);
+    const lum_ground ground = lum_ground_seen_from(&scene->ground, start->from);
     return cast(scene, start, ray, hit_ground(&ground, ray), hits);
 }

@@ -20,15 +20,15 @@
 
 /** A scene. Private except its size; begin with all zero. */
 typedef struct lum_scene {
-    lum_shape_list shapes; /**< private */
+    lum_shape_list shapes;         /**< private */
     struct lum_scene_place *order; /**< private: of shapes, near to far */
     size_t order_room;             /**< private */
-    lum_ground ground;     /**< private */
-    uint32_t *cells;       /**< private: first entry of each cell */
-    uint32_t *entries;     /**< private: indices of shapes */
-    size_t room;           /**< private: of entries */
-    float reach_m;         /**< private: how far an eye is from the origin */
-    float half_s;          /**< private: how far a time is from the middle */
+    lum_ground ground;             /**< private */
+    uint32_t *cells;               /**< private: first entry of each cell */
+    uint32_t *entries;             /**< private: indices of shapes */
+    size_t room;                   /**< private: of entries */
+    float reach_m; /**< private: how far an eye is from the origin */
+    float half_s;  /**< private: how far a time is from the middle */
 } lum_scene;
 
 /** A short time in which the sensor and others move a little. */

@@ -37,8 +37,8 @@ static void add_parked(lum_things *s, bool side_street)
         if (kind > 6 || (side_street && (place == 1 || place == 2))) {
             continue;
         }
-        (kind == 6 ? lum_things_add_van : lum_things_add_car)(s, x, s->side * (LUM_PARKING_Y + shift),
-                                        -s->side, paint);
+        (kind == 6 ? lum_things_add_van : lum_things_add_car)(
+            s, x, s->side * (LUM_PARKING_Y + shift), -s->side, paint);
     }
 }
 
@@ -46,11 +46,13 @@ static void add_garden(lum_things *s)
 {
     lum_random *r = &s->random;
     for (int i = 0; i < 12; i++) {
-        lum_things_add_bush(s, 1.0f + 2.0f * (float)i, s->side * (LUM_HOUSES_Y - 0.2f));
+        lum_things_add_bush(s, 1.0f + 2.0f * (float)i,
+                            s->side * (LUM_HOUSES_Y - 0.2f));
     }
     for (int i = 0; i < 3; i++) {
-        lum_things_add_tree(s, 4.0f + 8.0f * (float)i,
-                 s->side * (LUM_HOUSES_Y + lum_random_between(r, 3.0f, 5.0f)));
+        lum_things_add_tree(
+            s, 4.0f + 8.0f * (float)i,
+            s->side * (LUM_HOUSES_Y + lum_random_between(r, 3.0f, 5.0f)));
     }
     lum_things_add_facade(s, 2.0f, 20.0f, 9.0f);
 }
@@ -91,14 +93,17 @@ static void add_walkers(lum_things *s)
     lum_random *r = &s->random;
     for (int i = 0; i < 2; i++) {
         const float x = lum_random_between(r, 0.0f, (float)LOT_M);
-        const float y =
-            s->side * lum_random_between(r, LUM_WALK_Y - 0.9f, LUM_HOUSES_Y - 0.9f);
+        const float y = s->side * lum_random_between(r, LUM_WALK_Y - 0.9f,
+                                                     LUM_HOUSES_Y - 0.9f);
         const uint32_t kind = lum_random_below(r, 6);
         const float speed = kind == 0 ? 0.0f : kind < 3 ? 1.3f : -1.2f;
         if (kind < 4) {
             s->velocity[0] = speed;
-            lum_things_add_person(s, lum_things_wrap((double)x + (double)speed * s->time_s, 0, LOT_M),
-                       y, LUM_PAVEMENT_Z, speed);
+            lum_things_add_person(
+                s,
+                lum_things_wrap((double)x + (double)speed * s->time_s, 0,
+                                LOT_M),
+                y, LUM_PAVEMENT_Z, speed);
             s->velocity[0] = 0.0f;
         }
     }
@@ -191,8 +196,8 @@ static void add_movers(lum_things *s, const lum_street_moment *at)
             at->leads && (double)m->speed == LUM_STREET_SENSOR_SPEED;
         s->x = lum_things_wrap(x, -BEHIND_M, AHEAD_M);
         s->velocity[0] = leads ? (float)at->speed : m->speed;
-        s->object = number_of(FIRST_VEHICLE, (int64_t)round, count) +
-                    (uint32_t)i;
+        s->object =
+            number_of(FIRST_VEHICLE, (int64_t)round, count) + (uint32_t)i;
         m->add(s, 0.0f, m->y, m->speed > 0.0f ? 1.0f : -1.0f, m->paint);
     }
     s->velocity[0] = 0.0f;
@@ -222,11 +227,11 @@ void lum_street_lay_out(uint64_t seed, const lum_street_moment *at,
     const int64_t last = (int64_t)floor((x + AHEAD_M) / LOT_M);
     const double block = LOT_M * LOTS_A_BLOCK;
     lum_things s = {.list = out,
-                .y = LUM_LANE_Y - eye[1],
-                .z = (float)-LUM_STREET_SENSOR_HEIGHT - eye[2],
-                .time_s = at->time_s,
-                .low = {(float)-BEHIND_M, -FAR_M},
-                .high = {(float)AHEAD_M, FAR_M}};
+                    .y = LUM_LANE_Y - eye[1],
+                    .z = (float)-LUM_STREET_SENSOR_HEIGHT - eye[2],
+                    .time_s = at->time_s,
+                    .low = {(float)-BEHIND_M, -FAR_M},
+                    .high = {(float)AHEAD_M, FAR_M}};
     out->count = 0;
     for (int64_t lot = first; lot <= last; lot++) {
         s.x = (float)((double)lot * LOT_M - x) - eye[0];

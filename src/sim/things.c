@@ -77,16 +77,16 @@ static lum_shape box(lum_shape_kind kind, const float from[3],
     return shape;
 }
 
-static void add_box(const lum_things *s, float x, float y, float z, float length,
-                    float width, float height, float reflectivity)
+static void add_box(const lum_things *s, float x, float y, float z,
+                    float length, float width, float height, float reflectivity)
 {
     const float from[3] = {x, y - 0.5f * width, z};
     const float size[3] = {length, width, height};
     add(s, box(LUM_SHAPE_BOX, from, size, reflectivity));
 }
 
-static void add_pillar(const lum_things *s, float x, float y, float z, float radius,
-                       float height, float reflectivity)
+static void add_pillar(const lum_things *s, float x, float y, float z,
+                       float radius, float height, float reflectivity)
 {
     const float from[3] = {x - radius, y - radius, z};
     const float size[3] = {2.0f * radius, 2.0f * radius, height};
@@ -101,8 +101,9 @@ static void add_wheel(const lum_things *s, float x, float y, float radius,
     add(s, box(LUM_SHAPE_WHEEL, from, size, 0.1f));
 }
 
-static void add_ball(const lum_things *s, lum_shape_kind kind, const float at[3],
-                     float radius, float reflectivity, float cover)
+static void add_ball(const lum_things *s, lum_shape_kind kind,
+                     const float at[3], float radius, float reflectivity,
+                     float cover)
 {
     const float from[3] = {at[0] - radius, at[1] - radius, at[2] - radius};
     const float size[3] = {2.0f * radius, 2.0f * radius, 2.0f * radius};
@@ -191,7 +192,8 @@ void lum_things_add_posts(lum_things *s, float x)
 }
 
 /* Two legs in mid-stride, a body, a head. */
-void lum_things_add_person(lum_things *s, float x, float y, float z, float speed)
+void lum_things_add_person(lum_things *s, float x, float y, float z,
+                           float speed)
 {
     begin(s, LUM_THING_PERSON);
     const double cycle = s->time_s * 0.9 + (double)x;
@@ -209,8 +211,8 @@ void lum_things_add_person(lum_things *s, float x, float y, float z, float speed
 
 /* --- Vehicles --- */
 
-static void add_wheels(lum_things *s, float x, float y, float length, float width,
-                       float radius)
+static void add_wheels(lum_things *s, float x, float y, float length,
+                       float width, float radius)
 {
     for (int i = 0; i < 4; i++) {
         const float along = (i & 1) ? length * 0.8f : length * 0.18f;
@@ -228,7 +230,8 @@ static void add_cabin(lum_things *s, const float from[3], const float size[3],
 }
 
 /* Vehicles begin at x and face +x when facing is 1, -x when it is -1. */
-void lum_things_add_car(lum_things *s, float x, float y, float facing, float paint)
+void lum_things_add_car(lum_things *s, float x, float y, float facing,
+                        float paint)
 {
     begin(s, LUM_THING_CAR);
     const float hood = facing > 0.0f ? 0.5f : 1.2f;
@@ -245,7 +248,8 @@ void lum_things_add_car(lum_things *s, float x, float y, float facing, float pai
     add_box(s, x + 4.34f, y, 0.45f, 0.03f, 0.5f, 0.12f, 1.0f);
 }
 
-void lum_things_add_van(lum_things *s, float x, float y, float facing, float paint)
+void lum_things_add_van(lum_things *s, float x, float y, float facing,
+                        float paint)
 {
     begin(s, LUM_THING_TRUCK);
     const float cargo = facing > 0.0f ? x : x + 1.1f;
@@ -260,7 +264,8 @@ void lum_things_add_van(lum_things *s, float x, float y, float facing, float pai
     add_wheels(s, x, y, 5.2f, 1.95f, 0.36f);
 }
 
-void lum_things_add_truck(lum_things *s, float x, float y, float facing, float paint)
+void lum_things_add_truck(lum_things *s, float x, float y, float facing,
+                          float paint)
 {
     begin(s, LUM_THING_TRUCK);
     const float cargo = facing > 0.0f ? x : x + 2.2f;
@@ -271,7 +276,8 @@ void lum_things_add_truck(lum_things *s, float x, float y, float facing, float p
     add_wheels(s, x, y, 8.0f, 2.4f, 0.5f);
 }
 
-void lum_things_add_cyclist(lum_things *s, float x, float y, float facing, float paint)
+void lum_things_add_cyclist(lum_things *s, float x, float y, float facing,
+                            float paint)
 {
     begin(s, LUM_THING_CYCLIST);
     (void)facing;
@@ -307,8 +313,9 @@ void lum_things_add_facade(lum_things *s, float x, float length, float setback)
             0.4f * shape.opening.bay, 0.5f, 0.16f, 0.4f);
     /* Some houses have bay windows on their upper floors. */
     if (lum_random_below(r, 3) == 0) {
-        add_box(s, x + shape.opening.bay, s->side * (LUM_HOUSES_Y + setback - 0.3f),
-                3.3f, shape.opening.bay, 1.0f, 5.5f, 0.5f);
+        add_box(s, x + shape.opening.bay,
+                s->side * (LUM_HOUSES_Y + setback - 0.3f), 3.3f,
+                shape.opening.bay, 1.0f, 5.5f, 0.5f);
     }
 }
 

@@ -35,16 +35,16 @@
 /* Vehicles drive the other way round in the outer lanes. Their distance is a
  * part of the way round, and half of it is between those of streets that cross,
  * so that none meets another there. */
-#define SPEED        8.0
-#define LOOP_M       (2.0 * (EAST - WEST + NORTH - SOUTH + 4.0 * LANE))
-#define LOOPS        5.0
-#define DISTANCE_M   (LOOP_M / LOOPS)
-#define WALK_M_S     1.25
-#define LOT_OBJECTS  128u
-#define FIRST_LOT    0x10000u
-#define FIRST_MOVER  0x10000000u
-#define STREAM_TOWN  6u
-#define STREET_LOTS  256u
+#define SPEED       8.0
+#define LOOP_M      (2.0 * (EAST - WEST + NORTH - SOUTH + 4.0 * LANE))
+#define LOOPS       5.0
+#define DISTANCE_M  (LOOP_M / LOOPS)
+#define WALK_M_S    1.25
+#define LOT_OBJECTS 128u
+#define FIRST_LOT   0x10000u
+#define FIRST_MOVER 0x10000000u
+#define STREAM_TOWN 6u
+#define STREET_LOTS 256u
 
 /* --- Streets --- */
 
@@ -147,8 +147,8 @@ static void add_parked(lum_things *s, float length)
 static void add_walker(lum_things *s, float length, float begin, float y)
 {
     const double way = (double)length - 2.0;
-    const float there = lum_things_wrap(
-        (double)begin + WALK_M_S * s->time_s, 0.0, 2.0 * way);
+    const float there =
+        lum_things_wrap((double)begin + WALK_M_S * s->time_s, 0.0, 2.0 * way);
     const bool is_back = (double)there > way;
     s->velocity[0] = (float)(is_back ? -WALK_M_S : WALK_M_S);
     lum_things_add_person(s,
@@ -234,8 +234,9 @@ static void add_street(lum_things *s, uint64_t seed, unsigned n,
 
 /* --- Vehicles --- */
 
-/* One that comes round again is another one. The way round: south, east, north, west. Each begins where it crosses the one
- * before it, half a distance later than what comes along there. */
+/* One that comes round again is another one. The way round: south, east, north,
+ * west. Each begins where it crosses the one before it, half a distance later
+ * than what comes along there. */
 static void add_flow(lum_things *s, unsigned n, const double at[3])
 {
     static const struct {
@@ -303,13 +304,13 @@ bool lum_town_is_open(const double at[3], double margin_m)
 
 static void set_ground(const double at[3], lum_ground *out)
 {
-    *out = (lum_ground){.is_there = true,
-                        .road_z = (float)-at[2],
-                        .pavement_z = LUM_PAVEMENT_Z - (float)at[2],
-                        .marks_x = lum_things_wrap(-at[0], -6.0, 0.0),
-                        .roads = {.count = {2, 3},
-                                  .marks_y =
-                                      lum_things_wrap(-at[1], -6.0, 0.0)}};
+    *out =
+        (lum_ground){.is_there = true,
+                     .road_z = (float)-at[2],
+                     .pavement_z = LUM_PAVEMENT_Z - (float)at[2],
+                     .marks_x = lum_things_wrap(-at[0], -6.0, 0.0),
+                     .roads = {.count = {2, 3},
+                               .marks_y = lum_things_wrap(-at[1], -6.0, 0.0)}};
     for (int i = 0; i < 2; i++) {
         out->roads.middle[0][i] = (float)(streets_y[i] - at[1]);
     }

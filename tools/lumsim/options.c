@@ -325,8 +325,7 @@ static bool check_choice(const struct options *o)
                       LOOP_MAX);
         return false;
     }
-    if (o->truth.is_utc && o->truth.points == NULL &&
-        o->moving.poses == NULL) {
+    if (o->truth.is_utc && o->truth.points == NULL && o->moving.poses == NULL) {
         return refuse("--time utc is about the times of the exact points in "
                       "--truth FILE, and of --poses FILE; name one");
     }

@@ -111,8 +111,7 @@ bool standing_take_noise(void *options, const char *text, lum_error *why)
 bool standing_check(const struct options *o)
 {
     const lum_place_kind kind = o->render.place.kind;
-    if (o->has_walls &&
-        (kind == LUM_PLACE_STREET || kind == LUM_PLACE_TOWN)) {
+    if (o->has_walls && (kind == LUM_PLACE_STREET || kind == LUM_PLACE_TOWN)) {
         (void)fprintf(stderr,
                       "lumsim: --walls is about the faces of --scene room and "
                       "--scene yard; a %s has no flat faces\n",

@@ -116,20 +116,22 @@ def _run(arguments: list[str]) -> bytes:
 @overload
 def simulate(path: Path, frames: int = ..., lines: Literal[64, 640] = ..., seed: int = ..., *, rate: float = ...,
              returns_max: int = ..., loss: float = ..., duplicate: float = ..., reorder: float = ...,
-             corrupt: float = ..., scene: Literal["street", "room", "yard", None] = ...,
+             corrupt: float = ..., scene: Literal["street", "room", "yard", "town", None] = ...,
              pose: Union[str, Iterable[float], None] = ..., walls: Literal["flat", "mild", "rough", None] = ...,
              noise: Union[float, Iterable[float], None] = ..., truth: Union[Path, Iterable[Path], None] = ...,
-             time: Literal["sensor", "utc", None] = ...,
+             time: Literal["sensor", "utc", None] = ..., motion: Optional[Path] = ..., velocity: Optional[float] = ...,
+             poses: Optional[Path] = ..., labels: Optional[Path] = ...,
              drift: float = ..., batch: float = ..., calibration: Optional[Settings] = ...,
              profile: Optional[Settings] = ..., set: Union[Mapping[str, Value], Iterable[str], None] = ...,
              address: Optional[str] = ..., client: Optional[str] = ...) -> str: ...
 @overload
 def simulate(path: None = ..., frames: int = ..., lines: Literal[64, 640] = ..., seed: int = ..., *, rate: float = ...,
              returns_max: int = ..., loss: float = ..., duplicate: float = ..., reorder: float = ...,
-             corrupt: float = ..., scene: Literal["street", "room", "yard", None] = ...,
+             corrupt: float = ..., scene: Literal["street", "room", "yard", "town", None] = ...,
              pose: Union[str, Iterable[float], None] = ..., walls: Literal["flat", "mild", "rough", None] = ...,
              noise: Union[float, Iterable[float], None] = ..., truth: Union[Path, Iterable[Path], None] = ...,
-             time: Literal["sensor", "utc", None] = ...,
+             time: Literal["sensor", "utc", None] = ..., motion: Optional[Path] = ..., velocity: Optional[float] = ...,
+             poses: Optional[Path] = ..., labels: Optional[Path] = ...,
              drift: float = ..., batch: float = ..., calibration: Optional[Settings] = ...,
              profile: Optional[Settings] = ..., set: Union[Mapping[str, Value], Iterable[str], None] = ...,
              address: Optional[str] = ..., client: Optional[str] = ...) -> bytes: ...
@@ -137,23 +139,27 @@ def simulate(path: None = ..., frames: int = ..., lines: Literal[64, 640] = ...,
 
 def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 640] = 64, seed: int = 1, *,
              rate: float = 10.0, returns_max: int = 4, loss: float = 0.0, duplicate: float = 0.0, reorder: float = 0.0,
-             corrupt: float = 0.0, scene: Literal["street", "room", "yard", None] = None,
+             corrupt: float = 0.0, scene: Literal["street", "room", "yard", "town", None] = None,
              pose: Union[str, Iterable[float], None] = None, walls: Literal["flat", "mild", "rough", None] = None,
              noise: Union[float, Iterable[float], None] = None, truth: Union[Path, Iterable[Path], None] = None,
-             time: Literal["sensor", "utc", None] = None,
+             time: Literal["sensor", "utc", None] = None, motion: Optional[Path] = None, velocity: Optional[float] = None,
+             poses: Optional[Path] = None, labels: Optional[Path] = None,
              drift: float = 0.0, batch: float = 0.0, calibration: Optional[Settings] = None,
              profile: Optional[Settings] = None, set: Union[Mapping[str, Value], Iterable[str], None] = None,
              address: Optional[str] = None, client: Optional[str] = None) -> Union[str, bytes]:
-    """A capture of a sensor that drives along a simulated street, or stands in a room or a yard, written to a path,
-    which is returned; without a path, its bytes, for lumsdk.open().
+    """A capture of a sensor that drives along a simulated street or round a town, or is in a room or a yard, written to
+    a path, which is returned; without a path, its bytes, for lumsdk.open().
 
     The same arguments give the same bytes. A name that ends in .pcapng gives pcapng, with the calibration and the
     profile in it; all else is pcap.
 
     frames, lines (64 or 640), rate (frames a second, 0.2 to 100), seed (of street, noise and faults) and returns_max
     (of a pixel, 1 to 8) say what is recorded. loss, duplicate, reorder and corrupt are probabilities from 0 to 1 for
-    each data packet. scene is "street", "room" or "yard". With a pose (x, y, z in metres, roll, pitch, yaw in degrees)
-    the sensor stands still there, as it always does in a room and a yard, whose walls are "flat", "mild" or "rough".
+    each data packet. scene is "street", "town", "room" or "yard". With a pose (x, y, z in metres, roll, pitch, yaw in
+    degrees) the sensor stands still there, as it does in all but the street if nothing else is said. The walls of a room
+    and a yard are "flat", "mild" or "rough". With a motion ("straight", "circle", "eight", "stop-and-go", or a file of
+    poses) it moves, with velocity in m/s, and each pixel is from where it is at its own time: --path of lumsim. poses is
+    a path that gets these poses (TUM), labels one that gets the object and class of each exact point, for numpy.load().
     noise is the standard deviation of ranges in metres, of all returns or of the first, the second and so on. truth is
     a path that gets the exact points as CSV, with times by time; one that ends in .yaml gets the true calibration, and
     two paths get both. drift (parts in a million) and batch (milliseconds) are what the capture's clock does.
@@ -167,7 +173,8 @@ def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 64
     name = None if path is None else os.fspath(path)
     options = {"frames": frames, "lines": lines, "seed": seed, "rate": rate, "returns_max": returns_max, "loss": loss,
                "duplicate": duplicate, "reorder": reorder, "corrupt": corrupt, "scene": scene, "pose": pose,
-               "walls": walls, "noise": noise, "truth": truth, "time": time, "drift": drift, "batch": batch,
+               "walls": walls, "path": motion, "velocity": velocity, "noise": noise, "truth": truth, "poses": poses,
+               "labels": labels, "time": time, "drift": drift, "batch": batch,
                "calibration": calibration, "profile": profile, "set": set, "address": address, "client": client}
     # A name such as -x is a path too.
     output = "-" if name is None else os.path.join(os.curdir, name) if name.startswith("-") else name
@@ -227,14 +234,15 @@ class SimulatedSensor:
                  fault: Union[str, Iterable[str]] = (), clock: Optional[int] = None,
                  boot_status: Optional[int] = None, duration: Optional[float] = None, interface: Optional[str] = None,
                  replay: Optional[Path] = None, speed: Optional[float] = None, loop: bool = False, sensor: Optional[str] = None,
-                 scene: Literal["street", "room", "yard", None] = None,
+                 scene: Literal["street", "room", "yard", "town", None] = None,
                  pose: Union[str, Iterable[float], None] = None, walls: Literal["flat", "mild", "rough", None] = None,
+                 motion: Optional[Path] = None, velocity: Optional[float] = None,
                  noise: Union[float, Iterable[float], None] = None, calibration: Optional[Settings] = None,
                  profile: Optional[Settings] = None, set: Union[Mapping[str, Value], Iterable[str], None] = None) -> None:
         """Start it, and wait until it is ready.
 
         frames of lines (64 or 640) are rendered with seed and played in a loop, rate of them a second; scene, pose,
-        walls and noise are those of simulate(). replay sends the data of a capture instead, speed times as fast, once
+        walls, motion, velocity and noise are those of simulate(). replay sends the data of a capture instead, speed times as fast, once
         or in a loop. loss, duplicate, reorder and corrupt are probabilities from 0 to 1 for each data packet,
         answer_loss for each answer. jitter and answer_delay are milliseconds. fault is one or several of NAME@T,
         NAME@T-T2 or NAME@USR1-USR2, such as "fan@10-12"; cue() makes those with USR1 and USR2 happen. clock is its clock
@@ -248,7 +256,8 @@ class SimulatedSensor:
                    "fault": fault, "clock": clock,
                    "boot_status": None if boot_status is None else f"{boot_status:#06x}", "duration": duration,
                    "interface": interface, "replay": replay, "speed": speed, "loop": loop, "sensor": sensor, "scene": scene,
-                   "pose": pose, "walls": walls, "noise": noise, "calibration": calibration, "profile": profile, "set": set}
+                   "pose": pose, "walls": walls, "path": motion, "velocity": velocity, "noise": noise,
+                   "calibration": calibration, "profile": profile, "set": set}
         if not isinstance(address, str):
             raise TypeError(f"the address is {address!r}; right is a text, such as \"127.0.0.1\"")
         if replay is not None:
