@@ -134,6 +134,9 @@ typedef struct lum_frame_end {
  * added, and others may read it. */
 void lum_frame_seal(lum_frame *frame, const lum_frame_end *end);
 
+/* A number of a column that it has. */
+float lum_frame_number(const lum_frame *frame, lum_column column, size_t i);
+
 /* Number of lines of an eye, from its whole lines: their highest number plus
  * one, at most LUM_FRAME_LINES_MAX. A damaged packet can have any number, so a
  * higher one is not believed. */

@@ -21,7 +21,7 @@ static bool is_possible(const struct grid *g)
            (g->frame->mask & needed) == needed;
 }
 
-static float number_at(const lum_frame *frame, lum_column column, size_t i)
+float lum_frame_number(const lum_frame *frame, lum_column column, size_t i)
 {
     const void *at = frame->store.columns[column].at;
     switch (lum_column_get_type(column)) {
@@ -51,7 +51,7 @@ static void put_point(const struct grid *g, size_t cell, uint32_t point)
     if (g->indices != NULL) {
         g->indices[cell] = point;
     } else {
-        g->floats[cell] = number_at(g->frame, g->column, point);
+        g->floats[cell] = lum_frame_number(g->frame, g->column, point);
     }
 }
 

@@ -3,6 +3,7 @@
 #ifndef LUM_POINTS_KERNELS_H
 #define LUM_POINTS_KERNELS_H
 
+#include "lum/image.h"
 #include "lum/points.h"
 #include "motion.h"
 #include "polynomials.h"
@@ -66,6 +67,10 @@ typedef struct lum_kernels {
     size_t (*count)(const lum_motion *motion, const float *time, size_t n);
     void (*move)(const lum_motion *motion, const lum_motion_points *from,
                  size_t n, float *const out[3]);
+
+    /* lum_image_pixels() */
+    void (*pixels)(const lum_image_scale *scale, const float *x, const float *y,
+                   const float *z, size_t n, uint32_t *out);
 } lum_kernels;
 
 /* What vectors/ has for the target at all: it needs gcc 12 or
@@ -108,6 +113,8 @@ void lum_plain_times(float *pixels, size_t n, int64_t from_ns,
 size_t lum_plain_count(const lum_motion *motion, const float *time, size_t n);
 void lum_plain_move(const lum_motion *motion, const lum_motion_points *from,
                     size_t n, float *const out[3]);
+void lum_plain_pixels(const lum_image_scale *scale, const float *x,
+                      const float *y, const float *z, size_t n, uint32_t *out);
 
 #define LUM_KERNELS_MAX 4u
 

@@ -197,9 +197,25 @@ static void move_points(const lum_motion *motion, const lum_motion_points *from,
 #define move_points   lum_plain_move
 #endif
 
+/* --- Pictures --- */
+
+static void compute_pixels(const lum_image_scale *scale, const float *x,
+                           const float *y, const float *z, size_t n,
+                           uint32_t *out)
+{
+    const size_t end = n / LUM_LANES * LUM_LANES;
+    const lum_image_scale own = *scale; /* which out cannot be part of */
+    for (size_t i = 0; i < end; i += LUM_LANES) {
+        const whole pixel = lum_pixel_compute(
+            &own, load_number(x + i), load_number(y + i), load_number(z + i));
+        memcpy(out + i, &pixel, sizeof pixel);
+    }
+    lum_plain_pixels(scale, x + end, y + end, z + end, n - end, out + end);
+}
+
 #define LUM_KERNELS(name)                                                      \
     {                                                                          \
         name, compute_directions, count_below, choose, compute_points,         \
             compute_ranges, compute_columns, compute_times, count_times,       \
-            move_points                                                        \
+            move_points, compute_pixels                                        \
     }
