@@ -13,6 +13,7 @@
 
 #include "lum/result.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -53,19 +54,22 @@ typedef struct lum_image_view {
  * the lines, rounded up to a multiple of 64, at least 64: a frame that lacks
  * its last lines has the same picture. Cannot fail.
  * @param eyes  others than ::lum_image_eyes mean both.
- * @param lines of an eye; above ::LUM_IMAGE_PIXELS_MAX / 1600, as that. */
+ * @param lines of an eye; more than ::LUM_IMAGE_PIXELS_MAX have room for count
+ *              as those. */
 void lum_image_view_default(lum_image_view *out, unsigned eyes, uint32_t lines);
 
 /** A view, made ready for lum_image_pixels(). Private: made by
  * lum_image_scale_init(). */
 typedef struct lum_image_scale {
-    float left;       /**< private: radians, half a column left of the edge */
-    float top;        /**< private: radians, half a row above the edge */
+    float left;       /**< private: columns from forward to the left edge */
+    float top;        /**< private: rows from the level to the upper edge */
     float per_column; /**< private: columns of a radian */
     float per_row;    /**< private: rows of a radian */
     float columns;    /**< private */
     float rows;       /**< private */
     int32_t width;    /**< private: columns */
+    int32_t height;   /**< private: rows */
+    bool is_before;   /**< private: nothing of it is behind or steep */
 } lum_image_scale;
 
 /** Make a view ready.
@@ -80,7 +84,7 @@ LUM_MUST_CHECK lum_result lum_image_scale_init(lum_image_scale *out,
  * so that noise takes nothing from it. Angles are within 0.0005 degrees.
  * @param x,y,z n numbers each, in any unit.
  * @param out   gets n values: row x columns + column, or ::LUM_IMAGE_NONE for
- *              points outside, without a direction (0, 0, 0), or with a number
+ *              points outside, without an azimuth (0, 0, z), or with a number
  *              that is not finite.
  * Linear; the same on every processor. */
 void lum_image_pixels(const lum_image_scale *scale, const float *x,

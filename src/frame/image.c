@@ -7,8 +7,9 @@
 #include <string.h>
 
 /* Points whose pixels are known before they are filled, while they are in the
- * first-level cache. */
-#define BLOCK 1024u
+ * first-level cache; and the latest points, whose ranks are kept. */
+#define BLOCK  1024u
+#define WINDOW 8192u
 
 /* A picture while it is made. */
 struct picture {
@@ -20,48 +21,68 @@ struct picture {
     uint64_t asked;   /* points of the eyes */
     uint64_t inside;
     uint64_t filled;
+    int32_t ranks[WINDOW]; /* of point i, at i % WINDOW */
 };
 
-static inline float square_of(const lum_image_points *p, uint32_t i)
+/* The bits of a number that is not negative: of two, those of the smaller one
+ * are the smaller integer. */
+static inline int32_t bits_of(float number)
 {
-    return p->x[i] * p->x[i] + p->y[i] * p->y[i] + p->z[i] * p->z[i];
+    int32_t bits = 0;
+    memcpy(&bits, &number, sizeof bits);
+    return bits;
 }
 
-/* Whether a point takes a pixel from one before it. */
-static inline bool takes(const lum_image_points *p, lum_image_choice choice,
-                         uint32_t point, uint32_t held)
+/* Of two points of a pixel, the one with the smaller rank fills it. */
+static void rank(const lum_image_points *p, lum_image_choice choice,
+                 size_t first, size_t n, int32_t *restrict out)
 {
+    const float *x = p->x + first;
+    const float *y = p->y + first;
+    const float *z = p->z + first;
+    const int32_t sign = choice == LUM_IMAGE_FARTHEST ? -1 : 1;
     switch (choice) {
-    case LUM_IMAGE_FARTHEST:
-        return square_of(p, point) > square_of(p, held);
     case LUM_IMAGE_STRONGEST:
-        return p->pulse_width[point] > p->pulse_width[held];
+        for (size_t i = 0; i < n; i++) {
+            out[i] = -bits_of(p->pulse_width[first + i]);
+        }
+        break;
     case LUM_IMAGE_FIRST:
-        return false;
     case LUM_IMAGE_LAST:
-        return true;
+        for (size_t i = 0; i < n; i++) {
+            out[i] = choice == LUM_IMAGE_LAST ? -(int32_t)(first + i) : 0;
+        }
+        break;
     case LUM_IMAGE_NEAREST:
+    case LUM_IMAGE_FARTHEST:
     default:
-        return square_of(p, point) < square_of(p, held);
+        for (size_t i = 0; i < n; i++) {
+            out[i] = sign * bits_of(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
+        }
+        break;
     }
 }
 
-/* Without branches that a processor would have to guess: a pixel without a
- * point is as if it were the new one's. */
-static inline void fill(struct picture *p, lum_image_choice choice,
-                        uint32_t first, uint32_t n, const uint32_t *pixels)
+/* Most pixels are filled by this line or the one before, whose ranks are kept.
+ */
+static void fill(struct picture *p, size_t first, size_t n,
+                 const uint32_t *pixels)
 {
-    const lum_image_points from = p->from;
+    const int32_t *ranks = p->ranks;
     uint32_t *out = p->out;
     uint32_t filled = 0;
     uint32_t inside = 0;
-    for (uint32_t i = 0; i < n; i++) {
-        if (pixels[i] != LUM_IMAGE_NONE) {
-            const uint32_t point = first + i;
-            const uint32_t before = out[pixels[i]];
-            const bool is_free = before == LUM_FRAME_MISSING;
-            const uint32_t held = is_free ? point : before;
-            out[pixels[i]] = takes(&from, choice, point, held) ? point : held;
+    for (size_t i = first; i < first + n; i++) {
+        const uint32_t pixel = pixels[i - first];
+        if (pixel != LUM_IMAGE_NONE) {
+            const uint32_t held = out[pixel];
+            const bool is_free = held == LUM_FRAME_MISSING;
+            int32_t before = ranks[held % WINDOW];
+            if ((uint64_t)held + (WINDOW - BLOCK) < i) {
+                rank(&p->from, p->options.choice, held, 1, &before);
+            }
+            before = is_free ? INT32_MAX : before;
+            out[pixel] = ranks[i % WINDOW] < before ? (uint32_t)i : held;
             filled += is_free;
             inside++;
         }
@@ -70,42 +91,21 @@ static inline void fill(struct picture *p, lum_image_choice choice,
     p->inside += inside;
 }
 
-/* A loop for each choice. */
-static void fill_block(struct picture *p, uint32_t first, uint32_t n,
-                       const uint32_t *pixels)
-{
-    switch (p->options.choice) {
-    case LUM_IMAGE_FARTHEST:
-        fill(p, LUM_IMAGE_FARTHEST, first, n, pixels);
-        break;
-    case LUM_IMAGE_STRONGEST:
-        fill(p, LUM_IMAGE_STRONGEST, first, n, pixels);
-        break;
-    case LUM_IMAGE_FIRST:
-        fill(p, LUM_IMAGE_FIRST, first, n, pixels);
-        break;
-    case LUM_IMAGE_LAST:
-        fill(p, LUM_IMAGE_LAST, first, n, pixels);
-        break;
-    case LUM_IMAGE_NEAREST:
-    default:
-        fill(p, LUM_IMAGE_NEAREST, first, n, pixels);
-        break;
-    }
-}
-
 /* Points that follow each other. */
 static void add(struct picture *p, size_t first, size_t count)
 {
     uint32_t block[BLOCK];
     const lum_image_points *from = &p->from;
-    for (size_t i = 0; i < count; i += BLOCK) {
-        const size_t at = first + i;
-        const size_t n = count - i < BLOCK ? count - i : BLOCK;
+    size_t n = 0;
+    for (size_t at = first; at < first + count; at += n) {
+        const size_t left = first + count - at;
+        n = BLOCK - at % BLOCK;
+        n = left < n ? left : n;
         uint32_t *pixels = p->pixels != NULL ? p->pixels + at : block;
         lum_image_pixels(&p->scale, from->x + at, from->y + at, from->z + at, n,
                          pixels);
-        fill_block(p, (uint32_t)at, (uint32_t)n, pixels);
+        rank(from, p->options.choice, at, n, &p->ranks[at % WINDOW]);
+        fill(p, at, n, pixels);
     }
     p->asked += count;
 }
@@ -127,6 +127,17 @@ static bool is_sized(const lum_image_counts *counts)
     return counts == NULL || counts->struct_size > sizeof counts->struct_size;
 }
 
+/* Other ranks are written before they are read. */
+static void clear(struct picture *p, uint32_t *out, uint32_t *pixels)
+{
+    p->out = out;
+    p->pixels = pixels;
+    p->asked = 0;
+    p->inside = 0;
+    p->filled = 0;
+    p->ranks[LUM_FRAME_MISSING % WINDOW] = 0;
+}
+
 static bool begin(struct picture *p, const lum_image_options *options,
                   const lum_image_counts *counts)
 {
@@ -143,7 +154,7 @@ static bool begin(struct picture *p, const lum_image_options *options,
     const bool is_strongest = o->choice == LUM_IMAGE_STRONGEST;
     if (!is_known || from->x == NULL || from->y == NULL || from->z == NULL ||
         (is_strongest && from->pulse_width == NULL) ||
-        from->count >= LUM_FRAME_MISSING ||
+        from->count > INT32_MAX ||
         lum_image_scale_init(&p->scale, &o->view) != LUM_OK) {
         return false;
     }
@@ -167,7 +178,8 @@ lum_result lum_image_index(const lum_image_points *points,
                            const lum_image_options *options, uint32_t *out,
                            uint32_t *pixels, lum_image_counts *counts)
 {
-    struct picture p = {.out = out, .pixels = pixels};
+    struct picture p;
+    clear(&p, out, pixels);
     if (lum_sized_take(&p.from, sizeof p.from, points, "points",
                        "lum_image_points", NULL) != 0 ||
         !begin(&p, options, counts)) {
@@ -193,14 +205,14 @@ lum_result lum_frame_image_index(const lum_frame *frame,
                                  uint32_t *out, uint32_t *pixels,
                                  lum_image_counts *counts)
 {
-    struct picture p = {.from = {.count = frame->count,
-                                 .x = lum_frame_floats(frame, LUM_COLUMN_X),
-                                 .y = lum_frame_floats(frame, LUM_COLUMN_Y),
-                                 .z = lum_frame_floats(frame, LUM_COLUMN_Z),
-                                 .pulse_width = lum_frame_floats(
-                                     frame, LUM_COLUMN_PULSE_WIDTH)},
-                        .out = out,
-                        .pixels = pixels};
+    struct picture p;
+    clear(&p, out, pixels);
+    p.from = (lum_image_points){
+        .count = frame->count,
+        .x = lum_frame_floats(frame, LUM_COLUMN_X),
+        .y = lum_frame_floats(frame, LUM_COLUMN_Y),
+        .z = lum_frame_floats(frame, LUM_COLUMN_Z),
+        .pulse_width = lum_frame_floats(frame, LUM_COLUMN_PULSE_WIDTH)};
     if (!begin(&p, options, counts)) {
         return LUM_E_VALUE;
     }
@@ -230,13 +242,14 @@ lum_result lum_frame_image_default(const lum_frame *frame, uint32_t eyes,
 lum_result lum_image_take(const float *numbers, size_t count,
                           const uint32_t *index, size_t n, float *out)
 {
-    bool is_right = true;
+    const float none = NAN;
+    size_t wrong = 0;
     for (size_t i = 0; i < n; i++) {
-        const bool is_point = index[i] < count;
-        out[i] = is_point ? numbers[index[i]] : NAN;
-        is_right &= is_point || index[i] == LUM_FRAME_MISSING;
+        const float *at = index[i] < count ? numbers + index[i] : &none;
+        out[i] = *at;
+        wrong += index[i] >= count && index[i] != LUM_FRAME_MISSING;
     }
-    return is_right ? LUM_OK : LUM_E_VALUE;
+    return wrong == 0 ? LUM_OK : LUM_E_VALUE;
 }
 
 lum_result lum_frame_image(const lum_frame *frame, lum_column column,

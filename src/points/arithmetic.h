@@ -9,6 +9,8 @@
 #include "lum/image.h"
 #include "polynomials.h"
 
+#include <math.h>
+
 #if defined(__GNUC__)
 #define LUM_IN_LOOP static inline __attribute__((always_inline))
 #else
@@ -32,6 +34,19 @@ LUM_IN_LOOP whole lum_to_whole(number v)
     return __builtin_convertvector(v, whole);
 }
 
+LUM_IN_LOOP number lum_root(number v)
+{
+#if LUM_LANES == 16
+    return _mm512_sqrt_ps(v);
+#elif LUM_LANES == 8
+    return _mm256_sqrt_ps(v);
+#elif defined(LUM_HAS_NEON)
+    return vsqrtq_f32(v);
+#else
+    return _mm_sqrt_ps(v);
+#endif
+}
+
 #else
 typedef float number;
 typedef int32_t whole;
@@ -49,6 +64,11 @@ LUM_IN_LOOP number lum_pick(whole which, number a, number b)
 LUM_IN_LOOP whole lum_to_whole(number v)
 {
     return (whole)v;
+}
+
+LUM_IN_LOOP number lum_root(number v)
+{
+    return sqrtf(v);
 }
 #endif
 
@@ -83,87 +103,44 @@ LUM_IN_LOOP void lum_polynomials_compute(const lum_polynomials *t,
     *z = m[6] * ahead + m[7] * left + m[8] * up;
 }
 
-LUM_IN_LOOP number lum_absolute(number v)
+/* The arc tangent of -1 to 1, within 3e-6. */
+LUM_IN_LOOP number lum_arc(number a, number q)
 {
-    return lum_pick(v < 0.0f, -v, v);
-}
-
-/* The larger one, and the share of it that the smaller one is: NaN if both are
- * 0. */
-LUM_IN_LOOP number lum_share(number a, number b, number *larger)
-{
-    *larger = lum_pick(a > b, a, b);
-    return lum_pick(a > b, b, a) / *larger;
-}
-
-/* The arc tangent of 0 to 1, within 3e-6. */
-LUM_IN_LOOP number lum_arc(number a)
-{
-    const number q = a * a;
     const number qq = q * q;
     return a * (0.99999483f + q * -0.33295711f +
                 qq * (0.19534659f + q * -0.12044859f +
                       qq * (0.05658999f + q * -0.01313038f)));
 }
 
-/* The square root of 1 plus 0 to 1, within 2e-6 of it. */
-LUM_IN_LOOP number lum_root(number q)
-{
-    const number qq = q * q;
-    return 1.00000164f + q * 0.49988075f +
-           qq * (-0.12353492f + q * 0.05554068f +
-                 qq * (-0.02255685f + q * 0.00488321f));
-}
-
-/* Radians left of forward. */
-LUM_IN_LOOP number lum_azimuth(number share, number ahead, number left)
-{
-    const number arc = lum_arc(share);
-    const number steep = lum_pick(lum_absolute(left) > lum_absolute(ahead),
-                                  1.57079633f - arc, arc);
-    const number half = lum_pick(ahead < 0.0f, 3.14159265f - steep, steep);
-    return lum_pick(left < 0.0f, -half, half);
-}
-
-/* Radians above the level. */
-LUM_IN_LOOP number lum_elevation(number level, number up)
-{
-    number larger;
-    const number height = lum_absolute(up);
-    const number arc = lum_arc(lum_share(height, level, &larger));
-    const number steep = lum_pick(height > level, 1.57079633f - arc, arc);
-    return lum_pick(up < 0.0f, -steep, steep);
-}
-
-/* Whole numbers from 0 up to below an end; 0 where it is not inside. */
-LUM_IN_LOOP whole lum_place(whole is_inside, number at, float end)
-{
-    const number none = {0};
-    const number last = none + (end - 1.0f);
-    const number from = lum_pick(is_inside & (at > 0.0f), at, none);
-    return lum_to_whole(lum_pick(from < last, from, last));
-}
-
-/* The pixel of a point: -1 if it has none. The scale begins half a pixel before
- * the edges, and ends as much behind them. */
+/* The pixel of a point in a view of directions before the sensor, within 45
+ * degrees of the level: -1 if it has none. Half the azimuth is found, which
+ * both sides of the sensor reach without a case of their own. What lies up to
+ * half a pixel before the first one is rounded into it. */
 LUM_IN_LOOP whole lum_pixel_compute(const lum_image_scale *t, number x,
                                     number y, number z)
 {
-    const float turn = 6.28318531f;
-    number larger;
-    const number share = lum_share(lum_absolute(y), lum_absolute(x), &larger);
-    const number level = larger * lum_root(share * share);
-    const number turned = t->left - lum_azimuth(share, x, y);
-    const number below = lum_pick(turned < turn, turned, turned - turn);
-    const number right = lum_pick(turned < 0.0f, turned + turn, below);
-    const number across = right * t->per_column - 0.5f;
-    const number down = (t->top - lum_elevation(level, z)) * t->per_row - 0.5f;
-    const whole is_inside = (across < t->columns + 0.5f) & (down >= -0.5f) &
+    const number level = lum_root(x * x + y * y);
+    const number sum = level + x;
+    const number part = 1.0f / (level * sum);
+    const number half = y * level * part;
+    const number slope = z * sum * part;
+    const number steep = slope * slope;
+    const number across =
+        t->left - lum_arc(half, half * half) * (2.0f * t->per_column);
+    const number down = t->top - lum_arc(slope, steep) * t->per_row;
+    const whole is_inside = (x >= 0.0f) & (steep <= 1.0f) & (across >= -0.5f) &
+                            (across < t->columns + 0.5f) & (down >= -0.5f) &
                             (down < t->rows + 0.5f);
-    const whole row = lum_place(is_inside, down, t->rows);
-    const whole column = lum_place(is_inside, across, t->columns);
+    const number zero = {0};
+    const whole row = lum_to_whole(lum_pick(is_inside, down, zero));
+    const whole column = lum_to_whole(lum_pick(is_inside, across, zero));
     const whole none = {0};
-    return lum_pick_whole(is_inside, row * t->width + column, none - 1);
+    const whole last_row = none + (t->height - 1);
+    const whole last_column = none + (t->width - 1);
+    const whole pixel =
+        lum_pick_whole(row < last_row, row, last_row) * t->width +
+        lum_pick_whole(column < last_column, column, last_column);
+    return lum_pick_whole(is_inside, pixel, none - 1);
 }
 
 #endif

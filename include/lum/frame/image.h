@@ -108,11 +108,12 @@ LUM_MUST_CHECK lum_result lum_frame_image(const lum_frame *frame,
 /** Points of anyone, in the order of a frame. */
 typedef struct lum_image_points {
     size_t struct_size; /**< sizeof(lum_image_points), set by the caller */
-    size_t count;       /**< points, below ::LUM_FRAME_MISSING */
+    size_t count;       /**< points, below 2^31 */
     const float *x;     /**< metres, forward */
     const float *y;     /**< metres, left */
     const float *z;     /**< metres, up */
-    const float *pulse_width; /**< NULL, except for ::LUM_IMAGE_STRONGEST */
+    const float *pulse_width; /**< from 0; NULL, except for
+                                   ::LUM_IMAGE_STRONGEST */
     const uint8_t *eye; /**< an ::lum_eye of each; NULL: all are asked for */
 } lum_image_points;
 

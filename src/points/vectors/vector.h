@@ -16,6 +16,12 @@ typedef float number __attribute__((vector_size(LUM_VECTOR_BYTES)));
 typedef int32_t whole __attribute__((vector_size(LUM_VECTOR_BYTES)));
 typedef uint32_t bits __attribute__((vector_size(LUM_VECTOR_BYTES)));
 
+#if defined(LUM_HAS_NEON)
+#include <arm_neon.h>
+#else
+#include <immintrin.h>
+#endif
+
 #include "../arithmetic.h"
 
 /* Four neighbours of a vector are a group. A point or a direction, which has
@@ -94,8 +100,6 @@ LUM_IN_LOOP number load_directions(const lum_direction *directions,
     return load_number(&directions[lum_word_pixel(words[0])]);
 }
 #else
-#include <immintrin.h>
-
 LUM_IN_LOOP __m128 load_direction(const lum_direction *directions,
                                   uint32_t word)
 {
