@@ -8,6 +8,7 @@
 #include "canvas.h"
 
 #include "lum/cloud/writer.h"
+#include "lum/image.h"
 
 /* --- What is kept: picture_raster.c --- */
 
@@ -20,12 +21,10 @@
 
 /** What one eye saw: the nearest range in each cell of angles. */
 typedef struct lum_panorama {
-    float azimuth_min;    /**< degrees, of cell 0 */
-    float azimuth_step;   /**< degrees of a cell */
-    float elevation_min;  /**< degrees, of cell 0 */
-    float elevation_step; /**< degrees of a cell */
-    float nearest[LUM_PANORAMA_CELLS][LUM_PANORAMA_CELLS]; /**< metres by
-                             elevation and azimuth; 0: nothing */
+    lum_image_view view;   /**< a little more than the eye can see */
+    lum_image_scale scale; /**< of it */
+    float nearest[LUM_PANORAMA_CELLS * LUM_PANORAMA_CELLS]; /**< metres, as
+                             lum_image_pixels() places them; 0: nothing */
 } lum_panorama;
 
 /** All of it; more than 40 MB, but a scene uses only a small part. */
@@ -68,9 +67,8 @@ lum_rgb lum_depth_colour(lum_depth depth, float range);
 /** A step of 1, 2 or 5 times a power of ten, so that a span has about n. */
 float lum_nice_step(float span, int n);
 
-/** Draw an eye's range image, with the highest elevation and the largest
- * azimuth at the top left. It is cropped to the part with data; its angles are
- * left of the box and below it. */
+/** Draw an eye's range image. It is cropped to the part with data; its angles
+ * are left of the box and below it. */
 void lum_draw_panorama(lum_canvas *canvas, lum_box box,
                        const lum_panorama *panorama, lum_depth depth);
 

@@ -50,7 +50,7 @@ static crop find_crop(const lum_panorama *p)
 {
     crop c = {{CELLS, 0}, {CELLS, 0}};
     for (int i = 0; i < CELLS * CELLS; i++) {
-        if (p->nearest[i / CELLS][i % CELLS] > 0.0f) {
+        if (p->nearest[i] > 0.0f) {
             widen(&c.rows, i / CELLS);
             widen(&c.columns, i % CELLS);
         }
@@ -75,7 +75,7 @@ static float nearest_of(const lum_panorama *p, span rows, span columns)
     float nearest = 0.0f;
     for (int row = rows.first; row < rows.end; row++) {
         for (int column = columns.first; column < columns.end; column++) {
-            const float range = p->nearest[row][column];
+            const float range = p->nearest[row * CELLS + column];
             if (range > 0.0f && (nearest <= 0.0f || range < nearest)) {
                 nearest = range;
             }
@@ -87,10 +87,9 @@ static float nearest_of(const lum_panorama *p, span rows, span columns)
 static void sample_view(view *v, const lum_panorama *p, crop c)
 {
     for (int y = 0; y < v->height; y++) {
-        const span rows = cells_of(v->height - 1 - y, v->height, c.rows);
+        const span rows = cells_of(y, v->height, c.rows);
         for (int x = 0; x < v->width; x++) {
-            const span columns =
-                cells_of(v->width - 1 - x, v->width, c.columns);
+            const span columns = cells_of(x, v->width, c.columns);
             v->range[y * v->width + x] = nearest_of(p, rows, columns);
         }
     }
@@ -231,9 +230,11 @@ typedef struct axis {
     float step;
 } axis;
 
-static axis make_axis(float min, float cell, span cells, int labels)
+/* Cells are counted from the upper end of a whole axis. */
+static axis make_axis(float high, float low, span cells, int labels)
 {
-    axis a = {min + (float)cells.first * cell, min + (float)cells.end * cell,
+    const float cell = (high - low) / (float)CELLS;
+    axis a = {high - (float)cells.end * cell, high - (float)cells.first * cell,
               0.0f};
     a.step = lum_nice_step(a.high - a.low, labels);
     return a;
@@ -292,10 +293,9 @@ void lum_draw_panorama(lum_canvas *canvas, lum_box box,
     }
     free(v.range);
     free(gaps);
-    label_azimuth(
-        canvas, box,
-        make_axis(panorama->azimuth_min, panorama->azimuth_step, c.columns, 6));
+    const lum_image_view *w = &panorama->view;
+    label_azimuth(canvas, box,
+                  make_axis(w->left_deg, w->right_deg, c.columns, 6));
     label_elevation(canvas, box,
-                    make_axis(panorama->elevation_min, panorama->elevation_step,
-                              c.rows, 5));
+                    make_axis(w->top_deg, w->bottom_deg, c.rows, 5));
 }

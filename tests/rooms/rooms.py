@@ -47,7 +47,7 @@ THIRD_PARTIES = {
 FREESTANDING = {"stdint.h", "stddef.h", "stdbool.h", "string.h"}
 BARE = {"core": FREESTANDING, "host": FREESTANDING, "points": FREESTANDING | {"math.h", "float.h"}}
 # What stands there for hosts alone, behind conditions.
-FOR_HOSTS = {"src/points/vectors/kernels.c": {"stdlib.h"}, "src/points/vectors/vector.h": {"immintrin.h"}}
+FOR_HOSTS = {"src/points/vectors/kernels.c": {"stdlib.h"}, "src/points/vectors/vector.h": {"arm_neon.h", "immintrin.h"}}
 
 # Calls that may close a circle, and why.
 MEANT = {
@@ -85,7 +85,7 @@ def room_of(path):
     if parts[:2] == ["include", "lum"]:
         if len(parts) == 4:
             return parts[2]
-        return "points" if parts[2] in ("points.h", "pose.h", "smooth.h") else "core"
+        return "points" if parts[2] in ("image.h", "points.h", "pose.h", "smooth.h") else "core"
     if len(parts) > 2 and parts[0] in ("src", "tools"):
         return parts[1]
     return None

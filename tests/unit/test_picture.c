@@ -11,6 +11,8 @@
 #include <pthread.h>
 #include <stdlib.h>
 
+#define CELLS ((size_t)LUM_PANORAMA_CELLS * LUM_PANORAMA_CELLS)
+
 enum {
     WIDTH = 200,
     HEIGHT = 100
@@ -109,8 +111,13 @@ static lum_raster *make_raster(void)
 static void add(lum_raster *raster, uint8_t eye, float azimuth, float elevation,
                 float range)
 {
-    const lum_sample sample = {
-        .x = range, .range = range, .azimuth = azimuth, .elevation = elevation};
+    const float radians = 3.14159265f / 180.0f;
+    const float turned = (azimuth + (eye == LUM_EYE_GREEN ? 30.0f : -30.0f));
+    const float level = range * cosf(elevation * radians);
+    const lum_sample sample = {.x = level * cosf(turned * radians),
+                               .y = level * sinf(turned * radians),
+                               .z = range * sinf(elevation * radians),
+                               .range = range};
     const lum_line_samples line = {
         .struct_size = sizeof line, .samples = &sample, .count = 1, .eye = eye};
     lum_raster_add(raster, &line);
@@ -347,11 +354,13 @@ static void the_nearest_return_of_a_cell_wins(void **state)
     add(raster, LUM_EYE_BLUE, 0.0f, -7.0f, 10.0f);
     add(raster, LUM_EYE_BLUE, 0.0f, -7.0f, 30.0f);
     const lum_panorama *blue = &raster->eye[LUM_EYE_BLUE];
-    assert_true(blue->nearest[LUM_PANORAMA_CELLS / 2][LUM_PANORAMA_CELLS / 2] ==
-                10.0f);
-    assert_true(raster->eye[LUM_EYE_GREEN]
-                    .nearest[LUM_PANORAMA_CELLS / 2][LUM_PANORAMA_CELLS / 2] ==
-                0.0f);
+    size_t filled = 0;
+    for (size_t i = 0; i < CELLS; i++) {
+        filled += blue->nearest[i] > 0.0f;
+        assert_true(blue->nearest[i] <= 0.0f || blue->nearest[i] == 10.0f);
+        assert_true(raster->eye[LUM_EYE_GREEN].nearest[i] == 0.0f);
+    }
+    assert_int_equal(filled, 1);
     free(raster);
 }
 
@@ -362,9 +371,8 @@ static void angles_outside_of_the_calibration_are_left_out(void **state)
     add(raster, LUM_EYE_BLUE, 31.0f, -7.0f, 20.0f);
     add(raster, LUM_EYE_BLUE, 0.0f, 90.0f, 20.0f);
     add(raster, UINT8_MAX, -1e30f, -1e30f, 1e30f);
-    for (int i = 0; i < LUM_PANORAMA_CELLS * LUM_PANORAMA_CELLS; i++) {
-        assert_true(raster->eye[0].nearest[i / LUM_PANORAMA_CELLS]
-                                          [i % LUM_PANORAMA_CELLS] == 0.0f);
+    for (size_t i = 0; i < CELLS; i++) {
+        assert_true(raster->eye[0].nearest[i] == 0.0f);
     }
     assert_true(raster->points == 3);
     free(raster);

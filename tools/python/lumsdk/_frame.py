@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
 
+from . import _image
 from ._c import address_of, ffi, lib, sized, text
 from ._errors import UnknownKeyError, warn
 
@@ -321,12 +322,16 @@ class Frame:
     def grid(self, column: str, eye: Union[str, None] = None, returns: int = 1, lines: Optional[int] = None) -> Array:
         """A column as a grid: (lines, 1000) float32, or (lines, 1000, returns) where returns is above 1.
 
+        "xyz" gives all three coordinates: (lines, 1000, 3), or (lines, 1000, returns, 3).
+
         Cells without a point are NaN. Cell [line, pixel, k] is the k-th point of that pixel among those of the frame.
         Needs the column "pixel". eye may be left out where the frame has lines of one eye alone. lines is the
         number of rows; without it, there are as many as the line numbers of this eye show, by those that can be
         believed: a damaged packet can claim any. A warning says which lines with points have no row.
         """
         which = self._eye(eye)
+        if column == "xyz":
+            return np.stack([self.grid(name, eye, returns, lines) for name in column], axis=-1)
         if column not in self.columns:
             raise self._refuse(column)
         if "pixel" not in self.columns:
@@ -406,6 +411,51 @@ class Frame:
         from ._poses import move
 
         return move(self, poses, "world", origin, outside)
+
+    # Pictures.
+
+    def image(self, column: str, eye: str = "both", returns: str = "nearest", *, view: Optional[Sequence[float]] = None,
+              rows: Optional[int] = None, columns: Optional[int] = None) -> Array:
+        """A column as a picture that lies as the world does: (rows, columns) float32, NaN where there is no point.
+
+        Rows are elevations, from the highest down, and columns are azimuths, from left to right as one looks forward, both
+        seen from the sensor's origin. Raw lines, as of grid(), bend and alternate in direction; here a straight edge is
+        straight. "xyz" gives all three coordinates: (rows, columns, 3).
+
+        Args:
+            column: The name of a column, or "xyz".
+            eye: "blue" (it looks right), "green" (left), or "both" as one picture of 120 degrees.
+            returns: Which of the points that lie in a pixel fills it: "nearest", "farthest", "strongest" (the widest pulse;
+                needs the column "pulse_width"), "first" or "last" in the frame.
+            view: Degrees at the left, right, top and bottom edge. (60, -60, 3, -17) for both eyes, without it; green ends
+                and blue begins at 0. A warning says how many points lie outside.
+            rows: Without it, as many as the lines, rounded up to a multiple of 64.
+            columns: 800 for an eye and 1600 for both, without it.
+        """
+        for name in column if column == "xyz" else [column]:
+            if name not in self.columns:
+                raise self._refuse(name)
+        index = self.image_index(eye, returns, view=view, rows=rows, columns=columns)
+        if column == "xyz":
+            return np.stack([_image.take(self, name, index) for name in column], axis=-1)
+        return _image.take(self, column, index)
+
+    def image_index(self, eye: str = "both", returns: str = "nearest", *, view: Optional[Sequence[float]] = None,
+                    rows: Optional[int] = None, columns: Optional[int] = None) -> Array:
+        """Which point fills each pixel of image(): (rows, columns) int32, -1 for none.
+
+        ``index[mask]`` are the points that fill the pixels of a mask, with -1 for empty ones. All points that lie in
+        them, also those that lost their pixel to another one, are found by image_pixels().
+        """
+        return _image.index(self, eye, returns, view, rows, columns, pixels=False)
+
+    def image_pixels(self, eye: str = "both", *, view: Optional[Sequence[float]] = None, rows: Optional[int] = None,
+                     columns: Optional[int] = None) -> Array:
+        """In which pixel of image() each point lies, whether it fills it or not: (n,) int32, row x columns + column.
+
+        -1: it lies outside, or is of another eye. So ``(pixels >= 0) & mask.ravel()[pixels]`` are all points in a mask.
+        """
+        return _image.index(self, eye, "nearest", view, rows, columns, pixels=True)
 
     # Into other forms.
 
