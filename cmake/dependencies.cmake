@@ -16,7 +16,7 @@ endmacro()
 find_package(Threads)
 
 # The rooms that a build can leave out; each after those that it needs.
-set(lum_optional_rooms capture frame infer cloud config picture)
+set(lum_optional_rooms capture frame infer cloud map config picture)
 
 # lum_find_room(ROOM PREFIX MODULE PACKAGE): LUM_WITH_ROOM, and what it lacks in
 # lum_missing_ROOM.
@@ -104,15 +104,22 @@ if(LUM_BUILD_CLOUD AND Threads_FOUND)
 elseif(LUM_BUILD_CLOUD)
   set(lum_missing_cloud "POSIX threads")
 endif()
+set(LUM_WITH_MAP OFF)
+set(lum_missing_map "")
+if(LUM_BUILD_MAP AND Threads_FOUND)
+  set(LUM_WITH_MAP ON)
+elseif(LUM_BUILD_MAP)
+  set(lum_missing_map "POSIX threads")
+endif()
 if(LUM_WITH_PICTURE AND NOT LUM_WITH_CLOUD)
   set(LUM_WITH_PICTURE OFF)
   set(lum_missing_picture "cloud")
 endif()
 
-# What lumdump and the files of lumsim need: captures, frames, layouts and clouds. Without
+# What lumdump and the files of lumsim need: captures, frames, layouts, clouds and maps. Without
 # YAML they take no calibration and no profile, and say so.
 set(LUM_WITH_FILES OFF)
-if(LUM_WITH_CAPTURE AND LUM_WITH_FRAME AND LUM_WITH_INFER AND LUM_WITH_CLOUD)
+if(LUM_WITH_CAPTURE AND LUM_WITH_FRAME AND LUM_WITH_INFER AND LUM_WITH_CLOUD AND LUM_WITH_MAP)
   set(LUM_WITH_FILES ON)
 endif()
 

@@ -95,6 +95,7 @@ lum_describe(lum_capture "captures to datagrams, and to sensors" ROOMS base core
 lum_describe(lum_frame "captures and records to frames" ROOMS base capture points LIBS -lpthread)
 lum_describe(lum_infer "the wire profile that explains a capture" ROOMS base capture core LIBS -lm)
 lum_describe(lum_cloud "point cloud files" ROOMS base points MODULES ${lum_packing} LIBS -lpthread)
+lum_describe(lum_map "points in the world, thinned to voxels" ROOMS base LIBS -lpthread)
 lum_describe(lum_config "calibration, profile and settings from YAML" ROOMS base host MODULES yaml-0.1)
 lum_describe(lum_picture "pictures of point clouds" ROOMS cloud MODULES cairo-png)
 lum_describe(lumsdk "all but YAML and pictures, as a shared library")

@@ -2,7 +2,7 @@
 # that capture reads, as one shared library, where BUILD_SHARED_LIBS asks for it. The static libraries stay. It exports what
 # the public headers declare, as the reviewed lists in tests/abi have it, and
 # nothing else.
-set(lum_shared_rooms base core host net live points capture frame infer cloud)
+set(lum_shared_rooms base core host net live points capture frame infer cloud map)
 
 # lum_write_exports(SYMBOLS): for the linker of this system, into lum_exports.
 function(lum_write_exports symbols)

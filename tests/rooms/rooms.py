@@ -22,6 +22,7 @@ ARROWS = {
     "frame": ["capture", "points", "base", "core"],
     "infer": ["capture", "base", "core"],
     "cloud": ["points", "base"],
+    "map": ["base"],
     "picture": ["cloud"],
     "config": ["host", "base", "core"],
     "sim": ["host", "points", "core"],

@@ -1,0 +1,263 @@
+#include "tiles.h"
+
+#include "parts.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define INDEX_BITS 8u /* of the first index */
+#define MIB        (1024.0 * 1024.0)
+
+/* --- Index --- */
+
+static lum_map_tile **slot_of(const lum_map_tiles *tiles, uint64_t id)
+{
+    const uint64_t mask = ((uint64_t)1 << tiles->bits) - 1u;
+    uint64_t i = id * UINT64_C(0x9e3779b97f4a7c15) >> (64u - tiles->bits);
+    while (tiles->index[i] != NULL && tiles->index[i]->id != id) {
+        i = (i + 1u) & mask;
+    }
+    return &tiles->index[i];
+}
+
+static int grow_index(lum_map_tiles *tiles)
+{
+    lum_map_tiles next = {
+        .bits =
+            (uint8_t)(tiles->index == NULL ? INDEX_BITS : tiles->bits + 1u)};
+    next.index = calloc((size_t)1 << next.bits, sizeof(lum_map_tile *));
+    if (next.index == NULL) {
+        return -1;
+    }
+    const size_t old = tiles->index == NULL ? 0u : (size_t)1 << tiles->bits;
+    for (size_t i = 0; i < old; i++) {
+        if (tiles->index[i] != NULL) {
+            *slot_of(&next, tiles->index[i]->id) = tiles->index[i];
+        }
+    }
+    free(tiles->index);
+    tiles->index = next.index;
+    tiles->bits = next.bits;
+    return 0;
+}
+
+/* A new one if there is none; NULL: no memory. */
+static lum_map_tile *find(lum_map_tiles *tiles, uint64_t id)
+{
+    if ((tiles->index == NULL ||
+         2u * (tiles->count + 1u) > (uint64_t)1 << tiles->bits) &&
+        grow_index(tiles) != 0) {
+        return NULL;
+    }
+    lum_map_tile **slot = slot_of(tiles, id);
+    if (*slot == NULL) {
+        *slot = calloc(1, sizeof **slot);
+        if (*slot != NULL) {
+            (*slot)->id = id;
+            tiles->count++;
+        }
+    }
+    return *slot;
+}
+
+static int compare(const void *a, const void *b)
+{
+    const uint64_t one = (*(lum_map_tile *const *)a)->id;
+    const uint64_t other = (*(lum_map_tile *const *)b)->id;
+    return one < other ? -1 : one > other;
+}
+
+void lum_map_tiles_sort(lum_map_tiles *tiles)
+{
+    const size_t slots = tiles->index == NULL ? 0u : (size_t)1 << tiles->bits;
+    size_t n = 0;
+    for (size_t i = 0; i < slots; i++) {
+        lum_map_tile *tile = tiles->index[i];
+        tiles->index[i] = NULL;
+        if (tile != NULL) {
+            tiles->index[n++] = tile;
+        }
+    }
+    if (n > 1u) {
+        qsort(tiles->index, n, sizeof(lum_map_tile *), compare);
+    }
+}
+
+/* --- Those in memory --- */
+
+static void unlink_tile(lum_map_tiles *tiles, lum_map_tile *tile)
+{
+    if (tile->newer != NULL) {
+        tile->newer->older = tile->older;
+    } else if (tiles->newest == tile) {
+        tiles->newest = tile->older;
+    }
+    if (tile->older != NULL) {
+        tile->older->newer = tile->newer;
+    } else if (tiles->oldest == tile) {
+        tiles->oldest = tile->newer;
+    }
+    tile->newer = NULL;
+    tile->older = NULL;
+}
+
+static void touch(lum_map_tiles *tiles, lum_map_tile *tile)
+{
+    if (tiles->newest == tile) {
+        return;
+    }
+    unlink_tile(tiles, tile);
+    tile->older = tiles->newest;
+    if (tiles->newest != NULL) {
+        tiles->newest->newer = tile;
+    } else {
+        tiles->oldest = tile;
+    }
+    tiles->newest = tile;
+}
+
+void lum_map_tiles_release(lum_map_tiles *tiles, lum_map_tile *tile)
+{
+    tiles->held -= lum_map_table_bytes(&tile->table);
+    tiles->in_memory -= tile->table.used;
+    unlink_tile(tiles, tile);
+    lum_map_table_free(&tile->table);
+}
+
+static int fail_memory(const lum_map_tiles *tiles, lum_error *error)
+{
+    errno = ENOMEM;
+    return lum_error_set(error,
+                         "the map: out of memory, with %.0f MiB in its tables; "
+                         "give it less memory, or larger voxels",
+                         (double)tiles->held / MIB);
+}
+
+static int fail_disk(const lum_map_tiles *tiles, int code, lum_error *error)
+{
+    (void)lum_error_set(
+        error,
+        "%s: beside it, %.0f MiB of the map were written to a temporary file, "
+        "and more does not fit in there: %s; free the disk, take larger "
+        "voxels, "
+        "or give the map more memory than %.0f MiB",
+        tiles->beside, (double)tiles->spool.size / MIB, strerror(code),
+        (double)tiles->memory / MIB);
+    errno = code;
+    return -1;
+}
+
+static int fail_full(const lum_map_tiles *tiles, lum_error *error)
+{
+    errno = ENOMEM;
+    return lum_error_set(error,
+                         "the map does not fit in %.0f MiB, and has no place "
+                         "on the disk; give it one, more memory, or larger "
+                         "voxels",
+                         (double)tiles->memory / MIB);
+}
+
+/* Move a tile to the disk. */
+static int evict(lum_map_tiles *tiles, lum_map_tile *tile, lum_error *error)
+{
+    int64_t written = 0;
+    int code = 0;
+    if (tiles->beside == NULL) {
+        return fail_full(tiles, error);
+    }
+    if (tiles->spool.fd < 0) {
+        code = lum_map_spool_open(&tiles->spool, tiles->beside);
+    }
+    if (code == 0 && lum_map_table_sort(&tile->table) != 0) {
+        return fail_memory(tiles, error);
+    }
+    if (code == 0) {
+        code = lum_map_part_write(tile, &tiles->spool, &written);
+    }
+    if (code != 0) {
+        return fail_disk(tiles, code, error);
+    }
+    tiles->on_disk += (uint64_t)written;
+    lum_map_tiles_release(tiles, tile);
+    return 0;
+}
+
+/* Until so many bytes more fit, or nothing is left to be moved. */
+static int make_room(lum_map_tiles *tiles, size_t bytes, lum_error *error)
+{
+    while (tiles->held + bytes > tiles->memory && tiles->oldest != NULL) {
+        if (evict(tiles, tiles->oldest, error) != 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+/* Both tables are there while one grows. */
+static int grow(lum_map_tiles *tiles, lum_map_tile *tile, lum_error *error)
+{
+    if (make_room(tiles, lum_map_table_bytes_next(&tile->table), error) != 0) {
+        return -1;
+    }
+    const size_t before = lum_map_table_bytes(&tile->table);
+    if (lum_map_table_grow(&tile->table) != 0) {
+        return fail_memory(tiles, error);
+    }
+    const size_t now = lum_map_table_bytes(&tile->table);
+    const uint64_t both = tiles->held + now;
+    tiles->held_most = both > tiles->held_most ? both : tiles->held_most;
+    tiles->held = both - before;
+    touch(tiles, tile);
+    return 0;
+}
+
+/* --- Adding --- */
+
+static size_t same_tile(const uint64_t *ids, size_t count)
+{
+    size_t n = 1;
+    while (n < count && n < LUM_MAP_CHUNK && ids[n] == ids[0]) {
+        n++;
+    }
+    return n;
+}
+
+int lum_map_tiles_add(lum_map_tiles *tiles, const uint64_t *ids,
+                      const lum_map_entry *points, size_t count,
+                      lum_error *error)
+{
+    for (size_t i = 0; i < count;) {
+        const size_t n = same_tile(ids + i, count - i);
+        lum_map_tile *tile = find(tiles, ids[i]);
+        if (tile == NULL) {
+            return fail_memory(tiles, error);
+        }
+        if (tile->table.at != NULL) {
+            touch(tiles, tile);
+        }
+        while (!lum_map_table_has_room(&tile->table)) {
+            if (grow(tiles, tile, error) != 0) {
+                return -1;
+            }
+        }
+        const uint32_t before = tile->table.used;
+        lum_map_table_add(&tile->table, points + i, n);
+        tiles->in_memory += tile->table.used - before;
+        i += n;
+    }
+    return 0;
+}
+
+void lum_map_tiles_free(lum_map_tiles *tiles)
+{
+    const size_t slots = tiles->index == NULL ? 0u : (size_t)1 << tiles->bits;
+    for (size_t i = 0; i < slots; i++) {
+        if (tiles->index[i] != NULL) {
+            lum_map_table_free(&tiles->index[i]->table);
+            free(tiles->index[i]);
+        }
+    }
+    free(tiles->index);
+    lum_map_spool_close(&tiles->spool);
+}
