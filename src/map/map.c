@@ -44,6 +44,23 @@ static int check(const lum_map_options *o, lum_error *error)
     return 0;
 }
 
+static int begin(lum_map *map, const lum_map_options *o)
+{
+    const size_t n = o->spool != NULL ? strlen(o->spool) + 1u : 0u;
+    map->scale = STEPS / o->voxel;
+    map->tiles.memory = o->memory != 0 ? o->memory : LUM_MAP_MEMORY;
+    map->tiles.spool.fd = -1;
+    if (n > 0) {
+        map->beside = malloc(n);
+        if (map->beside == NULL) {
+            return ENOMEM;
+        }
+        memcpy(map->beside, o->spool, n);
+    }
+    map->tiles.beside = map->beside;
+    return lum_map_queue_begin(&map->queue, &map->tiles, o->has_thread);
+}
+
 int lum_map_new(const lum_map_options *options, lum_map **out, lum_error *error)
 {
     lum_map_options known;
@@ -53,22 +70,7 @@ int lum_map_new(const lum_map_options *options, lum_map **out, lum_error *error)
         return -1;
     }
     lum_map *map = calloc(1, sizeof *map);
-    int code = map == NULL ? ENOMEM : 0;
-    if (map != NULL) {
-        const size_t n = known.spool != NULL ? strlen(known.spool) + 1u : 0u;
-        map->scale = STEPS / known.voxel;
-        map->tiles.memory = known.memory != 0 ? known.memory : LUM_MAP_MEMORY;
-        map->tiles.spool.fd = -1;
-        map->beside = n > 0 ? malloc(n) : NULL;
-        if (map->beside != NULL) {
-            memcpy(map->beside, known.spool, n);
-        }
-        map->tiles.beside = map->beside;
-        code = n > 0 && map->beside == NULL
-                   ? ENOMEM
-                   : lum_map_queue_begin(&map->queue, &map->tiles,
-                                         known.has_thread);
-    }
+    const int code = map == NULL ? ENOMEM : begin(map, &known);
     if (code != 0) {
         lum_map_free(map);
         errno = code;
@@ -93,16 +95,16 @@ void lum_map_free(lum_map *map)
 
 /* --- Adding --- */
 
-/* Steps from the lowest place that has a tile, 48 bits. */
+/* Steps from the lowest place that has a tile, 48 bits. The sum is above 0, so
+ * that the fraction is cut downwards; it is rounded to 1/32 of a step. */
 static bool to_steps(double metres, double scale, uint64_t *out)
 {
-    const double v = metres * scale;
-    if (!(v > -LIMIT && v < LIMIT)) {
+    const double v = metres * scale + LIMIT;
+    *out = 0;
+    if (!(v >= 0.0 && v < 2.0 * LIMIT)) {
         return false;
     }
-    const int64_t towards_0 = (int64_t)v;
-    const int64_t down = towards_0 - (v < (double)towards_0 ? 1 : 0);
-    *out = (uint64_t)(down + (int64_t)LIMIT);
+    *out = (uint64_t)(int64_t)v;
     return true;
 }
 

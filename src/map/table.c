@@ -1,13 +1,12 @@
 #include "table.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #define BITS_FIRST 7u  /* of the smallest table */
 #define BITS_MAX   30u /* of the largest */
 #define DIGIT_BITS 11u /* of a key, in sorting */
 #define DIGITS     (1u << DIGIT_BITS)
-#define AHEAD      12u /* points between loading a slot and using it */
+#define AHEAD      16u /* points between loading a slot and using it */
 
 /* The order of keys among voxels, while they are sorted. */
 typedef struct place {
@@ -85,7 +84,7 @@ static void prefetch(const lum_map_table *table, uint32_t key)
 void lum_map_table_prefetch(const lum_map_table *table,
                             const lum_map_entry *points, size_t count)
 {
-    for (size_t i = 0; i < count && i < AHEAD; i++) {
+    for (size_t i = 0; table->at != NULL && i < count && i < AHEAD; i++) {
         prefetch(table, points[i].key);
     }
 }

@@ -223,30 +223,47 @@ static size_t same_tile(const uint64_t *ids, size_t count)
     return n;
 }
 
+static int add_some(lum_map_tiles *tiles, lum_map_tile *tile,
+                    const lum_map_entry *points, size_t n, lum_error *error)
+{
+    if (tile->table.at != NULL) {
+        touch(tiles, tile);
+    }
+    while (!lum_map_table_has_room(&tile->table)) {
+        if (grow(tiles, tile, error) != 0) {
+            return -1;
+        }
+    }
+    const uint32_t before = tile->table.used;
+    lum_map_table_add(&tile->table, points, n);
+    tiles->in_memory += tile->table.used - before;
+    return 0;
+}
+
+/* The next points' slots are on their way to the cache while these are
+ * added. */
 int lum_map_tiles_add(lum_map_tiles *tiles, const uint64_t *ids,
                       const lum_map_entry *points, size_t count,
                       lum_error *error)
 {
-    for (size_t i = 0; i < count;) {
-        const size_t n = same_tile(ids + i, count - i);
-        lum_map_tile *tile = find(tiles, ids[i]);
-        if (tile == NULL) {
-            return fail_memory(tiles, error);
+    size_t n = count > 0 ? same_tile(ids, count) : 0u;
+    lum_map_tile *tile = count > 0 ? find(tiles, ids[0]) : NULL;
+    for (size_t i = 0; i < count && tile != NULL;) {
+        const size_t next = i + n;
+        const size_t next_n =
+            next < count ? same_tile(ids + next, count - next) : 0u;
+        lum_map_tile *next_tile = next < count ? find(tiles, ids[next]) : tile;
+        if (next_n > 0 && next_tile != NULL) {
+            lum_map_table_prefetch(&next_tile->table, points + next, next_n);
         }
-        if (tile->table.at != NULL) {
-            touch(tiles, tile);
+        if (add_some(tiles, tile, points + i, n, error) != 0) {
+            return -1;
         }
-        while (!lum_map_table_has_room(&tile->table)) {
-            if (grow(tiles, tile, error) != 0) {
-                return -1;
-            }
-        }
-        const uint32_t before = tile->table.used;
-        lum_map_table_add(&tile->table, points + i, n);
-        tiles->in_memory += tile->table.used - before;
-        i += n;
+        tile = next_tile;
+        i = next;
+        n = next_n;
     }
-    return 0;
+    return count > 0 && tile == NULL ? fail_memory(tiles, error) : 0;
 }
 
 void lum_map_tiles_free(lum_map_tiles *tiles)

@@ -14,7 +14,7 @@
 #include <sys/resource.h>
 #include <time.h>
 
-#define FRAMES_MAX   20u
+#define FRAMES_MAX   60u
 #define A_MINUTE     600u /* frames */
 #define VOXELS_ONCE  4096u
 #define NS_IN_SECOND 1e9
@@ -40,6 +40,17 @@ static void stop(const char *why)
 {
     (void)fprintf(stderr, "bench_map: %s\n", why);
     exit(1);
+}
+
+/* An argument, or what it is without one. */
+static unsigned number(int argc, char **argv, int i, unsigned otherwise)
+{
+    char *end = NULL;
+    const unsigned long n = i < argc ? strtoul(argv[i], &end, 10) : otherwise;
+    if (i < argc && (*end != '\0' || n == 0 || n > 1000000u)) {
+        stop("a number from 1 on is expected");
+    }
+    return (unsigned)n;
 }
 
 static double now_s(clockid_t clock)
@@ -76,7 +87,7 @@ static void keep(struct street *street, const lum_frame *frame)
 
 static void move(struct street *street, const struct scan *scan, unsigned frame)
 {
-    const float turn = 0.01f * (float)(frame % 7u);
+    const float turn = 0.001f * (float)(frame % 7u);
     const float c = cosf(turn);
     const float s = sinf(turn);
     const float side = 0.013f * (float)(frame % 31u);
@@ -180,12 +191,12 @@ int main(int argc, char **argv)
     if (argc < 2 || argc > 5) {
         stop("usage: bench_map CAPTURE [MINUTES [OUT [MIB]]]");
     }
-    const unsigned minutes = argc > 2 ? (unsigned)atoi(argv[2]) : 10u;
+    const unsigned minutes = number(argc, argv, 2, 10);
     FILE *out = argc > 3 ? fopen(argv[3], "wb") : NULL;
     const lum_map_options options = {
         .struct_size = sizeof options,
         .voxel = 0.1,
-        .memory = argc > 4 ? (uint64_t)atoi(argv[4]) << 20 : 0,
+        .memory = (uint64_t)number(argc, argv, 4, 768) << 20,
         .spool = argc > 3 ? argv[3] : "./bench_map",
         .has_thread = true};
     read_street(argv[1], &street);
