@@ -36,8 +36,26 @@ void lum_cloud_print_comment(lum_cloud_text *out,
     }
 }
 
+static const char *clock_of(const lum_writer_options *options)
+{
+    return options->utc ? "since 1970-01-01 UTC" : "of the sensor's clock";
+}
+
+static void print_voxels(lum_cloud_text *out, const lum_writer_options *options)
+{
+    const double *at = options->origin;
+    lum_cloud_print(out,
+                    "metres from %.3f %.3f %.3f; intensity is the pulse width "
+                    "in ns; timestamp in us %s; points: of the voxel\n",
+                    at[0], at[1], at[2], clock_of(options));
+}
+
 void lum_cloud_print_units(lum_cloud_text *out, const lum_writer *writer)
 {
+    if (writer->options.voxels) {
+        print_voxels(out, &writer->options);
+        return;
+    }
     if (writer->preset != NULL) {
         lum_cloud_print(out, "the fields and units of %s\n",
                         writer->preset->name);
@@ -46,8 +64,7 @@ void lum_cloud_print_units(lum_cloud_text *out, const lum_writer *writer)
     lum_cloud_print(out,
                     "metres, degrees; intensity is the pulse width in ns; "
                     "timestamp in us %s\n",
-                    writer->options.utc ? "since 1970-01-01 UTC"
-                                        : "of the sensor's clock");
+                    clock_of(&writer->options));
 }
 
 static int count_digits(uint64_t count)

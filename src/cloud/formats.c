@@ -81,6 +81,11 @@ bool lum_format_has_presets(lum_format format)
     return lum_format_has_columns(format) || format == LUM_FORMAT_MCAP;
 }
 
+bool lum_format_has_voxels(lum_format format)
+{
+    return lum_format_has_columns(format) || format == LUM_FORMAT_LAS;
+}
+
 int lum_writer_check_columns(const char *names, lum_error *error)
 {
     lum_column_list list;

@@ -13,10 +13,12 @@
 #define RETURNS          15u /* a point holds numbers up to this */
 #define EXTRAS           11u
 #define EXTRA_BYTES      32u
+#define VOXEL_BYTES      4u /* of extras of a voxel */
 
-#define SCALE       0.0001    /* metres a unit */
-#define LIMIT       214748.0f /* metres that 32 bits hold at that scale */
-#define WIDTH_UNITS 100.0     /* of intensity in a nanosecond */
+#define SCALE       0.0001       /* metres a unit */
+#define SCALE_VOXEL 0.001        /* of voxels, whose coordinates are large */
+#define LIMIT_UNITS 2147480000.0 /* that 32 bits hold */
+#define WIDTH_UNITS 100.0        /* of intensity in a nanosecond */
 
 #define ENCODING_GPS 0x01u /* adjusted standard GPS time */
 #define ENCODING_WKT 0x10u /* point format 6 demands it */
@@ -39,7 +41,7 @@ typedef struct extra {
 } extra;
 
 /* In the order of a point's extra bytes. */
-static const extra extras[EXTRAS] = {
+static const extra point_extras[EXTRAS] = {
     {"range", "metres from the eye", 9},
     {"azimuth", "degrees, of the eye", 9},
     {"elevation", "degrees, of the eye", 9},
@@ -53,7 +55,16 @@ static const extra extras[EXTRAS] = {
     {"edge", "1 rising, 0 falling", 1},
 };
 
+/* Of voxels. */
+static const extra voxel_extras[] = {
+    {"points", "of the voxel", 5},
+};
+
 typedef struct las {
+    double scale; /* metres a unit */
+    const extra *extras;
+    uint16_t extra_count;
+    uint16_t extra_bytes; /* of a point */
     float min[3];
     float max[3];
     uint64_t by_return[RETURNS];
@@ -64,11 +75,13 @@ typedef struct las_line {
     unsigned char time[8];
     unsigned char frame_line[8];
     uint8_t eye;
+    const lum_writer *writer;
+    const lum_line_samples *samples;
 } las_line;
 
-static int32_t units(float metres)
+static int32_t units(float metres, double scale)
 {
-    const double scaled = (double)metres / SCALE;
+    const double scaled = (double)metres / scale;
     return (int32_t)(scaled + (scaled < 0 ? -0.5 : 0.5));
 }
 
@@ -94,18 +107,20 @@ static size_t comment_bytes(const lum_writer *writer)
 
 static uint32_t points_at(const lum_writer *writer)
 {
+    const las *state = writer->state;
     const size_t comment = comment_bytes(writer);
     return HEADER_BYTES + 2u * VLR_HEAD_BYTES + (uint32_t)sizeof about - 1u +
-           EXTRAS * DESCRIPTOR_BYTES +
+           state->extra_count * DESCRIPTOR_BYTES +
            (comment > 0 ? VLR_HEAD_BYTES + (uint32_t)comment : 0u);
 }
 
 static unsigned char *put_bounds(unsigned char *p, const las *state,
                                  const double origin[3])
 {
+    const double scale = state->scale;
     for (unsigned i = 0; i < 3; i++) {
-        p = lum_put_f64(p, units(state->max[i]) * SCALE + origin[i]);
-        p = lum_put_f64(p, units(state->min[i]) * SCALE + origin[i]);
+        p = lum_put_f64(p, units(state->max[i], scale) * scale + origin[i]);
+        p = lum_put_f64(p, units(state->min[i], scale) * scale + origin[i]);
     }
     return p;
 }
@@ -129,10 +144,10 @@ static void make_header(unsigned char out[HEADER_BYTES],
     p = lum_put_le32(p, points_at(writer));
     p = lum_put_le32(p, comment_bytes(writer) > 0 ? 3 : 2); /* records */
     p = lum_put_u8(p, 6);
-    p = lum_put_le16(p, POINT_BYTES + EXTRA_BYTES);
+    p = lum_put_le16(p, (uint16_t)(POINT_BYTES + state->extra_bytes));
     p = put_zeros(p, 24); /* legacy counts */
     for (unsigned i = 0; i < 3; i++) {
-        p = lum_put_f64(p, SCALE);
+        p = lum_put_f64(p, state->scale);
     }
     for (unsigned i = 0; i < 3; i++) {
         p = lum_put_f64(p, writer->options.origin[i]);
@@ -170,10 +185,13 @@ static int write_about(lum_writer *writer, lum_error *error)
 
 static int write_extras(lum_writer *writer, lum_error *error)
 {
+    const las *state = writer->state;
+    const extra *extras = state->extras;
     unsigned char vlr[VLR_HEAD_BYTES + EXTRAS * DESCRIPTOR_BYTES];
-    unsigned char *p = put_vlr_head(vlr, "LASF_Spec", 4,
-                                    EXTRAS * DESCRIPTOR_BYTES, "extra bytes");
-    for (unsigned i = 0; i < EXTRAS; i++) {
+    unsigned char *p =
+        put_vlr_head(vlr, "LASF_Spec", 4, state->extra_count * DESCRIPTOR_BYTES,
+                     "extra bytes");
+    for (unsigned i = 0; i < state->extra_count; i++) {
         p = put_zeros(p, 2);
         p = lum_put_u8(p, extras[i].type);
         p = lum_put_u8(p, 0); /* no minimum, maximum, scale or offset */
@@ -181,7 +199,7 @@ static int write_extras(lum_writer *writer, lum_error *error)
         p = put_zeros(p, 124);
         p = put_text(p, extras[i].description, 32);
     }
-    return lum_sink_write(writer->sink, vlr, sizeof vlr, error);
+    return lum_sink_write(writer->sink, vlr, (size_t)(p - vlr), error);
 }
 
 static int write_comment(lum_writer *writer, lum_error *error)
@@ -201,9 +219,15 @@ static int write_comment(lum_writer *writer, lum_error *error)
 static int begin(lum_writer *writer, lum_error *error)
 {
     unsigned char bytes[HEADER_BYTES];
-    if (lum_writer_new_state(writer, sizeof(las), error) == NULL) {
+    las *state = lum_writer_new_state(writer, sizeof *state, error);
+    if (state == NULL) {
         return -1;
     }
+    const bool is_map = writer->options.voxels;
+    state->scale = is_map ? SCALE_VOXEL : SCALE;
+    state->extras = is_map ? voxel_extras : point_extras;
+    state->extra_count = is_map ? 1u : EXTRAS;
+    state->extra_bytes = is_map ? VOXEL_BYTES : EXTRA_BYTES;
     make_header(bytes, writer,
                 writer->was_rehearsed ? writer->options.rehearsal : writer);
     return lum_sink_write(writer->sink, bytes, sizeof bytes, error) != 0 ||
@@ -235,19 +259,44 @@ static uint16_t scan_angle(float azimuth)
     return (uint16_t)(int16_t)(scaled + (scaled < 0 ? -0.5 : 0.5));
 }
 
-static unsigned char *put_point(unsigned char *p, const las_line *line,
-                                const lum_sample *s)
+/* What all points have. */
+static unsigned char *put_core(unsigned char *p, const las_line *line,
+                               const lum_sample *s)
 {
-    p = lum_put_le32(p, (uint32_t)units(s->x));
-    p = lum_put_le32(p, (uint32_t)units(s->y));
-    p = lum_put_le32(p, (uint32_t)units(s->z));
+    const double scale = ((const las *)line->writer->state)->scale;
+    p = lum_put_le32(p, (uint32_t)units(s->x, scale));
+    p = lum_put_le32(p, (uint32_t)units(s->y, scale));
+    p = lum_put_le32(p, (uint32_t)units(s->z, scale));
     p = lum_put_le16(p, intensity(s->pulse_width));
     p = lum_put_u8(p, (uint8_t)(clip_return(s->return_number) |
                                 clip_return(s->number_of_returns) << 4));
     p = lum_put_u8(p, (uint8_t)((line->eye & 3u) << 4)); /* scanner channel */
     p = lum_put_le16(p, 0);                              /* class, user data */
     p = lum_put_le16(p, scan_angle(s->azimuth));
-    p = lum_put_le16(p, 0); /* point source */
+    return lum_put_le16(p, 0); /* point source */
+}
+
+static double gps_seconds(const lum_writer *writer, int64_t us)
+{
+    const int64_t shift = writer->options.utc ? UNIX_TO_ADJUSTED_S : 0;
+    const int64_t seconds = us / 1000000 - shift;
+    return (double)seconds + (double)(us % 1000000) / 1e6;
+}
+
+static unsigned char *put_voxel(unsigned char *p, const las_line *line,
+                                const lum_sample *s)
+{
+    const size_t i = (size_t)(s - line->samples->samples);
+    p = put_core(p, line, s);
+    p = lum_put_f64(
+        p, gps_seconds(line->writer, line->samples->times_ns[i] / 1000));
+    return lum_put_le32(p, line->samples->counts[i]);
+}
+
+static unsigned char *put_point(unsigned char *p, const las_line *line,
+                                const lum_sample *s)
+{
+    p = put_core(p, line, s);
     memcpy(p, line->time, sizeof line->time);
     p = lum_put_f32(p + sizeof line->time, s->range);
     p = lum_put_f32(p, s->azimuth);
@@ -271,22 +320,33 @@ static char *put_points(char *p, void *context, const lum_sample *samples,
     return (char *)to;
 }
 
-static bool stretch(float *min, float *max, float v)
+static char *put_voxels(char *p, void *context, const lum_sample *samples,
+                        size_t n)
+{
+    unsigned char *to = (unsigned char *)p;
+    for (size_t i = 0; i < n; i++) {
+        to = put_voxel(to, context, &samples[i]);
+    }
+    return (char *)to;
+}
+
+static bool stretch(float *min, float *max, float v, float limit)
 {
     *min = v < *min ? v : *min;
     *max = v > *max ? v : *max;
-    return v > -LIMIT && v < LIMIT;
+    return v > -limit && v < limit;
 }
 
 /* Add a line to bounds and counts; false if a point does not fit. */
 static bool survey(las *state, const lum_line_samples *line)
 {
+    const float limit = (float)(LIMIT_UNITS * state->scale);
     bool fits = true;
     for (size_t i = 0; i < line->count; i++) {
         const lum_sample *s = &line->samples[i];
-        fits &= stretch(&state->min[0], &state->max[0], s->x);
-        fits &= stretch(&state->min[1], &state->max[1], s->y);
-        fits &= stretch(&state->min[2], &state->max[2], s->z);
+        fits &= stretch(&state->min[0], &state->max[0], s->x, limit);
+        fits &= stretch(&state->min[1], &state->max[1], s->y, limit);
+        fits &= stretch(&state->min[2], &state->max[2], s->z, limit);
         const unsigned number = clip_return(s->return_number);
         state->by_return[number > 0 ? number - 1u : 0u]++;
     }
@@ -298,13 +358,6 @@ static void begin_bounds(las *state, const lum_sample *first)
     const float at[3] = {first->x, first->y, first->z};
     memcpy(state->min, at, sizeof at);
     memcpy(state->max, at, sizeof at);
-}
-
-static double gps_seconds(const lum_writer *writer, int64_t us)
-{
-    const int64_t shift = writer->options.utc ? UNIX_TO_ADJUSTED_S : 0;
-    const int64_t seconds = us / 1000000 - shift;
-    return (double)seconds + (double)(us % 1000000) / 1e6;
 }
 
 static int add(lum_writer *writer, const lum_line_samples *line,
@@ -323,14 +376,17 @@ static int add(lum_writer *writer, const lum_line_samples *line,
                              "cannot hold at a scale of %g m",
                              lum_sink_name(writer->sink),
                              (unsigned long)line->line, (long long)line->frame,
-                             (double)LIMIT, SCALE);
+                             LIMIT_UNITS * state->scale, state->scale);
     }
     (void)lum_put_f64(shared.time, gps_seconds(writer, line->timestamp_us));
     (void)lum_put_le32(
         lum_put_le32(shared.frame_line, (uint32_t)lum_frame_i32(line->frame)),
         line->line);
     shared.eye = line->eye;
-    return lum_writer_put(writer, line, POINT_BYTES + EXTRA_BYTES, put_points,
+    shared.writer = writer;
+    shared.samples = line;
+    return lum_writer_put(writer, line, POINT_BYTES + EXTRA_BYTES,
+                          writer->options.voxels ? put_voxels : put_points,
                           &shared, error);
 }
 

@@ -86,6 +86,15 @@ const lum_preset lum_preset_of_messages = {
      {"return", LUM_FIELD_U8, LUM_VALUE_RETURN},
      {"eye", LUM_FIELD_U8, LUM_VALUE_EYE}}};
 
+const lum_preset lum_preset_of_voxels = {
+    "voxels",
+    false,
+    6,
+    {XYZ("x", "y", "z"),
+     {"intensity", LUM_FIELD_F32, LUM_VALUE_WIDTH_NS},
+     {"timestamp", LUM_FIELD_F64, LUM_VALUE_VOXEL_US},
+     {"points", LUM_FIELD_U32, LUM_VALUE_POINTS}}};
+
 const lum_preset *lum_preset_find(const char *name, lum_error *error)
 {
     char all[128] = "";
@@ -205,6 +214,14 @@ static double polar(lum_field_value value, const lum_sample *s)
                                         : sqrt(ground * ground + z * z);
 }
 
+static double of_voxel(lum_field_value value, const lum_line_samples *line,
+                       const lum_sample *s)
+{
+    const size_t i = (size_t)(s - line->samples);
+    return value == LUM_VALUE_POINTS ? (double)line->counts[i]
+                                     : (double)line->times_ns[i] * 1e-3;
+}
+
 static double value_of(lum_field_value value, const lum_line_samples *line,
                        const lum_sample *s, double time)
 {
@@ -227,7 +244,8 @@ static double value_of(lum_field_value value, const lum_line_samples *line,
     if (value == LUM_VALUE_TIME_S || value == LUM_VALUE_TIME_NS) {
         return value == LUM_VALUE_TIME_S ? time : time * 1e9;
     }
-    return of_line(value, line);
+    return value >= LUM_VALUE_VOXEL_US ? of_voxel(value, line, s)
+                                       : of_line(value, line);
 }
 
 /* The nearest integer that the type has; 0 for NaN. */

@@ -54,7 +54,9 @@ typedef enum lum_field_value {
     LUM_VALUE_RETURN_TYPE, /**< by nebula's numbers */
     LUM_VALUE_TIME_S,      /**< from the beginning of the frame */
     LUM_VALUE_TIME_NS,     /**< likewise */
-    LUM_VALUE_TIMESTAMP_S  /**< of the line */
+    LUM_VALUE_TIMESTAMP_S, /**< of the line */
+    LUM_VALUE_VOXEL_US,    /**< timestamp of a voxel's point */
+    LUM_VALUE_POINTS       /**< of a voxel */
 } lum_field_value;
 
 /** A field of a point. */
@@ -85,6 +87,9 @@ extern const lum_preset lum_presets[LUM_PRESETS];
 /** What a message has without a preset, to compare clouds with: its fields
  * "ring" and "return" have other rules (ros_points.h). */
 extern const lum_preset lum_preset_of_messages;
+
+/** What voxels have (lum_writer_options.voxels). */
+extern const lum_preset lum_preset_of_voxels;
 
 /** Find one by name.
  * @return it, or NULL with the list of names in error; then errno is EINVAL. */

@@ -50,6 +50,20 @@ int lum_writer_set_rows(lum_writer *writer, uint32_t rows, lum_error *error)
     return conclude(writer, fails, error);
 }
 
+static int check_voxels(const lum_writer *writer, const lum_line_samples *line,
+                        lum_error *error)
+{
+    if (!writer->options.voxels ||
+        (line->counts != NULL && line->times_ns != NULL)) {
+        return 0;
+    }
+    errno = EINVAL;
+    return lum_error_set(error,
+                         "%s: samples without counts and times_ns, and "
+                         "the file is of voxels",
+                         lum_sink_name(writer->sink));
+}
+
 static int check_row(const lum_writer *writer, const lum_line_samples *line,
                      lum_error *error)
 {
@@ -78,6 +92,7 @@ int lum_writer_add(lum_writer *writer, const lum_line_samples *line,
     const bool fails =
         !writer->failed && known.count > 0 &&
         (check_row(writer, &known, &writer->failure) != 0 ||
+         check_voxels(writer, &known, &writer->failure) != 0 ||
          writer->ops->add(writer, &known, &writer->failure) != 0);
     if (conclude(writer, fails, error) != 0) {
         return -1;

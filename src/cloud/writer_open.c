@@ -78,11 +78,30 @@ static int choose_columns(lum_writer *writer, const char *path,
                : refuse(path, why.text, error);
 }
 
+static int choose_voxels(lum_writer *writer, const char *path, lum_error *error)
+{
+    if (writer->has_chosen || writer->options.organized) {
+        return refuse(path, "voxels have columns of their own, and no rows",
+                      error);
+    }
+    if (!lum_format_has_voxels(writer->options.format)) {
+        return refuse(path, "voxels are of CSV, PLY, PCD and LAS", error);
+    }
+    if (writer->ops != &lum_las_ops) {
+        writer->has_chosen = true;
+        writer->preset = &lum_preset_of_voxels;
+    }
+    return 0;
+}
+
 static int choose_preset(lum_writer *writer, const char *path, lum_error *error)
 {
     const char *name = writer->options.preset;
     lum_error why = {""};
     writer->options.preset = NULL;
+    if (writer->options.voxels) {
+        return choose_voxels(writer, path, error);
+    }
     if (name == NULL) {
         return 0;
     }

@@ -123,9 +123,13 @@ typedef struct lum_writer_options {
                              consumer reads, such as "autoware"
                              (docs/consumers.md), instead of columns; NULL:
                              none. Read as columns is */
-    double origin[3];   /**< LAS: what the samples' coordinates are relative
-                             to, its offset; 0 in the others, whose comment may
-                             say it */
+    bool voxels; /**< CSV, PLY, PCD, LAS: samples are those of a map
+                      (lum/map/map.h), with lum_line_samples.counts and times_ns;
+                      the columns are x, y, z, intensity, timestamp and points,
+                      or what LAS has of these */
+    double origin[3]; /**< LAS, voxels: what the samples' coordinates are
+                           relative to: the offset of LAS, in the header of PLY
+                           and PCD; else the comment may say it */
 } lum_writer_options;
 
 /** Whether this build can compress the chunks of an MCAP file. */
@@ -136,6 +140,9 @@ bool lum_format_has_columns(lum_format format);
 
 /** Whether lum_writer_options.preset goes with a format. */
 bool lum_format_has_presets(lum_format format);
+
+/** Whether lum_writer_options.voxels goes with a format. */
+bool lum_format_has_voxels(lum_format format);
 
 /** Check names for lum_writer_options.columns.
  * @return 0, or -1 with the wrong name and the list of names in error; then
@@ -158,6 +165,9 @@ typedef struct lum_line_samples {
     const float *times;        /**< of each sample, seconds from the beginning
                                     of its frame, as ::LUM_COLUMN_TIME; only for
                                     files with a column "time", else NULL */
+    const uint32_t *counts;    /**< points that each stands for, of voxels */
+    const int64_t *times_ns;   /**< of each, of voxels: as timestamp_us, but
+                                    nanoseconds */
 } lum_line_samples;
 
 /** A file being written. */
