@@ -145,25 +145,37 @@ static void go(mover *m, size_t first, int64_t ns, piece *out)
     }
 }
 
-/* Where a time that is not between two near poses begins and ends to have the
- * pose that it has. i: the first pose that is not before it. */
-static void find_bounds(const mover *m, size_t i, int64_t ns, int64_t *from_ns,
-                        int64_t *end_ns)
+typedef struct span {
+    int64_t from_ns;
+    int64_t end_ns; /* the first that is not of it */
+} span;
+
+/* What lies between two poses, but for what is as near to one as if it were
+ * there. i: the second of the two. */
+static span find_apart(const lum_poses *p, size_t i)
 {
-    const lum_poses *p = m->poses;
-    const int64_t before = i > 0 ? p->times[i - 1u] : -INT64_MAX;
-    const int64_t after = i < p->info.count ? p->times[i] : INT64_MAX;
-    const int64_t early = i > 0 ? before + LUM_POSES_SLACK_NS + 1 : -INT64_MAX;
-    const int64_t late =
-        i < p->info.count ? after - LUM_POSES_SLACK_NS : INT64_MAX;
-    const bool has_both = i > 0 && i < p->info.count;
-    const int64_t middle = has_both ? before + (after - before + 1) / 2 : ns;
-    *from_ns = ns < early ? before : ns >= late ? late : early;
-    *end_ns = ns < early ? early : ns >= late ? after : late;
-    if (has_both && *from_ns<middle && * end_ns> middle) {
-        *from_ns = ns < middle ? *from_ns : middle;
-        *end_ns = ns < middle ? middle : *end_ns;
+    return (span){
+        i > 0 ? p->times[i - 1u] + LUM_POSES_SLACK_NS + 1 : -INT64_MAX,
+        i < p->info.count ? p->times[i] - LUM_POSES_SLACK_NS : INT64_MAX};
+}
+
+/* Times about this one that have the same pose, of a time that is not between
+ * two near poses. i: the first pose that is not before it. */
+static span find_span(const lum_poses *p, size_t i, int64_t ns)
+{
+    span out = find_apart(p, i);
+    if (ns < out.from_ns) {
+        return (span){p->times[i - 1u], out.from_ns};
     }
+    if (ns >= out.end_ns) {
+        return (span){out.end_ns, p->times[i]};
+    }
+    if (i > 0 && i < p->info.count) {
+        const int64_t middle =
+            p->times[i - 1u] + (p->times[i] - p->times[i - 1u] + 1) / 2;
+        *(ns < middle ? &out.end_ns : &out.from_ns) = middle;
+    }
+    return out;
 }
 
 static float bound_s(const mover *m, int64_t ns)
@@ -178,8 +190,6 @@ static void find_piece(mover *m, int64_t ns, piece *out)
 {
     const lum_poses *p = m->poses;
     lum_pose pose;
-    int64_t from_ns = ns;
-    int64_t end_ns = ns + 1;
     const size_t i = lum_poses_find(p, ns, &m->near);
     const bool is_at = i < p->info.count && p->times[i] == ns;
     const size_t first = is_at ? i : i - 1u; /* wraps before the first */
@@ -192,10 +202,9 @@ static void find_piece(mover *m, int64_t ns, piece *out)
     }
     out->place = lum_poses_at(p, ns, &m->near, &pose);
     out->is_known = m->clamps || out->place == LUM_POSES_INSIDE;
-    if (!is_at) {
-        find_bounds(m, i, ns, &from_ns, &end_ns);
-    }
-    stand(m, &pose, bound_s(m, from_ns), bound_s(m, end_ns), out);
+    const span span_of = is_at ? (span){ns, ns + 1} : find_span(p, i, ns);
+    stand(m, &pose, bound_s(m, span_of.from_ns), bound_s(m, span_of.end_ns),
+          out);
 }
 
 /* --- Points --- */

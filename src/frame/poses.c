@@ -79,7 +79,7 @@ void lum_poses_free(lum_poses *poses)
 
 static int make_room(lum_poses *p, lum_error *error)
 {
-    if (p->info.count < p->room) {
+    if (p->info.count < p->room && p->times != NULL && p->poses != NULL) {
         return 0;
     }
     const size_t room = p->room > 0 ? 2u * p->room : 1024u;

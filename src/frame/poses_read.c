@@ -571,8 +571,8 @@ int lum_poses_read(const char *path, const char *times_path,
 {
     char *bytes = NULL;
     char *times_bytes = NULL;
-    lum_poses_text text;
-    lum_poses_text times;
+    lum_poses_text text = {NULL, NULL, 0};
+    lum_poses_text times = {NULL, NULL, 0};
     int result = read_file(path, &text, &bytes, error);
     if (result == 0 && times_path != NULL) {
         result = read_file(times_path, &times, &times_bytes, error);

@@ -20,6 +20,7 @@ from ._frame import Frame
 from ._inputs import Files, Stream, check_storage, open_input, urls_of
 from ._options import Choice
 from ._points_file import FORMATS, PointsFile
+from ._poses import MOMENTS, Motion, Poses
 from ._reading import LOSSES
 from ._settings import Calibration, Profile
 from ._source import Source, open
@@ -38,9 +39,12 @@ _APPLIES: Mapping[str, tuple[str, ...]] = {
     "duration": _OF_LUMDUMP,
     "organized": ("pcd",),
     "packets": ("pcap", "pcapng"),
+    "pose_times": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
+    "poses": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
     "preset": ("parquet", "feather"),
     "rotate": _OF_LUMDUMP,
     "time": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng", "bin", "xyz")),
+    "to": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
 }
 """The options of outputs, and the formats that have them."""
 
@@ -146,6 +150,10 @@ class _Plan:
                 raise OptionError(f"{name} does not go with the format {self.format}; it goes with {', '.join(applies)}")
             if name in _ONLY_BY_LUMDUMP:
                 raise OptionError(f"{name} needs a capture as source and not frames, and not broken=\"raise\": lumdump does it")
+            if name in ("pose_times", "to") and "poses" not in self.output:
+                raise OptionError(f"{name} goes with poses, which say where the sensor was: give poses= too")
+            if name == "to" and value not in MOMENTS:
+                raise OptionError(f"to is {value!r}; right is one of {', '.join(MOMENTS)}")
             if name == "time" and value not in TIMES:
                 raise OptionError(f"time is {value!r}; right is " + ", ".join(f'"{time}"' for time in TIMES))
         if not self.by_lumdump and self.format in ("png", "pcap", "pcapng"):
@@ -156,6 +164,12 @@ class _Plan:
     def time(self) -> str:
         """What timestamps are."""
         return str(self.output.get("time", "sensor"))
+
+    def motion(self) -> Optional[Motion]:
+        """What moves the points; None: they stay where they were seen."""
+        if "poses" not in self.output:
+            return None
+        return Motion(self.output["poses"], self.output.get("pose_times"), str(self.output.get("to", "world")))
 
     def layout(self) -> Layout:
         """The columns of a table."""
@@ -234,7 +248,8 @@ def _by_lumdump(plan: _Plan) -> Summary:
     [shown] = said.get("pictures", [{"frames": said["frames_selected"], "points": said["points"]}])  # a picture shows one frame
     if is_url(plan.name):
         names = [plan.name.rsplit("/", 1)[0] + "/" + os.path.basename(name) for name in names]
-    return Summary(source=said["source"], format=plan.format, outputs=names, frames=shown["frames"], points=shown["points"],
+    return Summary(source=said["source"], format=plan.format, outputs=names, frames=shown["frames"],
+                   points=shown["points"] - said.get("poses", {}).get("without", 0),
                    bytes=size, truncated=said["truncated"],
                    sensors=[sensor.get("name", sensor["address"]) for sensor in said["sensors"]],
                    losses={cause: said[cause] for cause in LOSSES if cause in said},
@@ -353,6 +368,9 @@ class _Output:
 
     def __init__(self, plan: _Plan, about: About) -> None:
         self._plan, self._about, self._layout = plan, about, plan.layout()
+        self.motion = plan.motion()
+        if self.motion is not None:
+            about.options += self.motion.notes
         self.names: list[str] = []
         self.bytes = self.frames = self.points = 0
         self.cancelled = False
@@ -382,6 +400,8 @@ class _Output:
         """Append a frame."""
         self._check_cancelled()
         self._check_sensor(frame)
+        if self.motion is not None:
+            frame = self.motion.move(frame)
         if self._plan.is_pattern:
             if not len(frame):
                 self.frames += 1
@@ -432,6 +452,8 @@ class _Thread(threading.Thread):
         try:
             for frame in iter(self._queue.get, _LAST):
                 self._output.add(frame)
+            if self._output.motion is not None:
+                self._output.motion.finish()
             self._output.finish(self._losses)
         except BaseException as error:
             self.error = error
@@ -483,7 +505,10 @@ def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
 
 
 def _write(plan: _Plan, frames: Iterable[Frame], source: Optional[Source]) -> Summary:
-    about = _about(source, plan.read if source is None else source._choice.given)
+    moved = {name: plan.output[name] for name in ("poses", "pose_times", "to") if name in plan.output}
+    if isinstance(moved.get("poses"), Poses):
+        moved["poses"] = moved["poses"].name
+    about = _about(source, {**(plan.read if source is None else source._choice.given), **moved})
     output = _Output(plan, about)
     thread = _Thread(output)
     try:
@@ -494,11 +519,13 @@ def _write(plan: _Plan, frames: Iterable[Frame], source: Optional[Source]) -> Su
         raise
     summary = Summary(source=about.source, format=plan.format, outputs=output.names, frames=output.frames,
                       points=output.points, bytes=output.bytes, truncated=False, sensors=[], losses={}, left_out=0)
+    if output.motion is not None:
+        summary["left_out"] = output.motion.without
     if source is not None:
         counts = source.counts
         summary["source"], summary["sensors"], summary["losses"] = source.name, source.sensors, source.losses
         summary["truncated"] = source.truncated
-        summary["left_out"] = counts["points_late"] + counts["points_cut"]
+        summary["left_out"] += counts["points_late"] + counts["points_cut"]
     return summary
 
 
@@ -516,6 +543,8 @@ def _by_frames(plan: _Plan) -> Summary:
     needs = kind.needs if kind is not None and kind.needs is not None else plan.layout().needs
     if plan.format == "las":
         needs = WRITERS["laz"].needs or ()
+    if "poses" in plan.output:
+        needs = tuple(dict.fromkeys((*needs, *Motion.needs)))
     options: dict[str, Any] = {"broken": "warn", **plan.read, "columns": list(needs)}
     with open(plan.source, storage_options=plan.source_storage, **options) as source:
         plan.paths = _paths_of(source)
@@ -547,7 +576,8 @@ class Summary(TypedDict):
     losses: dict[str, int]
     """What is missing in the capture, by cause, with lumdump's names; empty if frames were given."""
     left_out: int
-    """Points that were asked for and are in no file, since their line came too late or was beyond the most of a frame."""
+    """Points that were asked for and are in no file, since their line came too late or was beyond the most of a frame,
+    or since their time has no pose."""
 
 
 def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: Any) -> Summary:
@@ -573,6 +603,8 @@ def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: A
         columns      of csv, ply, pcd, parquet, feather, npy and npz: names, or "all"; x y z range azimuth elevation
                      pulse_width timestamp frame eye line pixel return_number number_of_returns edge if not given;
                      also time, and of the latter four strongest and sensor
+        poses        where the sensor was: Poses, or the name of a file of them; then points are moved, and what has no pose
+                     is left out; pose_times, the file of times of KITTI; to, "world" if not given, "start" or "middle"
         time         what timestamps are: "sensor", the sensor's clock; "utc"; "arrival"
         preset       of parquet and feather: "argoverse2", its columns in its types
         compression  of parquet and feather: "zstd", "lz4", "none" and so on

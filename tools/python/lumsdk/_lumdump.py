@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import IO, Any, Union
 
 from ._errors import CaptureError, CaptureWarning, Error, OptionError
+from ._poses import Poses
 from ._programs import find
 from ._settings import Calibration, Profile
 
@@ -55,7 +56,7 @@ def _columns(value: Any) -> str:
 
 _TEXTS: Mapping[str, Callable[[Any], str]] = {"range": _limits, "box": _box, "frames": _frames, "smooth": _smooth,
                                               "columns": _columns}
-_NAMES = {"returns": "return"}
+_NAMES = {"returns": "return", "pose_times": "pose-times"}
 _FLAGS = ("ascii", "comments", "organized")
 
 
@@ -98,6 +99,11 @@ def arguments(options: Mapping[str, Any], folder: str) -> list[str]:
             out += [f"--{name}"] if value else []
         elif name == "set":
             out += [f"--set={entry}" for entry in flatten(value)]
+        elif name == "poses" and isinstance(value, Poses):
+            value.save(os.path.join(folder, "poses.txt"))
+            out.append(f"--poses={os.path.join(folder, 'poses.txt')}")
+        elif name in ("poses", "pose_times"):
+            out.append(f"--{_NAMES.get(name, name)}={os.fsdecode(value)}")
         elif name in ("calibration", "profile"):
             out.append(f"--{name}={setting_file(name, value, folder)}")
         else:
@@ -217,4 +223,4 @@ def run(source: Union[Sequence[str], Any], output: str, options: Iterable[str]) 
 
 def left_out_of(said: Mapping[str, Any]) -> int:
     """Points that lumdump left out of its outputs, by its JSON."""
-    return sum(output[why] for output in said["left_out"] for why in ("late", "cut", "no_place"))
+    return int(said.get("poses", {}).get("without", 0)) + sum(output[why] for output in said["left_out"] for why in ("late", "cut", "no_place"))

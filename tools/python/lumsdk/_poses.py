@@ -2,12 +2,13 @@
 from __future__ import annotations
 
 import os
+import warnings
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
 
 from ._c import check, ffi, lib, sized
-from ._errors import CaptureError, Error, OptionError, warn
+from ._errors import CaptureError, CaptureWarning, Error, OptionError, warn
 from ._frame import Frame, _Info
 
 if TYPE_CHECKING:
@@ -21,10 +22,14 @@ if TYPE_CHECKING:
 
 _CLOCKS = {"sensor": lib.LUM_POSES_SENSOR, "utc": lib.LUM_POSES_UTC}
 _TO = {"start": lib.LUM_MOVE_TO_START, "middle": lib.LUM_MOVE_TO_MIDDLE, "world": lib.LUM_MOVE_TO_WORLD}
+MOMENTS = tuple(_TO)
+"""Where points can be moved to."""
+
 _OUTSIDE = ("nan", "nearest", "raise")
 _CAUSES = (("before", "before the first pose"), ("after", "after the last one"), ("in_gap", "in gaps of the poses"),
            ("no_start", "in a frame to whose start or middle there is none"), ("no_time", "without a time"))
 _UNIT_ERROR = 0.02
+_FAR_M = 5000.0
 
 
 class Poses:
@@ -239,12 +244,64 @@ def move(frame: Frame, poses: Poses, to: str, origin: Optional[Sequence[float]] 
             raise CaptureError(told)
         if told:
             warn(told + ("; the nearest pose moved them" if outside == "nearest" else "; they are NaN"))
-    return _with_xyz(frame, block)
+    return _made(frame, frame.to_dict(), block, frame.lines)
 
 
-def _with_xyz(frame: Frame, block: Array) -> Frame:
+def _made(frame: Frame, columns: dict[str, Array], block: Array, lines: Array) -> Frame:
     made = Frame.__new__(Frame)
-    made._c, made._count = None, len(frame)
-    made._info_made, made._lines_made = frame._info, frame.lines
-    made._arrays = {**frame.to_dict(), **{name: block[i] for i, name in enumerate("xyz")}, "xyz": block.T}
+    made._c, made._count = None, block.shape[1]
+    made._info_made, made._lines_made = frame._info, lines
+    made._arrays = {**columns, **{name: block[i] for i, name in enumerate("xyz")}, "xyz": block.T}
     return made
+
+
+def _without_missing(frame: Frame) -> Frame:
+    """Without points that are NaN."""
+    kept = ~np.isnan(frame["x"])
+    if kept.all():
+        return frame
+    before = np.concatenate([[0], np.cumsum(kept)])
+    lines = frame.lines.copy()
+    first, end = lines["first_point"].astype("i8"), lines["first_point"].astype("i8") + lines["point_count"]
+    lines["first_point"], lines["point_count"] = before[first], before[end] - before[first]
+    block = np.ascontiguousarray(frame.xyz.T[:, kept])
+    return _made(frame, {name: frame[name][kept] for name in frame.columns}, block, lines)
+
+
+class Motion:
+    """Moves the frames of a file, and counts the points without a pose, as lumdump does."""
+
+    needs = ("x", "y", "z", "time")
+
+    def __init__(self, poses: Union[Poses, str, os.PathLike[str]], times: Union[str, os.PathLike[str], None], to: str) -> None:
+        self.poses = poses if isinstance(poses, Poses) else Poses(poses, times=times)
+        self._to = to
+        self.points = self.without = 0
+        at = self.poses.tum[:, :3]
+        is_far = to == "world" and np.abs(at).max() > _FAR_M
+        self.origin = np.round(at[0] / 1000.0) * 1000.0 if is_far else np.zeros(3)
+        """What is subtracted from the world's coordinates."""
+        self.notes = ["origin=" + ",".join(f"{value:.0f}" for value in self.origin)] if is_far else []
+        if is_far:
+            warn(f"the poses are farther than 5 km from 0: x, y and z are relative to the {self.notes[0]}, which comments of the "
+                 "files name")
+
+    def move(self, frame: Frame) -> Frame:
+        """The points of a frame that have a pose."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaptureWarning)
+            made = _without_missing(move(frame, self.poses, self._to, self.origin if self._to == "world" else None))
+        self.points += len(frame)
+        self.without += len(frame) - len(made)
+        return made
+
+    def finish(self) -> None:
+        """Raises CaptureError if no point has a pose; warns if some have none."""
+        if not self.without:
+            return
+        told = f"{self.poses.name}: {self.without} of {self.points} points have no pose"
+        if self.without == self.points:
+            begin, end = (time * 1e-9 for time in self.poses.span)
+            raise CaptureError(f"{told}: the poses are of {begin:.3f} to {end:.3f} s, {self.poses.clock}; are they of another "
+                               "drive?")
+        warn(f"{told} and are left out")
