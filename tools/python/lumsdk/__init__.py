@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from ._simulate import SimulatedSensor, simulate
 
 __all__ = ["COLUMNS", "Answer", "Calibration", "CaptureError", "CaptureWarning", "Clock", "ClosedError", "Error", "Finding",
-           "Frame", "HazardError", "Inference", "LaserError", "OptionError", "Poses", "Profile", "Sensor", "SensorError", "SensorWarning",
-           "SimulatedSensor", "Source", "Status", "UnknownKeyError", "__version__", "convert", "infer", "open",
+           "Frame", "HazardError", "Inference", "LaserError", "OptionError", "Poses", "Profile", "Sensor", "SensorError",
+           "SensorWarning", "SimulatedSensor", "Source", "Status", "UnknownKeyError", "__version__", "convert", "infer", "open",
            "simulate"]
 
 # What few programs need is imported when it is asked for.
-_LATER = {"Answer": "_session", "Clock": "_session", "Finding": "_infer", "Inference": "_infer", "Poses": "_poses", "Sensor": "_sensor",
-          "SimulatedSensor": "_simulate", "Status": "_session", "convert": "_convert", "infer": "_infer",
+_LATER = {"Answer": "_session", "Clock": "_session", "Finding": "_infer", "Inference": "_infer", "Poses": "_poses",
+          "Sensor": "_sensor", "SimulatedSensor": "_simulate", "Status": "_session", "convert": "_convert", "infer": "_infer",
           "simulate": "_simulate"}
 
 

@@ -505,7 +505,7 @@ def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
 
 
 def _write(plan: _Plan, frames: Iterable[Frame], source: Optional[Source]) -> Summary:
-    moved = {name: plan.output[name] for name in ("poses", "pose_times", "to") if name in plan.output}
+    moved: dict[str, Any] = {name: plan.output[name] for name in ("poses", "pose_times", "to") if name in plan.output}
     if isinstance(moved.get("poses"), Poses):
         moved["poses"] = moved["poses"].name
     about = _about(source, {**(plan.read if source is None else source._choice.given), **moved})

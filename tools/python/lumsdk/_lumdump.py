@@ -223,4 +223,5 @@ def run(source: Union[Sequence[str], Any], output: str, options: Iterable[str]) 
 
 def left_out_of(said: Mapping[str, Any]) -> int:
     """Points that lumdump left out of its outputs, by its JSON."""
-    return int(said.get("poses", {}).get("without", 0)) + sum(output[why] for output in said["left_out"] for why in ("late", "cut", "no_place"))
+    left_out = sum(output[why] for output in said["left_out"] for why in ("late", "cut", "no_place"))
+    return int(said.get("poses", {}).get("without", 0) + left_out)

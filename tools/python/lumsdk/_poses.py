@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
 
-from ._c import check, ffi, lib, sized
+from ._c import check, ffi, lib, sized, text
 from ._errors import CaptureError, CaptureWarning, Error, OptionError, warn
 from ._frame import Frame, _Info
 
@@ -88,7 +88,7 @@ class Poses:
 
     def __len__(self) -> int:
         """How many there are."""
-        return self._count
+        return int(self._count)
 
     @property
     def clock(self) -> str:
@@ -153,7 +153,7 @@ class Poses:
 def _nanoseconds(time: Any) -> int:
     if isinstance(time, (int, np.integer)) and not isinstance(time, bool):
         return int(time)
-    if isinstance(time, (float, np.floating)) and np.isfinite(time) and abs(time) < 4e9:
+    if isinstance(time, (float, np.floating)) and abs(float(time)) < 4e9:
         return round(float(time) * 1e9)
     raise OptionError(f"a time is {time!r}; right is an int of nanoseconds, or a float of seconds")
 
@@ -209,7 +209,7 @@ def _moments(info: _Info, poses: Poses, to: str) -> tuple[int, int]:
 
 def _why(frame: Frame, poses: Poses, counts: Any, begin_ns: int) -> str:
     """The points that have no pose; "" if all have one."""
-    without = {name: getattr(counts, name) for name, _ in _CAUSES}
+    without: dict[str, int] = {name: getattr(counts, name) for name, _ in _CAUSES}
     total = sum(without.values())
     if not total:
         return ""
@@ -217,12 +217,13 @@ def _why(frame: Frame, poses: Poses, counts: Any, begin_ns: int) -> str:
         error = ffi.new("lum_error *")
         end_ns = begin_ns + round(frame.duration * 1e9)
         if lib.lum_poses_check_span(poses._c, os.fsencode(poses.name), begin_ns, end_ns, error) != 0:
-            return f"frame {frame.number}: " + ffi.string(error.text).decode(errors="replace")
+            return f"frame {frame.number}: {text(error.text)}"
     return (f"frame {frame.number}: {total} of {counts.points} points have no pose: "
             + ", ".join(f"{without[name]} {cause}" for name, cause in _CAUSES if without[name]))
 
 
-def move(frame: Frame, poses: Poses, to: str, origin: Optional[Sequence[float]] = None, outside: Outside = "nan") -> Frame:
+def move(frame: Frame, poses: Poses, to: str, origin: Union[Sequence[float], Array, None] = None,
+         outside: Outside = "nan") -> Frame:
     """A frame with its points moved; its other columns are those of the frame."""
     if not isinstance(poses, Poses):
         raise TypeError(f"poses are {type(poses).__name__}; right is lumsdk.Poses, such as lumsdk.Poses(\"poses.txt\")")
