@@ -38,8 +38,8 @@ static void set_origin(struct motion *m)
     lum_pose first;
     lum_poses_get(m->poses, 0, NULL, &first);
     for (int i = 0; i < 3 && m->has_origin; i++) {
-        m->options.origin[i] =
-            round(first.at[i] / ORIGIN_STEP_M) * ORIGIN_STEP_M;
+        m->options.origin[i] = /* and no -0 */
+            round(first.at[i] / ORIGIN_STEP_M) * ORIGIN_STEP_M + 0.0;
     }
 }
 

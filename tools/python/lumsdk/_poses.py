@@ -280,7 +280,7 @@ class Motion:
         self.points = self.without = 0
         at = self.poses.tum[:, :3]
         is_far = to == "world" and np.abs(at).max() > _FAR_M
-        self.origin = np.round(at[0] / 1000.0) * 1000.0 if is_far else np.zeros(3)
+        self.origin = np.round(at[0] / 1000.0) * 1000.0 + 0.0 if is_far else np.zeros(3)
         """What is subtracted from the world's coordinates."""
         self.notes = ["origin=" + ",".join(f"{value:.0f}" for value in self.origin)] if is_far else []
         if is_far:
