@@ -84,9 +84,11 @@ static int make_room(lum_poses *p, lum_error *error)
     }
     const size_t room = p->room > 0 ? 2u * p->room : 1024u;
     int64_t *times = realloc(p->times, room * sizeof *times);
-    p->times = times != NULL ? times : p->times;
-    lum_pose *poses =
-        times != NULL ? realloc(p->poses, room * sizeof *poses) : NULL;
+    if (times == NULL) {
+        return fail_memory(error);
+    }
+    p->times = times;
+    lum_pose *poses = realloc(p->poses, room * sizeof *poses);
     if (poses == NULL) {
         return fail_memory(error);
     }

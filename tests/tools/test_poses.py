@@ -10,7 +10,7 @@ import unittest
 from support import Folder, read_csv, run, simulate
 
 TURN, RADIUS = 1.25, 8.0
-BEGIN_S, END_S = 4.99, 5.5  # of lumsim's clock, in a capture of 5 frames
+BEGIN_S, END_S = 4.99, 5.3  # of lumsim's clock, in a capture of 3 frames
 
 
 def pose(seconds):
@@ -39,7 +39,7 @@ class Poses(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         shared = pathlib.Path(folder.name)
-        cls.drive = simulate(shared / "drive.pcap", "--frames", 5)
+        cls.drive = simulate(shared / "drive.pcap", "--frames", 3)
         done = run("lumdump", cls.drive, "-q", "--columns", "x,y,z,timestamp,time,frame", "-o", shared / "still.csv")
         assert done.returncode == 0, done.stderr
         cls.still = read_csv(shared / "still.csv")
@@ -99,7 +99,7 @@ class Poses(unittest.TestCase):
             self.assertLess(max(abs(a - b) for a, b in zip(numbers(before), numbers(after))), 0.03)
 
     def test_what_has_no_pose_is_left_out_and_counted(self):
-        self.poses.write_text(tum(end_s=5.25))
+        self.poses.write_text(tum(end_s=5.15))
         out = self.folder / "half.csv"
         done = self.dump("--poses", self.poses, "--json", "-o", out)
         counts = json.loads(done.stdout)["poses"]
@@ -110,15 +110,14 @@ class Poses(unittest.TestCase):
                       f"{counts['after']} after the last one", done.stderr)
 
     def test_frames_and_rows_lack_it_too(self):
-        self.poses.write_text(tum(end_s=5.25))
+        self.poses.write_text(tum(end_s=5.15))
         self.dump("-q", "--poses", self.poses, "--organized", "--return", "last", "--ascii", "-o", self.folder / "%d.pcd")
         counts = collections.Counter()
-        for i in range(1, 6):
+        for i in range(1, 4):
             rows = (self.folder / f"{i}.pcd").read_text().split("DATA ascii\n")[1].splitlines()
             self.assertEqual(len(rows), 128_000)
             counts[i] = sum(not row.startswith("nan") for row in rows)
-        self.assertTrue(counts[1] > 90_000 and counts[2] > 90_000 and 0 < counts[3] < counts[2])
-        self.assertEqual(counts[4] + counts[5], 0)
+        self.assertTrue(counts[1] > 90_000 and 0 < counts[2] < 90_000 and counts[3] == 0, counts)
 
     def test_a_far_world_has_an_origin(self):
         self.poses.write_text(tum(offset=512345.0))
@@ -127,7 +126,7 @@ class Poses(unittest.TestCase):
         las = (self.folder / "far.las").read_bytes()
         self.assertEqual(struct.unpack_from("<3d", las, 155), (512000.0, 0.0, 0.0))
         high, low = struct.unpack_from("<2d", las, 179)
-        self.assertTrue(512000 < low < 512345 < high < 513000, (low, high))
+        self.assertTrue(512340 < low < high < 512800, (low, high))
         self.assertIn(b"origin=512000,0,0", (self.folder / "far.ply").read_bytes()[:2000])
 
     def test_a_pipe_has_the_same_bytes(self):
@@ -138,7 +137,7 @@ class Poses(unittest.TestCase):
 
     def test_what_is_wrong_is_refused(self):
         out = self.folder / "no.ply"
-        for text, message in ((tum(shift_s=500), "its poses are of 504.990 to 505.500 s of the sensor's clock, the points of"),
+        for text, message in ((tum(shift_s=500), "its poses are of 504.990 to 505.300 s of the sensor's clock, the points of"),
                               (tum(scale=1000), "if the times are milliseconds, turn them into seconds"),
                               (tum(shift_s=1.7e9), "UTC"),
                               ("", "has no poses; at least one is needed")):

@@ -57,13 +57,13 @@ static struct scene *make_scene(const lum_poses *poses, lum_move_to to)
     struct scene *s = calloc(1, sizeof *s);
     assert_non_null(s);
     for (unsigned i = 0; i < COUNT; i++) {
-        const unsigned line = i / 600u; /* lines 0 and 1 at once, and so on */
+        const unsigned pair = i / 1200u; /* of lines, at once */
         const double angle = 0.37 * i;
         const double range = i % 7u == 0 ? 100.0 : (double)(i % 90u) + 1.0;
         s->x[i] = (float)(range * cos(angle));
         s->y[i] = (float)(range * sin(angle) * 0.8);
         s->z[i] = (float)(range * sin(angle) * 0.6);
-        s->time[i] = (float)(0.03 * (line / 2u) + 0.03 * (i % 600u) / 600.0);
+        s->time[i] = (float)(0.03 * pair + 0.03 * (i % 600u) / 600.0);
     }
     s->points = (lum_move_points){.struct_size = sizeof s->points,
                                   .x = s->x,

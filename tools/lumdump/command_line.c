@@ -276,6 +276,7 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
         false};
     struct option_result result;
     *out = (struct options){.format = FORMAT_BY_NAME,
+                            .motion = {.to = LUM_MOVE_TO_WORLD},
                             .choice = {.eyes = 3,
                                        .frame_first = INT64_MIN,
                                        .frame_last = INT64_MAX}};
@@ -294,9 +295,6 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
     if (out->infer) {
         return rules_allow_infer(out, &table, &result) ? PARSED_RUN
                                                        : PARSED_BAD;
-    }
-    if (!out->motion.has_to) {
-        out->motion.to = LUM_MOVE_TO_WORLD;
     }
     if (!find_formats(out) || !rules_allow(out)) {
         return PARSED_BAD;
