@@ -45,7 +45,8 @@ static double seconds(int64_t ns)
 static int fail_memory(lum_error *error)
 {
     errno = ENOMEM;
-    return lum_error_set(error, "poses: out of memory");
+    (void)lum_error_set(error, "poses: out of memory");
+    return -1;
 }
 
 lum_poses *lum_poses_begin(const lum_poses_options *options, lum_error *error)
@@ -79,7 +80,7 @@ void lum_poses_free(lum_poses *poses)
 
 static int make_room(lum_poses *p, lum_error *error)
 {
-    if (p->info.count < p->room && p->times != NULL && p->poses != NULL) {
+    if (p->info.count < p->room) {
         return 0;
     }
     const size_t room = p->room > 0 ? 2u * p->room : 1024u;
