@@ -93,8 +93,9 @@ static void add_houses(lum_things *s, float length)
     const float setback = lum_random_between(r, 0.0f, 0.8f);
     const float split = length * lum_random_between(r, 0.4f, 0.6f);
     if (kind < 2) {
-        for (float x = 1.0f; x < length - 1.0f; x += 2.0f) {
-            lum_things_add_bush(s, x, s->side * (LUM_HOUSES_Y - 0.2f));
+        for (int i = 0; 2.0f * (float)i < length - 2.0f; i++) {
+            lum_things_add_bush(s, 1.0f + 2.0f * (float)i,
+                                s->side * (LUM_HOUSES_Y - 0.2f));
         }
         lum_things_add_tree(s, 0.3f * length, s->side * 14.0f);
         lum_things_add_tree(s, 0.7f * length, s->side * 15.0f);
@@ -131,8 +132,8 @@ static void add_furniture(lum_things *s, float length)
 static void add_parked(lum_things *s, float length)
 {
     lum_random *r = &s->random;
-    for (float place = 0.0f; place + 6.0f < length; place += 6.0f) {
-        const float x = place + lum_random_between(r, 0.2f, 0.7f);
+    for (int i = 0; 6.0f * (float)(i + 1) < length; i++) {
+        const float x = 6.0f * (float)i + lum_random_between(r, 0.2f, 0.7f);
         const float shift = lum_random_between(r, -0.12f, 0.12f);
         const float paint = lum_random_between(r, 0.15f, 0.8f);
         const uint32_t kind = lum_random_below(r, 10);
@@ -202,13 +203,13 @@ static void add_row(lum_things *s, uint64_t seed, uint32_t number,
                     const double at[3], double from, double to)
 {
     const road *way = &roads[number / STREET_LOTS];
-    const double count = floor((to - from) / LOT_M);
+    const uint32_t count = (uint32_t)((to - from) / LOT_M);
     const double length = (to - from) / count;
-    for (double i = 0.0; i < count; i += 1.0) {
+    for (uint32_t i = 0; i < count; i++) {
         stand(s, way, at, from + i * length);
         for (unsigned side = 0; side < 2 && is_near(s, (float)length); side++) {
             s->side = side == 0 ? 1.0f : -1.0f;
-            add_lot(s, seed, number + 2u * (uint32_t)i + side, (float)length);
+            add_lot(s, seed, number + 2u * i + side, (float)length);
         }
     }
 }

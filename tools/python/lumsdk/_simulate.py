@@ -242,7 +242,8 @@ class SimulatedSensor:
         """Start it, and wait until it is ready.
 
         frames of lines (64 or 640) are rendered with seed and played in a loop, rate of them a second; scene, pose,
-        walls, motion, velocity and noise are those of simulate(). replay sends the data of a capture instead, speed times as fast, once
+        walls, motion, velocity and noise are those of simulate().
+        replay sends the data of a capture instead, speed times as fast, once
         or in a loop. loss, duplicate, reorder and corrupt are probabilities from 0 to 1 for each data packet,
         answer_loss for each answer. jitter and answer_delay are milliseconds. fault is one or several of NAME@T,
         NAME@T-T2 or NAME@USR1-USR2, such as "fan@10-12"; cue() makes those with USR1 and USR2 happen. clock is its clock
