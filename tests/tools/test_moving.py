@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""lumsim on a path, from outside: options, refusals, the poses and the labels beside a capture."""
+import ast
+import math
+import struct
+import unittest
+
+from support import Folder, run, simulate
+from test_scene import columns
+
+TOWN = ("--scene", "town", "--path", "circle", "--velocity", "10")
+ROW = struct.Struct("<qIIHHBB?B")
+
+
+def labels(path):
+    """The names of a structured array, and its rows."""
+    data = path.read_bytes()
+    length = struct.unpack_from("<H", data, 8)[0]
+    head = ast.literal_eval(data[10:10 + length].decode())
+    rows = list(ROW.iter_unpack(data[10 + length:]))
+    assert data[:8] == b"\x93NUMPY\x01\x00" and (len(rows),) == head["shape"], head
+    return [name for name, _ in head["descr"]], rows
+
+
+def poses(path):
+    """The rows of a TUM file as numbers, times as texts."""
+    rows = [line.split() for line in path.read_text().splitlines() if not line.startswith("#")]
+    return [row[0] for row in rows], [tuple(map(float, row[1:])) for row in rows]
+
+
+class Options(unittest.TestCase):
+    def refused(self, *arguments, says):
+        folder = Folder(self)
+        (folder / "short.txt").write_text("10 0 0 1.8 0 0 0 1\n10.5 1 0 1.8 0 0 0 1\n")
+        (folder / "wall.txt").write_text("0 0 0 1.8 0 0 0 1\n1 0 40 1.8 0 0 0 1\n")
+        r = run("lumsim", "-o", "a.pcap", *arguments, cwd=folder / ".")
+        self.assertEqual((r.returncode, r.stdout), (2, ""), r.stderr)
+        self.assertRegex(r.stderr, says)
+        self.assertEqual(sorted(folder.names()), ["short.txt", "wall.txt"])
+
+    def test_what_cannot_be_is_refused_with_what_is_right(self):
+        for arguments, says in [
+                (("--path", "circle"), "circle is not for --scene street: there, straight, stop-and-go or a file"),
+                ((*TOWN[:2], "--path", "eight"), "eight is not for --scene town: there, circle, stop-and-go or a file"),
+                (("--scene", "room", "--path", "straight"), "not for --scene room: there, circle, eight or a file"),
+                (("--velocity", "3"), "--velocity is that of --path straight, circle, eight or stop-and-go"),
+                (("--path", "short.txt", "--velocity", "3"), "the times of its poses say how fast"),
+                (("--path", "straight", "--pose", "0,0,1,0,0,0"), "--path and --pose: with one the sensor moves"),
+                (("--path", "none.txt"), "--path: none.txt: cannot be read"),
+                (("--path", "short.txt", "--frames", "6"), r"last 0\.5 s, and 6 frames 0\.6 s; right is --frames 5"),
+                (("--path", "wall.txt"), r"--path, 0\.\d+ s after the beginning: the blue eye would be outside"),
+                (("--labels", "a.pcap"), "--labels: 'a.pcap' is the file of --output too"),
+                (("--poses", "x", "--labels", "x"), "--labels: 'x' is the file of --poses too"),
+                (("--path", "short.txt", "--poses", "short.txt"), "--poses: .*the path"),
+                (("--time", "utc"), "--time utc is about the times of the exact points in --truth FILE, and of --poses")]:
+            with self.subTest(arguments):
+                self.refused(*arguments, says=says)
+
+
+class Beside(unittest.TestCase):
+    def test_poses_are_those_of_each_line(self):
+        folder = Folder(self)
+        simulate(folder / "a.pcap", *TOWN, "--frames", "2", "--poses", folder / "a.txt")
+        simulate(folder / "b.pcap", *TOWN, "--frames", "2", "--poses", folder / "b.txt", "--time", "utc")
+        times, rows = poses(folder / "a.txt")
+        self.assertEqual(len(rows), 128)
+        self.assertEqual((folder / "a.pcap").read_bytes(), (folder / "b.pcap").read_bytes())
+        for time, (x, y, z, *turn) in zip(times, rows, strict=True):
+            self.assertRegex(time, r"^5\.\d{9}$")
+            self.assertAlmostEqual(x, 10 * (float(time) - 5), delta=1e-6)
+            self.assertEqual((y, z, turn), (0, 1.8, [0, 0, 0, 1]))
+        utc, same = poses(folder / "b.txt")
+        self.assertEqual(same, rows)
+        self.assertEqual(utc[5], f"{1767225600 + 5}{times[5][1:]}")
+
+    def test_poses_of_a_drive_that_is_frozen_are_those_of_its_frames(self):
+        folder = Folder(self)
+        simulate(folder / "a.pcap", "--frames", "2", "--poses", folder / "a.txt")
+        self.assertEqual({row[0] for row in poses(folder / "a.txt")[1]}, {0.0, 0.5})
+
+    def test_a_path_from_a_file_is_driven(self):
+        folder = Folder(self)
+        simulate(folder / "a.pcap", "--scene", "yard", "--path", "eight", "--frames", "3", "--velocity", "6",
+                 "--poses", folder / "a.txt")
+        r = run("lumsim", "-q", "-o", folder / "b.pcap", "--scene", "yard", "--path", folder / "a.txt", "--poses",
+                folder / "b.txt")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        first, second = poses(folder / "a.txt"), poses(folder / "b.txt")
+        self.assertEqual(len(second[0]), 128)  # the last frame has no last pose
+        self.assertEqual(first[0][:128], second[0])
+        for a, b in zip(first[1], second[1]):
+            self.assertLess(math.dist(a, b), 3e-6)
+
+    def test_labels_have_a_row_for_each_exact_point(self):
+        folder = Folder(self)
+        simulate(folder / "a.pcap", *TOWN, "--frames", "2", "--labels", folder / "a.npy", "--truth", folder / "a.csv")
+        names, rows = labels(folder / "a.npy")
+        keys = ["frame", "line", "eye", "pixel", "return_number"]
+        at = [names.index(name) for name in keys]
+        mine = [tuple(row[i] for i in at) for row in rows]
+        self.assertEqual(mine, sorted(mine))
+        self.assertEqual(mine, sorted(tuple(map(int, row)) for row in columns(folder / "a.csv", " ".join(keys))))
+        classes = {}
+        for row in rows:
+            classes.setdefault(row[names.index("class")], set()).add(row[names.index("object")])
+        self.assertTrue({1, 2, 3, 6, 7, 8} <= set(classes), classes.keys())
+        self.assertEqual(classes[1], {1})
+        objects = [number for each in classes.values() for number in each]
+        self.assertEqual(len(objects), len(set(objects)))  # an object has one class
+
+    def test_labels_need_a_file(self):
+        folder = Folder(self)
+        r = run("lumsim", "-o", folder / "a.pcap", "--frames", "1", "--labels", "-")
+        self.assertEqual(r.returncode, 1)
+        self.assertIn("--labels: standard output is no regular file", r.stderr)
+        self.assertEqual(folder.names(), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
