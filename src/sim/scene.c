@@ -10,6 +10,8 @@
 #define ROWS    512
 #define CELLS   ((size_t)COLUMNS * ROWS)
 
+/* --- Cells of a shape --- */
+
 typedef struct cells {
     uint16_t row[2];    /* first and last */
     uint16_t column[2]; /* first and last */
@@ -131,6 +133,8 @@ static cells cells_of(const lum_scene *scene, const lum_shape *s)
     return found;
 }
 
+/* --- From near to far --- */
+
 static float distance_of(const lum_scene *scene, const lum_shape *s)
 {
     float low[3];
@@ -208,6 +212,8 @@ static void fill_entries(lum_scene *scene)
         }
     }
 }
+
+/* --- Setting --- */
 
 static int make_room(lum_scene *scene, size_t count)
 {
@@ -292,6 +298,8 @@ void lum_scene_free(lum_scene *scene)
     scene->room = 0;
     scene->order_room = 0;
 }
+
+/* --- Casting --- */
 
 /* Hits from near to far; those beyond the last place are dropped. */
 static size_t insert(lum_hit *hits, size_t count, const lum_hit *hit)

@@ -22,6 +22,8 @@ lum_ray lum_ray_make(const float d[3])
     return ray;
 }
 
+/* --- Boxes --- */
+
 static bool cross_box(const lum_shape *s, const lum_ray *ray, span *out)
 {
     span found = {-1e9f, 1e9f, 0};
@@ -99,6 +101,8 @@ static bool cast_cabin(const lum_shape *s, const lum_ray *ray, lum_hit *hit)
     return true;
 }
 
+/* --- Facades --- */
+
 typedef struct opening {
     float low[2];  /* x, z */
     float high[2]; /* x, z */
@@ -163,6 +167,8 @@ static bool cast_facade(const lum_shape *s, const lum_ray *ray, lum_hit *hit)
     }
     return true;
 }
+
+/* --- Round shapes --- */
 
 /* The share of a beam that an object of this radius stops, if the beam's axis
  * passes its centre at this distance. */
@@ -273,6 +279,8 @@ static bool cast_leaves(const lum_shape *s, const lum_ray *ray, lum_hit *hit)
     return true;
 }
 
+/* --- Faces --- */
+
 static bool cast_face(const lum_shape *s, const lum_ray *ray, lum_hit *hit)
 {
     const float middle[3] = {0.5f * (s->min[0] + s->max[0]),
@@ -286,6 +294,8 @@ static bool cast_face(const lum_shape *s, const lum_ray *ray, lum_hit *hit)
     hit->bias = s->face->bias_m;
     return true;
 }
+
+/* --- Any of them --- */
 
 /* Turned back, as the ray is then. */
 static lum_shape turn_back(const lum_shape *shape, const lum_ray *ray,
@@ -334,6 +344,8 @@ bool lum_shape_cast_moved(const lum_shape *shape, const float by[3],
     }
     return lum_shape_cast(&moved, ray, hit);
 }
+
+/* --- Lists --- */
 
 void lum_shape_list_add(lum_shape_list *list, const lum_shape *shape)
 {

@@ -1,6 +1,7 @@
 #include "files.h"
 
 #include "layout.h"
+#include "moving.h"
 
 #include <stdio.h>
 
@@ -40,6 +41,12 @@ bool files_load(struct options *o)
         return false;
     }
     return layout_take(o, &profile);
+}
+
+bool moving_load(struct options *o)
+{
+    return o->render.place.path.kind != LUM_PATH_POSES ||
+           refuse("--path", "pose");
 }
 
 int offline_run(const struct options *o)
