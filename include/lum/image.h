@@ -25,7 +25,7 @@ extern "C" {
 #define LUM_IMAGE_NONE UINT32_MAX
 
 /** Most pixels of a picture. */
-#define LUM_IMAGE_PIXELS_MAX (UINT32_C(1) << 28)
+#define LUM_IMAGE_PIXELS_MAX 0x10000000u
 
 /** The eyes of a picture, a bit each: 1 << an ::lum_eye. */
 typedef enum lum_image_eyes {

@@ -1,4 +1,4 @@
-"""A frame in a notebook: its range images, or its counts."""
+"""A frame in a notebook: its range image, or its counts."""
 from __future__ import annotations
 
 import base64
@@ -13,64 +13,32 @@ if TYPE_CHECKING:
 
 EYES = ("blue", "green")
 
-_ROWS, _COLUMNS = 320, 400
-"""Most cells of a picture of an eye."""
+_ROWS, _COLUMNS = 64, 800
+"""Cells of a picture, as many as can be seen."""
+
+_VIEW = (60.0, -60.0, 3.0, -17.0)
+"""Degrees at its edges: left, right, top, bottom."""
 
 _TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)
 
 
-def _line_count(frame: Frame) -> int:
-    """Lines of a picture. A damaged packet can claim any number, so numbers beyond those of whole lines do not count."""
-    numbers: Any = np.sort(frame.lines["number"])
-    if not len(numbers):
-        return 0
-    usual = int(numbers[len(numbers) * 9 // 10]) + 1
-    return min(int(numbers[-1]) + 1, 64 if usual <= 64 else max(640, usual))
-
-
-def _azimuths(frame: Frame) -> tuple[Any, str]:
-    """Degrees of each point, positive to the left, and what they are: those of the column are of the eye, which is turned."""
-    if {"x", "y"} <= set(frame.columns):
-        return np.degrees(np.arctan2(frame["y"], frame["x"])), "azimuth from the sensor, degrees"
-    return frame["azimuth"], "azimuth in the eye, degrees"
-
-
-def range_image(frame: Frame, eye: str) -> tuple[Any, tuple[float, float]]:
-    """The ranges of an eye by line and azimuth, as few cells as a picture needs.
-
-    Lines are scanned in turn to one side and to the other, so that pixels of neighbours do not lie below each other.
-
-    Returns:
-        Metres, the nearest of each cell, NaN where there is no point; and the azimuths of the left and the right end.
-    """
-    count = _line_count(frame)
-    chosen = (frame["eye"] == EYES.index(eye)) & (frame["line"] < count)
-    azimuths, lines, ranges = _azimuths(frame)[0][chosen], frame["line"][chosen], frame["range"][chosen]
-    step = max(1, -(-count // _ROWS))
-    image: Any = np.full((max(1, -(-count // step)), _COLUMNS), np.inf, "f4")
-    left, right = (float(azimuths.max()), float(azimuths.min())) if len(azimuths) else (30.0, -30.0)
-    scale = (_COLUMNS - 1) / max(left - right, 1e-6)
-    columns = np.rint((left - azimuths) * scale).astype(np.intp)
-    np.minimum.at(image, (lines.astype(np.intp) // step, columns), ranges)
-    image[np.isinf(image)] = np.nan
-    return image, (left, right)
-
-
-def _limits(images: list[Any]) -> tuple[float, float]:
+def _limits(image: Any) -> tuple[float, float]:
     """Ranges of the colours: all but the lowest and the highest 2 %."""
-    values = np.concatenate([image[~np.isnan(image)] for image in images])
-    values = values[values > 0]
+    values = image[image > 0]
     if not len(values):
         return 1.0, 100.0
     low, high = (float(v) for v in np.percentile(values, (2, 98)))
     return low, max(high, low * 1.1)
 
 
-def _draw(axes: Any, image: Any, ends: tuple[float, float], lines: int, norm: Any) -> Any:
-    shown = axes.imshow(image, extent=(*ends, lines - 0.5, -0.5), aspect="auto", norm=norm, cmap="turbo_r",
-                        interpolation="nearest")
+def _draw(axes: Any, image: Any, norm: Any) -> Any:
+    shown = axes.imshow(image, extent=_VIEW[:2] + _VIEW[:1:-1], aspect="auto", norm=norm, cmap="turbo_r", interpolation="nearest")
     axes.set_facecolor("#202020")
     axes.tick_params(labelsize=7)
+    axes.set_title("green eye", fontsize=9, loc="left")
+    axes.set_title("blue eye", fontsize=9, loc="right")
+    axes.set_xlabel("azimuth, degrees", fontsize=8)
+    axes.set_ylabel("elevation, degrees", fontsize=8)
     return shown
 
 
@@ -85,33 +53,20 @@ def _scale(figure: Any, shown: Any, low: float, high: float) -> None:
 
 
 def to_png(frame: Frame) -> Optional[bytes]:
-    """Both eyes' range images with a scale in metres, as PNG; None: matplotlib is missing, or there is nothing to show."""
+    """The range image of both eyes with a scale in metres, as PNG; None: matplotlib is missing, or there is nothing to show."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.colors import LogNorm
         from matplotlib.figure import Figure
     except ImportError:
         return None
-    names = set(frame.columns)
-    if not len(frame) or not {"range", "line", "eye"} <= names or not ("azimuth" in names or {"x", "y"} <= names):
+    if not len(frame) or not {"range", "x", "y", "z"} <= set(frame.columns):
         return None
-    images = [range_image(frame, eye) for eye in EYES]
-    low, high = _limits([image for image, _ in images])
-    label = _azimuths(frame)[1]
-    norm = LogNorm(low, high, clip=True)
+    image = frame.image("range", view=_VIEW, rows=_ROWS, columns=_COLUMNS)
+    low, high = _limits(image)
     figure = Figure(figsize=(9.0, 2.6), dpi=80)
     canvas: Any = FigureCanvasAgg(figure)
-    shown = None
-    # The green eye looks left, and the blue one right.
-    for place, which in enumerate((1, 0)):
-        axes = figure.add_axes((0.06 + 0.435 * place, 0.19, 0.42, 0.71))
-        shown = _draw(axes, *images[which], _line_count(frame), norm)
-        axes.set_title(f"{EYES[which]} eye", fontsize=9, loc="left")
-        axes.set_xlabel(label, fontsize=8)
-        if place:
-            axes.set_yticklabels([])
-        else:
-            axes.set_ylabel("line", fontsize=8)
+    shown = _draw(figure.add_axes((0.06, 0.19, 0.855, 0.71)), image, LogNorm(low, high, clip=True))
     _scale(figure, shown, low, high)
     out = io.BytesIO()
     canvas.print_png(out)
@@ -147,12 +102,12 @@ def _image(frame: Frame) -> str:
     if made is None:
         return ""
     text = base64.b64encode(made).decode()
-    about = f"range images of both eyes of frame {frame.number}"
+    about = f"range image of both eyes of frame {frame.number}"
     return f'<img alt="{about}" style="max-width:100%" src="data:image/png;base64,{text}">'
 
 
 def to_html(frame: Frame) -> Optional[str]:
-    """What a notebook shows of a frame: a table of counts, and with matplotlib its range images. Never raises."""
+    """What a notebook shows of a frame: a table of counts, and with matplotlib its range image. Never raises."""
     try:
         title = f"<b>Frame {frame.number}</b> of {html.escape(str(frame.sensor))}"
         return f"<div>{title}{_image(frame)}{_table(frame)}</div>"
