@@ -36,7 +36,8 @@ static void widen(lum_image_view *v, const lum_eye_projector *eye,
 {
     double azimuth = 0.0;
     double elevation = 0.0;
-    look(eye, at % 3 - 1, at / 3 - 1, &azimuth, &elevation);
+    const int row = at / 3;
+    look(eye, at % 3 - 1, row - 1, &azimuth, &elevation);
     const double turned = remainder(azimuth - middle, 360.0) + middle;
     v->left_deg = fmaxf(v->left_deg, (float)turned + MARGIN);
     v->right_deg = fminf(v->right_deg, (float)turned - MARGIN);

@@ -87,10 +87,10 @@ static uint32_t pixel_around(const lum_image_scale *t, float x, float y,
 {
     const float turn = t->per_column * 360.0f * (float)RADIANS;
     const float level = hypotf(x, y);
-    float across = t->left - (float)atan2(y, x) * t->per_column;
+    float across = t->left - atan2f(y, x) * t->per_column;
     across -= across >= turn ? turn : 0.0f;
     across += across < -0.5f ? turn : 0.0f;
-    const float down = t->top - (float)atan2(z, level) * t->per_row;
+    const float down = t->top - atan2f(z, level) * t->per_row;
     const int32_t column = place_of(across, t->columns, t->width);
     const int32_t row = place_of(down, t->rows, t->height);
     return level > 0.0f && column >= 0 && row >= 0

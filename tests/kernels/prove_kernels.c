@@ -197,6 +197,30 @@ static bool same_columns(bench *b, const lum_kernels *k, const uint32_t *words,
            same(xyz, expected, sizeof xyz, "columns", k->name);
 }
 
+/* Directions as points, in a view before the sensor, whatever its size. */
+static bool same_pixels(const bench *b, const lum_kernels *k)
+{
+    static uint32_t pixels[LUM_LINE_PIXELS];
+    static uint32_t expected[LUM_LINE_PIXELS];
+    static float x[3][LUM_LINE_PIXELS];
+    const uint32_t n = b->line.word_count % LUM_LINE_PIXELS;
+    const lum_image_view view = {60.0f, -60.0f, 40.0f, -40.0f, n + 1u, 777};
+    lum_image_scale scale;
+    if (lum_image_scale_init(&scale, &view) != LUM_OK) {
+        return false;
+    }
+    for (uint32_t i = 0; i < n; i++) {
+        x[0][i] = b->expected[i].x;
+        x[1][i] = b->expected[i].y;
+        x[2][i] = b->expected[i].z;
+    }
+    memset(pixels, NOT_OVERWRITE, sizeof pixels);
+    memset(expected, NOT_OVERWRITE, sizeof expected);
+    k->pixels(&scale, x[0], x[1], x[2], n, pixels);
+    lum_plain_pixels(&scale, x[0], x[1], x[2], n, expected);
+    return same(pixels, expected, sizeof pixels, "pixels", k->name);
+}
+
 /* From each place of the line on, a block at a time. */
 static bool same_blocks(bench *b, const lum_kernels *k)
 {
@@ -263,7 +287,8 @@ static bool prove_line(bench *b, const lum_kernels **kinds, size_t count)
 {
     lum_plain_directions(&b->polynomials, b->angles, b->expected);
     for (size_t i = 0; i < count; i++) {
-        if (!same_directions(b, kinds[i]) || !same_blocks(b, kinds[i])) {
+        if (!same_directions(b, kinds[i]) || !same_blocks(b, kinds[i]) ||
+            !same_pixels(b, kinds[i])) {
             return false;
         }
     }

@@ -168,8 +168,10 @@ static void assert_place(const struct picture *p, uint32_t i)
 {
     const lum_image_view *v = &p->options.view;
     const double degrees = 180.0 / 3.14159265358979;
-    const double az = atan2(p->y[i], p->x[i]) * degrees;
-    const double el = atan2(p->z[i], hypot(p->x[i], p->y[i])) * degrees;
+    const double x = (double)p->x[i];
+    const double y = (double)p->y[i];
+    const double az = atan2(y, x) * degrees;
+    const double el = atan2((double)p->z[i], hypot(x, y)) * degrees;
     const double column =
         (v->left_deg - az) / (v->left_deg - v->right_deg) * v->columns;
     const double row =
@@ -182,7 +184,8 @@ static void assert_place(const struct picture *p, uint32_t i)
         return;
     }
     const double at_column = p->pixels[i] % v->columns;
-    const double at_row = p->pixels[i] / v->columns;
+    const uint32_t at_line = p->pixels[i] / v->columns;
+    const double at_row = at_line;
     const double last_column = at_column + 1.0 < v->columns ? 1.0 : 1.5;
     const double last_row = at_row + 1.0 < v->rows ? 1.0 : 1.5;
     assert_true(column > at_column - (at_column > 0 ? 0.0 : 0.5) - bound);
