@@ -87,8 +87,8 @@ lum_result lum_frame_image_default(const lum_frame *frame, uint32_t eyes,
  * @param counts  NULL, or gets counts; its struct_size is set by the caller.
  * @return LUM_OK; LUM_E_VALUE if the frame lacks x, y, z or what the choice
  * needs, if eyes or choice or a value of the view is out of its range, or if a
- *         struct_size is not set: then nothing is written. Linear; about 2 ms
- * for 640 lines of both eyes. */
+ *         struct_size is not set: then nothing is written. Linear; what it
+ * takes is in docs/performance.md. */
 LUM_MUST_CHECK lum_result lum_frame_image_index(
     const lum_frame *frame, const lum_image_options *options, uint32_t *out,
     uint32_t *pixels, lum_image_counts *counts);

@@ -11,7 +11,7 @@ from ._errors import warn
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ._frame import Frame
+    from ._frame import Array, Frame
 
 CHOICES: dict[str, int] = {"nearest": lib.LUM_IMAGE_NEAREST, "farthest": lib.LUM_IMAGE_FARTHEST,
                            "strongest": lib.LUM_IMAGE_STRONGEST, "first": lib.LUM_IMAGE_FIRST, "last": lib.LUM_IMAGE_LAST}
@@ -48,7 +48,7 @@ def _floats(array: Any) -> Any:
 
 
 def index(frame: Frame, eye: str, returns: str, view: Optional[Sequence[float]], rows: Optional[int], columns: Optional[int],
-          pixels: bool) -> Any:
+          pixels: bool) -> Array:
     """The point of each pixel, or with pixels the pixel of each point."""
     options, points, counts = sized("lum_image_options"), sized("lum_image_points"), sized("lum_image_counts")
     options.eyes, options.choice = _chosen(eye, "eye", EYES), _chosen(returns, "returns", CHOICES)
@@ -73,12 +73,12 @@ def index(frame: Frame, eye: str, returns: str, view: Optional[Sequence[float]],
         warn(f"frame {frame.number}: {counts.outside} of {counts.filled + counts.hidden + counts.outside} points lie outside of "
              f"the picture, which shows azimuths from {v.left_deg:g} to {v.right_deg:g} and elevations from {v.top_deg:g} to "
              f"{v.bottom_deg:g} degrees; view= sets what it shows")
-    return (out if lie is None else lie).view("i4")
+    return (out if lie is None else lie).view(np.int32)
 
 
-def take(frame: Frame, column: str, chosen: Any) -> Any:
+def take(frame: Frame, column: str, chosen: Array) -> Array:
     """A column in the pixels of an index: NaN for -1."""
-    out = np.empty(chosen.shape, "f4")
+    out: Array = np.empty(chosen.shape, "f4")
     numbers = np.ascontiguousarray(frame[column], "f4")
     if lib.lum_image_take(ffi.from_buffer("float[]", numbers), len(frame), ffi.from_buffer("uint32_t[]", chosen.view("u4")),
                           chosen.size, ffi.from_buffer("float[]", out, require_writable=True)) != lib.LUM_OK:
