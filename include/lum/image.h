@@ -81,12 +81,14 @@ LUM_MUST_CHECK lum_result lum_image_scale_init(lum_image_scale *out,
 /** The pixels that points lie in.
  *
  * Points beyond an edge by at most half a pixel lie in the pixel at the edge,
- * so that noise takes nothing from it. Angles are within 0.0005 degrees.
+ * so that noise takes nothing from it. Angles are within 0.0005 degrees. A
+ * view that lies before the sensor and within 45 degrees of the level is
+ * computed in vectors, another one point by point.
  * @param x,y,z n numbers each, in any unit.
  * @param out   gets n values: row x columns + column, or ::LUM_IMAGE_NONE for
  *              points outside, without an azimuth (0, 0, z), or with a number
  *              that is not finite.
- * Linear; the same on every processor. */
+ * Linear. What is computed in vectors is the same on every processor. */
 void lum_image_pixels(const lum_image_scale *scale, const float *x,
                       const float *y, const float *z, size_t n, uint32_t *out);
 
