@@ -23,7 +23,7 @@ PAGES = sorted(DOCS.glob("*.md"))
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """What the pages have at hand: a drive, the same in parts, one with losses, one that was cut."""
+    """What the pages have at hand: a drive, the same in parts, one with losses, one that was cut, one with its truth."""
     made = tmp_path_factory.mktemp("pages")
     run("lumsim", "-q", "-o", made / "street.pcap", "--frames", 20)
     run("lumdump", "-q", made / "street.pcap", "-o", made / "drive.pcap", "--rotate", "1s")
@@ -31,6 +31,8 @@ def folder(tmp_path_factory):
     run("lumsim", "-q", "-o", made / "lossy.pcap", "--frames", 5, "--loss", 0.01)
     whole = (made / "lossy.pcap").read_bytes()
     (made / "cut.pcap").write_bytes(whole[:len(whole) * 2 // 3])
+    run("lumsim", "-q", "-o", made / "town.pcap", "--frames", 20, "--scene", "town", "--path", "circle", "--velocity", 10,
+        "--poses", made / "truth.txt")
     return made
 
 
