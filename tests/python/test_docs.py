@@ -14,7 +14,7 @@ import sys
 import lumsdk
 import pages
 import pytest
-from conftest import PATIENCE_S, run
+from conftest import BIN, PATIENCE_S, run
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
 DOCS = TOP / "docs/python"
@@ -76,6 +76,23 @@ def test_code_of_a_page_sends_to_this_machine_alone(page):
                 assert host is not None, f"{said}: without a host, it is a real sensor's"
                 assert not isinstance(host, ast.Constant) or host.value.startswith("127."), said
             assert not (isinstance(node, ast.Constant) and str(node.value).startswith("udp://")), node.value
+
+
+def test_from_a_drive_to_a_map(tmp_path):
+    """The commands of README.md, of a second of that drive."""
+    pytest.importorskip("kiss_icp")
+    pytest.importorskip("matplotlib")
+    told = re.findall(r"^    (lum\w+) (.*?(?:truth|poses)\.txt.*?)(?: +#.*)?$", (TOP / "README.md").read_text(), re.M)
+    assert [name for name, _ in told] == ["lumsim", "lumodom", "lumdump"]
+    said = []
+    for name, arguments in told:
+        command = [sys.executable, "-B", "-m", "lumsdk.odometry._cli"] if name == "lumodom" else [str(BIN / name)]
+        command += re.sub(r"--frames \d+", "--frames 10", arguments).split()
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+        assert done.returncode == 0, done.stderr
+        said.append(done.stdout + done.stderr)
+    assert 9.5 < float(re.search(r"distance +([\d.]+) m", said[1])[1]) < 10.5
+    assert int(re.search(r"voxels +(\d+)", said[2])[1]) > 10000
 
 
 def test_pages_have_code():
