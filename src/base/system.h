@@ -3,11 +3,18 @@
 #ifndef LUM_BASE_SYSTEM_H
 #define LUM_BASE_SYSTEM_H
 
+#include <stdbool.h>
+#include <stdint.h>
+
 /** The last part of a path, by this system's separators. */
 const char *lum_system_base(const char *path);
 
 /** This process's number. */
 long lum_system_process(void);
+
+/** Bytes that this process can still write to the disk of a file's folder.
+ * @return whether that is known. */
+bool lum_system_free_bytes(const char *path, uint64_t *out);
 
 #if !defined(_WIN32)
 /** Wait until what was written to a file is on the disk. What cannot be asked

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 const char *lum_system_base(const char *path)
@@ -27,10 +28,26 @@ int lum_system_sync(int fd)
     return code == EINVAL || code == ENOSYS || code == ENOTSUP ? 0 : code;
 }
 
-int lum_system_sync_name(const char *path)
+/* NULL: no memory. */
+static char *directory_of(const char *path)
 {
     const size_t len = (size_t)(lum_system_base(path) - path);
-    char *directory = len != 0 ? strndup(path, len) : strdup(".");
+    return len != 0 ? strndup(path, len) : strdup(".");
+}
+
+bool lum_system_free_bytes(const char *path, uint64_t *out)
+{
+    struct statvfs status;
+    char *directory = directory_of(path);
+    const bool is_known = directory != NULL && statvfs(directory, &status) == 0;
+    *out = is_known ? (uint64_t)status.f_bavail * status.f_frsize : 0u;
+    free(directory);
+    return is_known;
+}
+
+int lum_system_sync_name(const char *path)
+{
+    char *directory = directory_of(path);
     if (directory == NULL) {
         return ENOMEM;
     }

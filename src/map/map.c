@@ -245,6 +245,7 @@ static int end_adding(lum_map *map, lum_error *error)
     map->counters.voxels_most = map->tiles.on_disk + map->tiles.in_memory;
     map->has_ended = true;
     lum_map_tiles_sort(&map->tiles);
+    map->counters.voxels_least = lum_map_tiles_least(&map->tiles);
     return begin_tile(map, error);
 }
 

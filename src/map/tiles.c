@@ -179,6 +179,8 @@ static int evict(lum_map_tiles *tiles, lum_map_tile *tile, lum_error *error)
         return fail_disk(tiles, code, error);
     }
     tiles->on_disk += (uint64_t)written;
+    tile->least =
+        tile->table.used > tile->least ? tile->table.used : tile->least;
     lum_map_tiles_release(tiles, tile);
     return 0;
 }
@@ -264,6 +266,16 @@ int lum_map_tiles_add(lum_map_tiles *tiles, const uint64_t *ids,
         n = next_n;
     }
     return count > 0 && tile == NULL ? fail_memory(tiles, error) : 0;
+}
+
+uint64_t lum_map_tiles_least(const lum_map_tiles *tiles)
+{
+    uint64_t sum = 0;
+    for (uint64_t i = 0; i < tiles->count; i++) {
+        const lum_map_tile *tile = tiles->index[i];
+        sum += tile->table.used > tile->least ? tile->table.used : tile->least;
+    }
+    return sum;
 }
 
 void lum_map_tiles_free(lum_map_tiles *tiles)

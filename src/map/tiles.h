@@ -26,6 +26,7 @@ typedef struct lum_map_tile {
     struct lum_map_tile *older; /**< likewise */
     uint64_t part;              /**< place of the end of its newest part */
     uint32_t parts;             /**< how many */
+    uint32_t least;             /**< voxels of its largest part */
 } lum_map_tile;
 
 /** All tiles. */
@@ -54,6 +55,9 @@ LUM_MUST_CHECK int lum_map_tiles_add(lum_map_tiles *tiles, const uint64_t *ids,
 /** Bring the index into rising order of ids; it is no index any more, but an
  * array of count tiles. */
 void lum_map_tiles_sort(lum_map_tiles *tiles);
+
+/** Voxels that there are at least, once they are sorted. */
+uint64_t lum_map_tiles_least(const lum_map_tiles *tiles);
 
 /** Free what a tile has in memory. */
 void lum_map_tiles_release(lum_map_tiles *tiles, lum_map_tile *tile);

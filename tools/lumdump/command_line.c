@@ -8,6 +8,7 @@
 
 #include "crew.h"
 #include "help.h"
+#include "lum/map/map.h"
 #include "lum/net/socket.h"
 #include "lum/version.h"
 #include "picture.h"
@@ -58,6 +59,7 @@ static void show_help(void)
 {
     (void)fputs(help_output, stdout);
     (void)fputs(help_rest, stdout);
+    (void)fputs(help_examples, stdout);
 }
 
 static void show_version(void)
@@ -99,6 +101,8 @@ static const struct option_spec specs[] = {
     {"columns", CALL(values_take_columns)},
     {"preset", CALL(values_take_preset)},
     {"check-preset", CALL(values_take_check_preset)},
+    {"voxel", .kind = OPTION_REAL, INTO(voxels.size), .low = LUM_MAP_VOXEL_MIN,
+     .high = LUM_MAP_VOXEL_MAX},
     {"organized", FLAG(cloud.organized)},
     {"mcap", CALL(values_take_mcap),
      .allowed = "frames, lines or packets, or packets with one of the others, "
@@ -254,7 +258,7 @@ static void note_filters(const struct option_result *given, struct options *o)
                    {"range", false},  {"box", false},     {"incomplete", true},
                    {"packets", true}, {"duration", true}, {"smooth", false},
                    {"time", false},   {"poses", false},   {"pose-times", false},
-                   {"to", false}};
+                   {"to", false},     {"voxel", false}};
     for (size_t i = 0; i < sizeof filters / sizeof filters[0]; i++) {
         for (size_t k = 0; k < sizeof specs / sizeof specs[0]; k++) {
             if (option_table_has(given, k) && !is_off(o, specs[k].name) &&

@@ -83,23 +83,24 @@ static bool choose_frame(struct pass *pass)
 }
 
 static int move_frame(struct pass *pass, const lum_frame *frame,
-                      lum_error *error)
+                      struct moved *out, lum_error *error)
 {
-    struct moved moved;
     if (pass->motion == NULL) {
         return 0;
     }
-    if (motion_move(pass->motion, frame, &moved, error) != 0) {
+    if (motion_move(pass->motion, frame, out, error) != 0) {
         return -1;
     }
-    frame_lines_move(pass->frame_lines, &moved);
+    frame_lines_move(pass->frame_lines, out);
     return 0;
 }
 
 static int take_frame(struct pass *pass, lum_error *error)
 {
     const lum_frame *frame = lum_framer_frame(pass->framer, 0);
-    const bool is_written = outputs_any(pass->outputs, output_wants_frames);
+    struct moved moved;
+    const bool is_written =
+        pass->voxels != NULL || outputs_any(pass->outputs, output_wants_frames);
     if (!is_written && pass->summary.whole.asked == 0) {
         return 0;
     }
@@ -110,12 +111,17 @@ static int take_frame(struct pass *pass, lum_error *error)
     if (!choose_frame(pass) || !is_written) {
         return 0;
     }
-    return move_frame(pass, frame, error) == 0
-               ? outputs_act(pass->outputs,
+    if (move_frame(pass, frame, &moved, error) != 0) {
+        return -1;
+    }
+    return pass->voxels != NULL
+               ? voxels_take(pass->voxels, frame,
+                             pass->motion != NULL ? &moved : NULL,
+                             pass->outputs, error)
+               : outputs_act(pass->outputs,
                              &(struct action){.kind = ADD_FRAME,
                                               .frame = pass->frame_lines},
-                             error)
-               : -1;
+                             error);
 }
 
 static int end_frame(struct pass *pass, lum_error *error)
@@ -353,7 +359,7 @@ static unsigned find_wants(const struct pass *pass)
         wants |= (unsigned)LUM_WANT_FRAMES;
     }
     for (size_t i = 0; i < o->output_count && !pass->counts_alone; i++) {
-        if (options_takes_frames(o, i)) {
+        if (options_takes_frames(o, i) || o->voxels.size > 0) {
             wants |= (unsigned)LUM_WANT_FRAMES;
         } else if (!options_is_recording(o, i)) {
             wants |= (unsigned)LUM_WANT_LINES;
@@ -476,6 +482,7 @@ void pass_note_left_out(struct pass *pass)
 void pass_free(struct pass *pass)
 {
     crew_free(pass->crew);
+    voxels_free(pass->voxels);
     cut_free(pass->cut);
     frame_lines_free(pass->frame_lines);
     lum_framer_free(pass->framer);

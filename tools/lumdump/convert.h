@@ -12,6 +12,7 @@
 #include "options.h"
 #include "outputs.h"
 #include "summary.h"
+#include "voxels.h"
 
 #include "lum/base/error.h"
 #include "lum/capture/capture.h"
@@ -56,6 +57,7 @@ struct pass {
     struct pass_capture source;
     bool counts_alone;       /* it gets no outputs */
     struct outputs *outputs; /* NULL: count alone */
+    struct voxels *voxels;   /* NULL: points are as they are */
     struct crew *crew;       /* NULL: lines go to the outputs from here */
     struct outputs_notes notes;
 

@@ -58,6 +58,11 @@ const char help_output[] =
     "(pcd): "
     "a\n"
     "                          file a frame, a point a pixel, see --return\n"
+    "      --voxel METRES      a point for each voxel of this size, and how "
+    "many there\n"
+    "                          were (csv, ply, pcd, las): of each frame, or by "
+    "--poses\n"
+    "                          of all, as one map\n"
     "      --mcap frames|lines|packets\n"
     "                          what it has messages of (mcap): a cloud for "
     "each frame\n"
@@ -83,7 +88,9 @@ const char help_output[] =
     "bytes;\n"
     "                          default: as many as cores, up to 8\n"
     "  -q, --quiet             no summary, no progress, no warnings\n"
-    "\n"
+    "\n";
+
+const char help_rest[] =
     "A cloud and its reader:\n"
     "      --check-preset NAME SOURCE is a .pcd .ply .csv or .mcap: say what "
     "its "
@@ -103,9 +110,7 @@ const char help_output[] =
     "JSON\n"
     "                          object. --sensor chooses one of several "
     "sensors\n"
-    "\n";
-
-const char help_rest[] =
+    "\n"
     "A sensor (udp://):\n"
     "      --laser             switch the laser on, and off at the end\n"
     "      --guard             the same for a laser that another program "
@@ -169,7 +174,9 @@ const char help_rest[] =
     "                          frame (default), or as seen when their frame "
     "began,\n"
     "                          or in its middle\n"
-    "\n"
+    "\n";
+
+const char help_examples[] =
     "  -h, --help, --version\n"
     "\n"
     "Exit status: 0 done, 1 it failed, 2 bad arguments or configuration, 3 no "
@@ -191,6 +198,7 @@ const char help_rest[] =
     "frame\n"
     "  lumdump drive.pcap --organized --return last -o frame-%04d.pcd\n"
     "  lumdump drive.pcap --columns x,y,z,pulse_width,time -o drive.ply\n"
+    "  lumdump drive.pcap --poses poses.txt --voxel 0.1 -o map.las\n"
     "  lumdump drive.pcap -o - --format csv --return last --range 2:80\n"
     "  tcpdump -w - udp port 5517 | lumdump - -o drive.csv\n"
     "  lumdump drive.pcap --infer -o profile.yaml   packets that do not "

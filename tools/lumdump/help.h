@@ -4,5 +4,6 @@
 
 extern const char help_output[];
 extern const char help_rest[];
+extern const char help_examples[];
 
 #endif

@@ -116,6 +116,12 @@ bool options_has_frames(const struct options *options)
            options->choice.whole != 0;
 }
 
+bool options_makes_map(const struct options *options)
+{
+    return options->voxels.size > 0 && options->motion.poses != NULL &&
+           options->motion.to == LUM_MOVE_TO_WORLD;
+}
+
 bool options_draws_one(const struct options *options, size_t i)
 {
     return options_is_picture(options, i) && !options_rotates(options, i) &&

@@ -125,8 +125,13 @@ struct mcap_options {
     unsigned lines;       /* of a frame, for rings; 0: as the frames show */
 };
 
+/* Points as voxels. */
+struct voxel_options {
+    double size; /* metres; 0: points as they are */
+};
+
 /* Options that choose or change what comes out, as they were given. */
-#define FILTERS_MAX 17u
+#define FILTERS_MAX 18u
 
 struct filter {
     char text[256];     /* such as "--eye=blue" */
@@ -163,6 +168,7 @@ struct options {
     struct motion_options motion;
     struct cloud_options cloud;
     struct mcap_options mcap;
+    struct voxel_options voxels;
     const char *check_preset; /* look at a cloud, and nothing else */
     bool infer;               /* find the layout, and nothing else */
     bool json;
@@ -212,6 +218,9 @@ options_question options_is_organized;
 /* Whether it is made of whole frames and not of lines as they come: in these
  * alone it is known where a point stands, and when they began. */
 options_question options_takes_frames;
+
+/* Whether all frames become one map. */
+bool options_makes_map(const struct options *options);
 
 /* Whether it continues in new files. */
 options_question options_rotates;

@@ -62,6 +62,7 @@ void file_format_choose(const struct options *o, size_t i,
         .comment = has_comment(o, format) ? about->text : NULL,
         .columns = lum_format_has_columns((lum_format)format) ? o->cloud.columns
                                                               : NULL,
+        .voxels = o->voxels.size > 0,
         .organized = options_is_organized(o, i),
         .origin = {o->about.origin[0], o->about.origin[1], o->about.origin[2]},
         .preset = options_has_preset(o, i) ? o->cloud.preset : NULL};

@@ -164,6 +164,32 @@ enum pass_result replay_open(const struct options *options, lum_capture **out,
     return interrupt_signal() != 0 ? PASS_INTERRUPTED : PASS_FAILED;
 }
 
+static enum pass_result begin_voxels(struct pass *pass, lum_error *error)
+{
+    return pass->options->voxels.size == 0 || pass->outputs == NULL ||
+                   voxels_new(pass->options, &pass->voxels, error) == 0
+               ? PASS_DONE
+               : PASS_FAILED;
+}
+
+/* The map, once all frames came. */
+static enum pass_result write_voxels(struct pass *pass, lum_error *error)
+{
+    bool is_done = pass->voxels == NULL;
+    while (!is_done) {
+        if (interrupt_signal() != 0) {
+            return PASS_INTERRUPTED;
+        }
+        if (voxels_write(pass->voxels, pass->outputs, &is_done, error) != 0) {
+            return pass_failure();
+        }
+    }
+    if (pass->voxels != NULL) {
+        voxels_count(pass->voxels, &pass->summary.voxels);
+    }
+    return PASS_DONE;
+}
+
 static enum pass_result run(struct pass *pass, lum_error *error)
 {
     struct progress progress = {.is_on = !pass->options->quiet};
@@ -179,6 +205,9 @@ static enum pass_result run(struct pass *pass, lum_error *error)
                  error) != 0) {
         result = PASS_FAILED;
     }
+    if (result == PASS_DONE) {
+        result = begin_voxels(pass, error);
+    }
     if (result != PASS_DONE) {
         return result;
     }
@@ -186,6 +215,9 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     result = read_all(pass, &progress, error);
     if (result == PASS_DONE) {
         result = pass_flush(pass, error);
+    }
+    if (result == PASS_DONE) {
+        result = write_voxels(pass, error);
     }
     crew_free(pass->crew); /* also before the outputs are aborted */
     pass->crew = NULL;

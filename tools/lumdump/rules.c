@@ -157,6 +157,39 @@ static bool goes_with_clouds(const struct options *o)
     return KEEP_TO(rules);
 }
 
+static bool has_no_voxels(const struct options *o, size_t i)
+{
+    return options_is_capture(o->outputs[i].format) ||
+           !lum_format_has_voxels((lum_format)o->outputs[i].format);
+}
+
+static bool is_pattern(const struct options *o, size_t i)
+{
+    return options_pattern(o->outputs[i].name) == 1;
+}
+
+static bool goes_with_voxels(const struct options *o)
+{
+    const struct cloud_options *c = &o->cloud;
+    const struct rule rules[] = {
+        {o->is_live, "--voxel goes with captures: record the sensor first, by "
+                     "-o drive.pcapng"},
+        {o->output_count == 0, "--voxel goes with an output: give -o, such as "
+                               "-o map.las"},
+        {options_any(o, has_no_voxels),
+         "--voxel goes with csv, ply, pcd and las output only: others have no "
+         "room for a voxel's number of points"},
+        {c->columns != NULL || c->preset != NULL || c->organized,
+         "--voxel has columns of its own: --columns, --preset and --organized "
+         "do not go with it"},
+        {options_is_rotation(&o->files.rotation),
+         "--rotate does not go with --voxel"},
+        {options_makes_map(o) && options_any(o, is_pattern),
+         "--voxel makes one map of all frames in the world: name one file, or "
+         "give --to start, which leaves each frame on its own"}};
+    return o->voxels.size == 0 || KEEP_TO(rules);
+}
+
 static bool goes_with_messages(const struct options *o)
 {
     const struct mcap_options *m = &o->mcap;
@@ -211,8 +244,8 @@ bool rules_allow(const struct options *o)
          "--comments goes with csv and xyz output only: ply, pcd, las and "
          "pcapng always have them"},
         {o->json && options_any(o, options_is_standard_output), both_print}};
-    return goes_with_clouds(o) && goes_with_messages(o) &&
-           goes_with_motion(o) && KEEP_TO(rules) &&
+    return goes_with_clouds(o) && goes_with_voxels(o) &&
+           goes_with_messages(o) && goes_with_motion(o) && KEEP_TO(rules) &&
            keep_goes_with_rotation(o) && goes_with_source(o);
 }
 

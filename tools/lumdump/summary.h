@@ -58,6 +58,17 @@ struct summary_outputs {
     struct retention_counts retention;
 };
 
+/* Points that became voxels; size 0: none did. */
+struct voxel_counts {
+    double size;           /* metres */
+    uint64_t points;       /* in voxels */
+    uint64_t voxels;       /* written */
+    uint64_t without_pose; /* points left out; they are also in moved */
+    uint64_t not_finite;   /* likewise */
+    uint64_t out_of_range; /* likewise */
+    uint64_t spooled;      /* bytes that the map had on the disk */
+};
+
 struct summary {
     const char *source;
     const struct live_counts *live; /* NULL: a capture */
@@ -75,6 +86,7 @@ struct summary {
     } whole;
     bool truncated;
     struct summary_outputs outputs;
+    struct voxel_counts voxels;
 };
 
 /* Which part of a report a counter is in. */

@@ -292,6 +292,28 @@ static void print_retention(const struct retention_counts *counts, FILE *out)
     }
 }
 
+static void print_voxels(const struct voxel_counts *v, FILE *out)
+{
+    if (v->size == 0) {
+        return;
+    }
+    (void)fprintf(out, "  \"voxels\": {\"size_m\": %g", v->size);
+    const struct {
+        const char *key;
+        uint64_t value;
+    } counts[] = {{"points", v->points},
+                  {"voxels", v->voxels},
+                  {"without_pose", v->without_pose},
+                  {"not_finite", v->not_finite},
+                  {"out_of_range", v->out_of_range},
+                  {"spooled_bytes", v->spooled}};
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        (void)fprintf(out, ", \"%s\": %" PRIu64, counts[i].key,
+                      counts[i].value);
+    }
+    (void)fputs("},\n", out);
+}
+
 /* --- The summary --- */
 
 void summary_json_print(const struct summary *s, FILE *out)
@@ -324,6 +346,7 @@ void summary_json_print(const struct summary *s, FILE *out)
     print_moved(s->moved, out);
     print_left_out(s, out);
     print_drawn(s, out);
+    print_voxels(&s->voxels, out);
     print_retention(&s->outputs.retention, out);
     print_sensors(s, out);
     (void)fputs("  ", out);

@@ -379,6 +379,32 @@ static void print_retention(const struct retention_counts *counts, FILE *out)
     }
 }
 
+/* --- Voxels --- */
+
+static void print_left_out(uint64_t n, const char *why, FILE *out)
+{
+    if (n > 0) {
+        (void)fprintf(out, "%-10s %14" PRIu64 "  points left out: %s\n", "", n,
+                      why);
+    }
+}
+
+static void print_voxels(const struct voxel_counts *v, FILE *out)
+{
+    if (v->size == 0) {
+        return;
+    }
+    (void)fprintf(out, "%-10s %14" PRIu64 "  of %g m, of %" PRIu64 " points\n",
+                  "voxels", v->voxels, v->size, v->points);
+    print_left_out(v->not_finite, "a coordinate is no number", out);
+    print_left_out(v->out_of_range, "too far away for voxels of this size",
+                   out);
+    if (v->spooled > 0) {
+        (void)fprintf(out, "%-10s %14" PRIu64 "  bytes were on the disk\n", "",
+                      v->spooled);
+    }
+}
+
 /* --- The summary --- */
 
 void summary_text_print(const struct summary *s, FILE *out)
@@ -405,5 +431,6 @@ void summary_text_print(const struct summary *s, FILE *out)
     print_losses(s, &rows, (double)frames.paused_us * 1e-6, out);
     print_moved(s->moved, out);
     print_drawn(s, out);
+    print_voxels(&s->voxels, out);
     print_retention(&s->outputs.retention, out);
 }

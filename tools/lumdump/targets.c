@@ -256,12 +256,26 @@ static int check_cut(const struct options *o, lum_error *error)
                                "--frames, --eye or --incomplete drop cuts");
 }
 
+/* The number of voxels is known at their end alone. */
+static int check_voxels(const struct options *options, size_t i,
+                        lum_error *error)
+{
+    return options->voxels.size == 0 || !targets_needs_rehearsal(options, i)
+               ? 0
+               : lum_error_set(error,
+                               "%s: the format's header holds the number of "
+                               "voxels, and this output cannot seek: use -o "
+                               "FILE, or csv",
+                               options->outputs[i].name);
+}
+
 int targets_check(const struct options *options, lum_error *error)
 {
     for (size_t i = 0; i < options->output_count; i++) {
         const struct output_options *o = &options->outputs[i];
         if (check_pattern(options, i, error) != 0 ||
             check_organized(options, i, error) != 0 ||
+            check_voxels(options, i, error) != 0 ||
             check_others(options, i, error) != 0 ||
             targets_check_inputs(options, o->name, error) != 0 ||
             check_all_numbered(options, i, error) != 0) {

@@ -123,13 +123,14 @@ typedef struct lum_writer_options {
                              consumer reads, such as "autoware"
                              (docs/consumers.md), instead of columns; NULL:
                              none. Read as columns is */
-    bool voxels; /**< CSV, PLY, PCD, LAS: samples are those of a map
-                      (lum/map/map.h), with lum_line_samples.counts and times_ns;
-                      the columns are x, y, z, intensity, timestamp and points,
-                      or what LAS has of these */
-    double origin[3]; /**< LAS, voxels: what the samples' coordinates are
-                           relative to: the offset of LAS, in the header of PLY
-                           and PCD; else the comment may say it */
+    double origin[3];   /**< LAS: what the samples' coordinates are relative
+                             to, its offset; 0 in the others, whose comment may
+                             say it */
+    bool voxels;        /**< CSV, PLY, PCD, LAS: samples are those of a map
+                             (lum/map/map.h), with counts and times_ns, and the
+                             columns are x, y, z, intensity, timestamp and
+                             points, or what LAS has of these. PLY and PCD say
+                             the origin, too */
 } lum_writer_options;
 
 /** Whether this build can compress the chunks of an MCAP file. */

@@ -101,6 +101,8 @@ typedef struct lum_map_counters {
                                 2^15 tiles from 0 */
     uint64_t voxels_most;  /**< there are at most so many voxels: parts of a
                                 tile that is on the disk may have the same */
+    uint64_t voxels_least; /**< and at least so many; 0 before the first call of
+                                lum_map_next() */
     uint64_t voxels;       /**< given out by lum_map_next() */
     uint64_t tiles;        /**< with points */
     uint64_t memory_most;  /**< bytes of tables at one time */
@@ -124,12 +126,13 @@ LUM_MUST_CHECK int lum_map_new(const lum_map_options *options, lum_map **out,
 LUM_MUST_CHECK int lum_map_add(lum_map *map, const lum_map_points *points,
                                lum_error *error);
 
-/** Give out the next voxels; the first call ends the adding. Tiles come in
+/** Give out the next voxels; the first call ends the adding, and may be for
+ * none, to count them first. Tiles come in
  * rising order of x, then y, then z, and so do the voxels of each. Of points
  * that are equally near to the centre, the one with the earliest time counts,
  * then that with the lowest x, y, z, then with the shortest pulse.
- * @param room  of voxels, not 0.
- * @param count how many came; 0: there are no more.
+ * @param room  of voxels.
+ * @param count how many came; fewer than room: there are no more.
  * @return 0, or -1 as lum_map_add(). */
 LUM_MUST_CHECK int lum_map_next(lum_map *map, lum_map_voxel *voxels,
                                 size_t room, size_t *count, lum_error *error);

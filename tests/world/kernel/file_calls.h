@@ -6,6 +6,7 @@
 #include <signal.h>
 #include <stdint.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <sys/types.h>
 #include <sys/vfs.h>
 #include <time.h>
@@ -30,6 +31,7 @@ int world_call_sync_file_range(int fd, int64_t offset, int64_t size,
 int world_call_posix_fadvise64(int fd, int64_t offset, int64_t size,
                                int advice);
 int world_call_fstatfs64(int fd, struct statfs *status);
+int world_call_statvfs64(const char *path, struct statvfs *out);
 int world_call_fallocate64(int fd, int mode, int64_t offset, int64_t size);
 int world_call_ftruncate64(int fd, int64_t size);
 int world_call_isatty(int fd);

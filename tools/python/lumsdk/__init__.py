@@ -21,18 +21,20 @@ if TYPE_CHECKING:
     from ._convert import convert
     from ._infer import Finding, Inference, infer
     from ._poses import Poses
+    from ._project import Projection
     from ._sensor import Sensor
     from ._session import Answer, Clock, Status
     from ._simulate import SimulatedSensor, simulate
 
 __all__ = ["COLUMNS", "Answer", "Calibration", "CaptureError", "CaptureWarning", "Clock", "ClosedError", "Error", "Finding",
-           "Frame", "HazardError", "Inference", "LaserError", "OptionError", "Poses", "Profile", "Sensor", "SensorError",
-           "SensorWarning", "SimulatedSensor", "Source", "Status", "UnknownKeyError", "__version__", "convert", "infer", "open",
-           "simulate"]
+           "Frame", "HazardError", "Inference", "LaserError", "OptionError", "Poses", "Profile", "Projection", "Sensor",
+           "SensorError", "SensorWarning", "SimulatedSensor", "Source", "Status", "UnknownKeyError", "__version__", "convert",
+           "infer", "open", "simulate"]
 
 # What few programs need is imported when it is asked for.
 _LATER = {"Answer": "_session", "Clock": "_session", "Finding": "_infer", "Inference": "_infer", "Poses": "_poses",
-          "Sensor": "_sensor", "SimulatedSensor": "_simulate", "Status": "_session", "convert": "_convert", "infer": "_infer",
+          "Projection": "_project", "Sensor": "_sensor", "SimulatedSensor": "_simulate", "Status": "_session",
+          "convert": "_convert", "infer": "_infer",
           "simulate": "_simulate"}
 
 

@@ -15,7 +15,7 @@ from typing import Any, Optional, TypedDict, Union
 from . import _lumdump
 from ._c import VERSION
 from ._errors import Error, OptionError
-from ._formats import WRITERS, About, AnyTarget, Job, Writer
+from ._formats import WRITERS, About, AnyTarget, Job, Writer, extra
 from ._frame import Frame
 from ._inputs import Files, Stream, check_storage, open_input, urls_of
 from ._options import Choice
@@ -45,10 +45,13 @@ _APPLIES: Mapping[str, tuple[str, ...]] = {
     "rotate": _OF_LUMDUMP,
     "time": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng", "bin", "xyz")),
     "to": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
+    "voxel": ("csv", "ply", "pcd", "las", "laz"),
 }
 """The options of outputs, and the formats that have them."""
 
-_ONLY_BY_LUMDUMP = ("duration", "organized", "packets", "rotate")
+_ONLY_BY_LUMDUMP = ("duration", "organized", "packets", "rotate", "voxel")
+
+_POINTS_AT_ONCE = 500_000
 
 _UNTOLD = ("calibration", "profile", "set", "columns", "broken", "threads", "progress")
 """Options that the origin of a file does not name: what they give is in it."""
@@ -126,7 +129,11 @@ class _Plan:
             raise OptionError(f"{', '.join(self.read)}: frames have been read already: give such options when the source is "
                               "opened")
         self.raises = self.read.get("broken") == "raise"
-        self.by_lumdump = self.format in _OF_LUMDUMP and not self.is_of_frames and not self.raises
+        self.is_laz_of_las = self.format == "laz" and "voxel" in self.output
+        of_lumdump = self.format in _OF_LUMDUMP or self.is_laz_of_las
+        self.by_lumdump = of_lumdump and not self.is_of_frames and not self.raises
+        if self.is_laz_of_las and self.is_pattern:
+            raise OptionError(f"{self.name}: with voxel, LAZ is one file; name one without % or {{utc_ns}}")
         self._check_output()
 
     def _is_of_frames(self) -> bool:
@@ -226,6 +233,28 @@ def _bytes_of(source: Any) -> int:
     return sum(os.path.getsize(path) for path in source if os.path.isfile(path)) if isinstance(source, list) else 0
 
 
+@contextlib.contextmanager
+def _laz_of(plan: _Plan) -> Iterator[str]:
+    """A path for a LAS file, which becomes the LAZ file of the plan piece by piece."""
+    laspy = extra("laspy", "laz")
+    extra("lazrs", "laz")
+    target: AnyTarget = UrlTarget(plan.name, plan.storage) if is_url(plan.name) else Target(plan.name)
+    try:
+        with tempfile.TemporaryDirectory(prefix=".lumsdk-", dir=target.folder) as folder:
+            path = os.path.join(folder, "map.las")
+            yield path
+            with laspy.open(path) as reader, laspy.LasWriter(target.file, reader.header, do_compress=True, closefd=False,
+                                                             laz_backend=laspy.LazBackend.LazrsParallel) as writer:
+                for points in reader.chunk_iterator(_POINTS_AT_ONCE):
+                    writer.write_points(points)
+        target.finish()
+    except BaseException as error:
+        target.discard()
+        if type(error).__module__.split(".")[0] in _FOREIGN:
+            raise failed(plan.name, _why(error, None)) from error
+        raise
+
+
 def _by_lumdump(plan: _Plan) -> Summary:
     if "{utc_ns}" in plan.name:
         raise OptionError(f"{plan.name}: {{utc_ns}} goes with {', '.join(WRITERS)}; use %04d, the number of the frame")
@@ -233,23 +262,29 @@ def _by_lumdump(plan: _Plan) -> Summary:
     with contextlib.ExitStack() as kept:
         source = _sources(plan, kept)
         folder = kept.enter_context(tempfile.TemporaryDirectory(prefix="lumsdk-"))
-        arguments = [f"--format={plan.format}", *_lumdump.arguments(options, folder)]
+        written = "las" if plan.is_laz_of_las else plan.format
+        arguments = [f"--format={written}", *_lumdump.arguments(options, folder)]
         total = _bytes_of(source)
         if plan.progress is not None:
             plan.progress(0, total)
-        with local_for(plan.name, plan.storage) as local:
+        with _laz_of(plan) if plan.is_laz_of_las else local_for(plan.name, plan.storage) as local:
             before = _made_by(local, "rotate" in options)
             said = _lumdump.run(source, local, arguments)
             made = {name: mark for name, mark in _made_by(local, "rotate" in options).items() if before.get(name) != mark}
             size = sum(os.path.getsize(name) for name in made)
+        if plan.is_laz_of_las:
+            made = {plan.name: (0, 0)}
+            size = 0 if is_url(plan.name) else os.path.getsize(plan.name)
         if plan.progress is not None:
             plan.progress(total, total)
     names = sorted(made)
     [shown] = said.get("pictures", [{"frames": said["frames_selected"], "points": said["points"]}])  # a picture shows one frame
+    if "voxels" in said:
+        shown = {**shown, "points": said["voxels"]["voxels"]}
     if is_url(plan.name):
         names = [plan.name.rsplit("/", 1)[0] + "/" + os.path.basename(name) for name in names]
     return Summary(source=said["source"], format=plan.format, outputs=names, frames=shown["frames"],
-                   points=shown["points"] - said.get("poses", {}).get("without", 0),
+                   points=shown["points"] - (0 if "voxels" in said else said.get("poses", {}).get("without", 0)),
                    bytes=size, truncated=said["truncated"],
                    sensors=[sensor.get("name", sensor["address"]) for sensor in said["sensors"]],
                    losses={cause: said[cause] for cause in LOSSES if cause in said},
@@ -266,7 +301,7 @@ class _Cancelled(Exception):
 _FOREIGN = ("pyarrow", "laspy", "lazrs")
 
 
-def _why(error: Exception, target: Optional[AnyTarget]) -> Exception:
+def _why(error: BaseException, target: Optional[AnyTarget]) -> BaseException:
     """lazrs does not say why it could not write; the file does, when what is left in it is written."""
     if target is not None and not isinstance(error, OSError):
         try:
@@ -610,6 +645,9 @@ def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: A
         compression  of parquet and feather: "zstd", "lz4", "none" and so on
         storage_options  a mapping for fsspec: for the URLs of destination and source, or, if they are of different stores
                      such as s3:// and https://, of the destination; then open() opens the source, with its own
+        voxel        of csv, ply, pcd, las and laz: the size of voxels in metres. By poses into the world, all frames become
+                     one map; else each frame is thinned on its own. Of each voxel, the point nearest to its centre
+                     stays, with the number of its points. Memory does not grow with the road: docs/formats.md
         ascii, comments, organized, rotate, duration, packets  as of lumdump, for what it writes
 
     Unlike open(), convert() warns of a capture that breaks off or is damaged (broken="warn"), as lumdump does.

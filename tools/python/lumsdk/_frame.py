@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from typing_extensions import Literal
 
     from ._poses import Outside, Poses
+    from ._project import Projection
 
     Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -456,6 +457,35 @@ class Frame:
         -1: it lies outside, or is of another eye. So ``(pixels >= 0) & mask.ravel()[pixels]`` are all points in a mask.
         """
         return _image.index(self, eye, "nearest", view, rows, columns, pixels=True)
+
+    # In a camera's picture.
+
+    def project(self, K: Any, T: Any, distortion: Optional[Sequence[float]] = None,  # noqa: N803
+                size: Optional[tuple[int, int]] = None) -> Projection:
+        """Where its points are in a camera's picture.
+
+            seen = frame.project(K, T, distortion=(k1, k2, p1, p2, k3), size=(1920, 1080))
+            draw(seen.pixels[seen.visible], seen.depth[seen.visible])
+
+        A frame that was taken while the sensor moved is put right first: frame.deskew(poses).project(...).
+
+        Args:
+            K: the camera's matrix, [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], in pixels.
+            T: what takes points of the sensor, as columns, into the camera's frame, which OpenCV has with x to the right, y
+                downwards and z forward: (4, 4) or (3, 4).
+            distortion: k1 k2 p1 p2 [k3 [k4 k5 k6]], as OpenCV has them.
+            size: (width, height) of the picture; without it, all points in front of the camera are visible.
+
+        Returns:
+            pixels, depth and visible, in the order of the points. Where the distortion would bring points from far outside back
+            into the picture, they are not visible.
+
+        Raises:
+            OptionError: a matrix, the distortion or the size is not right.
+        """
+        from ._project import project
+
+        return project(self.xyz, K, T, distortion, size)
 
     # Into other forms.
 

@@ -1,0 +1,96 @@
+"""Points into a camera's picture, by the model of OpenCV."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional
+
+import numpy as np
+
+from ._errors import OptionError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    Array = np.ndarray[Any, np.dtype[Any]]
+
+_COEFFICIENTS = (0, 4, 5, 8)
+
+
+class Projection(NamedTuple):
+    """Where points are in a picture, one row a point."""
+
+    pixels: Array
+    """u, to the right, and v, downwards: (n, 2) float64. The centre of the first pixel is at 0, 0. NaN for points that are
+    not in front of the camera."""
+    depth: Array
+    """Metres in front of the camera, along its axis: (n,) float64; behind it below 0."""
+    visible: Array
+    """Whether a point is in the picture: (n,) bool. Nothing is known of what hides it."""
+
+
+def _matrix(name: str, given: Any, shapes: tuple[tuple[int, int], ...]) -> Array:
+    made = np.asarray(given, "f8")
+    if made.shape not in shapes or not np.isfinite(made).all():
+        raise OptionError(f"{name} has the shape {made.shape}; right are finite numbers of the shape "
+                          + " or ".join(map(str, shapes)))
+    return made
+
+
+def _camera(given: Any) -> Array:
+    made = _matrix("K", given, ((3, 3),))
+    if made[0, 0] <= 0 or made[1, 1] <= 0 or made[1, 0] or (made[2] != (0, 0, 1)).any():
+        raise OptionError("K is not the matrix of a camera; right is [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels, fx and fy "
+                          "above 0")
+    return made
+
+
+def _pose(given: Any) -> Array:
+    made = _matrix("T", given, ((4, 4), (3, 4)))
+    turn = made[:3, :3]
+    if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0:
+        raise OptionError("the first three columns of T are no rotation; right is what takes points of the sensor, x forward, y "
+                          "left, z up, into the camera's frame, x right, y down, z forward")
+    return made
+
+
+def _coefficients(given: Any) -> Array:
+    made = np.zeros(0) if given is None else np.asarray(given, "f8").reshape(-1)
+    if len(made) not in _COEFFICIENTS or not np.isfinite(made).all():
+        raise OptionError(f"distortion has {len(made)} numbers; right are k1 k2 p1 p2 [k3 [k4 k5 k6]], as OpenCV has them")
+    return np.concatenate([made, np.zeros(8 - len(made))])
+
+
+def _limit(k: Array) -> float:
+    """The square of the radius from which on the distorted radius does not grow any more: what lies outside of it would
+    come back into the picture."""
+    above, below = np.poly1d([k[4], k[1], k[0], 1.0]), np.poly1d([k[7], k[6], k[5], 1.0])
+    s = np.poly1d([1.0, 0.0])
+    rise = (above + 2 * s * above.deriv()) * below - 2 * s * above * below.deriv()
+    roots = np.concatenate([rise.roots, below.roots])
+    real = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)]
+    return float(real.min()) if len(real) else np.inf
+
+
+def _distort(x: Array, y: Array, k: Array) -> tuple[Array, Array]:
+    s = x * x + y * y
+    radial = (1 + s * (k[0] + s * (k[1] + s * k[4]))) / (1 + s * (k[5] + s * (k[6] + s * k[7])))
+    twice = 2 * x * y
+    return (x * radial + k[2] * twice + k[3] * (s + 2 * x * x), y * radial + k[2] * (s + 2 * y * y) + k[3] * twice)
+
+
+def project(points: Array, K: Any, T: Any, distortion: Any, size: Optional[Sequence[int]]) -> Projection:  # noqa: N803
+    """As Frame.project(), of points (n, 3)."""
+    camera, pose, k = _camera(K), _pose(T), _coefficients(distortion)
+    if size is not None and (len(size) != 2 or not all(side > 0 for side in size)):
+        raise OptionError(f"size is {size!r}; right is (width, height) in pixels")
+    x, y, depth = pose[:3, :3] @ points.T.astype("f8") + pose[:3, 3:]
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        visible = depth > 0
+        x, y = np.where(visible, x / depth, np.nan), np.where(visible, y / depth, np.nan)
+        if k.any():
+            visible &= x * x + y * y < _limit(k)
+            x, y = _distort(x, y, k)
+        u = camera[0, 0] * x + camera[0, 1] * y + camera[0, 2]
+        v = camera[1, 1] * y + camera[1, 2]
+        if size is not None:
+            visible &= (u >= -0.5) & (u < size[0] - 0.5) & (v >= -0.5) & (v < size[1] - 0.5)
+    return Projection(np.column_stack([u, v]), depth, visible)
