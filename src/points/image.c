@@ -38,7 +38,7 @@ static bool is_possible(const lum_image_view *v)
 
 /* Whether no pixel and no half one beyond it reaches behind the sensor or above
  * 45 degrees. */
-static bool is_before(const lum_image_view *v)
+static bool looks_ahead(const lum_image_view *v)
 {
     const float column = (v->left_deg - v->right_deg) / (float)v->columns;
     const float row = (v->top_deg - v->bottom_deg) / (float)v->rows;
@@ -66,13 +66,13 @@ lum_result lum_image_scale_init(lum_image_scale *out,
                              .rows = (float)view->rows,
                              .width = (int32_t)view->columns,
                              .height = (int32_t)view->rows,
-                             .is_before = is_before(view)};
+                             .is_before = looks_ahead(view)};
     return LUM_OK;
 }
 
 /* A place from 0 to below an end, which half a pixel before and behind belongs
  * to; -1: outside. */
-static int32_t place_of(float at, float size, int32_t end)
+static int32_t step_of(float at, float size, int32_t end)
 {
     if (!(at >= -0.5f && at < size + 0.5f)) {
         return -1;
@@ -91,8 +91,8 @@ static uint32_t pixel_around(const lum_image_scale *t, float x, float y,
     across -= across >= turn ? turn : 0.0f;
     across += across < -0.5f ? turn : 0.0f;
     const float down = t->top - atan2f(z, level) * t->per_row;
-    const int32_t column = place_of(across, t->columns, t->width);
-    const int32_t row = place_of(down, t->rows, t->height);
+    const int32_t column = step_of(across, t->columns, t->width);
+    const int32_t row = step_of(down, t->rows, t->height);
     return level > 0.0f && column >= 0 && row >= 0
                ? (uint32_t)(row * t->width + column)
                : LUM_IMAGE_NONE;
