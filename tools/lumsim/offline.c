@@ -180,11 +180,10 @@ static int simulate_eye(struct run *run, int64_t frame, uint32_t number,
                               : 0;
 }
 
-/* Of the line that was simulated last; both eyes' begin at once. */
-static int write_pose(struct run *run)
+/* Of the begin of a line; both eyes' begin at once. */
+static int write_pose(struct run *run, const lum_sim_line *line)
 {
     const struct options *o = run->options;
-    const lum_sim_line *line = &run->line;
     const lum_pose pose =
         lum_render_pose(&run->render, line->frame, line->number);
     const int64_t time_ns =
@@ -200,10 +199,19 @@ static int simulate_line(struct run *run, int64_t frame, uint32_t number)
             return -1;
         }
     }
-    if (run->poses != NULL && write_pose(run) != 0) {
+    if (run->poses != NULL && write_pose(run, &run->line) != 0) {
         return -1;
     }
     return send_line(run);
+}
+
+/* Without it, the pixels of the last line would have no pose. */
+static int write_last_pose(struct run *run)
+{
+    lum_sim_line *end = &run->line;
+    end->number = run->options->render.lines;
+    end->clock_us = lum_render_clock_us(&run->render, end->frame, end->number);
+    return run->poses != NULL ? write_pose(run, end) : 0;
 }
 
 static void show_progress(const struct run *run, int64_t frame)
@@ -233,7 +241,9 @@ static int simulate(struct run *run)
         }
     }
     lum_fault_flush(&run->fault);
-    return write_what_leaves(run) == 0 ? write_joined(run) : -1;
+    return write_what_leaves(run) == 0 && write_joined(run) == 0
+               ? write_last_pose(run)
+               : -1;
 }
 
 /* --- Ends --- */

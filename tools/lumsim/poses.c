@@ -17,7 +17,7 @@ int poses_open(const char *path, struct poses **out, lum_error *error)
 {
     static const char head[] =
         "# Where the sensor is in the frame of the scene when each line "
-        "begins.\n# seconds x y z qx qy qz qw\n";
+        "begins, and at the end.\n# seconds x y z qx qy qz qw\n";
     struct poses *p = calloc(1, sizeof *p);
     if (p == NULL) {
         return lum_error_set(error, "%s: not enough memory", path);

@@ -1,5 +1,5 @@
 /* The true poses of a simulated sensor, as a TUM file: one at the begin of each
- * line. */
+ * line, and one at the end. */
 #ifndef LUMSIM_POSES_H
 #define LUMSIM_POSES_H
 
