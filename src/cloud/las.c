@@ -79,6 +79,8 @@ typedef struct las_line {
     const lum_line_samples *samples;
 } las_line;
 
+/* --- The header --- */
+
 static int32_t units(float metres, double scale)
 {
     const double scaled = (double)metres / scale;
@@ -238,6 +240,8 @@ static int begin(lum_writer *writer, lum_error *error)
                : 0;
 }
 
+/* --- Points --- */
+
 static uint8_t clip_return(uint16_t number)
 {
     return (uint8_t)(number < RETURNS ? number : RETURNS);
@@ -329,6 +333,8 @@ static char *put_voxels(char *p, void *context, const lum_sample *samples,
     }
     return (char *)to;
 }
+
+/* --- A line --- */
 
 static bool stretch(float *min, float *max, float v, float limit)
 {

@@ -126,20 +126,21 @@ static void sort_by_digit(const place *from, place *to, size_t n,
     }
 }
 
-/* Move each entry to its place along the circles of the permutation. */
-static void permute(lum_map_entry *at, place *order, size_t n)
+/* Move each entry to its place along the circles of the permutation: from[to]
+ * is where the entry of a place is before. */
+static void permute(lum_map_entry *at, uint32_t *from, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
         const lum_map_entry first = at[i];
         size_t to = i;
-        while (order[to].from != i) {
-            const size_t from = order[to].from;
-            at[to] = at[from];
-            order[to].from = (uint32_t)to;
-            to = from;
+        while (from[to] != i) {
+            const size_t next = from[to];
+            at[to] = at[next];
+            from[to] = (uint32_t)to;
+            to = next;
         }
         at[to] = first;
-        order[to].from = (uint32_t)to;
+        from[to] = (uint32_t)to;
     }
 }
 
@@ -162,7 +163,11 @@ static int sort(lum_map_entry *at, size_t n)
     sort_by_digit(places, places + n, n, 0);
     sort_by_digit(places + n, places, n, DIGIT_BITS);
     sort_by_digit(places, places + n, n, 2u * DIGIT_BITS);
-    permute(at, places + n, n);
+    uint32_t *from = (uint32_t *)places;
+    for (size_t i = 0; i < n; i++) {
+        from[i] = places[n + i].from;
+    }
+    permute(at, from, n);
     free(places);
     return 0;
 }

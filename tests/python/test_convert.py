@@ -63,6 +63,37 @@ def left_in(folder):
 # --- What lumdump writes ---
 
 
+@pytest.mark.parametrize("kind", ["ply", "pcd", "las", "laz"])
+def test_a_map_is_that_of_lumdump(drive, lumdump, tmp_path, kind):
+    need(kind)
+    poses = tmp_path / "poses.txt"
+    poses.write_text("".join(f"{i * 0.1} {i * 0.5} 0 0 0 0 0 1\n" for i in range(400)))
+    written = "las" if kind == "laz" else kind
+    lumdump(drive, "-o", tmp_path / f"theirs.{written}", "--poses", poses, "--voxel", 0.5)
+    made = lumsdk.convert(drive, tmp_path / f"ours.{kind}", poses=poses, voxel=0.5)
+    ours, theirs = tmp_path / f"ours.{kind}", tmp_path / f"theirs.{written}"
+    assert made["outputs"] == [str(ours)] and made["bytes"] == ours.stat().st_size
+    if kind == "laz":
+        import laspy
+
+        mine, whole = laspy.read(ours), laspy.read(theirs)
+        assert np.array_equal(mine.points.array, whole.points.array) and made["points"] == len(whole)
+        assert np.array_equal(mine.header.offsets, whole.header.offsets) and [v.user_id for v in mine.vlrs] == [v.user_id for v in whole.vlrs]
+    else:
+        assert ours.read_bytes()[-50000:] == theirs.read_bytes()[-50000:]
+    assert left_in(tmp_path) == sorted(["poses.txt", ours.name, theirs.name])
+
+
+def test_voxels_that_cannot_be_written_are_refused(drive, frames, tmp_path):
+    for source, name, text in ((drive, "a.parquet", "voxel does not go with"), (drive, "%d.laz", "one file"),
+                               (frames, "a.las", "needs a capture")):
+        with pytest.raises(lumsdk.OptionError, match=text):
+            lumsdk.convert(source, tmp_path / name, voxel=0.5)
+    with pytest.raises(lumsdk.OptionError, match=r"0\.01 to 100"):
+        lumsdk.convert(drive, tmp_path / "a.laz", voxel=0)
+    assert left_in(tmp_path) == []
+
+
 @pytest.mark.parametrize("kind", [*OF_LUMDUMP, "png"])
 def test_bytes_are_those_of_lumdump(drive, lumdump, tmp_path, kind):
     selects = kind not in ("pcapng",)

@@ -101,7 +101,7 @@ static const struct option_spec specs[] = {
     {"columns", CALL(values_take_columns)},
     {"preset", CALL(values_take_preset)},
     {"check-preset", CALL(values_take_check_preset)},
-    {"voxel", .kind = OPTION_REAL, INTO(voxels.size), .low = LUM_MAP_VOXEL_MIN,
+    {"voxel", .kind = OPTION_REAL, INTO(cloud.voxel), .low = LUM_MAP_VOXEL_MIN,
      .high = LUM_MAP_VOXEL_MAX},
     {"organized", FLAG(cloud.organized)},
     {"mcap", CALL(values_take_mcap),
@@ -151,10 +151,11 @@ static const struct option_spec specs[] = {
      .allowed = "0 for off, an odd number of pixels up to 63, such as 31, or "
                 "WINDOW:ORDER, the order from 0 to 5 and below the window, "
                 "such as 31:2"},
-    {"poses", TEXT(motion.poses), .allowed = "the name of a file of poses"},
-    {"pose-times", TEXT(motion.times),
+    {"poses", TEXT(points.motion.poses),
+     .allowed = "the name of a file of poses"},
+    {"pose-times", TEXT(points.motion.times),
      .allowed = "the name of a file with a time a line"},
-    {"to", WORD(places, motion.to), HAS(motion.has_to)},
+    {"to", WORD(places, points.motion.to), HAS(points.motion.has_to)},
     {"help", .letter = 'h', .kind = OPTION_SHOW, .show = show_help},
     {"version", .kind = OPTION_SHOW, .show = show_version},
 };
@@ -280,7 +281,7 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
         false};
     struct option_result result;
     *out = (struct options){.format = FORMAT_BY_NAME,
-                            .motion = {.to = LUM_MOVE_TO_WORLD},
+                            .points = {.motion = {.to = LUM_MOVE_TO_WORLD}},
                             .choice = {.eyes = 3,
                                        .frame_first = INT64_MIN,
                                        .frame_last = INT64_MAX}};

@@ -72,13 +72,14 @@ static bool choose_frame(struct pass *pass)
     if (s->whole.asked == 0) {
         return true;
     }
-    if (pass->has_all || taken->points == 0 || !taken->is_whole) {
+    if (pass->frames_to_come.are_done || taken->points == 0 ||
+        !taken->is_whole) {
         return false;
     }
     s->whole.sensor = lum_framer_sensor(pass->framer);
     s->whole.frames++;
     s->whole.points += taken->points;
-    pass->has_all = s->whole.frames == s->whole.asked;
+    pass->frames_to_come.are_done = s->whole.frames == s->whole.asked;
     return true;
 }
 
@@ -104,7 +105,8 @@ static int take_frame(struct pass *pass, lum_error *error)
     if (!is_written && pass->summary.whole.asked == 0) {
         return 0;
     }
-    if (frame_lines_take(pass->frame_lines, frame, pass->wants_rows) != 0) {
+    if (frame_lines_take(pass->frame_lines, frame,
+                         pass->frames_to_come.want_rows) != 0) {
         errno = ENOMEM;
         return lum_error_set(error, "out of memory");
     }
@@ -128,7 +130,7 @@ static int end_frame(struct pass *pass, lum_error *error)
 {
     const int64_t number = lum_framer_frame_number(pass->framer);
     const int64_t last = pass->options->choice.frame_last;
-    pass->has_all |= last != INT64_MAX && number >= last;
+    pass->frames_to_come.are_done |= last != INT64_MAX && number >= last;
     if (pass->outputs == NULL) {
         return 0;
     }
@@ -359,7 +361,7 @@ static unsigned find_wants(const struct pass *pass)
         wants |= (unsigned)LUM_WANT_FRAMES;
     }
     for (size_t i = 0; i < o->output_count && !pass->counts_alone; i++) {
-        if (options_takes_frames(o, i) || o->voxels.size > 0) {
+        if (options_takes_frames(o, i) || o->cloud.voxel > 0) {
             wants |= (unsigned)LUM_WANT_FRAMES;
         } else if (!options_is_recording(o, i)) {
             wants |= (unsigned)LUM_WANT_LINES;
@@ -385,7 +387,7 @@ static int prepare_parts(struct pass *pass, unsigned wants)
         }
     }
     if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
-        pass->wants_rows = options_any(o, options_is_organized);
+        pass->frames_to_come.want_rows = options_any(o, options_is_organized);
         pass->frame_lines =
             frame_lines_new(o->choice.eyes, clock_of_line, pass);
         if (pass->frame_lines == NULL) {

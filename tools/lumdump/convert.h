@@ -49,6 +49,12 @@ struct pass_told {
     int64_t capture_ns; /* by a capture's time; 0: not yet */
 };
 
+/* The frames that are still to come. */
+struct pass_frames {
+    bool want_rows; /* they are to be arranged in rows */
+    bool are_done;  /* of --frames nothing more comes */
+};
+
 struct pass {
     const struct options *options;
     const lum_layout *layout;
@@ -67,8 +73,7 @@ struct pass {
     struct frame_watch frames; /* for a rotation */
     lum_framer *framer;
     struct frame_lines *frame_lines; /* NULL: frames are not wanted */
-    bool wants_rows;                 /* of them */
-    bool has_all;                    /* of --frames nothing more comes */
+    struct pass_frames frames_to_come;
     struct pass_laser laser;
     struct pass_told told;
     uint64_t dropped; /* live: datagrams that its buffer had no room for */

@@ -283,7 +283,7 @@ static bool can_serve(const struct options *options)
     return !options->is_live && options->output_count == 1 &&
            !options_is_capture(options->outputs[0].format) &&
            lum_format_has_parts((lum_format)options->outputs[0].format) &&
-           !options_takes_frames(options, 0) && options->voxels.size == 0 &&
+           !options_takes_frames(options, 0) && options->cloud.voxel == 0 &&
            !options_rotates(options, 0);
 }
 

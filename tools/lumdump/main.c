@@ -51,7 +51,7 @@ static const char *name_profile(const struct options *o)
 static int prepare_motion(struct job *job, lum_error *error)
 {
     struct options *o = job->options;
-    if (o->motion.poses != NULL &&
+    if (o->points.motion.poses != NULL &&
         job->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes == 0) {
         return lum_error_set(error,
                              "--poses: by the profile %s packets have no "

@@ -46,7 +46,7 @@ static void set_origin(struct motion *m)
 int motion_new(const struct options *o, struct motion **out, lum_error *error)
 {
     *out = NULL;
-    if (o->motion.poses == NULL) {
+    if (o->points.motion.poses == NULL) {
         return 0;
     }
     struct motion *m = calloc(1, sizeof *m);
@@ -54,16 +54,17 @@ int motion_new(const struct options *o, struct motion **out, lum_error *error)
         errno = ENOMEM;
         return lum_error_set(error, "out of memory");
     }
-    m->name = o->motion.poses;
+    m->name = o->points.motion.poses;
     m->info.struct_size = sizeof m->info;
-    if (lum_poses_read(m->name, o->motion.times, NULL, &m->poses, error) != 0) {
+    if (lum_poses_read(m->name, o->points.motion.times, NULL, &m->poses,
+                       error) != 0) {
         motion_free(m);
         return -1;
     }
     (void)lum_poses_get_info(m->poses, &m->info);
     m->options = (lum_move_options){.struct_size = sizeof m->options,
                                     .poses = m->poses,
-                                    .to = o->motion.to};
+                                    .to = o->points.motion.to};
     set_origin(m);
     motion_restart(m);
     *out = m;

@@ -118,8 +118,8 @@ bool options_has_frames(const struct options *options)
 
 bool options_makes_map(const struct options *options)
 {
-    return options->voxels.size > 0 && options->motion.poses != NULL &&
-           options->motion.to == LUM_MOVE_TO_WORLD;
+    return options->cloud.voxel > 0 && options->points.motion.poses != NULL &&
+           options->points.motion.to == LUM_MOVE_TO_WORLD;
 }
 
 bool options_draws_one(const struct options *options, size_t i)
@@ -133,7 +133,8 @@ bool options_takes_frames(const struct options *options, size_t i)
     const unsigned format = options->outputs[i].format;
     return options_is_organized(options, i) || options_is_picture(options, i) ||
            options_has_messages(options, i) || options_has_preset(options, i) ||
-           ((options->choice.whole != 0 || options->motion.poses != NULL) &&
+           ((options->choice.whole != 0 ||
+             options->points.motion.poses != NULL) &&
             !options_is_recording(options, i)) ||
            (options->cloud.has_times && !options_is_capture(format) &&
             lum_format_has_columns((lum_format)format));

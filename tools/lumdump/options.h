@@ -90,20 +90,21 @@ enum time_base {
     TIME_ARRIVAL, /* when the line's first packet came */
 };
 
-/* How lines become points. */
-struct point_options {
-    uint32_t smooth_window; /* of angles; 0: none */
-    uint32_t smooth_order;
-    enum time_base time;
-    unsigned threads; /* 0: by the cores */
-};
-
 /* Where points are moved to. */
 struct motion_options {
     const char *poses; /* a file; NULL: points stay where they were seen */
     const char *times; /* of KITTI's poses; NULL: they have their own */
     lum_move_to to;
     bool has_to; /* --to was given */
+};
+
+/* How lines become points. */
+struct point_options {
+    uint32_t smooth_window; /* of angles; 0: none */
+    uint32_t smooth_order;
+    enum time_base time;
+    unsigned threads; /* 0: by the cores */
+    struct motion_options motion;
 };
 
 /* What is in clouds. */
@@ -114,6 +115,7 @@ struct cloud_options {
     const char *preset;  /* of csv, ply, pcd and mcap; NULL: none */
     bool has_times;      /* the columns have times among them */
     bool organized;      /* pcd: a frame as rows of pixels */
+    double voxel; /* metres, of points thinned to voxels; 0: all of them */
 };
 
 /* What is in MCAP files. */
@@ -123,11 +125,6 @@ struct mcap_options {
     unsigned contents;    /* of lum_mcap_content; 0: --mcap was not given */
     const char *frame_id; /* NULL: as the library's */
     unsigned lines;       /* of a frame, for rings; 0: as the frames show */
-};
-
-/* Points as voxels. */
-struct voxel_options {
-    double size; /* metres; 0: points as they are */
 };
 
 /* Options that choose or change what comes out, as they were given. */
@@ -165,10 +162,8 @@ struct options {
     struct config_options config;
     struct choice_options choice;
     struct point_options points;
-    struct motion_options motion;
     struct cloud_options cloud;
     struct mcap_options mcap;
-    struct voxel_options voxels;
     const char *check_preset; /* look at a cloud, and nothing else */
     bool infer;               /* find the layout, and nothing else */
     bool json;

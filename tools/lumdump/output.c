@@ -295,7 +295,7 @@ static enum output_kind kind_of(const struct options *o, size_t i)
     if (options_is_organized(o, i)) {
         return KIND_ROWS;
     }
-    if (o->voxels.size > 0) {
+    if (o->cloud.voxel > 0) {
         return KIND_LINES;
     }
     return options_takes_frames(o, i) ? KIND_FRAMES : KIND_LINES;

@@ -11,7 +11,8 @@
  * mounts then tell nothing. */
 static bool is_in_world(const struct options *o)
 {
-    return o->motion.poses != NULL && o->motion.to == LUM_MOVE_TO_WORLD;
+    return o->points.motion.poses != NULL &&
+           o->points.motion.to == LUM_MOVE_TO_WORLD;
 }
 
 static lum_mcap_options mcap_of(const struct options *o,
@@ -62,7 +63,7 @@ void file_format_choose(const struct options *o, size_t i,
         .comment = has_comment(o, format) ? about->text : NULL,
         .columns = lum_format_has_columns((lum_format)format) ? o->cloud.columns
                                                               : NULL,
-        .voxels = o->voxels.size > 0,
+        .voxels = o->cloud.voxel > 0,
         .organized = options_is_organized(o, i),
         .origin = {o->about.origin[0], o->about.origin[1], o->about.origin[2]},
         .preset = options_has_preset(o, i) ? o->cloud.preset : NULL};

@@ -166,7 +166,7 @@ enum pass_result replay_open(const struct options *options, lum_capture **out,
 
 static enum pass_result begin_voxels(struct pass *pass, lum_error *error)
 {
-    return pass->options->voxels.size == 0 || pass->outputs == NULL ||
+    return pass->options->cloud.voxel == 0 || pass->outputs == NULL ||
                    voxels_new(pass->options, &pass->voxels, error) == 0
                ? PASS_DONE
                : PASS_FAILED;

@@ -187,7 +187,7 @@ static bool goes_with_voxels(const struct options *o)
         {options_makes_map(o) && options_any(o, is_pattern),
          "--voxel makes one map of all frames in the world: name one file, or "
          "give --to start, which leaves each frame on its own"}};
-    return o->voxels.size == 0 || KEEP_TO(rules);
+    return o->cloud.voxel == 0 || KEEP_TO(rules);
 }
 
 static bool goes_with_messages(const struct options *o)
@@ -216,7 +216,7 @@ static bool has_points(const struct options *o, size_t i)
 
 static bool goes_with_motion(const struct options *o)
 {
-    const struct motion_options *m = &o->motion;
+    const struct motion_options *m = &o->points.motion;
     const struct rule rules[] = {
         {m->poses == NULL && m->has_to,
          "--to says where points are moved to by poses: give --poses FILE too"},

@@ -260,7 +260,7 @@ static int check_cut(const struct options *o, lum_error *error)
 static int check_voxels(const struct options *options, size_t i,
                         lum_error *error)
 {
-    return options->voxels.size == 0 || !targets_needs_rehearsal(options, i)
+    return options->cloud.voxel == 0 || !targets_needs_rehearsal(options, i)
                ? 0
                : lum_error_set(error,
                                "%s: the format's header holds the number of "

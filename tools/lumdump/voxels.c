@@ -39,7 +39,7 @@ static int begin_map(struct voxels *v, lum_error *error)
     const char *name = v->options->outputs[0].name;
     const lum_map_options options = {
         .struct_size = sizeof options,
-        .voxel = v->options->voxels.size,
+        .voxel = v->options->cloud.voxel,
         .spool = strcmp(name, "-") == 0 ? "./lumdump" : name,
         .has_thread = v->is_map};
     return v->map != NULL ? 0 : lum_map_new(&options, &v->map, error);
@@ -54,7 +54,7 @@ int voxels_new(const struct options *options, struct voxels **out,
     }
     v->options = options;
     v->is_map = options_makes_map(options);
-    v->counts.size = options->voxels.size;
+    v->counts.size = options->cloud.voxel;
     *out = v;
     return begin_map(v, error);
 }
@@ -206,7 +206,7 @@ static int check_place(struct voxels *v, lum_error *error)
                 "%.1f GB are free there: free some, name a file on another "
                 "disk, or take larger voxels, such as --voxel %g",
                 o->name, c.voxels_least, (double)needed * 1e-9,
-                (double)free_bytes * 1e-9, 2.0 * v->options->voxels.size);
+                (double)free_bytes * 1e-9, 2.0 * v->options->cloud.voxel);
         }
     }
     return 0;

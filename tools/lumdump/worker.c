@@ -56,7 +56,7 @@ static void make_view(struct worker *w)
     view.lost_lines = c.assembly.lines_skipped + points.lines_in_pauses +
                       c.assembly.lines_missing_angles - points.under_way.lines;
     view.refused = lum_framer_refused(&c, &points);
-    view.has_all = w->pass->has_all;
+    view.has_all = w->pass->frames_to_come.are_done;
     (void)pthread_mutex_lock(&w->lock);
     view.taken = w->view.taken;
     w->view = view;

@@ -19,6 +19,8 @@
 extern "C" {
 #endif
 
+/* --- Formats --- */
+
 /** File formats. */
 typedef enum lum_format {
     LUM_FORMAT_CSV,  /**< text, a header line, all columns */
@@ -90,6 +92,8 @@ typedef struct lum_mcap_options {
 
 /** Most bytes of a line of it. */
 #define LUM_WRITER_COMMENT_LINE_MAX 400u
+
+/* --- Options and lines --- */
 
 /** Options of a writer. All bytes 0 except struct_size are the defaults. */
 typedef struct lum_writer_options {
@@ -173,6 +177,8 @@ typedef struct lum_line_samples {
 
 /** A file being written. */
 typedef struct lum_writer lum_writer;
+
+/* --- Writing --- */
 
 /** Begin a rehearsal: a writer that takes lines and writes nothing, so that a
  * second pass over them knows the values of its header. End it with

@@ -34,8 +34,7 @@ __all__ = ["COLUMNS", "Answer", "Calibration", "CaptureError", "CaptureWarning",
 # What few programs need is imported when it is asked for.
 _LATER = {"Answer": "_session", "Clock": "_session", "Finding": "_infer", "Inference": "_infer", "Poses": "_poses",
           "Projection": "_project", "Sensor": "_sensor", "SimulatedSensor": "_simulate", "Status": "_session",
-          "convert": "_convert", "infer": "_infer",
-          "simulate": "_simulate"}
+          "convert": "_convert", "infer": "_infer", "simulate": "_simulate"}
 
 
 def __getattr__(name: str) -> Any:

@@ -6,7 +6,6 @@ import io
 import os
 import queue
 import re
-import reprlib
 import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -17,39 +16,15 @@ from ._c import VERSION
 from ._errors import Error, OptionError
 from ._formats import WRITERS, About, AnyTarget, Job, Writer, extra
 from ._frame import Frame
-from ._inputs import Files, Stream, check_storage, open_input, urls_of
-from ._options import Choice
+from ._inputs import Files, Stream, open_input
 from ._points_file import FORMATS, PointsFile
-from ._poses import MOMENTS, Motion, Poses
+from ._poses import Motion, Poses
 from ._reading import LOSSES
 from ._settings import Calibration, Profile
 from ._source import Source, open
-from ._table import FILE_COLUMNS, TIMES, Layout, check_names, check_preset
+from ._plan import APPLIES, OF_TABLES, PATTERN, Plan, name_for
+from ._table import Layout, check_names
 from ._target import Target, UrlTarget, failed, is_url, local_for
-
-_OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "png", "pcap", "pcapng")
-_OF_TABLES = ("parquet", "feather", "npy", "npz")
-_ALL = (*_OF_LUMDUMP, *WRITERS)
-
-_APPLIES: Mapping[str, tuple[str, ...]] = {
-    "ascii": ("ply", "pcd"),
-    "columns": ("csv", "ply", "pcd", *_OF_TABLES),
-    "comments": ("csv", "xyz"),
-    "compression": tuple(name for name, kind in WRITERS.items() if kind.compressions),
-    "duration": _OF_LUMDUMP,
-    "organized": ("pcd",),
-    "packets": ("pcap", "pcapng"),
-    "pose_times": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
-    "poses": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
-    "preset": ("parquet", "feather"),
-    "rotate": _OF_LUMDUMP,
-    "time": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng", "bin", "xyz")),
-    "to": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
-    "voxel": ("csv", "ply", "pcd", "las", "laz"),
-}
-"""The options of outputs, and the formats that have them."""
-
-_ONLY_BY_LUMDUMP = ("duration", "organized", "packets", "rotate", "voxel")
 
 _POINTS_AT_ONCE = 500_000
 
@@ -57,147 +32,10 @@ _UNTOLD = ("calibration", "profile", "set", "columns", "broken", "threads", "pro
 """Options that the origin of a file does not name: what they give is in it."""
 
 
-# --- What is asked for ---
-
-
-def _format_of(name: str, given: Optional[str]) -> str:
-    if given is not None:
-        if not isinstance(given, str):
-            raise TypeError(f"format is {given!r}; right is one of {', '.join(_ALL)}")
-        if given not in _ALL:
-            raise OptionError(f"format is {given!r}; formats are {', '.join(_ALL)}")
-        return given
-    lowered = name.lower()
-    if lowered.endswith(".copc.laz"):
-        raise OptionError(f"{name}: COPC keeps points in an octree, which lumsdk does not make: write a .laz, and from that "
-                          "make a .copc.laz by pdal translate or untwine")
-    ending = lowered.rsplit(".", 1)[-1] if "." in lowered else ""
-    if ending not in _ALL:
-        raise OptionError(f"'{name}' has no ending that shows a format: use {' '.join('.' + f for f in _ALL)}, or give "
-                          "format=")
-    return ending
-
-
-_PATTERN = re.compile(r"%(0?)(\d{0,2})d")
-
-
-def _check_pattern(name: str) -> bool:
-    """Whether a name stands for a file a frame."""
-    if "%" not in name:
-        return "{utc_ns}" in name
-    if name.count("%") != 1 or not _PATTERN.search(name):
-        raise OptionError(f"{name}: a % in the name stands for the frame number and has to read %d or %04d, once")
-    return True
-
-
-def _name_for(pattern: str, frame: Frame) -> str:
-    made = pattern % frame.number if "%" in pattern else pattern
-    return made.replace("{utc_ns}", str(frame.utc_ns))
-
-
-class _Plan:
-    """A conversion: what was asked for, checked."""
-
-    def __init__(self, source: Any, destination: Any, options: dict[str, Any]) -> None:
-        self.source: Any = [source] if isinstance(source, Frame) else source
-        if not isinstance(destination, (str, os.PathLike)):
-            raise TypeError(f"the destination is {reprlib.repr(destination)}; right is a path or a URL, such as "
-                            '"drive.laz"')
-        self.name = os.fsdecode(destination)
-        if self.name == "-":
-            raise OptionError("'-' is standard output, which convert() does not write to: name a file")
-        # What can be gone through once, as a generator, is needed several times.
-        options = {name: list(value) if isinstance(value, Iterator) else value
-                   for name, value in options.items() if value is not None}
-        self.paths: list[str] = []
-        """Files that the run reads."""
-        self.storage = check_storage(options.pop("storage_options", None))
-        urls = urls_of(self.source)
-        if self.storage and not is_url(self.name) and not urls:
-            raise OptionError(f"storage_options does not go with {self.name}: it is for a URL")
-        store = self.name.partition("://")[0] + "://"
-        self.source_storage = self.storage if not is_url(self.name) or any(url.startswith(store) for url in urls) else None
-        """Those for the source: one of another store than the destination's has others."""
-        self.format = _format_of(self.name, options.pop("format", None))
-        self.output = {name: options.pop(name) for name in tuple(options) if name in _APPLIES}
-        self.read = options
-        self.is_pattern = _check_pattern(self.name)
-        self.is_of_frames = self._is_of_frames()
-        choice = Choice(self.read)
-        self.progress: Optional[Callable[[int, int], object]] = choice.progress
-        if self.is_of_frames and self.read:
-            raise OptionError(f"{', '.join(self.read)}: frames have been read already: give such options when the source is "
-                              "opened")
-        self.raises = self.read.get("broken") == "raise"
-        self.is_laz_of_las = self.format == "laz" and "voxel" in self.output
-        of_lumdump = self.format in _OF_LUMDUMP or self.is_laz_of_las
-        self.by_lumdump = of_lumdump and not self.is_of_frames and not self.raises
-        if self.is_laz_of_las and self.is_pattern:
-            raise OptionError(f"{self.name}: with voxel, LAZ is one file; name one without % or {{utc_ns}}")
-        self._check_output()
-
-    def _is_of_frames(self) -> bool:
-        given = self.source
-        if isinstance(given, Source):
-            return True
-        if isinstance(given, (str, os.PathLike, bytes, bytearray, memoryview)) or callable(getattr(given, "read", None)):
-            return False
-        if isinstance(given, (list, tuple)):
-            return bool(given) and all(isinstance(item, Frame) for item in given)
-        if isinstance(given, Iterable):
-            return True
-        raise TypeError(f"a source is given as {type(given).__name__}; right is what open() takes, a Source, or frames")
-
-    def _check_output(self) -> None:
-        for name, value in self.output.items():
-            applies = _APPLIES[name]
-            if self.by_lumdump and name not in ("compression", "preset"):
-                continue
-            if self.format not in applies:
-                raise OptionError(f"{name} does not go with the format {self.format}; it goes with {', '.join(applies)}")
-            if name in _ONLY_BY_LUMDUMP:
-                raise OptionError(f"{name} needs a capture as source and not frames, and not broken=\"raise\": lumdump does it")
-            if name in ("pose_times", "to") and "poses" not in self.output:
-                raise OptionError(f"{name} goes with poses, which say where the sensor was: give poses= too")
-            if name == "to" and value not in MOMENTS:
-                raise OptionError(f"to is {value!r}; right is one of {', '.join(MOMENTS)}")
-            if name == "time" and value not in TIMES:
-                raise OptionError(f"time is {value!r}; right is " + ", ".join(f'"{time}"' for time in TIMES))
-        if not self.by_lumdump and self.format in ("png", "pcap", "pcapng"):
-            raise OptionError(f"{self.format} needs a capture as source and not frames, and not broken=\"raise\": lumdump "
-                              "writes it")
-
-    @property
-    def time(self) -> str:
-        """What timestamps are."""
-        return str(self.output.get("time", "sensor"))
-
-    def motion(self) -> Optional[Motion]:
-        """What moves the points; None: they stay where they were seen."""
-        if "poses" not in self.output:
-            return None
-        return Motion(self.output["poses"], self.output.get("pose_times"), str(self.output.get("to", "world")))
-
-    def layout(self) -> Layout:
-        """The columns of a table."""
-        preset = self.output.get("preset")
-        columns = self.output.get("columns")
-        if preset is not None:
-            check_preset(preset, columns)
-            return Layout((), preset)
-        kind = WRITERS.get(self.format)
-        if kind is not None and kind.needs is not None:
-            return Layout(kind.needs)
-        names = check_names(columns, ("x", "y", "z") if self.format == "xyz" else FILE_COLUMNS)
-        if self.format in FORMATS and not set(names) <= {*FILE_COLUMNS, "time"}:
-            raise OptionError(f"columns: {self.format} has {', '.join(FILE_COLUMNS)} and time")
-        return Layout(names, time=self.time)
-
-
 # --- By lumdump ---
 
 
-def _sources(plan: _Plan, kept: contextlib.ExitStack) -> Any:
+def _sources(plan: Plan, kept: contextlib.ExitStack) -> Any:
     """What lumdump reads: paths, or an object with read()."""
     given = open_input(plan.source, plan.source_storage)
     kept.callback(given.close)
@@ -211,7 +49,7 @@ def _made_by(name: str, rotates: bool) -> dict[str, tuple[int, int]]:
     """The files that outputs of this name have, and what tells one from another of the same name."""
     folder, base = os.path.split(name)
     if "%" in base:
-        before, after = _PATTERN.split(base)[0], _PATTERN.split(base)[-1]
+        before, after = PATTERN.split(base)[0], PATTERN.split(base)[-1]
         pattern = re.escape(before) + r" *\d+" + re.escape(after)
     elif rotates:
         stem, dot, ending = base.rpartition(".")
@@ -234,7 +72,7 @@ def _bytes_of(source: Any) -> int:
 
 
 @contextlib.contextmanager
-def _laz_of(plan: _Plan) -> Iterator[str]:
+def _laz_of(plan: Plan) -> Iterator[str]:
     """A path for a LAS file, which becomes the LAZ file of the plan piece by piece."""
     laspy = extra("laspy", "laz")
     extra("lazrs", "laz")
@@ -255,7 +93,7 @@ def _laz_of(plan: _Plan) -> Iterator[str]:
         raise
 
 
-def _by_lumdump(plan: _Plan) -> Summary:
+def _by_lumdump(plan: Plan) -> Summary:
     if "{utc_ns}" in plan.name:
         raise OptionError(f"{plan.name}: {{utc_ns}} goes with {', '.join(WRITERS)}; use %04d, the number of the frame")
     options = {name: value for name, value in {**plan.read, **plan.output}.items() if name not in ("broken", "progress")}
@@ -314,7 +152,7 @@ def _why(error: BaseException, target: Optional[AnyTarget]) -> BaseException:
 class _File:
     """A file that grows frame by frame: one that Python writes, or one of the library."""
 
-    def __init__(self, plan: _Plan, about: About, layout: Layout, name: str) -> None:
+    def __init__(self, plan: Plan, about: About, layout: Layout, name: str) -> None:
         self.name = name
         self._url: Optional[contextlib.ExitStack] = None
         self._target: Optional[AnyTarget] = None
@@ -324,7 +162,7 @@ class _File:
         else:
             self._begin(plan, about, layout)
 
-    def _begin(self, plan: _Plan, about: About, layout: Layout) -> None:
+    def _begin(self, plan: Plan, about: About, layout: Layout) -> None:
         self._target = UrlTarget(self.name, plan.storage) if is_url(self.name) else Target(self.name)
         try:
             compression = plan.output.get("compression")
@@ -338,10 +176,10 @@ class _File:
             self._target.discard()
             raise
 
-    def _begin_points(self, plan: _Plan, about: About) -> None:
+    def _begin_points(self, plan: Plan, about: About) -> None:
         self._url = contextlib.ExitStack()
         self._local = self._url.enter_context(local_for(self.name, plan.storage))
-        has_comment = plan.format not in _APPLIES["comments"] or bool(plan.output.get("comments"))
+        has_comment = plan.format not in APPLIES["comments"] or bool(plan.output.get("comments"))
         columns = check_names(plan.output["columns"], ()) if "columns" in plan.output else None
         try:
             self._writer = PointsFile(self._local, plan.format, about.text() if has_comment else "", columns,
@@ -401,7 +239,7 @@ class _File:
 class _Output:
     """The file, or the file of each frame."""
 
-    def __init__(self, plan: _Plan, about: About) -> None:
+    def __init__(self, plan: Plan, about: About) -> None:
         self._plan, self._about, self._layout = plan, about, plan.layout()
         self.motion = plan.motion()
         if self.motion is not None:
@@ -425,7 +263,7 @@ class _Output:
         if frame.sensor != self._sensor and cannot_tell:
             raise OptionError(f"{self._about.source}: packets of several sensors; choose one by sensor=: {self._sensor} "
                               f"{frame.sensor}" + ("; a table can have a column \"sensor\""
-                                                   if self._plan.format in _OF_TABLES else ""))
+                                                   if self._plan.format in OF_TABLES else ""))
 
     def _check_cancelled(self) -> None:
         if self.cancelled:
@@ -441,7 +279,7 @@ class _Output:
             if not len(frame):
                 self.frames += 1
                 return
-            self._file = self._open(_name_for(self._plan.name, frame))
+            self._file = self._open(name_for(self._plan.name, frame))
         assert self._file is not None
         self._file.add(frame)
         self.frames += 1
@@ -539,7 +377,7 @@ def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
                  calibration == Calibration(), profile == Profile(), source.provenance)
 
 
-def _write(plan: _Plan, frames: Iterable[Frame], source: Optional[Source]) -> Summary:
+def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Summary:
     moved: dict[str, Any] = {name: plan.output[name] for name in ("poses", "pose_times", "to") if name in plan.output}
     if isinstance(moved.get("poses"), Poses):
         moved["poses"] = moved["poses"].name
@@ -568,7 +406,7 @@ def _paths_of(source: Source) -> list[str]:
     return source._input.paths if isinstance(source._input, Files) else []
 
 
-def _by_frames(plan: _Plan) -> Summary:
+def _by_frames(plan: Plan) -> Summary:
     if isinstance(plan.source, Source):
         plan.paths = _paths_of(plan.source)
         return _write(plan, plan.source, plan.source)
@@ -662,5 +500,5 @@ def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: A
         Error: the file cannot be written (also an OSError), or a library is missing; the message names its extra.
         TypeError: the source or an option is of a wrong type.
     """
-    plan = _Plan(source, destination, options)
+    plan = Plan(source, destination, options)
     return _by_lumdump(plan) if plan.by_lumdump else _by_frames(plan)

@@ -460,7 +460,7 @@ class Frame:
 
     # In a camera's picture.
 
-    def project(self, K: Any, T: Any, distortion: Optional[Sequence[float]] = None,  # noqa: N803
+    def project(self, K: Any, T: Any, distortion: Optional[Sequence[float]] = None,
                 size: Optional[tuple[int, int]] = None) -> Projection:
         """Where its points are in a camera's picture.
 

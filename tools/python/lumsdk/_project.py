@@ -77,7 +77,7 @@ def _distort(x: Array, y: Array, k: Array) -> tuple[Array, Array]:
     return (x * radial + k[2] * twice + k[3] * (s + 2 * x * x), y * radial + k[2] * (s + 2 * y * y) + k[3] * twice)
 
 
-def project(points: Array, K: Any, T: Any, distortion: Any, size: Optional[Sequence[int]]) -> Projection:  # noqa: N803
+def project(points: Array, K: Any, T: Any, distortion: Any, size: Optional[Sequence[int]]) -> Projection:
     """As Frame.project(), of points (n, 3)."""
     camera, pose, k = _camera(K), _pose(T), _coefficients(distortion)
     if size is not None and (len(size) != 2 or not all(side > 0 for side in size)):

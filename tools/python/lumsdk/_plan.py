@@ -1,0 +1,178 @@
+"""What convert() is asked for: the source, the destination and the options, checked."""
+from __future__ import annotations
+
+import os
+import re
+import reprlib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, Optional
+
+from ._errors import OptionError
+from ._formats import WRITERS
+from ._frame import Frame
+from ._inputs import check_storage, urls_of
+from ._options import Choice
+from ._points_file import FORMATS
+from ._poses import MOMENTS, Motion
+from ._source import Source
+from ._table import FILE_COLUMNS, TIMES, Layout, check_names, check_preset
+from ._target import is_url
+
+_OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "png", "pcap", "pcapng")
+OF_TABLES = ("parquet", "feather", "npy", "npz")
+_ALL = (*_OF_LUMDUMP, *WRITERS)
+
+APPLIES: Mapping[str, tuple[str, ...]] = {
+    "ascii": ("ply", "pcd"),
+    "columns": ("csv", "ply", "pcd", *OF_TABLES),
+    "comments": ("csv", "xyz"),
+    "compression": tuple(name for name, kind in WRITERS.items() if kind.compressions),
+    "duration": _OF_LUMDUMP,
+    "organized": ("pcd",),
+    "packets": ("pcap", "pcapng"),
+    "pose_times": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
+    "poses": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
+    "preset": ("parquet", "feather"),
+    "rotate": _OF_LUMDUMP,
+    "time": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng", "bin", "xyz")),
+    "to": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
+    "voxel": ("csv", "ply", "pcd", "las", "laz"),
+}
+"""The options of outputs, and the formats that have them."""
+
+_ONLY_BY_LUMDUMP = ("duration", "organized", "packets", "rotate", "voxel")
+
+
+
+def _format_of(name: str, given: Optional[str]) -> str:
+    if given is not None:
+        if not isinstance(given, str):
+            raise TypeError(f"format is {given!r}; right is one of {', '.join(_ALL)}")
+        if given not in _ALL:
+            raise OptionError(f"format is {given!r}; formats are {', '.join(_ALL)}")
+        return given
+    lowered = name.lower()
+    if lowered.endswith(".copc.laz"):
+        raise OptionError(f"{name}: COPC keeps points in an octree, which lumsdk does not make: write a .laz, and from that "
+                          "make a .copc.laz by pdal translate or untwine")
+    ending = lowered.rsplit(".", 1)[-1] if "." in lowered else ""
+    if ending not in _ALL:
+        raise OptionError(f"'{name}' has no ending that shows a format: use {' '.join('.' + f for f in _ALL)}, or give "
+                          "format=")
+    return ending
+
+
+PATTERN = re.compile(r"%(0?)(\d{0,2})d")
+
+
+def _check_pattern(name: str) -> bool:
+    """Whether a name stands for a file a frame."""
+    if "%" not in name:
+        return "{utc_ns}" in name
+    if name.count("%") != 1 or not PATTERN.search(name):
+        raise OptionError(f"{name}: a % in the name stands for the frame number and has to read %d or %04d, once")
+    return True
+
+
+def name_for(pattern: str, frame: Frame) -> str:
+    made = pattern % frame.number if "%" in pattern else pattern
+    return made.replace("{utc_ns}", str(frame.utc_ns))
+
+
+class Plan:
+    """A conversion: what was asked for, checked."""
+
+    def __init__(self, source: Any, destination: Any, options: dict[str, Any]) -> None:
+        self.source: Any = [source] if isinstance(source, Frame) else source
+        if not isinstance(destination, (str, os.PathLike)):
+            raise TypeError(f"the destination is {reprlib.repr(destination)}; right is a path or a URL, such as "
+                            '"drive.laz"')
+        self.name = os.fsdecode(destination)
+        if self.name == "-":
+            raise OptionError("'-' is standard output, which convert() does not write to: name a file")
+        # What can be gone through once, as a generator, is needed several times.
+        options = {name: list(value) if isinstance(value, Iterator) else value
+                   for name, value in options.items() if value is not None}
+        self.paths: list[str] = []
+        """Files that the run reads."""
+        self.storage = check_storage(options.pop("storage_options", None))
+        urls = urls_of(self.source)
+        if self.storage and not is_url(self.name) and not urls:
+            raise OptionError(f"storage_options does not go with {self.name}: it is for a URL")
+        store = self.name.partition("://")[0] + "://"
+        self.source_storage = self.storage if not is_url(self.name) or any(url.startswith(store) for url in urls) else None
+        """Those for the source: one of another store than the destination's has others."""
+        self.format = _format_of(self.name, options.pop("format", None))
+        self.output = {name: options.pop(name) for name in tuple(options) if name in APPLIES}
+        self.read = options
+        self.is_pattern = _check_pattern(self.name)
+        self.is_of_frames = self._is_of_frames()
+        choice = Choice(self.read)
+        self.progress: Optional[Callable[[int, int], object]] = choice.progress
+        if self.is_of_frames and self.read:
+            raise OptionError(f"{', '.join(self.read)}: frames have been read already: give such options when the source is "
+                              "opened")
+        self.raises = self.read.get("broken") == "raise"
+        self.is_laz_of_las = self.format == "laz" and "voxel" in self.output
+        of_lumdump = self.format in _OF_LUMDUMP or self.is_laz_of_las
+        self.by_lumdump = of_lumdump and not self.is_of_frames and not self.raises
+        if self.is_laz_of_las and self.is_pattern:
+            raise OptionError(f"{self.name}: with voxel, LAZ is one file; name one without % or {{utc_ns}}")
+        self._check_output()
+
+    def _is_of_frames(self) -> bool:
+        given = self.source
+        if isinstance(given, Source):
+            return True
+        if isinstance(given, (str, os.PathLike, bytes, bytearray, memoryview)) or callable(getattr(given, "read", None)):
+            return False
+        if isinstance(given, (list, tuple)):
+            return bool(given) and all(isinstance(item, Frame) for item in given)
+        if isinstance(given, Iterable):
+            return True
+        raise TypeError(f"a source is given as {type(given).__name__}; right is what open() takes, a Source, or frames")
+
+    def _check_output(self) -> None:
+        for name, value in self.output.items():
+            applies = APPLIES[name]
+            if self.by_lumdump and name not in ("compression", "preset"):
+                continue
+            if self.format not in applies:
+                raise OptionError(f"{name} does not go with the format {self.format}; it goes with {', '.join(applies)}")
+            if name in _ONLY_BY_LUMDUMP:
+                raise OptionError(f"{name} needs a capture as source and not frames, and not broken=\"raise\": lumdump does it")
+            if name in ("pose_times", "to") and "poses" not in self.output:
+                raise OptionError(f"{name} goes with poses, which say where the sensor was: give poses= too")
+            if name == "to" and value not in MOMENTS:
+                raise OptionError(f"to is {value!r}; right is one of {', '.join(MOMENTS)}")
+            if name == "time" and value not in TIMES:
+                raise OptionError(f"time is {value!r}; right is " + ", ".join(f'"{time}"' for time in TIMES))
+        if not self.by_lumdump and self.format in ("png", "pcap", "pcapng"):
+            raise OptionError(f"{self.format} needs a capture as source and not frames, and not broken=\"raise\": lumdump "
+                              "writes it")
+
+    @property
+    def time(self) -> str:
+        """What timestamps are."""
+        return str(self.output.get("time", "sensor"))
+
+    def motion(self) -> Optional[Motion]:
+        """What moves the points; None: they stay where they were seen."""
+        if "poses" not in self.output:
+            return None
+        return Motion(self.output["poses"], self.output.get("pose_times"), str(self.output.get("to", "world")))
+
+    def layout(self) -> Layout:
+        """The columns of a table."""
+        preset = self.output.get("preset")
+        columns = self.output.get("columns")
+        if preset is not None:
+            check_preset(preset, columns)
+            return Layout((), preset)
+        kind = WRITERS.get(self.format)
+        if kind is not None and kind.needs is not None:
+            return Layout(kind.needs)
+        names = check_names(columns, ("x", "y", "z") if self.format == "xyz" else FILE_COLUMNS)
+        if self.format in FORMATS and not set(names) <= {*FILE_COLUMNS, "time"}:
+            raise OptionError(f"columns: {self.format} has {', '.join(FILE_COLUMNS)} and time")
+        return Layout(names, time=self.time)
