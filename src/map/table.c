@@ -153,7 +153,7 @@ static int compare(const void *a, const void *b)
 
 static int sort(lum_map_entry *at, size_t n)
 {
-    place *places = malloc(2u * n * sizeof *places);
+    place *places = calloc(2u * n, sizeof *places);
     if (places == NULL) {
         return -1;
     }

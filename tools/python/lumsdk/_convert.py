@@ -14,7 +14,7 @@ from typing import Any, Optional, TypedDict, Union
 from . import _lumdump
 from ._c import VERSION
 from ._errors import Error, OptionError
-from ._formats import WRITERS, About, AnyTarget, Job, Writer, extra
+from ._formats import WRITERS, About, AnyTarget, Job, Writer
 from ._frame import Frame
 from ._inputs import Files, Stream, open_input
 from ._points_file import FORMATS, PointsFile
@@ -23,7 +23,7 @@ from ._reading import LOSSES
 from ._settings import Calibration, Profile
 from ._source import Source, open
 from ._plan import APPLIES, OF_TABLES, PATTERN, Plan, name_for
-from ._table import Layout, check_names
+from ._table import Layout, check_names, extra
 from ._target import Target, UrlTarget, failed, is_url, local_for
 
 _POINTS_AT_ONCE = 500_000
@@ -88,8 +88,8 @@ def _laz_of(plan: Plan) -> Iterator[str]:
         target.finish()
     except BaseException as error:
         target.discard()
-        if type(error).__module__.split(".")[0] in _FOREIGN:
-            raise failed(plan.name, _why(error, None)) from error
+        if isinstance(error, Exception) and type(error).__module__.split(".")[0] in _FOREIGN:
+            raise failed(plan.name, error) from error
         raise
 
 
@@ -139,7 +139,7 @@ class _Cancelled(Exception):
 _FOREIGN = ("pyarrow", "laspy", "lazrs")
 
 
-def _why(error: BaseException, target: Optional[AnyTarget]) -> BaseException:
+def _why(error: Exception, target: Optional[AnyTarget]) -> Exception:
     """lazrs does not say why it could not write; the file does, when what is left in it is written."""
     if target is not None and not isinstance(error, OSError):
         try:
