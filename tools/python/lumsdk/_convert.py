@@ -9,7 +9,7 @@ import re
 import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, Optional, TypedDict, Union
+from typing import Any, Optional, Union
 
 from . import _lumdump
 from ._c import VERSION
@@ -23,6 +23,7 @@ from ._reading import LOSSES
 from ._settings import Calibration, Profile
 from ._source import Source, open
 from ._plan import APPLIES, OF_TABLES, PATTERN, Plan, name_for
+from ._summary import Summary
 from ._table import Layout, check_names, extra
 from ._target import Target, UrlTarget, failed, is_url, local_for
 
@@ -65,12 +66,6 @@ def _made_by(name: str, rotates: bool) -> dict[str, tuple[int, int]]:
     return out
 
 
-def _bytes_of(source: Any) -> int:
-    if isinstance(source, io.BytesIO):
-        return len(source.getbuffer())
-    return sum(os.path.getsize(path) for path in source if os.path.isfile(path)) if isinstance(source, list) else 0
-
-
 @contextlib.contextmanager
 def _laz_of(plan: Plan) -> Iterator[str]:
     """A path for a LAS file, which becomes the LAZ file of the plan piece by piece."""
@@ -102,7 +97,7 @@ def _by_lumdump(plan: Plan) -> Summary:
         folder = kept.enter_context(tempfile.TemporaryDirectory(prefix="lumsdk-"))
         written = "las" if plan.is_laz_of_las else plan.format
         arguments = [f"--format={written}", *_lumdump.arguments(options, folder)]
-        total = _bytes_of(source)
+        total = _lumdump.bytes_of(source)
         if plan.progress is not None:
             plan.progress(0, total)
         with _laz_of(plan) if plan.is_laz_of_las else local_for(plan.name, plan.storage) as local:
@@ -425,32 +420,6 @@ def _by_frames(plan: Plan) -> Summary:
 
 
 # --- The function ---
-
-
-class Summary(TypedDict):
-    """What a conversion did: a dictionary. Where lumdump's JSON has the same facts, they are the same."""
-
-    source: str
-    """Its name."""
-    format: str
-    """The name of the format."""
-    outputs: list[str]
-    """The files that were made."""
-    frames: int
-    """Frames in the outputs: those that were selected, or given, also where a frame has no points."""
-    points: int
-    """Points that were written."""
-    bytes: int
-    """Size of the outputs together."""
-    truncated: bool
-    """Whether the capture breaks off before its end."""
-    sensors: list[str]
-    """Names of the sensors: their addresses, as Frame.sensor has them."""
-    losses: dict[str, int]
-    """What is missing in the capture, by cause, with lumdump's names; empty if frames were given."""
-    left_out: int
-    """Points that were asked for and are in no file, since their line came too late or was beyond the most of a frame,
-    or since their time has no pose."""
 
 
 def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: Any) -> Summary:

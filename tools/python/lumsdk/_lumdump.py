@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import math
 import os
@@ -219,6 +220,13 @@ def run(source: Union[Sequence[str], Any], output: str, options: Iterable[str]) 
     except ValueError as error:
         raise Error(f"lumdump printed no summary: {error}") from error
     return summary
+
+
+def bytes_of(source: Any) -> int:
+    """The size of what run() reads, as far as it is known before; else 0."""
+    if isinstance(source, io.BytesIO):
+        return len(source.getbuffer())
+    return sum(os.path.getsize(path) for path in source if os.path.isfile(path)) if isinstance(source, list) else 0
 
 
 def left_out_of(said: Mapping[str, Any]) -> int:
