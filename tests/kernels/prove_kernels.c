@@ -221,6 +221,44 @@ static bool same_pixels(const bench *b, const lum_kernels *k)
     return same(pixels, expected, sizeof pixels, "pixels", k->name);
 }
 
+/* The times of pixels, and points moved by a motion whose numbers are random
+ * too. */
+static bool same_motion(const bench *b, const lum_kernels *k,
+                        const uint32_t *words, uint32_t n)
+{
+    const uint32_t step = n + SPARE;
+    float times[LUM_POINTS_BLOCK + SPARE];
+    float expected_times[LUM_POINTS_BLOCK + SPARE];
+    float xyz[3u * (LUM_POINTS_BLOCK + SPARE)];
+    float expected[3u * (LUM_POINTS_BLOCK + SPARE)];
+    lum_motion motion = {.from_s = 1e-4f, .to_s = 1e-3f};
+    memset(times, NOT_OVERWRITE, sizeof times);
+    memset(xyz, NOT_OVERWRITE, sizeof xyz);
+    memset(expected, NOT_OVERWRITE, sizeof expected);
+    for (uint32_t i = 0; i < n; i++) {
+        times[i] = (float)lum_word_pixel(words[i]);
+    }
+    memcpy(expected_times, times, sizeof times);
+    for (unsigned i = 0; i < 12u; i++) {
+        motion.matrix[i] = b->expected[i].x;
+        motion.slope[i] = b->expected[i].y;
+    }
+    k->times(times, n, 12345, 1562001);
+    lum_plain_times(expected_times, n, 12345, 1562001);
+    const float *at = &b->expected[0].x;
+    const lum_motion_points from = {at, at + 1, at + 2, times};
+    float *const out[3] = {xyz, xyz + step, xyz + 2u * step};
+    float *const plain[3] = {expected, expected + step, expected + 2u * step};
+    k->move(&motion, &from, n, out);
+    lum_plain_move(&motion, &from, n, plain);
+    const size_t inside = k->count(&motion, times, n);
+    const size_t expected_inside = lum_plain_count(&motion, times, n);
+    return same(times, expected_times, sizeof times, "times", k->name) &&
+           same(xyz, expected, sizeof xyz, "moved points", k->name) &&
+           same(&inside, &expected_inside, sizeof inside, "times inside",
+                k->name);
+}
+
 /* From each place of the line on, a block at a time. */
 static bool same_blocks(bench *b, const lum_kernels *k)
 {
@@ -235,7 +273,7 @@ static bool same_blocks(bench *b, const lum_kernels *k)
         lum_plain_points(b->eye, words, n, b->expected, b->expected_points);
         if (!same(b->points, b->expected_points, bytes, "points", k->name) ||
             !same_counts(b, k, words, n) || !same_choice(b, k, words, n) ||
-            !same_columns(b, k, words, n)) {
+            !same_columns(b, k, words, n) || !same_motion(b, k, words, n)) {
             return false;
         }
     }
