@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 
+import lumsdk
 import pytest
 from conftest import PATIENCE_S
 from lumsdk.calibrate import _arguments, _cli, _result
@@ -319,7 +320,7 @@ def test_what_a_run_refuses_leaves_nothing(given, tmp_path, monkeypatch, capsys)
     given(None)
 
     def refuse(options):
-        raise _cli.Error("a.pcap: 3 whole frames")
+        raise lumsdk.Error("a.pcap: 3 whole frames")
 
     monkeypatch.setattr(_eyes, "run", refuse)
     assert _cli.main(["eyes", "a.pcap", "-o", "out.yaml", "--report", "out.html"]) == 1

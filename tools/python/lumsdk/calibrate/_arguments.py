@@ -6,11 +6,11 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NoReturn, Optional
+from typing import Any, Optional
 
+from .._command_line import Parser, check_apart, check_end
 from .._errors import OptionError
 from .._settings import Calibration, Profile, setting_of
-from .._target import is_url
 from ._result import KEYS, WISHES, ends
 
 HELP = """\
@@ -143,17 +143,8 @@ class Options:
         return setting_of(self.calibration or Calibration(), self.profile or Profile(), self.set)[0]
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        unknown = "unrecognized arguments: "
-        said = message.removeprefix("argument ")
-        if said.startswith(unknown):
-            said = f"unknown option {said[len(unknown):].split()[0]}"
-        raise OptionError(f"{said}; see {self.prog} --help")
-
-
-def _parser(command: str) -> _Parser:
-    parser = _Parser(prog=f"lumcal {command}", add_help=False, allow_abbrev=False)
+def _parser(command: str) -> Parser:
+    parser = Parser(prog=f"lumcal {command}", add_help=False, allow_abbrev=False)
     parser.add_argument("captures", nargs="*", metavar="CAPTURE")
     parser.add_argument("-o", "--output")
     parser.add_argument("--report")
@@ -167,34 +158,17 @@ def _parser(command: str) -> _Parser:
     return parser
 
 
-def _ends(option: str, name: Optional[str], *endings: str) -> None:
-    if name is None:
-        return
-    if is_url(name):
-        raise OptionError(f"{option}: {name}: is a URL; a file of this machine is needed")
-    if not name.endswith(endings):
-        raise OptionError(f"{option}: {name}: a name that ends in {' or '.join(endings)} is needed")
-
-
 def _check_outputs(command: str, given: argparse.Namespace) -> None:
     if command == "eyes":
-        _ends("--output", given.output, ".yaml", ".yml")
-        _ends("--report", given.report, ".html", ".htm")
+        check_end("--output", given.output, ".yaml", ".yml")
+        check_end("--report", given.report, ".html", ".htm")
     else:
         if given.report is not None:
             raise OptionError("--report does not go with check, which draws a picture: -o FILE.png")
         if given.wish:
             raise OptionError("--wish does not go with check: it is about what eyes finds")
-        _ends("--output", given.output, ".png")
-    outputs = [name for name in (given.output, given.report) if name is not None]
-    for name in outputs:
-        inputs = [*given.captures, given.calibration, given.profile]
-        if any(other is not None and _is_same(name, other) for other in inputs):
-            raise OptionError(f"{name}: is read and cannot be written too: choose another name")
-
-
-def _is_same(a: str, b: str) -> bool:
-    return os.path.realpath(a) == os.path.realpath(b)
+        check_end("--output", given.output, ".png")
+    check_apart((given.output, given.report), (*given.captures, given.calibration, given.profile))
 
 
 def _check_captures(command: str, captures: list[str]) -> None:

@@ -1,136 +1,26 @@
 """The program lumcal."""
 from __future__ import annotations
 
-import contextlib
-import importlib
 import json
-import os
 import sys
-import time
-import warnings
-from collections.abc import Iterator
-from typing import Any, Callable, Optional
+from typing import Optional
 
 from .._c import VERSION
-from .._errors import Error, OptionError, install
-from .._signals import Signals, Stopped, die_of
-from .._target import Target
+from .._run import Outputs, Progress, need, run, told, warnings_told
 from ._arguments import Options, parse
 
-PERIOD_S = 0.2
+NAME = "lumcal"
+EXTRA = "calibrate"
 
-
-def told(text: str) -> None:
-    """A line for the user, apart from the result."""
-    shown = "".join(c if c.isprintable() else "?" for c in text)
-    print(f"lumcal: {shown}".encode(errors="replace").decode(), file=sys.stderr, flush=True)
-
-
-# --- Progress ---
-
-
-class Progress:
-    """One line on a terminal; nothing elsewhere."""
-
-    def __init__(self, is_on: bool) -> None:
-        self._is_on = is_on and sys.stderr.isatty()
-        self._shown_s = 0.0
-        self._stage = ""
-        self._width = 0
-
-    def __call__(self, stage: str, share: Optional[float] = None) -> None:
-        """What is done now, and how much of it is: 0 to 1."""
-        now = time.monotonic()
-        if not self._is_on or (stage == self._stage and now - self._shown_s < PERIOD_S):
-            return
-        self._stage, self._shown_s = stage, now
-        line = stage if share is None else f"{stage}: {100 * share:.0f} %"
-        try:
-            line = line[:(os.get_terminal_size(sys.stderr.fileno()).columns or 80) - 1]
-        except OSError:
-            line = line[:79]
-        sys.stderr.write("\r" + line.ljust(self._width))
-        sys.stderr.flush()
-        self._width = len(line)
-
-    def clear(self) -> None:
-        """Remove the line."""
-        if self._width:
-            sys.stderr.write("\r" + " " * self._width + "\r")
-            sys.stderr.flush()
-            self._width = 0
-            self._stage = ""
-
-
-@contextlib.contextmanager
-def _warnings_told(is_on: bool, progress: Progress) -> Iterator[None]:
-    """What the package warns of, as a line of this program, once for each text."""
-    seen = set()
-
-    def show(message: Any, category: type[Warning], *_: Any, **__: Any) -> None:
-        text = str(message)
-        if is_on and issubclass(category, UserWarning) and text not in seen:
-            seen.add(text)
-            progress.clear()
-            told(f"warning: {text}")
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("always")
-        # A calibration is what this program looks for, or at: which one, its result says.
-        warnings.filterwarnings("ignore", ".*: it has a calibration of its own, which is not used")
-        warnings.showwarning = show  # type: ignore[assignment,unused-ignore]
-        yield
-
-
-# --- Files ---
-
-
-class Outputs:
-    """The files of a run. They get their names together, when all of them are on the disk."""
-
-    def __init__(self) -> None:
-        self._targets: dict[str, Target] = {}
-        self._whole: list[Target] = []
-
-    def begin(self, name: Optional[str]) -> None:
-        """Refuse now what could not be written at the end."""
-        if name is not None:
-            self._targets[name] = Target(name)
-
-    def write(self, name: Optional[str], make: Callable[[], bytes]) -> None:
-        """Give a file that was begun its content."""
-        if name is not None:
-            self._targets[name].fill(make())
-            self._whole.append(self._targets[name])
-
-    def finish(self) -> None:
-        """Give all that was written its names."""
-        for target in self._whole:
-            target.finish()
-
-    def drop(self) -> None:
-        """Remove what was not written whole."""
-        for target in self._targets.values():
-            target.discard()
-
-
-# --- The commands ---
-
-
-def need(module: str, what: str) -> None:
-    """Refuse at the begin what would fail at the end."""
-    try:
-        importlib.import_module(module)
-    except ImportError as error:
-        name = {"scipy": "SciPy"}.get(module, module)
-        raise Error(f"{what} needs {name}, which is not installed ({error}): {install('calibrate')}") from error
+# A calibration is what this program looks for, or at: which one, its result says.
+_KNOWN = ".*: it has a calibration of its own, which is not used"
 
 
 def eyes(options: Options, outputs: Outputs, progress: Progress) -> int:
     """Find the calibration; the exit status."""
-    need("scipy", "lumcal eyes")
+    need("scipy", "lumcal eyes", EXTRA)
     if options.report is not None:
-        need("matplotlib", "--report")
+        need("matplotlib", "--report", EXTRA)
     from . import _eyes, _report, _tell
 
     outputs.begin(options.output)
@@ -151,15 +41,15 @@ def eyes(options: Options, outputs: Outputs, progress: Progress) -> int:
     elif not options.quiet:
         print(_tell.solution_text(solution), end="")
     if why:
-        told((f"{options.output} is not written: " if options.output else "") + why)
+        told(NAME, (f"{options.output} is not written: " if options.output else "") + why)
     return 1 if why else 0
 
 
 def check(options: Options, outputs: Outputs, progress: Progress) -> int:
     """Measure how well a calibration fits; the exit status."""
-    need("scipy", "lumcal check")
+    need("scipy", "lumcal check", EXTRA)
     if options.output is not None:
-        need("matplotlib", "a picture")
+        need("matplotlib", "a picture", EXTRA)
     from . import _check, _picture, _tell
 
     outputs.begin(options.output)
@@ -182,7 +72,7 @@ def work(arguments: list[str]) -> int:
         return 0
     outputs, progress = Outputs(), Progress(not options.quiet)
     try:
-        with _warnings_told(not options.quiet, progress):
+        with warnings_told(NAME, progress, not options.quiet, _KNOWN):
             return (eyes if options.command == "eyes" else check)(options, outputs, progress)
     finally:
         progress.clear()
@@ -191,25 +81,7 @@ def work(arguments: list[str]) -> int:
 
 def main(arguments: Optional[list[str]] = None) -> int:
     """Exit status 0 done, 1 failed, 2 bad arguments; a signal ends it as a signal does."""
-    signals = Signals()
-    signals.install()
-    try:
-        status = work(sys.argv[1:] if arguments is None else arguments)
-        sys.stdout.flush()
-    except Stopped:
-        status = -signals.caught
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        status = 1
-    except OptionError as error:
-        told(str(error))
-        status = 2
-    except (Error, OSError) as error:
-        told(str(error))
-        status = 1
-    if status < 0:
-        die_of(-status)
-    return status
+    return run(NAME, work, arguments)
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
 """lumcal check as a picture: what is left on faces over the view, and how each face goes on from eye to eye."""
 from __future__ import annotations
 
-import io
 from typing import Any
 
 import numpy as np
 
+from .._drawing import canvas, png
 from ._check import EYES, Check, Seam
 from ._result import Array
 from ._tell import MARKS, advice, azimuth, millimetres
@@ -15,22 +15,6 @@ COLOURS = ("#2166ac", "#1b7837")
 
 _SHOWN = 4
 _BINS = 40
-
-
-def canvas(width: float, height: float) -> tuple[Any, Any]:
-    """A figure, and what draws it without a display."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), dpi=100, layout="constrained")
-    return figure, FigureCanvasAgg(figure)
-
-
-def png(drawn: Any) -> bytes:
-    """A canvas as bytes, which depend on nothing but what is drawn."""
-    out = io.BytesIO()
-    drawn.print_png(out, metadata={"Software": None})
-    return out.getvalue()
 
 
 def angles(cloud: Array) -> tuple[Array, Array]:

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from .._c import VERSION
+from .._drawing import canvas, png, small
 from ._check import EYES
 from ._model import ORDERS
-from ._picture import binned, canvas, png
+from ._picture import binned
 from ._result import Array, Plane, Residuals, Solution
 from ._tell import bends, change, compared, digits, millimetres, more, not_written, reasons, row
 
@@ -41,13 +42,6 @@ def rms(values: Array) -> float:
 
 def _img(drawn: Any, about: str) -> str:
     return f'<img alt="{html.escape(about)}" src="data:image/png;base64,{base64.b64encode(png(drawn)).decode()}">'
-
-
-def _small(axes: Any, title: str, x: str, y: str) -> None:
-    axes.set_title(title, fontsize=9, loc="left")
-    axes.set_xlabel(x, fontsize=8)
-    axes.set_ylabel(y, fontsize=8)
-    axes.tick_params(labelsize=7)
 
 
 def bins(x: Array, values: Array) -> tuple[Array, Array, Array]:
@@ -81,7 +75,7 @@ def _curves(found: Residuals) -> str:
             axes.axhline(0, color="black", linewidth=0.5)
             axes.set_ylim(-end, end)
             axes.grid(alpha=0.3)
-            _small(axes, f"{EYES[eye]} eye", label, "mm")
+            small(axes, f"{EYES[eye]} eye", label, "mm")
         rows[0].legend(fontsize=7)
     return _img(drawn, "residuals before and after, by eye, over azimuth, elevation and range")
 
@@ -102,7 +96,7 @@ def _maps(found: Residuals) -> str:
 
 def _map(axes: Any, found: Residuals, eye: int, values: Array, end: float, title: str) -> Any:
     chosen = np.asarray(found.eye) == eye
-    _small(axes, f"{title}: {millimetres(rms(values[chosen]) / 1000)}", "azimuth, degrees", "elevation, degrees")
+    small(axes, f"{title}: {millimetres(rms(values[chosen]) / 1000)}", "azimuth, degrees", "elevation, degrees")
     if not chosen.any():
         return None
     x, y = np.asarray(found.azimuth_deg)[chosen], np.asarray(found.elevation_deg)[chosen]
@@ -136,7 +130,7 @@ def _planes(planes: Sequence[Plane]) -> str:
         if i == 1:
             axes.invert_xaxis()
         axes.grid(alpha=0.3)
-        _small(axes, f"{title}; the triangle is the sensor of the first capture", names[i], names[j])
+        small(axes, f"{title}; the triangle is the sensor of the first capture", names[i], names[j])
     return _img(drawn, "the faces that were found, from above and from the right")
 
 
