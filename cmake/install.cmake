@@ -116,7 +116,7 @@ endforeach()
 if(LUM_BUILD_TOOLS AND NOT WIN32)
   install(FILES tools/completion/lumsdk.bash
           DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME lumctl)
-  foreach(tool IN ITEMS lumcal lumdump lumfleet lumros2 lumsim lumtable lumview)
+  foreach(tool IN ITEMS lumcal lumdump lumfleet lumodom lumros2 lumsim lumtable lumview)
     install(CODE "file(CREATE_LINK lumctl
                        \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/bash-completion/completions/${tool}\"
                        SYMBOLIC)")

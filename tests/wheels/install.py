@@ -65,7 +65,7 @@ class Clone(unittest.TestCase):
                                        "importlib.metadata.files('lumsdk')]))"))
         kinds = {re.sub(r"^(\.\./)+", "", name).split("/")[0] for name in names}
         self.assertEqual(kinds, {"lumsdk", f"lumsdk-{version()}.dist-info", "bin"})
-        self.assertEqual({name.rsplit("/", 1)[1] for name in names if "/bin/" in name} - {"lumcal", "lumfleet"}, {"lumctl", "lumdump", "lumsim"})
+        self.assertEqual({name.rsplit("/", 1)[1] for name in names if "/bin/" in name} - {"lumcal", "lumfleet", "lumodom"}, {"lumctl", "lumdump", "lumsim"})
         self.assertEqual([name for name in names if re.search(r"\.(h|a|pc|cmake|1)$", name)], [])
 
     def test_programs_are_found_beside_this_python(self):

@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# Completion of lumcal, lumctl, lumdump, lumfleet, lumros2, lumsim, lumtable, lumview for bash. Options and the words they
+# Completion of lumcal, lumctl, lumdump, lumfleet, lumodom, lumros2, lumsim, lumtable, lumview for bash. Options and the words they
 # take are read from the tools' own --help, so this file does not have to know them.
 
 # _lumsdk_options TOOL [COMMAND]
@@ -150,9 +150,9 @@ _lumsdk() {
         fi
     elif [[ ${tool##*/}:$COMP_CWORD == lumcal:1 ]]; then
         _lumsdk_choose 'eyes check' "$current"
-    elif [[ ${tool##*/} == @(lumcal|lumfleet|lumros2) ]]; then
+    elif [[ ${tool##*/} == @(lumcal|lumfleet|lumodom|lumros2) ]]; then
         _lumsdk_files "$current"
     fi
 }
 
-complete -F _lumsdk lumcal lumctl lumdump lumfleet lumros2 lumsim lumtable lumview
+complete -F _lumsdk lumcal lumctl lumdump lumfleet lumodom lumros2 lumsim lumtable lumview

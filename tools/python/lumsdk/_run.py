@@ -60,8 +60,8 @@ class Progress:
 
 
 @contextlib.contextmanager
-def warnings_told(name: str, progress: Progress, is_on: bool, known: str) -> Iterator[None]:
-    """What the package warns of, as a line of the program, once for each text, but for texts that match `known`."""
+def warnings_told(name: str, progress: Progress, is_on: bool, known: str = "") -> Iterator[None]:
+    """What the package warns of, as a line of the program, once for each text, without those that match `known`."""
     seen = set()
 
     def show(message: Any, category: type[Warning], *_: Any, **__: Any) -> None:
@@ -73,7 +73,8 @@ def warnings_told(name: str, progress: Progress, is_on: bool, known: str) -> Ite
 
     with warnings.catch_warnings():
         warnings.simplefilter("always")
-        warnings.filterwarnings("ignore", known)
+        if known:
+            warnings.filterwarnings("ignore", known)
         warnings.showwarning = show  # type: ignore[assignment,unused-ignore]
         yield
 

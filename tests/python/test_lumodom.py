@@ -1,0 +1,171 @@
+"""lumodom: its command line, its files, how it ends; and drives from lumsim, of which the truth is known."""
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from conftest import PATIENCE_S, run
+from lumsdk.odometry import _arguments, _cli
+
+TOP = pathlib.Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize("arguments, told", [
+    ((), "one drive is needed, and none is named; files of one drive are named by a pattern in quotes, as 'drive-*.pcap'; see lumodom --help"),
+    (("a.pcap", "b.pcap"), "one drive is needed, and 2 are named; files of one drive are named by a pattern in quotes, as 'drive-*.pcap'; see lumodom --help"),
+    (("a.pcap", "--bad"), "unknown option --bad; see lumodom --help"),
+    (("a.pcap", "--time", "gps"), "--time: gps: is utc or sensor"),
+    (("a.pcap", "-o", "a.csv"), "--output: a.csv: a name that ends in .txt or .tum is needed"),
+    (("a.pcap", "--report", "a.pdf"), "--report: a.pdf: a name that ends in .png is needed"),
+    (("a.pcap", "-o", "t.txt", "--truth", "./t.txt"), "t.txt: is read and cannot be written too: choose another name"),
+    *((("a.pcap", "--voxel", value), f"--voxel: {value}: metres are needed, from 0.01 to 1000") for value in ("0", "-1", "nan", "1m", "2000")),
+    (("a.pcap", "--voxel", "5", "--max-range", "10"), "--voxel: 5 m are too much for --max-range 10: at most a quarter of it"),
+    (("a.pcap", "--set", "tof_lsb=13"), "set: unknown key 'tof_lsb'; did you mean 'tof_lsb_ps'?"),
+    (("a.pcap", "--profile", "none.yaml"), "none.yaml: cannot be read: No such file or directory")])
+def test_wrong_arguments_are_told_with_what_would_be_right(arguments, told, capsys):
+    assert _cli.main(list(arguments)) == 2
+    assert capsys.readouterr() == ("", f"lumodom: {told}\n")
+
+
+def test_help_and_version(capsys):
+    assert _cli.main(["--help"]) == 0
+    assert capsys.readouterr() == (_arguments.HELP, "")
+    assert max(map(len, _arguments.HELP.splitlines())) <= 80
+    assert _cli.main(["--version"]) == 0
+    assert re.fullmatch(r"lumodom \d+\.\d+\.\d+\n", capsys.readouterr().out)
+
+
+def options_of(text):
+    return set(re.findall(r"(?<![\w-])--[a-z]+(?:-[a-z]+)*", text))
+
+
+def test_help_manual_parser_and_completion_have_the_same_options(completion):
+    manual = (TOP / "docs/man/lumodom.1").read_text().replace("\\-", "-")
+    listed = {f"-{name}" for name in re.findall(r"-[a-z]+(?:-[a-z]+)*", " ".join(re.findall(r"^\.It (Fl .*)$", manual, re.M)))}
+    known = {name for action in _arguments._parser()._actions for name in action.option_strings if name.startswith("--")}
+    assert options_of(_arguments.HELP.split("Exit status")[0]) == known
+    assert listed == known
+    complete = completion("lumodom", sys.executable, "-B", "-m", "lumsdk.odometry._cli")
+    assert set(complete("--re")) == {"--report"}
+
+
+def test_a_missing_package_is_named_with_the_command_that_brings_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "kiss_icp", None)
+    assert _cli.main(["a.pcap", "-o", "a.txt"]) == 1
+    assert re.fullmatch(r"lumodom: lumodom needs kiss-icp, which is not installed \(.*\): in a clone of lumsdk, pip install '\.\[odometry\]'\n", capsys.readouterr().err)
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- With kiss-icp ---
+
+
+@pytest.fixture
+def kiss(tmp_path, monkeypatch):
+    pytest.importorskip("kiss_icp")
+    pytest.importorskip("matplotlib")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def drive(make_capture):
+    return str(make_capture("-n", 4))
+
+
+def read(name):
+    return np.loadtxt(name)
+
+
+def test_a_drive_becomes_poses_by_either_clock_and_a_report(kiss, drive, tmp_path, capsys):
+    assert _cli.main([drive, "-o", "utc.txt", "--report", "a.png", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["frames"], told["poses"], told["errors"], told["deskew"]) == (4, 6, None, True)
+    assert _cli.main([drive, "-o", "sensor.txt", "--time", "sensor", "-q"]) == 0
+    assert capsys.readouterr() == ("", "")
+    utc, sensor = read("utc.txt"), read("sensor.txt")
+    assert utc.shape == (6, 8) and np.array_equal(utc[:, 1:], sensor[:, 1:])
+    assert utc[0, 1:].tolist() == [0, 0, 0, 0, 0, 0, 1] and 1e9 < utc[0, 0] and sensor[0, 0] < 1e3
+    assert np.diff(sensor[:, 0]) == pytest.approx([0.05, 0.1, 0.1, 0.1, 0.05], abs=1e-3)
+    for name, words in ("utc.txt", "seconds since 1970 UTC"), ("sensor.txt", "seconds of the sensor's clock"):
+        assert words in pathlib.Path(name).read_text().splitlines()[0]
+    assert pathlib.Path("a.png").read_bytes().startswith(b"\x89PNG")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.png", "sensor.txt", "utc.txt"]
+
+
+def test_poses_are_their_own_truth_and_others_are_told(kiss, drive, capsys):
+    assert _cli.main([drive, "-o", "poses.txt", "-q"]) == 0
+    lines = pathlib.Path("poses.txt").read_text().splitlines()
+    pathlib.Path("part.txt").write_text("\n".join(lines[:-2]) + "\n")
+    assert _cli.main([drive, "--truth", "part.txt", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["errors"]["poses"], told["errors"]["poses_without_truth"]) == (4, 2) and told["errors"]["absolute_rms_m"] < 1e-3
+    assert told["notes"] == ["2 of 6 poses are outside the truth and not compared"]
+    pathlib.Path("late.txt").write_text("5000 0 0 0 0 0 0 1\n5000.1 1 0 0 0 0 0 1\n")
+    assert _cli.main([drive, "--truth", "late.txt", "-o", "none.txt"]) == 1
+    assert re.fullmatch(r"lumodom: late\.txt: its poses are of 5000\.000 to 5000\.100 s, by seconds of the sensor's clock, and the drive is of .*: "
+                        r"the truth of this drive is needed\n", capsys.readouterr().err)
+    assert not pathlib.Path("none.txt").exists()
+
+
+def test_one_frame_is_no_drive(kiss, drive, tmp_path, capsys):
+    assert _cli.main([drive, "--frames", "2:2", "-o", "a.txt", "-q"]) == 1
+    assert capsys.readouterr().err == f"lumodom: {drive}: has one frame with points; a motion is between two at least\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_frames_of_which_nothing_is_left_are_refused(kiss, drive, tmp_path, capsys):
+    assert _cli.main([drive, "--max-range", "1", "--voxel", "0.2", "-o", "a.txt", "-q"]) == 1
+    assert re.fullmatch(r"lumodom: frame \d+: 0 of its points are left to lay it by, and 20 are needed: .*\n", capsys.readouterr().err)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_frames_without_a_clock_are_refused(kiss, tmp_path, capsys):
+    profile = tmp_path / "none.yaml"
+    profile.write_text("version: 1\ngroup: {timestamp: none}\n")
+    run("lumsim", "-q", "-o", tmp_path / "still.pcap", "--frames", 2, "--profile", profile)
+    assert _cli.main(["still.pcap", "--profile", str(profile), "-q"]) == 1
+    assert re.fullmatch(r"lumodom: still\.pcap: frame \d+ has no clock: .*; name a profile with one by --profile\n", capsys.readouterr().err)
+
+
+def test_a_signal_leaves_nothing(kiss, drive, tmp_path):
+    waits = f"""
+import pathlib, signal, sys
+import lumsdk.odometry._estimate as estimate
+from lumsdk.odometry import _cli
+def lay(*_):
+    pathlib.Path("begun").touch()
+    signal.pause()
+estimate.Estimate._lay = lay
+sys.exit(_cli.main([{drive!r}, "-o", "a.txt"]))
+"""
+    process = subprocess.Popen([sys.executable, "-B", "-c", waits], cwd=tmp_path)
+    begin = time.monotonic()
+    while not (tmp_path / "begun").exists():
+        assert process.poll() is None and time.monotonic() < begin + PATIENCE_S
+        time.sleep(0.01)
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(PATIENCE_S) == -signal.SIGTERM
+    assert os.listdir(tmp_path) == ["begun"]
+
+
+# --- How exact it is ---
+
+
+@pytest.mark.long
+def test_a_drive_through_bends_is_found_and_points_have_to_be_moved(kiss, tmp_path, capsys):
+    """Two right-angled bends at 10 m/s, of 8 m radius, which begin from one moment to the next."""
+    run("lumsim", "-q", "-o", "town.pcap", "--scene", "town", "--path", "circle", "--velocity", 10, "--frames", 330, "--poses", "truth.txt", cwd=tmp_path)
+    found = []
+    for word in "--deskew", "--no-deskew":
+        assert _cli.main(["town.pcap", "--frames", "130:330", "--truth", "truth.txt", "--json", "-q", word]) == 0
+        found.append(json.loads(capsys.readouterr().out)["errors"]["segments"][0])
+    (moved, still) = found
+    assert moved["length_m"] == still["length_m"] == 100 and moved["count"] >= 9
+    assert moved["translation_percent"] <= 0.5
+    assert still["translation_percent"] >= 1.5 * moved["translation_percent"]

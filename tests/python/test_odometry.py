@@ -1,0 +1,117 @@
+"""What lumodom measures of a drive, on poses that are known."""
+import math
+
+import numpy as np
+import pytest
+from lumsdk.odometry import _estimate, _metrics, _motion, _result, _tell
+
+
+def turn(degrees):
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+
+
+def straight(count=301, step=1.0):
+    """Poses along x, one a tenth of a second."""
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    poses[:, 0, 3] = step * np.arange(count)
+    return poses, 0.1 * np.arange(count)
+
+
+def bend(count=629, radius=50.0):
+    """Once round a circle to the left, in steps of half a metre."""
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    for i, pose in enumerate(poses):
+        angle = 360 * i / (count - 1)
+        pose[:3, :3] = turn(angle)
+        pose[:2, 3] = radius * math.sin(math.radians(angle)), radius * (1 - math.cos(math.radians(angle)))
+    return poses, 0.05 * np.arange(count)
+
+
+def test_true_poses_have_no_error_wherever_the_world_begins():
+    truth, times = bend()
+    moved = np.eye(4)
+    moved[:3, :3], moved[:3, 3] = turn(33), (7, -8, 9)
+    found = _metrics.errors(moved @ truth, truth, times)
+    assert found.absolute_rms_m == pytest.approx(0, abs=1e-9) and found.absolute_max_m == pytest.approx(0, abs=1e-9)
+    assert [s.length_m for s in found.segments] == [100, 200, 300] and found.is_kitti
+    for segments in found.segments:
+        assert segments.translation_percent == pytest.approx(0, abs=1e-9) and segments.rotation_deg_m == pytest.approx(0, abs=1e-9)
+
+
+def test_a_scale_of_one_percent_is_an_error_of_one_percent():
+    """A segment ends at the first pose behind its length, as in the benchmark: 101 m here, of which 1 % are 1.01 m of 100."""
+    truth, times = straight()
+    poses = truth.copy()
+    poses[:, :3, 3] *= 1.01
+    found = _metrics.errors(poses, truth, times)
+    for segments, count in zip(found.segments, (20, 10)):
+        assert segments.translation_percent == pytest.approx((segments.length_m + 1) / segments.length_m) and segments.rotation_deg_m == 0
+        assert segments.count == count
+    # Aligned in the middle, the ends are off by 1.5 m, and the rms is that of an even spread: 1.5 / sqrt(3), but for the steps.
+    assert found.absolute_max_m == pytest.approx(1.5)
+    assert found.absolute_rms_m == pytest.approx(0.01 * math.sqrt((301 ** 2 - 1) / 12))
+
+
+def test_a_drift_of_yaw_is_an_error_in_degrees_a_metre():
+    """0.01 degrees a metre: 1.01 degrees over the 101 m of a segment of 100."""
+    truth, times = straight(152)
+    poses = truth.copy()
+    for i, pose in enumerate(poses):
+        pose[:3, :3] = turn(0.01 * i)
+    segments = _metrics.errors(poses, truth, times).segments[0]
+    assert segments.rotation_deg_m == pytest.approx(0.0101) and segments.count == 6
+    # Places are right, but the way ahead is seen from a pose that looks aside by up to half a degree.
+    assert segments.translation_percent == pytest.approx(100 * 1.01 * np.mean([2 * math.sin(math.radians(0.05 * i)) for i in range(6)]), rel=1e-3)
+
+
+def test_the_mean_counts_segments_and_not_lengths():
+    found = _metrics.Errors(9, 0, 0, 0, np.zeros(9), (), [_metrics.Segments(100, 3, 1.0, 0.1), _metrics.Segments(200, 1, 5.0, 0.5)])
+    assert found.translation_percent == pytest.approx(2) and found.rotation_deg_m == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("count, wanted, told", [(62, [10, 20, 30, 40, 50, 60], "over 10 to 60 m: none of KITTI's, of 100 m and more, fits into the drive"),
+                                                 (9, [], "no length of 10 m or more fits into the drive"), (103, [100], "over 100 m")])
+def test_a_short_drive_says_which_lengths_it_has(count, wanted, told):
+    truth, times = straight(count)
+    found = _metrics.errors(truth, truth, times)
+    assert [s.length_m for s in found.segments] == wanted and _tell.lengths(found) == told
+    assert (found.translation_percent is None) == (not wanted)
+
+
+def test_a_path_is_measured():
+    poses, times = bend()
+    path = _metrics.path(poses, times)
+    assert path.distance_m == pytest.approx(100 * math.pi, rel=1e-4) and path.closure_m == pytest.approx(0, abs=1e-9)
+    assert path.mean_m_s == pytest.approx(10, rel=1e-3) and path.max_m_s == pytest.approx(10, rel=1e-3)
+    still = _metrics.path(np.tile(np.eye(4), (3, 1, 1)), np.arange(3.0))
+    assert still.distance_m == 0 and still.closure_percent is None
+    half = _metrics.path(poses[:315], times[:315])
+    assert half.closure_m == pytest.approx(100) and half.closure_deg == pytest.approx(180)
+
+
+def test_a_jump_is_named_by_its_frame():
+    poses, times = straight(12)
+    poses[6:, 0, 3] += 2
+    track = _estimate.Track(list(poses), [round(1e9 * t) for t in times], [], list(range(50, 60)))
+    assert _result.sudden(_metrics.path(poses, times), track) == [54, 55]
+
+
+@pytest.mark.parametrize("share", [0, 0.25, 0.5, 1, -0.5, 2])
+def test_a_part_of_a_motion_is_on_its_screw(share):
+    """Along a circle to the left, and straight on."""
+    poses, _ = bend(13)
+    step = _motion.inverse(poses[0]) @ poses[1]
+    angle = math.radians(30 * share)
+    assert _motion.part(step, share)[:3, 3] == pytest.approx([50 * math.sin(angle), 50 * (1 - math.cos(angle)), 0])
+    assert _motion.part(step, share)[:3, :3] == pytest.approx(turn(30 * share))
+    ahead = np.eye(4)
+    ahead[0, 3] = 3
+    assert _motion.part(ahead, share)[:3, 3] == pytest.approx([3 * share, 0, 0])
+
+
+def test_small_angles_are_exact():
+    tiny = np.eye(4)
+    tiny[:3, :3] = turn(1e-6)
+    assert math.degrees(_motion.angle(tiny)) == pytest.approx(1e-6)
+    assert math.degrees(_motion.angle(_motion.part(tiny, 0.5))) == pytest.approx(5e-7)

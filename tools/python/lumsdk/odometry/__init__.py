@@ -1,0 +1,1 @@
+"""Poses of a drive from its frames alone: lumodom. Needs kiss-icp and matplotlib (extra: odometry)."""

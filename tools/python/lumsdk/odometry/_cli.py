@@ -1,0 +1,75 @@
+"""The program lumodom."""
+from __future__ import annotations
+
+import sys
+from typing import Optional
+
+import numpy as np
+
+from .._c import VERSION
+from .._errors import CaptureError
+from .._run import Outputs, Progress, need, run, warnings_told
+from ._arguments import Options, parse
+
+NAME = "lumodom"
+EXTRA = "odometry"
+
+
+def odometry(options: Options, outputs: Outputs, progress: Progress) -> int:
+    """Find the poses and measure them; the exit status."""
+    need("kiss_icp", NAME, EXTRA)
+    if options.report is not None:
+        need("matplotlib", "--report", EXTRA)
+    from .._poses import Poses
+    from . import _metrics, _picture, _result, _tell, _truth
+    from ._drive import Drive
+    from ._estimate import Estimate
+
+    truth = None if options.truth is None else Poses(options.truth)
+    outputs.begin(options.output)
+    outputs.begin(options.report)
+    with Drive(options.drive, options.reading) as drive:
+        def tell(count: int) -> None:
+            progress("laying frames on each other", count / max(drive.expected(), count))
+
+        track = Estimate(options.settings).run(drive, tell)
+    progress.clear()
+    if len(track.numbers) < 2:
+        count = "one frame" if track.numbers else "no frame"
+        raise CaptureError(f"{options.drive}: has {count} with points; a motion is between two at least")
+    path = _metrics.path(np.array(track.poses), track.times_s())
+    errors = None if truth is None else _truth.compare(truth, track)
+    found = _result.Result(options.drive, options.settings, track, path, drive.frames, errors,
+                           _result.notes(drive, path, track, options.time, errors))
+    outputs.write(options.output, lambda: _truth.to_text(track, options.time, f"lumodom {VERSION}").encode())
+    outputs.write(options.report, lambda: _picture.to_png(found))
+    outputs.finish()
+    if options.json:
+        print(_tell.to_json(found), end="")
+    elif not options.quiet:
+        print(_tell.text(found), end="")
+    return 0
+
+
+def work(arguments: list[str]) -> int:
+    """Do what the command line asks for; the exit status."""
+    options = parse(arguments)
+    if options.help or options.version:
+        print(options.help or f"{NAME} {VERSION}\n", end="")
+        return 0
+    outputs, progress = Outputs(), Progress(not options.quiet)
+    try:
+        with warnings_told(NAME, progress, not options.quiet):
+            return odometry(options, outputs, progress)
+    finally:
+        progress.clear()
+        outputs.drop()
+
+
+def main(arguments: Optional[list[str]] = None) -> int:
+    """Exit status 0 done, 1 failed, 2 bad arguments; a signal ends it as a signal does."""
+    return run(NAME, work, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

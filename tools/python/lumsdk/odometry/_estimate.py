@@ -1,0 +1,179 @@
+"""The motion of a sensor by kiss-icp: each frame is laid on a map of those before it.
+
+kiss-icp itself moves a frame's points to the time of the last one, by the motion until the frame before. If that motion is
+wrong, as where a bend begins, so is the place by half of the error. Here points are moved to the middle of the frame, where
+the errors of both halves nearly cancel: the first round finds the motion, and the second one has points moved by it.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, Callable
+
+import numpy as np
+
+from .._errors import CaptureError
+from ._drive import Scan
+from ._motion import Array, angle, inverse, part
+
+ROUNDS = ((2.0, 35_000), (0.5, 70_000))
+"""Of each, kiss-icp's kernel in metres, of which points may be three away, and how many points suffice. The first one has to
+find a bend of 70 degrees a second that was not there in the frame before."""
+
+FEWEST = 20
+"""Points that a frame is laid by, after they were thinned."""
+
+_SETTLED_M, _SETTLED_RAD = 1e-2, 1e-4
+_FIRST_ROUNDS = 4
+_SAMPLE = 200
+
+
+@dataclass
+class Settings:
+    """Those of kiss-icp, by its names."""
+
+    max_range: float = 100.0
+    voxel_size: float = 1.0
+    deskew: bool = True
+
+    def config(self) -> Any:
+        """As kiss-icp takes them."""
+        from kiss_icp.config import KISSConfig
+
+        config = KISSConfig()
+        config.data.max_range, config.data.min_range, config.data.deskew = self.max_range, 0.0, self.deskew
+        config.mapping.voxel_size = self.voxel_size
+        return config
+
+
+@dataclass
+class Track:
+    """Where the sensor was."""
+
+    poses: list[Array] = field(default_factory=list)
+    """At the first point of the first frame, where the world begins; in the middle of each frame; at the last point of the last."""
+    clock_ns: list[int] = field(default_factory=list)
+    utc_ns: list[int] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)
+    """Of the frames."""
+    residuals_m: list[float] = field(default_factory=list)
+    """Of each frame but the first: the median distance of its points from the nearest one of the frame before."""
+
+    def times_s(self) -> Array:
+        """Seconds from the begin, by the sensor's clock."""
+        clock = np.array(self.clock_ns, "i8")
+        return np.asarray((clock - clock[0]) * 1e-9)
+
+
+def _settled(a: Array, b: Array) -> bool:
+    change = inverse(a) @ b
+    return bool(np.linalg.norm(change[:3, 3]) < _SETTLED_M and angle(change) < _SETTLED_RAD)
+
+
+class Estimate:
+    """Frames come in, in their order; poses come out."""
+
+    def __init__(self, settings: Settings) -> None:
+        """Begin a drive."""
+        self._settings = settings
+        self._begin(np.eye(4))
+
+    def _begin(self, motion: Array) -> None:
+        """An empty map, and the motion of the first frame."""
+        from kiss_icp.kiss_icp import KissICP
+
+        self._kiss = KissICP(self._settings.config())
+        self._pose, self._motion, self._span_s = np.eye(4), motion, 0.0
+        self._last: Any = None
+        self._before = np.zeros((0, 3))
+        self.track = Track()
+
+    def run(self, scans: Iterable[Scan], tell: Callable[[int], None] = lambda count: None) -> Track:
+        """The poses of a drive; tell is called with the number of frames so far."""
+        first: list[Scan] = []
+        for count, scan in enumerate(scans, 1):
+            if count <= 2:
+                first.append(scan)
+            if count == 2:
+                self._start(first)
+            else:
+                self._take(scan)
+            tell(count)
+        self._finish(first)
+        return self.track
+
+    def _start(self, first: list[Scan]) -> None:
+        """The first frame has none before it: it moved as it did until the second one, which depends on that."""
+        motion = np.eye(4)
+        for _ in range(_FIRST_ROUNDS if self._settings.deskew else 1):
+            self._begin(motion)
+            for scan in first:
+                self._take(scan)
+            if _settled(motion, self._motion):
+                break
+            motion = self._motion
+
+    def _finish(self, first: list[Scan]) -> None:
+        """Poses for the times before the first middle and after the last."""
+        track, ended = self.track, self._last
+        if len(track.poses) < 2:
+            return
+        span_s = (track.clock_ns[1] - track.clock_ns[0]) * 1e-9
+        before = part(inverse(track.poses[0]) @ track.poses[1], -0.5 * first[0].length_s / span_s)
+        after = part(self._motion, 0.5 * ended.length_s / self._span_s)
+        track.poses = [track.poses[0] @ before, *track.poses, track.poses[-1] @ after]
+        for times in (track.clock_ns, track.utc_ns):
+            times.insert(0, times[0] - round(5e8 * first[0].length_s))
+            times.append(times[-1] + round(5e8 * ended.length_s))
+        begin = inverse(track.poses[0])
+        track.poses = [begin @ pose for pose in track.poses]
+
+    def _take(self, scan: Scan) -> None:
+        if self._last is None:
+            span_s, pose = scan.length_s, self._pose
+            points = self._points(scan, self._motion, ROUNDS[-1][1])
+        else:
+            span_s = (scan.clock_ns - self._last.clock_ns) * 1e-9
+            pose, points = self._lay(scan, span_s)
+            self._motion = inverse(self._pose) @ pose
+            self._note(points, pose)
+        self._kiss.local_map.update(points[1], pose)
+        self._before = points[1] @ pose[:3, :3].T + pose[:3, 3]
+        self._pose, self._span_s, self._last = pose, span_s, scan
+        self.track.poses.append(pose)
+        self.track.clock_ns.append(scan.clock_ns)
+        self.track.utc_ns.append(scan.utc_ns)
+        self.track.numbers.append(scan.number)
+
+    def _lay(self, scan: Scan, span_s: float) -> tuple[Array, tuple[Array, Array]]:
+        """Lay a frame on the map: its pose, and its points as kiss-icp thins them for laying and for the map."""
+        kiss = self._kiss
+        motion = part(self._motion, span_s / self._span_s)
+        pose = self._pose @ motion
+        for kernel, most in ROUNDS:
+            points = self._points(scan, part(motion, scan.length_s / span_s), most)
+            pose = kiss.registration.align_points_to_map(points=points[0], voxel_map=kiss.local_map, initial_guess=pose,
+                                                         max_correspondance_distance=3 * kernel, kernel=kernel)
+            motion = inverse(self._pose) @ pose
+        return pose, points
+
+    def _points(self, scan: Scan, swept: Array, most: int) -> tuple[Array, Array]:
+        """Points moved to the middle of the frame; swept is the motion from the first point to the last."""
+        every = -(-len(scan.points) // most)
+        points = self._kiss.preprocessor.preprocess(scan.points[::every], scan.times_s[::every], swept)
+        if self._settings.deskew:  # kiss-icp has moved them to the last point
+            half = part(swept, 0.5)
+            points = points @ half[:3, :3].T + half[:3, 3]
+        thinned, of_map = self._kiss.voxelize(points)
+        if len(thinned) < FEWEST:
+            raise CaptureError(f"frame {scan.number}: {len(thinned)} of its points are left to lay it by, and {FEWEST} are needed: a "
+                               "larger --max-range or a smaller --voxel leaves more")
+        return thinned, of_map
+
+    def _note(self, points: tuple[Array, Array], pose: Array) -> None:
+        """How far some of the points are from the frame before."""
+        chosen = points[0][::max(1, len(points[0]) // _SAMPLE)]
+        placed = (chosen @ pose[:3, :3].T + pose[:3, 3] - self._pose[:3, 3]).astype("f4")
+        before = (self._before - self._pose[:3, 3]).astype("f4")
+        squares = (placed ** 2).sum(1)[:, None] + (before ** 2).sum(1) - 2 * placed @ before.T
+        self.track.residuals_m.append(float(np.sqrt(max(np.median(squares.min(1)), 0.0))))
