@@ -160,12 +160,12 @@ sys.exit(_cli.main([{drive!r}, "-o", "a.txt"]))
 @pytest.mark.long
 def test_a_drive_through_bends_is_found_and_points_have_to_be_moved(kiss, tmp_path, capsys):
     """Two right-angled bends at 10 m/s, of 8 m radius, which begin from one moment to the next."""
-    run("lumsim", "-q", "-o", "town.pcap", "--scene", "town", "--path", "circle", "--velocity", 10, "--frames", 330, "--poses", "truth.txt", cwd=tmp_path)
+    run("lumsim", "-q", "-o", "town.pcap", "--scene", "town", "--path", "circle", "--velocity", 10, "--frames", 300, "--poses", "truth.txt", cwd=tmp_path)
     found = []
     for word in "--deskew", "--no-deskew":
-        assert _cli.main(["town.pcap", "--frames", "130:330", "--truth", "truth.txt", "--json", "-q", word]) == 0
+        assert _cli.main(["town.pcap", "--frames", "150:300", "--truth", "truth.txt", "--json", "-q", word]) == 0
         found.append(json.loads(capsys.readouterr().out)["errors"]["segments"][0])
     (moved, still) = found
-    assert moved["length_m"] == still["length_m"] == 100 and moved["count"] >= 9
+    assert moved["length_m"] == still["length_m"] == 100 and moved["count"] >= 4
     assert moved["translation_percent"] <= 0.5
     assert still["translation_percent"] >= 1.5 * moved["translation_percent"]
