@@ -149,7 +149,8 @@ static void make_header(unsigned char out[HEADER_BYTES],
     p = lum_put_le16(p, (uint16_t)(POINT_BYTES + state->extra_bytes));
     p = put_zeros(p, 24); /* legacy counts */
     for (unsigned i = 0; i < 6; i++) {
-        p = lum_put_f64(p, i < 3u ? state->scale : writer->options.origin[i - 3u]);
+        p = lum_put_f64(p,
+                        i < 3u ? state->scale : writer->options.origin[i - 3u]);
     }
     p = put_bounds(p, state, writer->options.origin);
     p = put_zeros(p, 20); /* no waveforms, no extended records */
