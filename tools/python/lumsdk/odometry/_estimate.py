@@ -20,6 +20,9 @@ ROUNDS = ((2.0, 35_000), (0.5, 70_000))
 """Of each, kiss-icp's kernel in metres, of which points may be three away, and how many points suffice. The first one has to
 find a bend of 70 degrees a second that was not there in the frame before."""
 
+MARGIN_S = 1e-3
+"""The first and the last pose are so far outside of the points: times are rounded, and UTC is an estimate."""
+
 FEWEST = 20
 """Points that a frame is laid by, after they were thinned."""
 
@@ -51,7 +54,7 @@ class Track:
     """Where the sensor was."""
 
     poses: list[Array] = field(default_factory=list)
-    """At the first point of the first frame, where the world begins; in the middle of each frame; at the last point of the last."""
+    """Just before the first point, where the world begins; in the middle of each frame; just after the last point."""
     clock_ns: list[int] = field(default_factory=list)
     utc_ns: list[int] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
@@ -119,12 +122,13 @@ class Estimate:
         if len(track.poses) < 2:
             return
         span_s = (track.clock_ns[1] - track.clock_ns[0]) * 1e-9
-        before = part(inverse(track.poses[0]) @ track.poses[1], -0.5 * first[0].length_s / span_s)
-        after = part(self._motion, 0.5 * ended.length_s / self._span_s)
+        begun_s, ended_s = (scan.length_s / 2 + MARGIN_S for scan in (first[0], ended))
+        before = part(inverse(track.poses[0]) @ track.poses[1], -begun_s / span_s)
+        after = part(self._motion, ended_s / self._span_s)
         track.poses = [track.poses[0] @ before, *track.poses, track.poses[-1] @ after]
         for times in (track.clock_ns, track.utc_ns):
-            times.insert(0, times[0] - round(5e8 * first[0].length_s))
-            times.append(times[-1] + round(5e8 * ended.length_s))
+            times.insert(0, times[0] - round(1e9 * begun_s))
+            times.append(times[-1] + round(1e9 * ended_s))
         begin = inverse(track.poses[0])
         track.poses = [begin @ pose for pose in track.poses]
 
