@@ -27,7 +27,7 @@ LUM_IN_LOOP size_t lum_count_loop(const lum_motion *motion, const float *time,
     const float to_s = motion->to_s;
     uint32_t count = 0;
     for (size_t i = 0; i < n; i++) {
-        count += (uint32_t)(time[i] >= from_s) & (uint32_t)(time[i] < to_s);
+        count += (time[i] >= from_s ? 1u : 0u) & (time[i] < to_s ? 1u : 0u);
     }
     return count;
 }

@@ -58,7 +58,7 @@ bool lum_pose_normalize(lum_pose *pose)
 
 lum_pose lum_pose_compose(const lum_pose *outer, const lum_pose *inner)
 {
-    lum_pose out;
+    lum_pose out = {.at = {0.0}};
     lum_pose_apply(outer, inner->at, out.at);
     multiply(outer->turn, inner->turn, out.turn);
     return out;
