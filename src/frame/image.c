@@ -94,7 +94,7 @@ static void fill(struct picture *p, size_t first, size_t n,
 /* Points that follow each other. */
 static void add(struct picture *p, size_t first, size_t count)
 {
-    uint32_t block[BLOCK];
+    uint32_t block[BLOCK] = {0}; /* so that the analyser follows */
     const lum_image_points *from = &p->from;
     size_t n = 0;
     for (size_t at = first; at < first + count; at += n) {
