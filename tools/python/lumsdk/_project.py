@@ -65,8 +65,8 @@ def _limit(k: Array) -> float:
     above, below = np.poly1d([k[4], k[1], k[0], 1.0]), np.poly1d([k[7], k[6], k[5], 1.0])
     s = np.poly1d([1.0, 0.0])
     rise = (above + 2 * s * above.deriv()) * below - 2 * s * above * below.deriv()
-    roots = np.concatenate([rise.roots, below.roots])
-    real = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)]
+    roots: Any = np.concatenate([rise.roots, below.roots])
+    real: Array = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)]
     return float(real.min()) if len(real) else np.inf
 
 
