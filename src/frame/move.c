@@ -317,6 +317,23 @@ static void prepare(mover *m, const lum_move_points *points,
     m->back = lum_pose_inverse(&start);
 }
 
+static int take_options(const lum_move_options *given, lum_move_options *out,
+                        lum_error *error)
+{
+    if (lum_sized_take(out, sizeof *out, given, "the options of moving",
+                       "lum_move_options", error) != 0) {
+        return -1;
+    }
+    if (out->to != LUM_MOVE_TO_START && out->to != LUM_MOVE_TO_MIDDLE &&
+        out->to != LUM_MOVE_TO_WORLD) {
+        errno = EINVAL;
+        return lum_error_set(
+            error, "moving: the option to is %d; right is one of lum_move_to",
+            (int)out->to);
+    }
+    return 0;
+}
+
 int lum_points_move(const lum_move_points *points,
                     const lum_move_options *options, float *x, float *y,
                     float *z, lum_move_counts *counts, lum_error *error)
@@ -326,8 +343,7 @@ int lum_points_move(const lum_move_points *points,
     mover m;
     if (lum_sized_take(&from, sizeof from, points, "points to move",
                        "lum_move_points", error) != 0 ||
-        lum_sized_take(&o, sizeof o, options, "the options of moving",
-                       "lum_move_options", error) != 0) {
+        take_options(options, &o, error) != 0) {
         return -1;
     }
     prepare(&m, &from, &o);
@@ -366,8 +382,7 @@ int lum_frame_move(const lum_frame *frame, const lum_move_options *options,
                               .time = lum_frame_floats(frame, LUM_COLUMN_TIME),
                               .count = lum_frame_count(frame)};
     (void)lum_frame_get_info(frame, &info);
-    if (lum_sized_take(&o, sizeof o, options, "the options of moving",
-                       "lum_move_options", error) != 0) {
+    if (take_options(options, &o, error) != 0) {
         return -1;
     }
     errno = EINVAL;

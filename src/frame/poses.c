@@ -11,6 +11,8 @@
 
 #define STEPS 4u /* from the last look-up, before a search */
 
+#define ORIGIN_STEP_M 1000.0 /* for a person to remember */
+
 /* Times, in nanoseconds, that can be added to each other. */
 #define TIME_MAX_NS (INT64_MAX / 2)
 
@@ -49,12 +51,38 @@ static int fail_memory(lum_error *error)
     return -1;
 }
 
+static int check_options(const lum_poses_options *o, lum_error *error)
+{
+    errno = EINVAL;
+    if (o->clock != LUM_POSES_BY_SIZE && o->clock != LUM_POSES_SENSOR &&
+        o->clock != LUM_POSES_UTC) {
+        return lum_error_set(error,
+                             "poses: the option clock is %d; right is one of "
+                             "lum_poses_clock",
+                             (int)o->clock);
+    }
+    if (o->gap_ns < 0) {
+        return lum_error_set(error,
+                             "poses: the option gap_ns is %" PRId64
+                             "; right is above 0, or 0 for the usual one",
+                             o->gap_ns);
+    }
+    if (!(o->jump_m >= 0.0)) {
+        return lum_error_set(error,
+                             "poses: the option jump_m is %g; right is above "
+                             "0, or 0 for the usual one",
+                             o->jump_m);
+    }
+    return 0;
+}
+
 lum_poses *lum_poses_begin(const lum_poses_options *options, lum_error *error)
 {
     lum_poses_options o = {.struct_size = sizeof o};
     if (options != NULL &&
-        lum_sized_take(&o, sizeof o, options, "the options of poses",
-                       "lum_poses_options", error) != 0) {
+        (lum_sized_take(&o, sizeof o, options, "the options of poses",
+                        "lum_poses_options", error) != 0 ||
+         check_options(&o, error) != 0)) {
         return NULL;
     }
     lum_poses *poses = calloc(1, sizeof *poses);
@@ -308,6 +336,23 @@ void lum_poses_get(const lum_poses *poses, size_t i, int64_t *time_ns,
     if (out != NULL) {
         *out = poses->poses[i];
     }
+}
+
+bool lum_poses_origin(const lum_poses *poses, double out[3])
+{
+    const lum_poses_info *info = &poses->info;
+    bool is_far = false;
+    for (int i = 0; i < 3; i++) {
+        is_far = is_far || info->max[i] > LUM_POSES_FAR_M ||
+                 info->min[i] < -LUM_POSES_FAR_M;
+    }
+    for (int i = 0; i < 3; i++) {
+        out[i] = is_far ? round(poses->poses[0].at[i] / ORIGIN_STEP_M) *
+                                  ORIGIN_STEP_M +
+                              0.0 /* and no -0 */
+                        : 0.0;
+    }
+    return is_far;
 }
 
 /* Whether i is the first one that is not before the time. */

@@ -264,7 +264,7 @@ static void a_time_that_is_none_has_no_pose(void **state)
     lum_poses_free(poses);
 }
 
-static void sizes_must_be_set(void **state)
+static void options_must_be_right(void **state)
 {
     (void)state;
     lum_poses *poses = make_poses(10, S / 50);
@@ -281,6 +281,15 @@ static void sizes_must_be_set(void **state)
                                      s->out[1], s->out[2], &s->counts,
                                      &s->error),
                      -1);
+    s->options.struct_size = sizeof s->options;
+    s->options.to = (lum_move_to)3;
+    assert_int_equal(lum_points_move(&s->points, &s->options, s->out[0],
+                                     s->out[1], s->out[2], &s->counts,
+                                     &s->error),
+                     -1);
+    assert_string_equal(
+        s->error.text,
+        "moving: the option to is 3; right is one of lum_move_to");
     assert_int_equal(s->counts.points, 0);
     free(s);
     lum_poses_free(poses);
@@ -296,7 +305,7 @@ int main(void)
         cmocka_unit_test(gaps_have_none_and_their_ends_have),
         cmocka_unit_test(without_the_moment_nothing_is_moved),
         cmocka_unit_test(a_time_that_is_none_has_no_pose),
-        cmocka_unit_test(sizes_must_be_set),
+        cmocka_unit_test(options_must_be_right),
     };
     return cmocka_run_group_tests_name("move", tests, NULL, NULL);
 }

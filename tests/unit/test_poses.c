@@ -307,6 +307,64 @@ static void options_change_the_limits(void **state)
                      -1);
 }
 
+static void options_that_mean_nothing_are_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        lum_poses_options options;
+        const char *told;
+    } cases[] = {
+        {{.gap_ns = -1},
+         "poses: the option gap_ns is -1; right is above 0, or 0 for the "
+         "usual one"},
+        {{.jump_m = -2.0},
+         "poses: the option jump_m is -2; right is above 0, or 0 for the "
+         "usual one"},
+        {{.jump_m = NAN}, "right is above 0"},
+        {{.clock = (lum_poses_clock)3},
+         "poses: the option clock is 3; right is one of lum_poses_clock"},
+    };
+    const int64_t times[] = {0};
+    const lum_pose list[] = {{.turn = {0, 0, 0, 1}}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        lum_poses_options options = cases[i].options;
+        lum_poses *poses = NULL;
+        lum_error error = {""};
+        options.struct_size = sizeof options;
+        errno = 0;
+        assert_int_equal(
+            lum_poses_new(times, list, 1, &options, &poses, &error), -1);
+        assert_int_equal(errno, EINVAL);
+        assert_non_null(strstr(error.text, cases[i].told));
+    }
+}
+
+static void check_origin(double x, double y, bool is_far, double x_origin)
+{
+    const int64_t times[] = {0, 1};
+    const lum_pose list[] = {{.at = {x, 0, -400}, .turn = {0, 0, 0, 1}},
+                             {.at = {x, y, -400}, .turn = {0, 0, 0, 1}}};
+    lum_poses *poses = NULL;
+    lum_error error = {""};
+    double origin[3] = {1.0, 1.0, 1.0};
+    assert_int_equal(lum_poses_new(times, list, 2, NULL, &poses, &error), 0);
+    assert_int_equal(lum_poses_origin(poses, origin), is_far);
+    assert_true(origin[0] == x_origin && origin[1] == 0.0 && origin[2] == 0.0);
+    assert_false(signbit(origin[0]) && origin[0] == 0.0);
+    assert_false(signbit(origin[2]));
+    lum_poses_free(poses);
+}
+
+static void a_far_world_has_an_origin(void **state)
+{
+    (void)state;
+    check_origin(5000.0, 0.0, false, 0.0);
+    check_origin(-5000.0, 0.0, false, 0.0);
+    check_origin(5000.5, 0.0, true, 5000.0);
+    check_origin(6500.0, 0.0, true, 7000.0);
+    check_origin(-6500.0, 90.0, true, -7000.0);
+}
+
 static void arrays_are_checked_as_files_are(void **state)
 {
     (void)state;
@@ -447,6 +505,8 @@ int main(void)
         cmocka_unit_test(every_truncation_ends_in_order),
         cmocka_unit_test(near_ones_are_made_unit),
         cmocka_unit_test(options_change_the_limits),
+        cmocka_unit_test(options_that_mean_nothing_are_refused),
+        cmocka_unit_test(a_far_world_has_an_origin),
         cmocka_unit_test(arrays_are_checked_as_files_are),
         cmocka_unit_test(a_time_has_the_pose_of_the_screw),
         cmocka_unit_test(a_near_look_up_finds_what_a_search_finds),

@@ -2,16 +2,9 @@
 
 #include <errno.h>
 #include <inttypes.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* World coordinates beyond this lose more than half a millimetre as floats. */
-#define FAR_M 5000.0
-
-/* Of an origin, for a person to remember. */
-#define ORIGIN_STEP_M 1000.0
 
 struct motion {
     const char *name; /* of the poses */
@@ -27,21 +20,6 @@ struct motion {
 };
 
 /* --- Making --- */
-
-static void set_origin(struct motion *m)
-{
-    double far = 0.0;
-    for (int i = 0; i < 3; i++) {
-        far = fmax(far, fmax(fabs(m->info.min[i]), fabs(m->info.max[i])));
-    }
-    m->has_origin = m->options.to == LUM_MOVE_TO_WORLD && far > FAR_M;
-    lum_pose first;
-    lum_poses_get(m->poses, 0, NULL, &first);
-    for (int i = 0; i < 3 && m->has_origin; i++) {
-        m->options.origin[i] = /* and no -0 */
-            round(first.at[i] / ORIGIN_STEP_M) * ORIGIN_STEP_M + 0.0;
-    }
-}
 
 int motion_new(const struct options *o, struct motion **out, lum_error *error)
 {
@@ -65,7 +43,8 @@ int motion_new(const struct options *o, struct motion **out, lum_error *error)
     m->options = (lum_move_options){.struct_size = sizeof m->options,
                                     .poses = m->poses,
                                     .to = o->points.motion.to};
-    set_origin(m);
+    m->has_origin = m->options.to == LUM_MOVE_TO_WORLD &&
+                    lum_poses_origin(m->poses, m->options.origin);
     motion_restart(m);
     *out = m;
     return 0;

@@ -62,9 +62,9 @@ typedef struct lum_poses_options {
     size_t struct_size;    /**< sizeof(lum_poses_options) */
     lum_poses_clock clock; /**< of the times */
     int64_t gap_ns; /**< times between two poses that are farther apart are
-                         outside; 0: LUM_POSES_GAP_NS */
+                         outside; above 0, or 0: LUM_POSES_GAP_NS */
     double jump_m;  /**< two poses that are no gap apart may differ by this
-                         distance; 0: LUM_POSES_JUMP_M */
+                         distance; above 0, or 0: LUM_POSES_JUMP_M */
 } lum_poses_options;
 
 /** Poses. */
@@ -81,7 +81,8 @@ typedef struct lum_poses lum_poses;
  *         time is before that of the line above, or the same; times are in
  *         another unit than seconds; a quaternion's length is not 1; two poses
  *         are farther apart than jump_m; every two are farther apart in time
- *         than gap_ns; KITTI without times, or with too few or too many. */
+ *         than gap_ns; KITTI without times, or with too few or too many; an
+ *         option is none of those that it can be (errno is EINVAL). */
 LUM_MUST_CHECK int lum_poses_read(const char *path, const char *times_path,
                                   const lum_poses_options *options,
                                   lum_poses **out, lum_error *error);
@@ -135,6 +136,17 @@ lum_result lum_poses_get_info(const lum_poses *poses, lum_poses_info *out);
  * time_ns may be NULL. */
 void lum_poses_get(const lum_poses *poses, size_t i, int64_t *time_ns,
                    lum_pose *out);
+
+/** World coordinates beyond this, in metres, lose more than half a millimetre
+ * as floats. */
+#define LUM_POSES_FAR_M 5000.0
+
+/** What to subtract from the world's coordinates so that floats hold them
+ * (lum_move_options.origin).
+ * @param out the first position in whole kilometres, halves away from 0; 0, 0,
+ *            0 if no position is beyond LUM_POSES_FAR_M.
+ * @return whether one is. */
+bool lum_poses_origin(const lum_poses *poses, double out[3]);
 
 /** A time this near to that of a pose has a pose, also outside: texts round
  * their times to a microsecond. */
