@@ -111,6 +111,35 @@ def test_an_origin_is_subtracted(frame, poses):
     assert_near(moved, exact(frame), frame)
 
 
+def test_a_far_world_has_an_origin(path, frame, poses, tmp_path):
+    """The same one in frames, in files of the package and in those of lumdump; half kilometres are rounded away from 0."""
+    far = on_circle(TIMES_NS)
+    far[:, :3, 3] += [6500.0 - far[0, 0, 3], -far[0, 1, 3], -6500.0]
+    world = lumsdk.Poses(TIMES_NS, far)
+    assert world.origin() == (7000, 0, -7000) and poses.origin() is None
+    with pytest.warns(lumsdk.CaptureWarning, match=r"farther than 5 km from 0, .* give origin=\(7000\.0, 0\.0, -7000\.0\)"):
+        near = frame.to_world(world).xyz + [-7000, 0, 7000]
+    assert np.abs(near - frame.to_world(world, origin=world.origin()).xyz).max() < 1e-3
+    for name in "far.csv", "far.npz":
+        with pytest.warns(lumsdk.CaptureWarning, match="7000"):
+            lumsdk.convert(path, tmp_path / name, poses=world, columns="x,y,z")
+    with np.load(tmp_path / "far.npz") as made:
+        assert np.abs(points_of(tmp_path / "far.csv") - np.stack([made[name] for name in "xyz"], axis=1)).max() < 6e-5
+
+
+def test_files_know_what_a_text_of_poses_does_not_say(path, poses, tmp_path):
+    """A longer gap, and a clock that is not that of times of this size."""
+    part = lumsdk.Poses(TIMES_NS[[0, 1, -1]], poses.tum[[0, 1, -1]], gap=0.5)
+    of_utc = lumsdk.Poses(TIMES_NS, poses.tum, clock="utc")
+    assert poses.is_plain and not part.is_plain and not of_utc.is_plain
+    for name in "a.csv", "a.npz":
+        for wrong, told in (part, "no point|points have no pose"), (of_utc, "another drive"):
+            with pytest.raises(lumsdk.CaptureError, match=told):
+                lumsdk.convert(path, tmp_path / name, poses=wrong)
+    with pytest.raises(lumsdk.OptionError, match="voxel needs .* Poses with the usual gap and jump"):
+        lumsdk.convert(path, tmp_path / "a.las", poses=part, voxel=0.5)
+
+
 def test_deskew_is_as_if_the_sensor_had_stood_still(frame, poses):
     begin_ns = frame.info["begin_clock_us"] * 1000
     for to, then in (("start", begin_ns), ("middle", begin_ns + frame.duration / 2 * 1e9)):
@@ -145,6 +174,10 @@ def test_what_is_wrong_is_refused(frame, path, poses, tmp_path):
         lumsdk.Poses([5, 6], np.stack([np.eye(4), np.diag([1.0, 1, -1, 1])]))
     with pytest.raises(lumsdk.OptionError, match="nanoseconds are given as ints"):
         lumsdk.Poses([5e9, 6e9], poses.tum[:2])
+    for options in {"gap": -1}, {"gap": 0}, {"gap": math.nan}, {"jump": -1.0}, {"jump": 0}, {"jump": math.nan}, {"clock": "gps"}:
+        (name,) = options
+        with pytest.raises(lumsdk.OptionError, match=f"{name} is .*; right "):
+            lumsdk.Poses(TIMES_NS, poses.tum, **options)
     with pytest.raises(TypeError, match="right is lumsdk.Poses"):
         frame.to_world("poses.txt")
     (bare, *_) = lumsdk.open(path, columns="x,y,z")

@@ -404,6 +404,7 @@ class Frame:
         Args:
             poses: where the sensor was.
             origin: x, y, z in metres, which is subtracted: float32 loses more than half a millimetre farther than 5 km from 0.
+                Without one a warning tells that, and poses.origin() is one.
             outside: as deskew() has it.
 
         Returns:

@@ -13,7 +13,7 @@ from ._frame import Frame
 from ._inputs import check_storage, urls_of
 from ._options import Choice
 from ._points_file import FORMATS
-from ._poses import MOMENTS, Motion
+from ._poses import MOMENTS, Motion, Poses
 from ._source import Source
 from ._table import FILE_COLUMNS, TIMES, Layout, check_names, check_preset
 from ._target import is_url
@@ -21,6 +21,7 @@ from ._target import is_url
 _OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "png", "pcap", "pcapng")
 OF_TABLES = ("parquet", "feather", "npy", "npz")
 _ALL = (*_OF_LUMDUMP, *WRITERS)
+_MOVED = tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng"))
 
 APPLIES: Mapping[str, tuple[str, ...]] = {
     "ascii": ("ply", "pcd"),
@@ -30,12 +31,12 @@ APPLIES: Mapping[str, tuple[str, ...]] = {
     "duration": _OF_LUMDUMP,
     "organized": ("pcd",),
     "packets": ("pcap", "pcapng"),
-    "pose_times": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
-    "poses": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
+    "pose_times": _MOVED,
+    "poses": _MOVED,
     "preset": ("parquet", "feather"),
     "rotate": _OF_LUMDUMP,
-    "time": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng", "bin", "xyz")),
-    "to": tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng")),
+    "time": tuple(name for name in _MOVED if name not in ("bin", "xyz")),
+    "to": _MOVED,
     "voxel": ("csv", "ply", "pcd", "las", "laz"),
 }
 """The options of outputs, and the formats that have them."""
@@ -115,7 +116,9 @@ class Plan:
         self.raises = self.read.get("broken") == "raise"
         self.is_laz_of_las = self.format == "laz" and "voxel" in self.output
         of_lumdump = self.format in _OF_LUMDUMP or self.is_laz_of_las
-        self.by_lumdump = of_lumdump and not self.is_of_frames and not self.raises
+        poses = self.output.get("poses")
+        is_plain = not isinstance(poses, Poses) or poses.is_plain or self.format not in _MOVED
+        self.by_lumdump = of_lumdump and not self.is_of_frames and not self.raises and is_plain
         if self.is_laz_of_las and self.is_pattern:
             raise OptionError(f"{self.name}: with voxel, LAZ is one file; name one without % or {{utc_ns}}")
         self._check_output()
@@ -140,7 +143,8 @@ class Plan:
             if self.format not in applies:
                 raise OptionError(f"{name} does not go with the format {self.format}; it goes with {', '.join(applies)}")
             if name in _ONLY_BY_LUMDUMP:
-                raise OptionError(f"{name} needs a capture as source and not frames, and not broken=\"raise\": lumdump does it")
+                raise OptionError(f"{name} needs a capture as source and not frames, not broken=\"raise\", and Poses with the "
+                                  "usual gap and jump and a clock that their size shows: lumdump does it")
             if name in ("pose_times", "to") and "poses" not in self.output:
                 raise OptionError(f"{name} goes with poses, which say where the sensor was: give poses= too")
             if name == "to" and value not in MOMENTS:

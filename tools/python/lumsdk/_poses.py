@@ -29,7 +29,7 @@ _OUTSIDE = ("nan", "nearest", "raise")
 _CAUSES = (("before", "before the first pose"), ("after", "after the last one"), ("in_gap", "in gaps of the poses"),
            ("no_start", "in a frame to whose start or middle there is none"), ("no_time", "without a time"))
 _UNIT_ERROR = 0.02
-_FAR_M = 5000.0
+_GAP_S, _JUMP_M = lib.LUM_POSES_GAP_NS * 1e-9, 100.0
 
 
 class Poses:
@@ -43,11 +43,11 @@ class Poses:
     poses the sensor goes along their screw. What is known of the errors in a file, the exception says.
     """
 
-    __slots__ = ("__weakref__", "_c", "_clock", "_count", "_span", "name")
+    __slots__ = ("__weakref__", "_c", "_clock", "_count", "_span", "is_plain", "name")
 
     def __init__(self, source: Union[str, os.PathLike[str], Sequence[Time], Array], poses: Optional[Array] = None, *,
                  times: Union[str, os.PathLike[str], None] = None, clock: Optional[Literal["sensor", "utc"]] = None,
-                 gap: float = 1.0, jump: float = 100.0) -> None:
+                 gap: float = _GAP_S, jump: float = _JUMP_M) -> None:
         """Read or take poses.
 
         Args:
@@ -60,10 +60,14 @@ class Poses:
 
         Raises:
             CaptureError: the file cannot be read, or its poses are not right.
-            OptionError: arrays are not right.
+            OptionError: arrays or options are not right.
         """
         if clock is not None and clock not in _CLOCKS:
             raise OptionError(f'clock is {clock!r}; right is "sensor" or "utc"')
+        if not 1e-9 <= gap <= 1e9:
+            raise OptionError(f"gap is {gap!r}; right are seconds above 0, up to 1e9")
+        if not jump > 0:
+            raise OptionError(f"jump is {jump!r}; right are metres above 0, or math.inf")
         options = sized("lum_poses_options", clock=_CLOCKS.get(clock or "", lib.LUM_POSES_BY_SIZE), gap_ns=round(gap * 1e9),
                         jump_m=jump)
         made, error = ffi.new("lum_poses **"), ffi.new("lum_error *")
@@ -85,6 +89,8 @@ class Poses:
         lib.lum_poses_get_info(self._c, info)
         self._clock, self._count = info.clock, info.count
         self._span = info.first_ns, info.last_ns
+        self.is_plain = (gap, jump) == (_GAP_S, _JUMP_M) and (self.clock == "utc") == (info.first_ns > lib.LUM_POSES_UTC_NS)
+        """Whether a file of them says all of it: there, gap and jump are the usual ones, and the clock is by the times' size."""
 
     def __len__(self) -> int:
         """How many there are."""
@@ -137,14 +143,23 @@ class Poses:
         rows[3, 3] = 1.0
         return rows
 
+    def to_text(self) -> str:
+        """As save() writes them."""
+        lines = ["# timestamp tx ty tz qx qy qz qw"]
+        for time, pose in zip(*(column.tolist() for column in self._all())):
+            sign, size = "-" if time < 0 else "", abs(time)
+            lines.append(f"{sign}{size // 10**9}.{size % 10**9:09d} {' '.join(map(repr, pose))}")
+        return "\n".join(lines) + "\n"
+
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
-        """Write them as TUM: seconds, x y z, qx qy qz qw."""
-        times, poses = self._all()
+        """Write them as TUM: seconds, x y z, qx qy qz qw. The file does not say the clock, nor what a gap and a jump are."""
         with open(path, "w", encoding="ascii") as file:
-            file.write("# timestamp tx ty tz qx qy qz qw\n")
-            for time, pose in zip(times.tolist(), poses.tolist()):
-                sign, size = "-" if time < 0 else "", abs(time)
-                file.write(f"{sign}{size // 10**9}.{size % 10**9:09d} {' '.join(map(repr, pose))}\n")
+            file.write(self.to_text())
+
+    def origin(self) -> Optional[tuple[float, float, float]]:
+        """What to subtract from the world so that float32 holds it, in whole kilometres; None: nothing is beyond 5 km."""
+        out = ffi.new("double [3]")
+        return tuple(out) if lib.lum_poses_origin(self._c, out) else None
 
     def __repr__(self) -> str:
         return f"<Poses {self.name}: {len(self)}, {self.span[0] * 1e-9:.3f} to {self.span[1] * 1e-9:.3f} s, {self.clock}>"
@@ -232,6 +247,9 @@ def move(frame: Frame, poses: Poses, to: str, origin: Union[Sequence[float], Arr
     if outside not in _OUTSIDE:
         raise OptionError(f"outside is {outside!r}; right is one of {', '.join(_OUTSIDE)}")
     x, y, z, time = (np.ascontiguousarray(frame[name], "f4") for name in ("x", "y", "z", "time"))
+    if to == "world" and origin is None and poses.origin() is not None:
+        warn(f"{poses.name}: the poses are farther than 5 km from 0, where float32 loses more than half a millimetre: give "
+             f"origin={poses.origin()}, or another one")
     options = sized("lum_move_options", poses=poses._c, to=_TO[to], clamps=outside == "nearest",
                     origin=[float(value) for value in (origin if origin is not None else (0, 0, 0))])
     block, counts, error = np.empty((3, len(frame)), "f4"), ffi.new("lum_move_counts *"), ffi.new("lum_error *")
@@ -278,12 +296,11 @@ class Motion:
         self.poses = poses if isinstance(poses, Poses) else Poses(poses, times=times)
         self._to = to
         self.points = self.without = 0
-        at = self.poses.tum[:, :3]
-        is_far = to == "world" and np.abs(at).max() > _FAR_M
-        self.origin = np.round(at[0] / 1000.0) * 1000.0 + 0.0 if is_far else np.zeros(3)
+        far = self.poses.origin() if to == "world" else None
+        self.origin = np.array(far or (0.0, 0.0, 0.0))
         """What is subtracted from the world's coordinates."""
-        self.notes = ["origin=" + ",".join(f"{value:.0f}" for value in self.origin)] if is_far else []
-        if is_far:
+        self.notes = ["origin=" + ",".join(f"{value:.0f}" for value in self.origin)] if far else []
+        if far:
             warn(f"the poses are farther than 5 km from 0: x, y and z are relative to the {self.notes[0]}, which comments of the "
                  "files name")
 
