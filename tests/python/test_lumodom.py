@@ -22,6 +22,7 @@ TOP = pathlib.Path(__file__).resolve().parents[2]
     (("a.pcap", "b.pcap"), "one drive is needed, and 2 are named; files of one drive are named by a pattern in quotes, as 'drive-*.pcap'; see lumodom --help"),
     (("a.pcap", "--bad"), "unknown option --bad; see lumodom --help"),
     (("a.pcap", "--time", "gps"), "--time: gps: is utc or sensor"),
+    (("a.pcap", "--time", "utc"), "--time: is of the seconds in the output, and there is none: name one by --output"),
     (("a.pcap", "-o", "a.csv"), "--output: a.csv: a name that ends in .txt or .tum is needed"),
     (("a.pcap", "--report", "a.pdf"), "--report: a.pdf: a name that ends in .png is needed"),
     (("a.pcap", "-o", "t.txt", "--truth", "./t.txt"), "t.txt: is read and cannot be written too: choose another name"),

@@ -1,9 +1,10 @@
 """What lumodom measures of a drive, on poses that are known."""
 import math
 
+import lumsdk
 import numpy as np
 import pytest
-from lumsdk.odometry import _estimate, _metrics, _motion, _result, _tell
+from lumsdk.odometry import _estimate, _metrics, _motion, _result
 
 
 def turn(degrees):
@@ -75,7 +76,7 @@ def test_the_mean_counts_segments_and_not_lengths():
 def test_a_short_drive_says_which_lengths_it_has(count, wanted, told):
     truth, times = straight(count)
     found = _metrics.errors(truth, truth, times)
-    assert [s.length_m for s in found.segments] == wanted and _tell.lengths(found) == told
+    assert [s.length_m for s in found.segments] == wanted and _result.lengths(found) == told
     assert (found.translation_percent is None) == (not wanted)
 
 
@@ -86,6 +87,9 @@ def test_a_path_is_measured():
     assert path.mean_m_s == pytest.approx(10, rel=1e-3) and path.max_m_s == pytest.approx(10, rel=1e-3)
     still = _metrics.path(np.tile(np.eye(4), (3, 1, 1)), np.arange(3.0))
     assert still.distance_m == 0 and still.closure_percent is None
+    wavers = np.tile(np.eye(4), (3, 1, 1))
+    wavers[1, 0, 3] = 0.01
+    assert _metrics.path(wavers, np.arange(3.0)).closure_percent is None
     half = _metrics.path(poses[:315], times[:315])
     assert half.closure_m == pytest.approx(100) and half.closure_deg == pytest.approx(180)
 
@@ -95,6 +99,26 @@ def test_a_jump_is_named_by_its_frame():
     poses[6:, 0, 3] += 2
     track = _estimate.Track(list(poses), [round(1e9 * t) for t in times], [], list(range(50, 60)))
     assert _result.sudden(_metrics.path(poses, times), track) == [54, 55]
+
+
+@pytest.mark.parametrize("period_s", [0.1, 1.0, 2.0, 5.0])
+def test_each_point_of_a_slow_drive_has_a_pose(period_s):
+    """Frames without a pause between them, then one that begins 30 s later: there is no pose where there are no points."""
+    begins = period_s * np.array([0, 1, 2, 40 / period_s + 3])
+    middles = begins + period_s / 2
+    margin = _estimate.MARGIN_S
+    seconds = np.array([-margin, *middles, begins[-1] + period_s + margin])
+    poses = np.tile(np.eye(4), (len(seconds), 1, 1))
+    poses[:, 0, 3] = seconds
+    ns = [round(1e9 * (5 + t)) for t in seconds]
+    track = _estimate.Track(list(poses), ns, [10 ** 18 + t for t in ns], [1, 2, 3, 4], [], [period_s / 2 + margin] * 4)
+    made = lumsdk.Poses(np.array(track.filled().clock_ns), np.array(track.filled().poses))
+    for begin in begins:
+        for time in np.linspace(begin, begin + period_s, 50):
+            assert made.at(5 + time)[0, 3] == pytest.approx(time, abs=1e-6)
+    with pytest.raises(lumsdk.OptionError, match="in a gap"):
+        made.at(5 + 3 * period_s + 10)
+    assert track.filled().utc_ns == [10 ** 18 + t for t in track.filled().clock_ns]
 
 
 @pytest.mark.parametrize("share", [0, 0.25, 0.5, 1, -0.5, 2])

@@ -130,6 +130,8 @@ def parse(arguments: list[str]) -> Options:
         raise OptionError(f"--time: {given.time}: is utc or sensor")
     check_end("--output", given.output, ".txt", ".tum")
     check_end("--report", given.report, ".png")
+    if given.time is not None and given.output is None:
+        raise OptionError("--time: is of the seconds in the output, and there is none: name one by --output")
     check_apart((given.output, given.report), (*given.drives, given.truth, given.calibration, given.profile))
     return Options(given.drives[0], given.output, given.report, given.truth, given.time or "utc", _settings(given), _reading(given),
                    given.json, given.quiet)

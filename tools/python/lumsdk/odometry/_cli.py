@@ -21,7 +21,7 @@ def odometry(options: Options, outputs: Outputs, progress: Progress) -> int:
     if options.report is not None:
         need("matplotlib", "--report", EXTRA)
     from .._poses import Poses
-    from . import _metrics, _picture, _result, _tell, _truth
+    from . import _metrics, _picture, _result
     from ._drive import Drive
     from ._estimate import Estimate
 
@@ -30,7 +30,7 @@ def odometry(options: Options, outputs: Outputs, progress: Progress) -> int:
     outputs.begin(options.report)
     with Drive(options.drive, options.reading) as drive:
         def tell(count: int) -> None:
-            progress("laying frames on each other", count / max(drive.expected(), count))
+            progress("aligning frames", count / max(drive.expected(), count))
 
         track = Estimate(options.settings).run(drive, tell)
     progress.clear()
@@ -38,16 +38,16 @@ def odometry(options: Options, outputs: Outputs, progress: Progress) -> int:
         count = "one frame" if track.numbers else "no frame"
         raise CaptureError(f"{options.drive}: has {count} with points; a motion is between two at least")
     path = _metrics.path(np.array(track.poses), track.times_s())
-    errors = None if truth is None else _truth.compare(truth, track)
+    errors = None if truth is None else _metrics.compare(truth, track)
     found = _result.Result(options.drive, options.settings, track, path, drive.frames, errors,
                            _result.notes(drive, path, track, options.time, errors))
-    outputs.write(options.output, lambda: _truth.to_text(track, options.time, f"lumodom {VERSION}").encode())
+    outputs.write(options.output, lambda: _result.poses_text(track, options.time, f"lumodom {VERSION}").encode())
     outputs.write(options.report, lambda: _picture.to_png(found))
     outputs.finish()
     if options.json:
-        print(_tell.to_json(found), end="")
+        print(_result.to_json(found), end="")
     elif not options.quiet:
-        print(_tell.text(found), end="")
+        print(_result.text(found), end="")
     return 0
 
 

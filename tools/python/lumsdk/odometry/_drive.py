@@ -42,8 +42,6 @@ class Drive:
         """Frames with too few points, which were left out."""
         self.without_utc_error = 0
         """Frames of which nobody knows how exact UTC is."""
-        self.utc_error_ns = 0
-        """The largest that is known."""
 
     def __enter__(self) -> Drive:
         return self
@@ -82,8 +80,6 @@ class Drive:
                                "time of their own; name a profile with one by --profile")
         if info["utc_error_ns"] is None:
             self.without_utc_error += 1
-        else:
-            self.utc_error_ns = max(self.utc_error_ns, info["utc_error_ns"])
         times = frame["time"].astype("f8")
         first, last = float(times.min()), float(times.max())
         middle_ns = round(5e8 * (first + last))

@@ -23,6 +23,9 @@ find a bend of 70 degrees a second that was not there in the frame before."""
 MARGIN_S = 1e-3
 """The first and the last pose are so far outside of the points: times are rounded, and UTC is an estimate."""
 
+STEP_S = 0.5
+"""Poses are at most so far apart where there are points: lumdump takes what is more than 1 s apart for a gap."""
+
 FEWEST = 20
 """Points that a frame is laid by, after they were thinned."""
 
@@ -61,11 +64,39 @@ class Track:
     """Of the frames."""
     residuals_m: list[float] = field(default_factory=list)
     """Of each frame but the first: the median distance of its points from the nearest one of the frame before."""
+    reaches_s: list[float] = field(default_factory=list)
+    """Of each frame: how far its points are from its pose in time, and a margin."""
 
     def times_s(self) -> Array:
         """Seconds from the begin, by the sensor's clock."""
         clock = np.array(self.clock_ns, "i8")
         return np.asarray((clock - clock[0]) * 1e-9)
+
+    def filled(self) -> Track:
+        """With poses in between on the screw, so that each point has one: frames may be longer than STEP_S."""
+        made, reaches = Track(), (0.0, *self.reaches_s, 0.0)
+        for i in range(len(self.poses) - 1):
+            span_ns = self.clock_ns[i + 1] - self.clock_ns[i]
+            motion = inverse(self.poses[i]) @ self.poses[i + 1]
+            for passed_ns in _between(span_ns, reaches[i], reaches[i + 1]):
+                share = passed_ns / span_ns
+                made.poses.append(self.poses[i] @ part(motion, share))
+                made.clock_ns.append(self.clock_ns[i] + passed_ns)
+                made.utc_ns.append(self.utc_ns[i] + round(share * (self.utc_ns[i + 1] - self.utc_ns[i])))
+        made.poses.append(self.poses[-1])
+        made.clock_ns.append(self.clock_ns[-1])
+        made.utc_ns.append(self.utc_ns[-1])
+        return made
+
+
+def _between(span_ns: int, after_s: float, before_s: float) -> list[int]:
+    """The first pose's time, 0, and times until the next one, near points: so long after the first, or before the second."""
+    if span_ns <= 1e9 * STEP_S:
+        return [0]
+    after, before = (1e9 * np.arange(1, count + 1) * reach / max(count, 1)
+                     for reach, count in ((reach, int(np.ceil(reach / STEP_S))) for reach in (after_s, before_s)))
+    times = np.unique(np.round(np.concatenate([after, span_ns - before]))).astype("i8")
+    return [0, *times[(times > 0) & (times < span_ns)].tolist()]
 
 
 def _settled(a: Array, b: Array) -> bool:
@@ -102,7 +133,7 @@ class Estimate:
             else:
                 self._take(scan)
             tell(count)
-        self._finish(first)
+        self._finish()
         return self.track
 
     def _start(self, first: list[Scan]) -> None:
@@ -116,13 +147,13 @@ class Estimate:
                 break
             motion = self._motion
 
-    def _finish(self, first: list[Scan]) -> None:
+    def _finish(self) -> None:
         """Poses for the times before the first middle and after the last."""
-        track, ended = self.track, self._last
+        track = self.track
         if len(track.poses) < 2:
             return
         span_s = (track.clock_ns[1] - track.clock_ns[0]) * 1e-9
-        begun_s, ended_s = (scan.length_s / 2 + MARGIN_S for scan in (first[0], ended))
+        begun_s, ended_s = track.reaches_s[0], track.reaches_s[-1]
         before = part(inverse(track.poses[0]) @ track.poses[1], -begun_s / span_s)
         after = part(self._motion, ended_s / self._span_s)
         track.poses = [track.poses[0] @ before, *track.poses, track.poses[-1] @ after]
@@ -130,7 +161,7 @@ class Estimate:
             times.insert(0, times[0] - round(1e9 * begun_s))
             times.append(times[-1] + round(1e9 * ended_s))
         begin = inverse(track.poses[0])
-        track.poses = [begin @ pose for pose in track.poses]
+        track.poses = [np.eye(4), *(begin @ pose for pose in track.poses[1:])]
 
     def _take(self, scan: Scan) -> None:
         if self._last is None:
@@ -148,6 +179,7 @@ class Estimate:
         self.track.clock_ns.append(scan.clock_ns)
         self.track.utc_ns.append(scan.utc_ns)
         self.track.numbers.append(scan.number)
+        self.track.reaches_s.append(scan.length_s / 2 + MARGIN_S)
 
     def _lay(self, scan: Scan, span_s: float) -> tuple[Array, tuple[Array, Array]]:
         """Lay a frame on the map: its pose, and its points as kiss-icp thins them for laying and for the map."""

@@ -7,11 +7,19 @@ from typing import Optional
 
 import numpy as np
 
+from .._errors import CaptureError, OptionError
+from .._poses import Poses
+from ._estimate import Track
 from ._motion import Array, angle, inverse
+
+CLOCKS = {"utc": "seconds since 1970 UTC", "sensor": "seconds of the sensor's clock"}
 
 KITTI_M = tuple(float(length) for length in range(100, 801, 100))
 SHORT_M = tuple(float(length) for length in range(10, 100, 10))
 """Lengths for a drive of which none of KITTI's fits."""
+
+STOOD_M = 1.0
+"""Drives up to this are none: poses of a sensor that stands waver by millimetres."""
 
 FIRST_EVERY_S = 1.0
 """Segments begin this far apart: at KITTI's 10 frames a second, each tenth frame."""
@@ -102,6 +110,26 @@ def errors(poses: Array, truth: Array, times_s: Array, without: int = 0, chosen:
     return made
 
 
+def _of(truth: Poses, time_ns: int) -> Optional[Array]:
+    try:
+        return truth.at(time_ns)
+    except OptionError:  # outside, or in a gap
+        return None
+
+
+def compare(truth: Poses, track: Track) -> Errors:
+    """The errors where there is a truth; CaptureError: there is none for two poses of the drive."""
+    times = track.utc_ns if truth.clock == "utc" else track.clock_ns
+    found = [(i, pose) for i, pose in ((i, _of(truth, time)) for i, time in enumerate(times)) if pose is not None]
+    if len(found) < 2:
+        first, last = (time * 1e-9 for time in truth.span)
+        raise CaptureError(f"{truth.name}: its poses are of {first:.3f} to {last:.3f} s, by {CLOCKS[truth.clock]}, and the drive is "
+                           f"of {times[0] * 1e-9:.3f} to {times[-1] * 1e-9:.3f} s: the truth of this drive is needed")
+    chosen = [i for i, _ in found]
+    return errors(np.array(track.poses)[chosen], np.array([pose for _, pose in found]), track.times_s()[chosen],
+                           len(times) - len(found), chosen)
+
+
 @dataclass
 class Path:
     """What poses tell of a drive."""
@@ -114,7 +142,7 @@ class Path:
     """From the first pose to the last."""
     closure_deg: float
     closure_percent: Optional[float]
-    """Of the distance; None: it did not move."""
+    """Of the distance; None: it stood, and what it moved is noise."""
     speeds_m_s: Array
     """Between each pose and the next."""
 
@@ -127,4 +155,4 @@ def path(poses: Array, times_s: Array) -> Path:
     gap, seconds = float(np.linalg.norm(whole[:3, 3])), float(times_s[-1] - times_s[0])
     distance = float(driven[-1])
     return Path(distance, seconds, distance / seconds, float(speeds.max()), gap, float(np.degrees(angle(whole))),
-                100 * gap / distance if distance else None, speeds)
+                100 * gap / distance if distance > STOOD_M else None, speeds)

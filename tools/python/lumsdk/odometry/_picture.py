@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from .._drawing import canvas, png, small
-from ._result import Result
-from ._tell import text
+from ._result import Result, text
 
 _LINE = {"color": "#2166ac", "linewidth": 1.0}
 _SECONDS = "seconds from the begin"

@@ -1,14 +1,16 @@
-"""What is told of a drive."""
+"""What lumodom tells of a drive: its poses, and the result as text and as JSON."""
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
-from typing import Optional
+from typing import Any, Optional
 
 import numpy as np
 
+from .._poses import Poses
 from ._drive import Drive
 from ._estimate import Settings, Track
-from ._metrics import Errors, Path
+from ._metrics import CLOCKS, Errors, Path
 
 SUDDEN_M_S2 = 30.0
 """A car cannot: it is three times what its tyres hold."""
@@ -55,3 +57,70 @@ def notes(drive: Drive, path: Path, track: Track, clock: str, errors: Optional[E
     if errors is not None and errors.without:
         made.append(f"{errors.without} of {errors.count + errors.without} poses are outside the truth and not compared")
     return made
+
+
+def poses_text(track: Track, clock: str, made_by: str) -> str:
+    """The poses as TUM has them, by "utc" or the "sensor"'s clock."""
+    full = track.filled()
+    places = np.round(full.poses, 9)  # kiss-icp's threads add in any order, so that further digits change from run to run
+    poses = Poses(np.array(full.utc_ns if clock == "utc" else full.clock_ns, "i8"), places)
+    return f"# {made_by}: where the sensor was, metres from where it was at the first line; {CLOCKS[clock]}\n{poses.to_text()}"
+
+
+def _round(value: Optional[float], digits: int) -> Optional[float]:
+    return None if value is None else round(value, digits)
+
+
+def lengths(errors: Errors) -> str:
+    """Which lengths the relative errors are over."""
+    found = [f"{s.length_m:g}" for s in errors.segments]
+    if not found:
+        return "no length of 10 m or more fits into the drive"
+    span = found[0] if len(found) == 1 else f"{found[0]} to {found[-1]}"
+    return f"over {span} m" + ("" if errors.is_kitti else ": none of KITTI's, of 100 m and more, fits into the drive")
+
+
+def _errors_lines(errors: Errors) -> list[str]:
+    made = [f"absolute     {errors.absolute_rms_m:.3f} m rms, {errors.absolute_max_m:.3f} m at most, of {errors.count} poses"]
+    mean = errors.translation_percent
+    if mean is None:
+        return [*made, f"relative     {lengths(errors)}"]
+    made.append(f"relative     {mean:.3f} %, {errors.rotation_deg_m:.5f} deg/m {lengths(errors)}")
+    made += [f"  {s.length_m:4g} m     {s.translation_percent:.3f} %, {s.rotation_deg_m:.5f} deg/m, {s.count} segments"
+             for s in errors.segments]
+    return made
+
+
+def text(found: Result) -> str:
+    """The summary."""
+    path = found.path
+    share = "" if path.closure_percent is None else f", {path.closure_percent:.2f} % of the distance"
+    lines = [f"drive        {found.name}, {found.frames} frames, {path.seconds:.1f} s",
+             f"distance     {path.distance_m:.1f} m",
+             f"speed        {path.mean_m_s:.2f} m/s, {path.max_m_s:.2f} at most",
+             f"closure      {path.closure_m:.2f} m and {path.closure_deg:.2f} degrees from the first pose to the last{share}",
+             f"residuals    {100 * residual_m(found.track):.1f} cm (median over frames)"]
+    if found.errors is not None:
+        lines += _errors_lines(found.errors)
+    lines += [f"note: {note}" for note in found.notes]
+    return "\n".join(lines) + "\n"
+
+
+def _errors_json(errors: Errors) -> dict[str, Any]:
+    return {"poses": errors.count, "poses_without_truth": errors.without, "absolute_rms_m": _round(errors.absolute_rms_m, 4),
+            "absolute_max_m": _round(errors.absolute_max_m, 4), "translation_percent": _round(errors.translation_percent, 4),
+            "rotation_deg_m": _round(errors.rotation_deg_m, 6), "lengths_of_kitti": errors.is_kitti,
+            "segments": [{"length_m": s.length_m, "count": s.count, "translation_percent": round(s.translation_percent, 4),
+                          "rotation_deg_m": round(s.rotation_deg_m, 6)} for s in errors.segments]}
+
+
+def to_json(found: Result) -> str:
+    """What --json prints."""
+    path, settings = found.path, found.settings
+    made = {"drive": found.name, "frames": found.frames, "poses": len(found.track.poses), "seconds": _round(path.seconds, 4),
+            "distance_m": _round(path.distance_m, 3), "mean_m_s": _round(path.mean_m_s, 4), "max_m_s": _round(path.max_m_s, 4),
+            "closure_m": _round(path.closure_m, 4), "closure_deg": _round(path.closure_deg, 4),
+            "closure_percent": _round(path.closure_percent, 4), "residual_m": _round(residual_m(found.track), 5),
+            "deskew": settings.deskew, "voxel_m": settings.voxel_size, "max_range_m": settings.max_range,
+            "errors": None if found.errors is None else _errors_json(found.errors), "notes": found.notes}
+    return json.dumps(made, indent=2) + "\n"
