@@ -36,7 +36,7 @@ except ImportError as missing:
 SOURCES = {str(path.relative_to(TOP)) for path in (TOP / "src/core").glob("*.c")} - {"src/core/frames_none.c", "src/core/layout_fixed.c"}
 CORE = {str(path.relative_to(TOP)) for path in (TOP / "src/core").glob("*.[ch]")}
 HEADERS = {str(path.relative_to(TOP)) for path in (TOP / "include/lum").glob("*.h")}
-FLOATING = {"include/lum/image.h", "include/lum/points.h", "include/lum/smooth.h"}
+FLOATING = {"include/lum/image.h", "include/lum/points.h", "include/lum/pose.h", "include/lum/smooth.h"}
 
 
 def copy_to(folder):

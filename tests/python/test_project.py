@@ -1,6 +1,4 @@
 """frame.project(): points in a camera's picture, as OpenCV computes them."""
-import importlib.util
-
 import lumsdk
 import numpy as np
 import pytest
@@ -27,18 +25,6 @@ def test_pixels_are_those_of_opencv(distortion):
     seen = project(POINTS, K, T, distortion or None, SIZE)
     assert np.abs(seen.pixels - OF_OPENCV[distortion]).max() < 1e-3
     assert np.allclose(seen.depth, POINTS[:, 0] + 0.3) and seen.visible.all()
-
-
-@pytest.mark.skipif(importlib.util.find_spec("cv2") is None, reason="without cv2")
-@pytest.mark.parametrize("distortion", OF_OPENCV, ids=len)
-def test_a_whole_frame_is_as_opencv_has_it(capture, distortion):
-    import cv2
-
-    frame = next(iter(lumsdk.open(capture)))
-    seen = frame.project(K, T, distortion)
-    turn, _ = cv2.Rodrigues(T[:3, :3])
-    theirs, _ = cv2.projectPoints(frame.xyz.astype("f8"), turn, T[:3, 3], K, np.array(distortion) if distortion else None)
-    assert np.abs(theirs.reshape(-1, 2) - seen.pixels)[seen.depth > 0].max() < 1e-6
 
 
 def test_a_frame_is_in_the_order_of_its_points(capture):
