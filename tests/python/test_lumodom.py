@@ -132,7 +132,7 @@ def test_one_frame_is_no_drive(kiss, drive, tmp_path, capsys):
 
 def test_frames_of_which_nothing_is_left_are_refused(kiss, drive, tmp_path, capsys):
     assert _cli.main([drive, "--max-range", "1", "--voxel", "0.2", "-o", "a.txt", "-q"]) == 1
-    assert re.fullmatch(r"lumodom: frame \d+: 0 of its points are left to lay it by, and 20 are needed: .*\n", capsys.readouterr().err)
+    assert re.fullmatch(r"lumodom: frame \d+: 0 of its points are left to align it by, and 20 are needed: .*\n", capsys.readouterr().err)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -149,10 +149,10 @@ def test_a_signal_leaves_nothing(kiss, drive, tmp_path):
 import pathlib, signal, sys
 import lumsdk.odometry._estimate as estimate
 from lumsdk.odometry import _cli
-def lay(*_):
+def align(*_):
     pathlib.Path("begun").touch()
     signal.pause()
-estimate.Estimate._lay = lay
+estimate.Estimate._align = align
 sys.exit(_cli.main([{drive!r}, "-o", "a.txt"]))
 """
     process = subprocess.Popen([sys.executable, "-B", "-c", waits], cwd=tmp_path)

@@ -18,9 +18,9 @@ how far that is from the truth, if there is one.
   -o, --output FILE           the poses, .txt, as TUM has them: seconds, x, y,
                               z, qx, qy, qz, qw; without it, they are only
                               measured. The world begins at the first pose
-      --time utc|sensor       seconds since 1970 UTC (default), or by the
-                              sensor's clock
-      --report FILE           the way, speeds, residuals and errors as a
+      --time utc|sensor       the output's seconds: since 1970 UTC (default),
+                              or by the sensor's clock
+      --report FILE           the path, speeds, residuals and errors as a
                               picture, .png
       --truth FILE            true poses: TUM, or CSV with a header; what the
                               errors are measured by

@@ -1,4 +1,4 @@
-"""The motion of a sensor by kiss-icp: each frame is laid on a map of those before it.
+"""The motion of a sensor by kiss-icp: each frame is aligned with a map of those before it.
 
 kiss-icp itself moves a frame's points to the time of the last one, by the motion until the frame before. If that motion is
 wrong, as where a bend begins, so is the place by half of the error. Here points are moved to the middle of the frame, where
@@ -27,7 +27,7 @@ STEP_S = 0.5
 """Poses are at most so far apart where there are points: lumdump takes what is more than 1 s apart for a gap."""
 
 FEWEST = 20
-"""Points that a frame is laid by, after they were thinned."""
+"""Points that a frame is aligned by, after they were thinned."""
 
 _SETTLED_M, _SETTLED_RAD = 1e-2, 1e-4
 _FIRST_ROUNDS = 4
@@ -68,7 +68,7 @@ class Track:
     """Of each frame: how far its points are from its pose in time, and a margin."""
 
     def times_s(self) -> Array:
-        """Seconds from the begin, by the sensor's clock."""
+        """Seconds from the beginning, by the sensor's clock."""
         clock = np.array(self.clock_ns, "i8")
         return np.asarray((clock - clock[0]) * 1e-9)
 
@@ -169,7 +169,7 @@ class Estimate:
             points = self._points(scan, self._motion, ROUNDS[-1][1])
         else:
             span_s = (scan.clock_ns - self._last.clock_ns) * 1e-9
-            pose, points = self._lay(scan, span_s)
+            pose, points = self._align(scan, span_s)
             self._motion = inverse(self._pose) @ pose
             self._note(points, pose)
         self._kiss.local_map.update(points[1], pose)
@@ -181,8 +181,8 @@ class Estimate:
         self.track.numbers.append(scan.number)
         self.track.reaches_s.append(scan.length_s / 2 + MARGIN_S)
 
-    def _lay(self, scan: Scan, span_s: float) -> tuple[Array, tuple[Array, Array]]:
-        """Lay a frame on the map: its pose, and its points as kiss-icp thins them for laying and for the map."""
+    def _align(self, scan: Scan, span_s: float) -> tuple[Array, tuple[Array, Array]]:
+        """Align a frame with the map: its pose, and its points as kiss-icp thins them for that and for the map."""
         kiss = self._kiss
         motion = part(self._motion, span_s / self._span_s)
         pose = self._pose @ motion
@@ -202,8 +202,8 @@ class Estimate:
             points = points @ half[:3, :3].T + half[:3, 3]
         thinned, of_map = self._kiss.voxelize(points)
         if len(thinned) < FEWEST:
-            raise CaptureError(f"frame {scan.number}: {len(thinned)} of its points are left to lay it by, and {FEWEST} are needed: a "
-                               "larger --max-range or a smaller --voxel leaves more")
+            raise CaptureError(f"frame {scan.number}: {len(thinned)} of its points are left to align it by, and {FEWEST} are needed: "
+                               "a larger --max-range or a smaller --voxel leaves more")
         return thinned, of_map
 
     def _note(self, points: tuple[Array, Array], pose: Array) -> None:

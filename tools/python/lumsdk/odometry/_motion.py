@@ -33,7 +33,7 @@ def _cross(v: Array) -> Array:
 
 
 def _screw(turn: Array) -> tuple[Array, Array]:
-    """The rotation of a turn by an axis times an angle, and what makes a path of a way on the screw."""
+    """The rotation of a turn by an axis times an angle, and what bends a straight path into the screw's."""
     theta, k = float(np.linalg.norm(turn)), _cross(turn)
     if theta < _SMALL:
         return np.eye(3) + k, np.eye(3) + k / 2
@@ -46,8 +46,8 @@ def part(motion: Array, share: float) -> Array:
     r, theta = motion[:3, :3], float(angle(motion))
     turn = np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
     turn *= 0.5 if theta < _SMALL else theta / (2 * np.sin(theta))
-    way = np.linalg.solve(_screw(turn)[1], motion[:3, 3])
+    straight = np.linalg.solve(_screw(turn)[1], motion[:3, 3])
     made = np.eye(4)
     made[:3, :3], along = _screw(share * turn)
-    made[:3, 3] = along @ (share * way)
+    made[:3, 3] = along @ (share * straight)
     return made

@@ -1,4 +1,4 @@
-"""A drive as a picture: the way from above, speeds, residuals, and errors where there is a truth."""
+"""A drive as a picture: the path from above, speeds, residuals, and errors where there is a truth."""
 from __future__ import annotations
 
 from typing import Any
@@ -9,18 +9,18 @@ from .._drawing import canvas, png, small
 from ._result import Result, text
 
 _LINE = {"color": "#2166ac", "linewidth": 1.0}
-_SECONDS = "seconds from the begin"
+_SECONDS = "seconds from the beginning"
 
 
-def _draw_way(axes: Any, found: Result) -> None:
+def _draw_path(axes: Any, found: Result) -> None:
     places = np.array(found.track.poses)[:, :3, 3]
     axes.plot(places[:, 0], places[:, 1], **_LINE)
-    axes.plot(*places[0, :2], "o", color="#1b7837", markersize=6, label="begin")
+    axes.plot(*places[0, :2], "o", color="#1b7837", markersize=6, label="beginning")
     axes.plot(*places[-1, :2], "s", color="#b2182b", markersize=5, label="end")
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(alpha=0.3)
     axes.legend(fontsize=7)
-    small(axes, "from above", "x, m (forward at the begin)", "y, m (left)")
+    small(axes, "from above", "x, m (forward at the beginning)", "y, m (left)")
 
 
 def _draw_over_time(axes: Any, seconds: Any, values: Any, title: str, unit: str) -> None:
@@ -35,7 +35,7 @@ def to_png(found: Result) -> bytes:
     times = found.track.times_s()
     figure, drawn = canvas(11, 7)
     left, right = figure.subfigures(1, 2)
-    _draw_way(left.subplots(), found)
+    _draw_path(left.subplots(), found)
     rows = np.ravel(right.subplots(3 if found.errors is not None else 2, 1))
     _draw_over_time(rows[0], times[1:], found.path.speeds_m_s, "speed", "m/s")
     _draw_over_time(rows[1], times[2:-1], 100 * np.array(found.track.residuals_m),

@@ -50,8 +50,8 @@ def notes(drive: Drive, path: Path, track: Track, clock: str, errors: Optional[E
     jumps = sudden(path, track)
     if jumps:
         named = ", ".join(map(str, jumps[:5])) + (", ..." if len(jumps) > 5 else "")
-        made.append(f"the speed changes by more than {SUDDEN_M_S2:g} m/s2 at {len(jumps)} frames ({named}): they were probably laid "
-                    "wrong; a smaller --voxel may help, or less of the drive by --frames")
+        made.append(f"the speed changes by more than {SUDDEN_M_S2:g} m/s2 at {len(jumps)} frames ({named}): they were probably "
+                    "aligned wrong; a smaller --voxel may help, or less of the drive by --frames")
     if clock == "utc" and drive.without_utc_error:
         made.append(f"nobody knows how exact UTC is in {drive.without_utc_error} of {drive.frames} frames: --time sensor is exact")
     if errors is not None and errors.without:
