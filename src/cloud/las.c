@@ -26,6 +26,9 @@
 /* 1970 to 1980-01-06, plus the 1e9 of adjusted time, less 18 leap seconds. */
 #define UNIX_TO_ADJUSTED_S INT64_C(1315964782)
 
+#define US_IN_SECOND 1000000
+#define NS_IN_SECOND 1000000000
+
 static const char about[] =
     "Points of a Luminar Model G2: metres, x forward, y left, z up. intensity: "
     "pulse width in units of 0.01 ns, 655.35 ns or more as 65535. gps_time: "
@@ -278,11 +281,12 @@ static unsigned char *put_core(unsigned char *p, const las_line *line,
     return lum_put_le16(p, 0); /* point source */
 }
 
-static double gps_seconds(const lum_writer *writer, int64_t us)
+static double gps_seconds(const lum_writer *writer, int64_t time,
+                          int64_t in_second)
 {
     const int64_t shift = writer->options.utc ? UNIX_TO_ADJUSTED_S : 0;
-    const int64_t seconds = us / 1000000 - shift;
-    return (double)seconds + (double)(us % 1000000) / 1e6;
+    const int64_t seconds = time / in_second - shift;
+    return (double)seconds + (double)(time % in_second) / (double)in_second;
 }
 
 static unsigned char *put_voxel(unsigned char *p, const las_line *line,
@@ -291,7 +295,7 @@ static unsigned char *put_voxel(unsigned char *p, const las_line *line,
     const size_t i = (size_t)(s - line->samples->samples);
     p = put_core(p, line, s);
     p = lum_put_f64(
-        p, gps_seconds(line->writer, line->samples->times_ns[i] / 1000));
+        p, gps_seconds(line->writer, line->samples->times_ns[i], NS_IN_SECOND));
     return lum_put_le32(p, line->samples->counts[i]);
 }
 
@@ -382,7 +386,8 @@ static int add(lum_writer *writer, const lum_line_samples *line,
                              (unsigned long)line->line, (long long)line->frame,
                              LIMIT_UNITS * state->scale, state->scale);
     }
-    (void)lum_put_f64(shared.time, gps_seconds(writer, line->timestamp_us));
+    (void)lum_put_f64(shared.time,
+                      gps_seconds(writer, line->timestamp_us, US_IN_SECOND));
     (void)lum_put_le32(
         lum_put_le32(shared.frame_line, (uint32_t)lum_frame_i32(line->frame)),
         line->line);

@@ -191,7 +191,7 @@ static int check_place(struct voxels *v, lum_error *error)
     for (size_t i = 0; i < v->options->output_count; i++) {
         const struct output_options *o = &v->options->outputs[i];
         uint64_t free_bytes = 0;
-        if (lum_map_count(v->map, &c) != 0 ||
+        if (strcmp(o->name, "-") == 0 || lum_map_count(v->map, &c) != 0 ||
             !lum_system_free_bytes(o->name, &free_bytes)) {
             continue;
         }
@@ -202,8 +202,8 @@ static int check_place(struct voxels *v, lum_error *error)
             errno = ENOSPC;
             return lum_error_set(
                 error,
-                "%s: the map has at least %" PRIu64 " voxels, %.1f GB, and "
-                "%.1f GB are free there: free some, name a file on another "
+                "%s: the map has at least %" PRIu64 " voxels, %.4g GB, and "
+                "%.4g GB are free there: free some, name a file on another "
                 "disk, or take larger voxels, such as --voxel %g",
                 o->name, c.voxels_least, (double)needed * 1e-9,
                 (double)free_bytes * 1e-9, 2.0 * v->options->cloud.voxel);
