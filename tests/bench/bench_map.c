@@ -1,8 +1,8 @@
-/* bench_map CAPTURE [MINUTES [OUT.raw]]: points a second into a map of 0.1 m,
+/* bench_map CAPTURE [MINUTES [OUT [MIB]]]: points a second into a map of 0.1 m,
  * along an open road: the frames of a capture of a street, moved forwards by 1
  * m a frame and turned a little, each otherwise. Prints a line, with the memory
- * that the process took. What is measured is the map, so the frames are read
- * before. */
+ * that the process took. OUT gets the raw voxels; the tables take MIB. What is
+ * measured is the map, so the frames are read before. */
 #define _POSIX_C_SOURCE 200809L
 #include "lum/frame/reader.h"
 #include "lum/map/map.h"
