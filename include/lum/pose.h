@@ -29,15 +29,15 @@ lum_pose lum_pose_identity(void);
  *         is untouched. */
 bool lum_pose_normalize(lum_pose *pose);
 
-/** The pose in the outermost frame of what is at `inner` in the frame that is
- * at `outer`. */
+/** Two poses, one after the other: `outer` is where the frame B is in the frame
+ * A, `inner` where C is in B. Returns where C is in A. */
 lum_pose lum_pose_compose(const lum_pose *outer, const lum_pose *inner);
 
 /** Where the fixed frame is in the moving one. */
 lum_pose lum_pose_inverse(const lum_pose *pose);
 
-/** A pose on the way from a to b, along the screw that joins them, that is with
- * constant velocity and constant turn rate: a exp(share log(a^-1 b)), the
+/** A pose on the path from a to b, along the screw that joins them, that is
+ * with constant velocity and constant turn rate: a exp(share log(a^-1 b)), the
  * shorter way round.
  * @param share 0: a, 1: b; below and above it goes on as between them. */
 lum_pose lum_pose_between(const lum_pose *a, const lum_pose *b, double share);

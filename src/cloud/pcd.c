@@ -45,7 +45,7 @@ static void header(lum_cloud_text *out, const lum_writer *writer,
                          "# lumsdk " LUM_VERSION "; ");
     lum_cloud_print_units(out, writer);
     if (lum_column_list_has(&writer->columns, LUM_FILE_TIME)) {
-        lum_cloud_print(out, "# time in s from the begin of the frame\n");
+        lum_cloud_print(out, "# time in s from the beginning of the frame\n");
     }
     lum_cloud_print_comment(out, options, "# ");
     if (options->organized) {

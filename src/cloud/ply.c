@@ -15,7 +15,8 @@ static void header(lum_cloud_text *out, const lum_writer *writer,
                     options->ascii ? "ascii" : "binary_little_endian");
     lum_cloud_print_units(out, writer);
     if (lum_column_list_has(&writer->columns, LUM_FILE_TIME)) {
-        lum_cloud_print(out, "comment time in s from the begin of the frame\n");
+        lum_cloud_print(out,
+                        "comment time in s from the beginning of the frame\n");
     }
     lum_cloud_print_comment(out, options, "comment ");
     lum_cloud_print(out, "comment %.*s\nelement vertex %" PRIu64 "\n", padding,

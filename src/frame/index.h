@@ -24,7 +24,7 @@ typedef struct lum_index_entry {
     uint64_t after;     /* this record */
     uint64_t order;     /* of the first frame that it gives, among all */
     int64_t number;     /* of that frame */
-    int64_t highest_ns; /* the highest begin of a frame before it in order;
+    int64_t highest_ns; /* the highest start of a frame before it in order;
                            INT64_MIN: there is none */
     uint32_t lines[LUM_EYES]; /* of the frame before it, of its sensor */
     uint64_t active[LUM_DEMUX_SENSORS_MAX]; /* after which record the sensors

@@ -1,4 +1,4 @@
-/* Makes entries of an index while a capture is read: at the begin of some
+/* Makes entries of an index while a capture is read: at the start of some
  * frames, a state from which reading can go on. */
 #include "capture/capture_state.h"
 #include "framer_state.h"

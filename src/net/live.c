@@ -14,7 +14,7 @@ struct live {
     lum_sensor_event event; /* the last one */
     size_t next;            /* of its datagrams */
     int64_t end_ns;         /* of the stream; INT64_MAX: none */
-    int64_t heard_ns;       /* when the sensor was last heard, or the begin */
+    int64_t heard_ns;       /* when the sensor was last heard, or the start */
     int64_t told_ns;        /* when on_event last got data */
     bool was_heard;
     lum_endpoint sensor;

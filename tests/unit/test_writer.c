@@ -669,12 +669,12 @@ static void columns_stand_in_the_order_that_is_asked_for(void **state)
     expect_columns(LUM_FORMAT_CSV, false, "time",
                    "time\n0.062500000\n-1.000000000\n");
     expect_columns(LUM_FORMAT_PLY, true, "time,pulse_width,z",
-                   "comment time in s from the begin of the frame\n");
+                   "comment time in s from the beginning of the frame\n");
     expect_columns(LUM_FORMAT_PLY, true, "time,pulse_width,z",
                    "property float scalar_time\nproperty float intensity\n"
                    "property float z\nend_header\n0.062500000 4.797 0.0000\n");
     expect_columns(LUM_FORMAT_PCD, true, "z,frame,time",
-                   "# time in s from the begin of the frame\n");
+                   "# time in s from the beginning of the frame\n");
     expect_columns(LUM_FORMAT_PCD, true, "z,frame,time",
                    "FIELDS z frame time\nSIZE 4 4 4\nTYPE F I F\n"
                    "COUNT 1 1 1\nWIDTH 2\n");

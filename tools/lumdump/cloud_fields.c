@@ -291,7 +291,7 @@ static int take_records(struct cursor c, struct ids *ids,
     while (c.left > 0 && result == 0) {
         const unsigned op = (unsigned)take(&c, 1);
         const uint64_t whole = take(&c, 8);
-        /* Of a cloud that is cut, the begin is enough. */
+        /* Of a cloud that is cut, the beginning is enough. */
         const uint64_t n = op == MESSAGE && whole > c.left ? c.left : whole;
         const unsigned char *at = take_bytes(&c, n);
         const struct cursor r = {at, c.failed ? 0 : (size_t)n, 0, c.failed};

@@ -69,8 +69,8 @@ static int prepare_motion(struct job *job, lum_error *error)
                        origin[0], origin[1], origin[2]);
         conclude_warn(o,
                       "the poses are farther than 5 km from 0: x, y and z are "
-                      "relative to the origin %.0f %.0f %.0f, which comments "
-                      "of the files name, and .las has as its offset",
+                      "relative to the origin %.0f %.0f %.0f; files name it in "
+                      "a comment, and .las has it as its offset",
                       origin[0], origin[1], origin[2]);
     }
     return 0;

@@ -180,7 +180,7 @@ static int simulate_eye(struct run *run, int64_t frame, uint32_t number,
                               : 0;
 }
 
-/* Of the begin of a line; both eyes' begin at once. */
+/* Of the start of a line; both eyes' start at once. */
 static int write_pose(struct run *run, const lum_sim_line *line)
 {
     const struct options *o = run->options;

@@ -33,7 +33,7 @@ struct decoder {
     lum_packet_kind kind; /* of the record that is being pushed */
     uint64_t bytes;
     struct totals skipped; /* counted while frames were skipped */
-    struct totals mark;    /* as of the last begin of that */
+    struct totals mark;    /* as of the last start of that */
 };
 
 /* --- Opening --- */

@@ -27,7 +27,7 @@ struct player {
     struct report report;
     lum_capture *capture;
     struct decoder *decoder;
-    struct decoder *learned; /* of the begin of files; NULL: nothing */
+    struct decoder *learned; /* of the beginning of files; NULL: nothing */
 };
 
 /* --- Reading --- */

@@ -27,9 +27,9 @@ void scan_end(struct scan *scan);
 /* Any thread. False: not known yet. */
 bool scan_range(struct scan *scan, int64_t *first, int64_t *last);
 
-/* Read the begin of files, in this thread. Returns what decoder_learn() takes,
- * to be freed by decoder_free(); NULL: nothing is known. What cannot be read is
- * told when it is read again. */
+/* Read the beginning of files, in this thread. Returns what decoder_learn()
+ * takes, to be freed by decoder_free(); NULL: nothing is known. What cannot be
+ * read is told when it is read again. */
 struct decoder *scan_learn(const struct captures *captures,
                            const struct decoder_options *options);
 

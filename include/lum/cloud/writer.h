@@ -128,13 +128,13 @@ typedef struct lum_writer_options {
                              (docs/consumers.md), instead of columns; NULL:
                              none. Read as columns is */
     double origin[3];   /**< LAS: what the samples' coordinates are relative
-                             to, its offset; 0 in the others, whose comment may
-                             say it */
+                             to, which becomes the file's offset; with voxels,
+                             PLY and PCD name it in a comment. 0 in all other
+                             files, whose comment may say it */
     bool voxels;        /**< CSV, PLY, PCD, LAS: samples are those of a map
                              (lum/map/map.h), with counts and times_ns, and the
                              columns are x, y, z, intensity, timestamp and
-                             points, or what LAS has of these. PLY and PCD say
-                             the origin, too */
+                             points, or what LAS has of these */
 } lum_writer_options;
 
 /** Whether this build can compress the chunks of an MCAP file. */
@@ -170,9 +170,11 @@ typedef struct lum_line_samples {
     const float *times;        /**< of each sample, seconds from the beginning
                                     of its frame, as ::LUM_COLUMN_TIME; only for
                                     files with a column "time", else NULL */
-    const uint32_t *counts;    /**< points that each stands for, of voxels */
-    const int64_t *times_ns;   /**< of each, of voxels: as timestamp_us, but
-                                    nanoseconds */
+    const uint32_t *counts;    /**< of voxels: points that each stands for;
+                                    EINVAL if NULL */
+    const int64_t *times_ns;   /**< of voxels: the time of each, as
+                                    timestamp_us, but nanoseconds; EINVAL if
+                                    NULL */
 } lum_line_samples;
 
 /** A file being written. */

@@ -78,17 +78,18 @@ lum_result lum_frame_image_default(const lum_frame *frame, uint32_t eyes,
  * out[p] of each pixel p of the mask. Or all that lie there, also those that
  * lost their pixel to another one: each point i for which pixels[i] is in the
  * mask. A point that fills a pixel lies in it: pixels[out[p]] is p, and of the
- * points that lie in p, out[p] is the one that the choice means. So no pixel in
- * which a point lies is without one.
+ * points that lie in p, out[p] is the one that the choice means. So out[p] is
+ * LUM_FRAME_MISSING only where no point lies in p.
+ *
+ * Linear; docs/performance.md says how long it takes.
  * @param out     gets rows x columns indices of points, or LUM_FRAME_MISSING.
  * @param pixels  NULL, or gets for each point of the frame its pixel, or
  *                LUM_FRAME_MISSING for points outside of the view, and of eyes
  *                that were not asked for.
  * @param counts  NULL, or gets counts; its struct_size is set by the caller.
  * @return LUM_OK; LUM_E_VALUE if the frame lacks x, y, z or what the choice
- * needs, if eyes or choice or a value of the view is out of its range, or if a
- *         struct_size is not set: then nothing is written. Linear; what it
- * takes is in docs/performance.md. */
+ *         needs, if eyes, choice or a value of the view is out of its range, or
+ *         if a struct_size is not set: then nothing is written. */
 LUM_MUST_CHECK lum_result lum_frame_image_index(
     const lum_frame *frame, const lum_image_options *options, uint32_t *out,
     uint32_t *pixels, lum_image_counts *counts);

@@ -60,9 +60,11 @@ typedef struct lum_map_options {
                              ::LUM_MAP_MEMORY_MIN; 0: ::LUM_MAP_MEMORY. While a
                              tile goes to the disk, there are 2/3 of its table
                              more */
-    const char *spool;  /**< what does not fit goes to a nameless file in the
-                             folder of this name, which is removed in any case,
-                             even by SIGKILL; NULL: nothing goes there, and a
+    const char *spool;  /**< what does not fit goes to a temporary file beside
+                             the file of this name. It has no name of its own
+                             (where the file system cannot do that, it has one
+                             for a moment), so nothing stays when the process
+                             ends, however it does. NULL: there is none, and a
                              map that does not fit fails. Copied */
     bool has_thread;    /**< a thread of its own fills the tables, while the
                              caller computes the next points */
@@ -99,9 +101,9 @@ typedef struct lum_map_counters {
     uint64_t not_finite;   /**< left out: a coordinate is no number */
     uint64_t out_of_range; /**< left out: farther than 2^23 tiles or, upwards,
                                 2^15 tiles from 0 */
-    uint64_t voxels_most;  /**< there are at most so many voxels: parts of a
+    uint64_t voxels_most;  /**< upper bound of the number of voxels: parts of a
                                 tile that is on the disk may have the same */
-    uint64_t voxels_least; /**< and at least so many; 0 before the first call of
+    uint64_t voxels_least; /**< lower bound of it; 0 before the first call of
                                 lum_map_next() */
     uint64_t voxels;       /**< given out by lum_map_next() */
     uint64_t tiles;        /**< with points */
@@ -117,8 +119,8 @@ typedef struct lum_map_counters {
 LUM_MUST_CHECK int lum_map_new(const lum_map_options *options, lum_map **out,
                                lum_error *error);
 
-/** Add points; they are copied. About 30 ns a point, half of them in the map's
- * own thread, if it has one.
+/** Add points; they are copied. Linear (docs/performance.md has the time of a
+ * point); about half of it in the map's own thread, if it has one.
  * @return 0, or -1 with the reason in error and in errno, also for points
  *         before: EINVAL if struct_size is not set or voxels were given out
  *         already; ENOMEM, also if it does not fit and has no spool; ENOSPC and
@@ -127,10 +129,10 @@ LUM_MUST_CHECK int lum_map_add(lum_map *map, const lum_map_points *points,
                                lum_error *error);
 
 /** Give out the next voxels; the first call ends the adding, and may be for
- * none, to count them first. Tiles come in
- * rising order of x, then y, then z, and so do the voxels of each. Of points
- * that are equally near to the centre, the one with the earliest time counts,
- * then that with the lowest x, y, z, then with the shortest pulse.
+ * none, to count them first. Tiles come in rising order of x, then y, then z,
+ * and so do the voxels of each. Of points that are equally near to the centre,
+ * the one with the earliest time counts, then that with the lowest x, y, z,
+ * then with the shortest pulse.
  * @param room  of voxels.
  * @param count how many came; fewer than room: there are no more.
  * @return 0, or -1 as lum_map_add(). */
