@@ -8,7 +8,6 @@
 #ifndef LUM_SIM_RENDER_H
 #define LUM_SIM_RENDER_H
 
-#include "label.h"
 #include "lum/calibration.h"
 #include "lum/group.h"
 #include "lum/points.h"
@@ -17,6 +16,7 @@
 #include "place.h"
 #include "scan.h"
 #include "scene.h"
+#include "shape.h"
 #include "sight.h"
 
 #include <stddef.h>

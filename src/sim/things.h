@@ -6,7 +6,6 @@
 #define LUM_SIM_THINGS_H
 
 #include "ground.h"
-#include "label.h"
 #include "random.h"
 #include "shape.h"
 

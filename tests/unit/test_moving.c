@@ -6,10 +6,10 @@
 #include <cmocka.h>
 
 #include "lum/pose.h"
-#include "sim/label.h"
 #include "sim/path.h"
 #include "sim/place.h"
 #include "sim/render.h"
+#include "sim/shape.h"
 #include "sim/town.h"
 
 #include <math.h>

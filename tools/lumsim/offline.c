@@ -6,7 +6,6 @@
 #include "labels.h"
 #include "layout.h"
 #include "lum/wire.h"
-#include "poses.h"
 #include "sim/fault.h"
 #include "sim/packets.h"
 #include "sim/render.h"
@@ -50,7 +49,7 @@ struct run {
     lum_capture_writer *output;
     struct truth *truth;          /* NULL: not requested */
     lum_outfile true_calibration; /* likewise; a fd of -1 */
-    struct poses *poses;          /* likewise */
+    lum_sink *poses;              /* likewise */
     struct labels *labels;        /* likewise */
     lum_error error;
     int64_t frames;
@@ -189,7 +188,7 @@ static int write_pose(struct run *run, const lum_sim_line *line)
     const int64_t time_ns =
         o->truth.is_utc ? utc_of(o, line->clock_us * 1000)
                         : lum_packets_clock_us(&o->render.layout, line) * 1000;
-    return poses_add(run->poses, time_ns, &pose, &run->error);
+    return truth_poses_add(run->poses, time_ns, &pose, &run->error);
 }
 
 static int simulate_line(struct run *run, int64_t frame, uint32_t number)
@@ -267,7 +266,7 @@ static int fail(const struct run *run, int reason)
 static void abort_truth(struct run *run)
 {
     truth_abort(run->truth);
-    poses_abort(run->poses);
+    lum_sink_abort(run->poses);
     labels_abort(run->labels);
 }
 
@@ -310,7 +309,7 @@ static void sum_up(const struct run *run)
 static int close_truth(struct run *run)
 {
     struct truth *truth = run->truth;
-    struct poses *poses = run->poses;
+    lum_sink *poses = run->poses;
     run->truth = NULL;
     if (truth != NULL && truth_close(truth, &run->error) != 0) {
         return -1;
@@ -321,7 +320,7 @@ static int close_truth(struct run *run)
         return -1;
     }
     run->poses = NULL;
-    if (poses != NULL && poses_close(poses, &run->error) != 0) {
+    if (poses != NULL && lum_sink_close(poses, &run->error) != 0) {
         return -1;
     }
     return run->options->truth.calibration != NULL
@@ -387,7 +386,7 @@ static int open_truth(struct run *run)
         return -1;
     }
     if (o->moving.poses != NULL &&
-        poses_open(o->moving.poses, &run->poses, &run->error) != 0) {
+        truth_poses_open(o->moving.poses, &run->poses, &run->error) != 0) {
         return -1;
     }
     if (o->moving.labels != NULL &&

@@ -4,9 +4,13 @@
 #include "lum/cloud/writer.h"
 #include "sim/packets.h"
 
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#define POSE_BYTES  512
+#define SECOND_NS   INT64_C(1000000000)
 #define SAMPLES_MAX (LUM_RENDER_RETURNS_MAX * LUM_LINE_PIXELS)
 
 /* A line that a decoder still holds open. */
@@ -100,4 +104,36 @@ void truth_abort(struct truth *truth)
         lum_writer_abort(truth->writer);
         free(truth);
     }
+}
+
+/* --- Poses --- */
+
+int truth_poses_open(const char *path, lum_sink **out, lum_error *error)
+{
+    static const char head[] =
+        "# Where the sensor is in the frame of the scene when each line "
+        "begins, and at the end.\n# seconds x y z qx qy qz qw\n";
+    if (lum_sink_open(path, out, error) != 0) {
+        return -1;
+    }
+    if (lum_sink_write(*out, head, sizeof head - 1, error) != 0) {
+        lum_sink_abort(*out);
+        *out = NULL;
+        return -1;
+    }
+    return 0;
+}
+
+int truth_poses_add(lum_sink *poses, int64_t time_ns, const lum_pose *pose,
+                    lum_error *error)
+{
+    char text[POSE_BYTES];
+    const double *at = pose->at;
+    const double *turn = pose->turn;
+    const int n = snprintf(text, sizeof text,
+                           "%" PRId64 ".%09" PRId64
+                           " %.6f %.6f %.6f %.9f %.9f %.9f %.9f\n",
+                           time_ns / SECOND_NS, time_ns % SECOND_NS, at[0],
+                           at[1], at[2], turn[0], turn[1], turn[2], turn[3]);
+    return lum_sink_write(poses, text, (size_t)n, error);
 }

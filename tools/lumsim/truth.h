@@ -1,10 +1,13 @@
 /* What is true of a simulated capture: its exact points as CSV, in the order in
- * which a decoder of the whole capture hands out lines, and the calibration. */
+ * which a decoder of the whole capture hands out lines; where the sensor was;
+ * the calibration. */
 #ifndef LUMSIM_TRUTH_H
 #define LUMSIM_TRUTH_H
 
 #include "base/outfile.h"
+#include "cloud/sink.h"
 #include "lum/base/error.h"
+#include "lum/pose.h"
 #include "lum/profile.h"
 #include "options.h"
 
@@ -28,6 +31,14 @@ int truth_close(struct truth *truth, lum_error *error);
 
 /* Remove what was written. NULL is allowed. */
 void truth_abort(struct truth *truth);
+
+/* Begin a TUM file of the true poses, to which lum_sink_close() or
+ * lum_sink_abort() puts an end. 0, or -1 with the reason in error. */
+int truth_poses_open(const char *path, lum_sink **out, lum_error *error);
+
+/* The next one. 0, or -1 with the reason in error. */
+int truth_poses_add(lum_sink *poses, int64_t time_ns, const lum_pose *pose,
+                    lum_error *error);
 
 /* truth_yaml.c: write the true calibration as a YAML file that loads as it is;
  * lum_outfile_finish() gives it its name. 0, or -1 with the reason in error;
