@@ -1,5 +1,7 @@
 """What lumodom measures of a drive, on poses that are known."""
 import math
+import re
+import types
 
 import lumsdk
 import numpy as np
@@ -118,6 +120,9 @@ def test_each_point_of_a_slow_drive_has_a_pose(period_s):
             assert made.at(5 + time)[0, 3] == pytest.approx(time, abs=1e-6)
     with pytest.raises(lumsdk.OptionError, match="in a gap"):
         made.at(5 + 3 * period_s + 10)
+    drive = types.SimpleNamespace(sparse=0, without_utc_error=0)
+    told = _result.notes(drive, _metrics.path(poses, seconds), track, "sensor", None)
+    assert any(re.match(r"frames are [125]\.0 s apart: such a motion may be found far too short", note) for note in told) == (period_s > 0.5)
     assert track.filled().utc_ns == [10 ** 18 + t for t in track.filled().clock_ns]
 
 

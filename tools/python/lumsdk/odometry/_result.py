@@ -9,7 +9,7 @@ import numpy as np
 
 from .._poses import Poses
 from ._drive import Drive
-from ._estimate import Settings, Track
+from ._estimate import STEP_S, Settings, Track
 from ._metrics import CLOCKS, Errors, Path
 
 SUDDEN_M_S2 = 30.0
@@ -47,6 +47,10 @@ def notes(drive: Drive, path: Path, track: Track, clock: str, errors: Optional[E
     made = []
     if drive.sparse:
         made.append(f"{drive.sparse} of {drive.frames} frames have too few points and no pose")
+    apart_s = float(np.median(np.diff(track.times_s()[1:-1])))
+    if apart_s > STEP_S:
+        made.append(f"frames are {apart_s:.1f} s apart: such a motion may be found far too short, and the residuals "
+                    "do not show it; right are about 10 frames a second")
     jumps = sudden(path, track)
     if jumps:
         named = ", ".join(map(str, jumps[:5])) + (", ..." if len(jumps) > 5 else "")
