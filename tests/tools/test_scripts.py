@@ -50,7 +50,7 @@ class Measuring(unittest.TestCase):
     def test_a_build_that_is_slow(self):
         folder = Folder(self)
         for name in ("bin/lumsim", "bin/lumdump", "bench/bench_points", "bench/bench_frame", "bench/bench_image",
-                     "bench/yardstick"):
+                     "bench/bench_map", "bench/bench_move", "bench/yardstick"):
             (folder / name).parent.mkdir(exist_ok=True)
             folder.write(name, "")
         folder.write("CMakeCache.txt", "CMAKE_BUILD_TYPE:STRING=Debug\nLUM_SANITIZE:STRING=\n")
