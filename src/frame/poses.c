@@ -3,6 +3,7 @@
 #include "base/sized.h"
 
 #include <errno.h>
+#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -166,7 +167,7 @@ static int check_turn(lum_pose *pose, const lum_poses_mark *mark,
     const double *q = pose->turn;
     const double length = hypot(hypot(q[0], q[1]), hypot(q[2], q[3]));
     const label here = label_of(mark);
-    if (!isfinite(length + pose->at[0] + pose->at[1] + pose->at[2])) {
+    if (!(fabs(length + pose->at[0] + pose->at[1] + pose->at[2]) <= DBL_MAX)) {
         return lum_error_set(error,
                              "%s: a number is infinite or none; leave such "
                              "poses out",

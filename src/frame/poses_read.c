@@ -3,6 +3,7 @@
 
 #include <ctype.h>
 #include <errno.h>
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -155,7 +156,7 @@ static int take_number(const reader *r, size_t i, double *out, lum_error *error)
         return refuse_field(r, i, error);
     }
     *out = lum_decimal_double(&d);
-    return isfinite(*out) ? 0 : refuse_field(r, i, error);
+    return fabs(*out) <= DBL_MAX ? 0 : refuse_field(r, i, error);
 }
 
 static int refuse_unit(const reader *r, double value, lum_error *error)

@@ -1,5 +1,6 @@
 #include "lum/pose.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -47,7 +48,7 @@ bool lum_pose_normalize(lum_pose *pose)
     const double length = hypot(hypot(q[0], q[1]), hypot(q[2], q[3]));
     const double sum = pose->at[0] - pose->at[0] + (pose->at[1] - pose->at[1]) +
                        (pose->at[2] - pose->at[2]);
-    if (!isfinite(length) || length <= 0.0 || sum != 0.0) {
+    if (!(length > 0.0 && length <= DBL_MAX) || sum != 0.0) {
         return false;
     }
     for (int i = 0; i < 4; i++) {
