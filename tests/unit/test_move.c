@@ -149,9 +149,12 @@ static void an_origin_is_taken_off_before_rounding(void **state)
     s->options.origin[1] = 5400000.0;
     run(s);
     for (unsigned i = 0; i < COUNT; i++) {
-        assert_true(s->out[0][i] == s->x[i] + 0.125f);
-        assert_true(s->out[1][i] == s->y[i] + 0.25f);
-        assert_true(s->out[2][i] == s->z[i] + 100.5f);
+        /* Floats, which processors with wider ones round only when kept. */
+        const float moved[] = {s->x[i] + 0.125f, s->y[i] + 0.25f,
+                               s->z[i] + 100.5f};
+        for (unsigned row = 0; row < 3; row++) {
+            assert_true(s->out[row][i] == moved[row]);
+        }
     }
     free(s);
     lum_poses_free(poses);
