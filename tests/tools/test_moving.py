@@ -2,6 +2,7 @@
 """lumsim on a path, from outside: options, refusals, the poses and the labels beside a capture."""
 import ast
 import math
+import os
 import struct
 import unittest
 
@@ -9,6 +10,8 @@ from support import Folder, run, simulate
 from test_scene import columns
 
 TOWN = ("--scene", "town", "--path", "circle", "--velocity", "10")
+# Also where a run of many tests does not look for leaks, to save time.
+LEAKS = {**os.environ, "ASAN_OPTIONS": os.environ.get("ASAN_OPTIONS", "") + ":detect_leaks=1"}
 ROW = struct.Struct("<qIIHHBB?B")
 
 
@@ -33,10 +36,15 @@ class Options(unittest.TestCase):
         folder = Folder(self)
         (folder / "short.txt").write_text("10 0 0 1.8 0 0 0 1\n10.5 1 0 1.8 0 0 0 1\n")
         (folder / "wall.txt").write_text("0 0 0 1.8 0 0 0 1\n1 0 40 1.8 0 0 0 1\n")
-        r = run("lumsim", "-o", "a.pcap", *arguments, cwd=folder / ".")
+        (folder / "one.txt").write_text("10 0 0 1.8 0 0 0 1\n")
+        (folder / "brief.txt").write_text("10 0 0 1.8 0 0 0 1\n10.05 1 0 1.8 0 0 0 1\n")
+        (folder / "gap.txt").write_text("".join(f"{t} {t} 0 1.8 0 0 0 1\n" for t in (10, 10.5, 11, 13.5, 14)))
+        before = folder.names()
+        output = () if "--output" in arguments else ("-o", "a.pcap")
+        r = run("lumsim", *output, *arguments, cwd=folder / ".", env=LEAKS)
         self.assertEqual((r.returncode, r.stdout), (2, ""), r.stderr)
         self.assertRegex(r.stderr, says)
-        self.assertEqual(sorted(folder.names()), ["short.txt", "wall.txt"])
+        self.assertEqual(sorted(folder.names()), sorted(before))
 
     def test_what_cannot_be_is_refused_with_what_is_right(self):
         for arguments, says in [
@@ -49,8 +57,13 @@ class Options(unittest.TestCase):
                 (("--path", "none.txt"), "--path: none.txt: cannot be read"),
                 (("--path", "short.txt", "--frames", "6"), r"last 0\.5 s, and 6 frames 0\.6 s; right is --frames 5"),
                 (("--path", "wall.txt"), r"--path, 0\.\d+ s after the beginning: the blue eye would be outside"),
-                (("--labels", "a.pcap"), "--labels: 'a.pcap' is the file of --output too"),
-                (("--poses", "x", "--labels", "x"), "--labels: 'x' is the file of --poses too"),
+                (("--output", "a.npy", "--labels", "a.npy"), "--labels: 'a.npy' is the file of --output too"),
+                (("--poses", "x.npy", "--labels", "x.npy"), "--labels: 'x.npy' is the file of --poses too"),
+                (("--path", "one.txt"), "one.txt: it has one pose, and a path needs two or more; .* use --pose"),
+                (("--path", "brief.txt"), r"its poses last 0\.05 s, and one frame 0\.1 s; right are poses that last longer"),
+                (("--path", "gap.txt"), r"1 gap is longer than 1 s, the longest from 11\.000 to 13\.500 s; right are poses that"),
+                (("--path", "gap.txt", "--frames", "2"), "1 gap is longer than 1 s"),
+                (("--labels", "y.csv"), r"'y\.csv': labels are an array of NumPy; right is .* in \.npy"),
                 (("--path", "short.txt", "--poses", "short.txt"), "--poses: .*the path"),
                 (("--time", "utc"), "--time utc is about the times of the exact points in --truth FILE, and of --poses")]:
             with self.subTest(arguments):
@@ -65,9 +78,9 @@ class Beside(unittest.TestCase):
         times, rows = poses(folder / "a.txt")
         self.assertEqual(len(rows), 129)  # the end of the last line, too
         self.assertEqual((folder / "a.pcap").read_bytes(), (folder / "b.pcap").read_bytes())
-        for time, (x, y, z, *turn) in zip(times, rows, strict=True):
-            self.assertRegex(time, r"^5\.\d{9}$")
-            self.assertAlmostEqual(x, 10 * (float(time) - 5), delta=1e-6)
+        for second, (x, y, z, *turn) in zip(times, rows, strict=True):
+            self.assertRegex(second, r"^5\.\d{9}$")
+            self.assertAlmostEqual(x, 10 * (float(second) - 5), delta=1e-6)
             self.assertEqual((y, z, turn), (0, 1.8, [0, 0, 0, 1]))
         utc, same = poses(folder / "b.txt")
         self.assertEqual(same, rows)
@@ -83,10 +96,11 @@ class Beside(unittest.TestCase):
         simulate(folder / "a.pcap", "--scene", "yard", "--path", "eight", "--frames", "3", "--velocity", "6",
                  "--poses", folder / "a.txt")
         r = run("lumsim", "-q", "-o", folder / "b.pcap", "--scene", "yard", "--path", folder / "a.txt", "--poses",
-                folder / "b.txt")
-        self.assertEqual(r.returncode, 0, r.stderr)
+                folder / "b.txt", env=LEAKS)
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
         first, second = poses(folder / "a.txt"), poses(folder / "b.txt")
         self.assertEqual(first[0], second[0])
+        self.assertEqual(len(first[1]), len(second[1]))
         for a, b in zip(first[1], second[1]):
             self.assertLess(math.dist(a, b), 3e-6)
 
@@ -109,10 +123,11 @@ class Beside(unittest.TestCase):
 
     def test_labels_need_a_file(self):
         folder = Folder(self)
-        r = run("lumsim", "-o", folder / "a.pcap", "--frames", "1", "--labels", "-")
+        (folder / "a.npy").symlink_to("/dev/null")
+        r = run("lumsim", "-o", folder / "a.pcap", "--frames", "1", "--labels", folder / "a.npy")
         self.assertEqual(r.returncode, 1)
-        self.assertIn("--labels: standard output is no regular file", r.stderr)
-        self.assertEqual(folder.names(), [])
+        self.assertRegex(r.stderr, "--labels: .*a.npy is no regular file")
+        self.assertEqual(folder.names(), ["a.npy"])
 
 
 if __name__ == "__main__":

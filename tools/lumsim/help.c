@@ -63,7 +63,7 @@ const char options_help_outputs[] =
     "      --poses FILE        where the sensor is when each line begins: "
     "seconds, x y z,\n"
     "                          qx qy qz qw (TUM)\n"
-    "      --labels FILE       .npy: object and class of each exact point\n"
+    "      --labels FILE.npy   object and class of each exact point\n"
     "      --time sensor|utc   times in --truth and --poses: the sensor's "
     "clock\n"
     "                          (default), or exact UTC\n"

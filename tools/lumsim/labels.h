@@ -1,5 +1,5 @@
 /* What each exact point of a simulated capture lies on, as a structured array
- * of NumPy: a row a point, by frame, line, eye, pixel and return. */
+ * of NumPy: a row a point, sorted by frame, line, eye, pixel and return. */
 #ifndef LUMSIM_LABELS_H
 #define LUMSIM_LABELS_H
 

@@ -1,10 +1,13 @@
+#define _POSIX_C_SOURCE 200809L /* strcasecmp */
 #include "moving.h"
 
 #include "../common/option_table.h"
 #include "standing.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 static const struct option_word kinds[] = {
     {"straight", LUM_PATH_STRAIGHT},
@@ -25,6 +28,27 @@ bool moving_take_path(void *options, const char *text, lum_error *why)
     o->render.place.path.kind =
         word->text != NULL ? (lum_path_kind)word->number : LUM_PATH_POSES;
     return text[0] != '\0';
+}
+
+bool moving_take_labels(void *options, const char *text, lum_error *why)
+{
+    struct options *o = options;
+    const char *ending = strrchr(text, '.');
+    o->moving.labels = text;
+    if (ending != NULL && strcasecmp(ending, ".npy") == 0) {
+        return true;
+    }
+    (void)lum_error_set(why,
+                        "'%.200s': labels are an array of NumPy; right is a "
+                        "file whose name ends in .npy",
+                        text);
+    return false;
+}
+
+void moving_free(struct options *o)
+{
+    free(o->moving.given);
+    free(o->moving.given_s);
 }
 
 static bool refuse(const char *why)

@@ -16,9 +16,15 @@ bool moving_take_path(void *options, const char *text, lum_error *why);
 /* Whether these options go together; complains. Sets the usual velocity. */
 bool moving_check(struct options *o);
 
-/* Read the poses of --path FILE, which then live as long as the options;
- * complains, also where a run is longer than they are. */
+/* Read the text of --labels. False: it is refused. */
+bool moving_take_labels(void *options, const char *text, lum_error *why);
+
+/* Read the poses of --path FILE; complains, also where they have gaps, or where
+ * a run is longer than they are. */
 bool moving_load(struct options *o);
+
+/* Free what it read. */
+void moving_free(struct options *o);
 
 /* Whether both eyes are in the open all the way of a run; complains. */
 bool moving_is_open(const struct options *o);

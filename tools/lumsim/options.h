@@ -39,6 +39,8 @@ struct moving_options {
     const char *path;   /* as it was given */
     const char *poses;  /* of each line */
     const char *labels; /* of each exact point */
+    lum_pose *given;    /* those of a file of --path; moving_free() frees it */
+    double *given_s;    /* their times; likewise */
     bool has_velocity;  /* --velocity was given */
 };
 

@@ -12,27 +12,51 @@
 #define FRAMES     3
 #define FRAMES_MAX 1e6
 
-/* Copied out of what was read; never freed, as all that options have. */
-static bool take_poses(const lum_poses *read, size_t count, lum_path *out)
+/* Copied out of what was read. */
+static bool take_poses(const lum_poses *read, const lum_poses_info *info,
+                       struct options *o)
 {
-    int64_t first_ns = 0;
-    lum_pose *poses = calloc(count, sizeof *poses);
-    double *times_s = calloc(count, sizeof *times_s);
-    if (poses == NULL || times_s == NULL) {
-        free(poses);
-        free(times_s);
+    struct moving_options *m = &o->moving;
+    lum_path *path = &o->render.place.path;
+    m->given = calloc(info->count, sizeof *m->given);
+    m->given_s = calloc(info->count, sizeof *m->given_s);
+    if (m->given == NULL || m->given_s == NULL) {
         (void)fputs("lumsim: --path: not enough memory\n", stderr);
         return false;
     }
-    lum_poses_get(read, 0, &first_ns, NULL);
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < info->count; i++) {
         int64_t time_ns = 0;
-        lum_poses_get(read, i, &time_ns, &poses[i]);
-        times_s[i] = (double)(time_ns - first_ns) * 1e-9;
+        lum_poses_get(read, i, &time_ns, &m->given[i]);
+        m->given_s[i] = (double)(time_ns - info->first_ns) * 1e-9;
     }
-    out->poses = poses;
-    out->times_s = times_s;
-    out->count = count;
+    path->poses = m->given;
+    path->times_s = m->given_s;
+    path->count = info->count;
+    return true;
+}
+
+/* A path has an end, and is known all the way. */
+static bool check_poses(const struct options *o, const lum_poses_info *info)
+{
+    if (info->count < 2) {
+        (void)fprintf(stderr,
+                      "lumsim: --path %s: it has one pose, and a path needs "
+                      "two or more; for a sensor that stands still use "
+                      "--pose\n",
+                      o->moving.path);
+        return false;
+    }
+    if (info->gaps > 0) {
+        (void)fprintf(
+            stderr,
+            "lumsim: --path %s: between its poses %zu gap%s longer "
+            "than %g s, the longest from %.3f to %.3f s; right are "
+            "poses that are nearer to each other\n",
+            o->moving.path, info->gaps, info->gaps == 1 ? " is" : "s are",
+            (double)LUM_POSES_GAP_NS * 1e-9, (double)info->gap_from_ns * 1e-9,
+            (double)info->gap_to_ns * 1e-9);
+        return false;
+    }
     return true;
 }
 
@@ -50,6 +74,14 @@ static bool check_length(struct options *o)
     if (needed_s <= lasts_s + SLACK_S) {
         return true;
     }
+    if (most < 1.0) {
+        (void)fprintf(stderr,
+                      "lumsim: --path %s: its poses last %.6g s, and one frame "
+                      "%.6g s; right are poses that last longer, or a higher "
+                      "--rate\n",
+                      o->moving.path, lasts_s, 1.0 / o->render.rate_hz);
+        return false;
+    }
     (void)fprintf(stderr,
                   "lumsim: --path %s: its poses last %.6g s, and %" PRId64
                   " frames %.6g s; right is --frames %.0f at most\n",
@@ -59,11 +91,10 @@ static bool check_length(struct options *o)
 
 bool moving_load(struct options *o)
 {
-    lum_path *path = &o->render.place.path;
     lum_poses_info info = {.struct_size = sizeof info};
     lum_poses *read = NULL;
     lum_error error = {""};
-    if (path->kind != LUM_PATH_POSES) {
+    if (o->render.place.path.kind != LUM_PATH_POSES) {
         return true;
     }
     if (lum_poses_read(o->moving.path, NULL, NULL, &read, &error) != 0) {
@@ -71,7 +102,7 @@ bool moving_load(struct options *o)
         return false;
     }
     (void)lum_poses_get_info(read, &info);
-    const bool is_taken = take_poses(read, info.count, path);
+    const bool is_taken = check_poses(o, &info) && take_poses(read, &info, o);
     lum_poses_free(read);
     return is_taken && check_length(o);
 }
