@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """lumsim on a path, from outside: options, refusals, the poses and the labels beside a capture."""
 import ast
+import json
 import math
 import os
 import struct
@@ -76,7 +77,7 @@ class Beside(unittest.TestCase):
         simulate(folder / "a.pcap", *TOWN, "--frames", "2", "--poses", folder / "a.txt")
         simulate(folder / "b.pcap", *TOWN, "--frames", "2", "--poses", folder / "b.txt", "--time", "utc")
         times, rows = poses(folder / "a.txt")
-        self.assertEqual(len(rows), 129)  # the end of the last line, too
+        self.assertEqual(len(rows), 130)  # the end of the last line, too, and a line more
         self.assertEqual((folder / "a.pcap").read_bytes(), (folder / "b.pcap").read_bytes())
         for second, (x, y, z, *turn) in zip(times, rows, strict=True):
             self.assertRegex(second, r"^5\.\d{9}$")
@@ -120,6 +121,15 @@ class Beside(unittest.TestCase):
         self.assertEqual(classes[1], {1})
         objects = [number for each in classes.values() for number in each]
         self.assertEqual(len(objects), len(set(objects)))  # an object has one class
+
+    def test_all_points_have_a_pose_by_utc(self):
+        folder = Folder(self)
+        for arguments in ((), ("--drift", "50"), ("--batch", "20")):
+            with self.subTest(arguments):
+                simulate(folder / "a.pcap", *TOWN, "--frames", "2", "--time", "utc", "--poses", folder / "a.txt", *arguments)
+                r = run("lumdump", folder / "a.pcap", "--poses", folder / "a.txt", "-o", folder / "a.las", "--json")
+                self.assertEqual((r.returncode, r.stderr), (0, ""))
+                self.assertEqual(json.loads(r.stdout)["poses"]["without"], 0)
 
     def test_labels_need_a_file(self):
         folder = Folder(self)

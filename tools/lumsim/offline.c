@@ -204,13 +204,21 @@ static int simulate_line(struct run *run, int64_t frame, uint32_t number)
     return send_line(run);
 }
 
-/* Without it, the pixels of the last line would have no pose. */
-static int write_last_pose(struct run *run)
+/* Without the first, the pixels of the last line would have no pose; without
+ * the second, those of its last pixels whose UTC a reader estimates some
+ * microseconds too late. */
+static int write_last_poses(struct run *run)
 {
+    const uint32_t lines = run->options->render.lines;
     lum_sim_line *end = &run->line;
-    end->number = run->options->render.lines;
-    end->clock_us = lum_render_clock_us(&run->render, end->frame, end->number);
-    return run->poses != NULL ? write_pose(run, end) : 0;
+    int result = 0;
+    for (end->number = lines; end->number <= lines + 1 && result == 0;
+         end->number++) {
+        end->clock_us =
+            lum_render_clock_us(&run->render, end->frame, end->number);
+        result = run->poses != NULL ? write_pose(run, end) : 0;
+    }
+    return result;
 }
 
 static void show_progress(const struct run *run, int64_t frame)
@@ -241,7 +249,7 @@ static int simulate(struct run *run)
     }
     lum_fault_flush(&run->fault);
     return write_what_leaves(run) == 0 && write_joined(run) == 0
-               ? write_last_pose(run)
+               ? write_last_poses(run)
                : -1;
 }
 

@@ -112,7 +112,7 @@ int truth_poses_open(const char *path, lum_sink **out, lum_error *error)
 {
     static const char head[] =
         "# Where the sensor is in the frame of the scene when each line "
-        "begins, and at the end.\n# seconds x y z qx qy qz qw\n";
+        "begins, at the end, and a line later.\n# seconds x y z qx qy qz qw\n";
     if (lum_sink_open(path, out, error) != 0) {
         return -1;
     }
