@@ -5,9 +5,11 @@ import json
 import math
 import os
 import struct
+import time
 import unittest
 
-from support import Folder, run, simulate
+import test_lumsim_live
+from support import PATIENCE_S, Folder, run, simulate
 from test_scene import columns
 
 TOWN = ("--scene", "town", "--path", "circle", "--velocity", "10")
@@ -138,6 +140,28 @@ class Beside(unittest.TestCase):
         self.assertEqual(r.returncode, 1)
         self.assertRegex(r.stderr, "--labels: .*a.npy is no regular file")
         self.assertEqual(folder.names(), ["a.npy"])
+
+
+class Live(test_lumsim_live.Live):
+    JUMP = "loop of 2, and at the end of each round the sensor jumps by 0.40 m and 0.0 degrees; more --frames"
+
+    def test_that_a_loop_jumps_is_said(self):
+        client = self.start("--path", "straight", "--velocity", "10", "--frames", "2", "--rate", "50")
+        end = time.monotonic() + PATIENCE_S
+        clocks = set()
+        while len(clocks) < 3 * 2 * 64 and time.monotonic() < end:
+            clocks.update(packet.clock for packet in client.data(50))
+        said = self.end()
+        self.assertIn(self.JUMP, said)
+        self.assertRegex(said, r"; the sensor jumped [1-9]\d* times\n")
+
+    def test_what_does_not_jump_says_nothing(self):
+        there_and_back = self.dir / "path.txt"
+        there_and_back.write_text("".join(f"0.{i} {i % 2} 0 1.8 0 0 0 1\n" for i in range(3)))
+        for arguments in ((), ("--path", there_and_back)):
+            with self.subTest(arguments):
+                self.start("--frames", "2", *arguments, beats=False)
+                self.assertNotIn("jump", self.end())
 
 
 if __name__ == "__main__":

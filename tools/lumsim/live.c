@@ -3,12 +3,17 @@
 #include "../common/interrupt.h"
 #include "lum/base/time.h"
 #include "lum/wire.h"
+#include "moving.h"
 
 #include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Less is no jump: a round that closes. */
+#define JUMP_M       0.01
+#define JUMP_DEGREES 0.1
 
 static void warn_of_capture(const struct live *live)
 {
@@ -60,6 +65,31 @@ static void announce(const struct live *live)
                   host, port);
 }
 
+/* A loop of frames ends elsewhere than it begins. */
+static bool has_jumps(const struct live *live, struct moving_jump *out)
+{
+    const struct options *o = live->options;
+    if (o->mode == MODE_REPLAY || o->moving.path == NULL) {
+        return false;
+    }
+    *out = moving_find_jump(o, live_frames(live));
+    return out->metres > JUMP_M || out->degrees > JUMP_DEGREES;
+}
+
+static void warn_of_jumps(const struct live *live)
+{
+    struct moving_jump jump;
+    if (!live->options->quiet && has_jumps(live, &jump)) {
+        (void)fprintf(stderr,
+                      "lumsim: --path %s: its frames are played in a loop of "
+                      "%u, and at the end of each round the sensor jumps by "
+                      "%.2f m and %.1f degrees; more --frames make longer "
+                      "rounds, and -o writes a drive without jumps\n",
+                      live->options->moving.path, live_frames(live),
+                      jump.metres, jump.degrees);
+    }
+}
+
 static void sum_up(const struct live *live, int64_t now_ns)
 {
     uint64_t others = live->counts.heard[LUM_PACKET_DATA];
@@ -80,6 +110,11 @@ static void sum_up(const struct live *live, int64_t now_ns)
                   live->counts.heard[LUM_PACKET_TIMESTAMP],
                   live->counts.heard[LUM_PACKET_SET_IP], others,
                   live->counts.answers, live->data.sender.sent);
+    struct moving_jump jump;
+    if (has_jumps(live, &jump)) {
+        (void)fprintf(stderr, "; the sensor jumped %" PRIu64 " times",
+                      live->data.scene.rounds_again);
+    }
     if (live->data.scene.lines_skipped > 0) {
         (void)fprintf(stderr, "; %" PRIu64 " lines skipped: too slow a host",
                       live->data.scene.lines_skipped);
@@ -221,6 +256,7 @@ static void start(struct live *live)
     interrupt_attach(live->cancel);
     warn_of_capture(live);
     announce(live);
+    warn_of_jumps(live);
     live_log_start(live);
     live_order(live);
 }

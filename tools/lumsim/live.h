@@ -86,6 +86,7 @@ void live_set_hazard(struct live *live, uint16_t bits, bool ends,
 /* stream.c: the data. To open it: 0, or -1 with the reason in live->error. */
 int live_open_data(struct live *live);
 void live_close_data(struct live *live);
+unsigned live_frames(const struct live *live); /* that a reel has */
 void live_order(struct live *live); /* a reel that suits the settings */
 void live_fetch(struct live *live, int64_t now_ns); /* it, once it is done */
 void live_stream(struct live *live, int64_t now_ns);

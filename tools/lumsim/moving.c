@@ -4,6 +4,7 @@
 #include "../common/option_table.h"
 #include "standing.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -132,4 +133,20 @@ bool moving_is_open(const struct options *o)
         }
     }
     return true;
+}
+
+#define DEGREES (180.0 / 3.14159265358979323846)
+
+struct moving_jump moving_find_jump(const struct options *o, unsigned frames)
+{
+    const lum_render_options *r = &o->render;
+    lum_place place;
+    lum_place_init(&place, &r->place, r->seed);
+    const lum_pose first = lum_place_pose(&place, 0.0);
+    const lum_pose last = lum_place_pose(&place, frames / r->rate_hz);
+    return (struct moving_jump){
+        .metres =
+            hypot(hypot(last.at[0] - first.at[0], last.at[1] - first.at[1]),
+                  last.at[2] - first.at[2]),
+        .degrees = lum_pose_angle(&first, &last) * DEGREES};
 }

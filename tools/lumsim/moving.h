@@ -29,4 +29,11 @@ void moving_free(struct options *o);
 /* Whether both eyes are in the open all the way of a run; complains. */
 bool moving_is_open(const struct options *o);
 
+/* By how much the sensor jumps when so many frames of a path begin again. */
+struct moving_jump {
+    double metres;
+    double degrees;
+};
+struct moving_jump moving_find_jump(const struct options *o, unsigned frames);
+
 #endif

@@ -28,6 +28,7 @@ void scene_begin(struct scene *scene, int64_t now_ns)
     scene->begin_ns = now_ns;
     scene->current_ns = now_ns;
     scene->line = 0;
+    scene->round = 0;
     forget_line(scene);
 }
 
@@ -86,6 +87,14 @@ static void skip_what_is_too_late(struct scene *scene, int64_t now_ns)
     }
 }
 
+static void note_round(struct scene *scene)
+{
+    const int64_t round = scene->line / ((int64_t)lum_reel_lines(scene->reel) *
+                                         (int64_t)lum_reel_frames(scene->reel));
+    scene->rounds_again += round != scene->round ? 1 : 0;
+    scene->round = round;
+}
+
 /* Whether there is a line under way with something left. */
 static bool open_line(struct scene *scene, const lum_device *device,
                       int64_t now_ns)
@@ -101,6 +110,7 @@ static bool open_line(struct scene *scene, const lum_device *device,
     if (begins_ns > now_ns) {
         return false;
     }
+    note_round(scene);
     scene->current_ns = begins_ns;
     scene->next = 0;
     make_line(scene, device, scene->line);

@@ -21,8 +21,10 @@ struct scene {
     int64_t current_ns; /* when the line under way began */
     lum_reel_packet packets[LUM_REEL_LINE_PACKETS]; /* of that line */
     size_t count;
-    size_t next;  /* the first that has not been given */
-    bool is_held; /* no other line begins */
+    size_t next;           /* the first that has not been given */
+    bool is_held;          /* no other line begins */
+    int64_t round;         /* of the line under way: how often all was played */
+    uint64_t rounds_again; /* that began after another */
     uint64_t lines_sent;
     uint64_t lines_skipped;
 };

@@ -31,6 +31,13 @@ void live_close_data(struct live *live)
     sender_close(&live->data.sender);
 }
 
+unsigned live_frames(const struct live *live)
+{
+    return live->options->frames > 0           ? (unsigned)live->options->frames
+           : live->device.settings.lines == 64 ? FRAMES_64
+                                               : FRAMES_640;
+}
+
 void live_order(struct live *live)
 {
     const lum_device_settings *s = &live->device.settings;
@@ -39,9 +46,7 @@ void live_order(struct live *live)
         return;
     }
     order.options.lines = s->lines;
-    order.frames = live->options->frames > 0 ? (unsigned)live->options->frames
-                   : s->lines == 64          ? FRAMES_64
-                                             : FRAMES_640;
+    order.frames = live_frames(live);
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         order.is_aimed = lum_device_elevations(
             s, &order.options.layout, &order.options.calibration.eye[eye],
