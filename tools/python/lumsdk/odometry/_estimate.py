@@ -185,7 +185,7 @@ class Estimate:
         """Align a frame with the map: its pose, and its points as kiss-icp thins them for that and for the map."""
         kiss = self._kiss
         motion = part(self._motion, span_s / self._span_s)
-        pose = self._pose @ motion
+        pose, points = self._pose @ motion, (self._before, self._before)
         for kernel, most in ROUNDS:
             points = self._points(scan, part(motion, scan.length_s / span_s), most)
             pose = kiss.registration.align_points_to_map(points=points[0], voxel_map=kiss.local_map, initial_guess=pose,
