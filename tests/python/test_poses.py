@@ -91,7 +91,7 @@ def test_at_is_on_the_circle_between_poses(poses):
     with pytest.raises(lumsdk.OptionError, match=r"1\.000000 s is outside of them: they are of 4\.900000 to 5\.490000 s"):
         poses.at(1.0)
     assert np.allclose(poses.at(1.0, outside="nearest"), on_circle(TIMES_NS[0]))
-    with pytest.raises(lumsdk.OptionError, match="an int of nanoseconds, or a float of seconds"):
+    with pytest.raises(lumsdk.OptionError, match="an int of nanoseconds, .* or a float of seconds"):
         poses.at("5")
 
 
@@ -181,8 +181,81 @@ def test_what_is_wrong_is_refused(frame, path, poses, tmp_path):
     with pytest.raises(TypeError, match="right is lumsdk.Poses"):
         frame.to_world("poses.txt")
     (bare, *_) = lumsdk.open(path, columns="x,y,z")
-    with pytest.raises(lumsdk.UnknownKeyError, match="time"):
+    with pytest.raises(lumsdk.UnknownKeyError, match='no column time, .* open its source with columns="x,y,z,time", or "all"'):
         bare.to_world(poses)
+    assert "time" in next(iter(lumsdk.open(path, columns="x,y,z,time")))
+
+
+@pytest.mark.parametrize("origin", [(1, 2), (1, 2, 3, 4), 5, "abc", (math.nan, 0, 0), (0, math.inf, 0), [[1, 2, 3]]])
+def test_an_origin_is_three_numbers(frame, poses, origin):
+    with pytest.raises(lumsdk.OptionError, match="origin is .*; right are x, y and z in metres"):
+        frame.to_world(poses, origin=origin)
+
+
+@pytest.mark.parametrize("make, told", [
+    (lambda p: p.at(10**30), r"a time is 10+; right is an int of nanoseconds, below 2\^63"),
+    (lambda p: p.at(-2**63), "right is an int of nanoseconds"), (lambda p: p.at(math.nan), "right is an int of nanoseconds"),
+    (lambda p: lumsdk.Poses("a\0b"), "without the character 0"), (lambda p: lumsdk.Poses("a", times="b\0"), "without the character 0"),
+    (lambda p: lumsdk.Poses(p.times, p.tum, gap="1"), "gap is '1'; right are seconds"),
+    (lambda p: lumsdk.Poses(p.times, p.tum, gap=1e300), r"gap is 1e\+300; right are seconds"),
+    (lambda p: lumsdk.Poses(p.times, p.tum, jump="far"), "jump is 'far'; right are metres"),
+    (lambda p: lumsdk.Poses(p.times, p.tum, clock=[]), r"clock is \[\]; right is"),
+    (lambda p: lumsdk.Poses(p.times, "abc"), "times and poses are arrays of numbers"),
+    (lambda p: lumsdk.Poses(np.array([2**63, 2**63 + 9], "u8"), p.tum[:2]), r"right is below 2\^63"),
+])
+def test_wrong_arguments_are_told_in_sentences(poses, make, told):
+    with pytest.raises(lumsdk.OptionError, match=told):
+        make(poses)
+
+
+def test_a_frame_is_moved_once(frame, poses):
+    """Also after it was pickled, and by convert()."""
+    for moved, to in (frame.deskew(poses), "the start"), (frame.deskew(poses, "middle"), "the middle"), (frame.to_world(poses), "the world"):
+        for given in moved, pickle.loads(pickle.dumps(moved)):
+            for again in given.deskew, given.to_world:
+                with pytest.raises(lumsdk.OptionError, match=f"points were moved already, to {to}.*: take the frame as it was read"):
+                    again(poses)
+
+
+def test_moved_frames_are_not_moved_into_a_file(frame, poses, tmp_path):
+    moved = frame.deskew(poses)
+    with pytest.raises(lumsdk.OptionError, match="moved already"):
+        lumsdk.convert([moved], tmp_path / "a.npz", poses=poses)
+    assert lumsdk.convert([moved], tmp_path / "a.npz")["points"] == len(frame)
+
+
+def test_poses_are_values_and_can_be_pickled(poses, file):
+    of_file = lumsdk.Poses(file)
+    for made in poses, of_file, lumsdk.Poses(TIMES_NS, poses.tum, clock="utc", gap=0.5, jump=math.inf):
+        back = pickle.loads(pickle.dumps(made))
+        assert back == made and hash(back) == hash(made) and repr(back) == repr(made)
+        assert back.is_plain == made.is_plain and np.allclose(back.at(5.003), made.at(5.003), atol=1e-14)
+    assert of_file == lumsdk.Poses(file) and poses != "poses"
+    shifted = poses.tum
+    shifted[30, 0] += 1e-12
+    turned = poses.tum
+    turned[30, 3:] = turned[31, 3:]
+    for other in (lumsdk.Poses(TIMES_NS, shifted), lumsdk.Poses(TIMES_NS, turned), lumsdk.Poses(TIMES_NS, poses.tum, gap=0.5),
+                  lumsdk.Poses(TIMES_NS + (TIMES_NS == TIMES_NS[9]), poses.tum), lumsdk.Poses(TIMES_NS, poses.tum, clock="utc"),
+                  lumsdk.Poses(TIMES_NS[1:], poses.tum[1:])):
+        assert other != poses
+
+
+@pytest.mark.parametrize("name", ["p.csv", "p.npz", "p.xyz"])
+def test_files_of_poses_are_not_overwritten(path, file, poses, tmp_path, name):
+    """Neither by lumdump nor by the package, from a capture and from frames."""
+    own, times = tmp_path / name, tmp_path / f"t-{name}"
+    own.write_bytes(file.read_bytes())
+    np.savetxt(tmp_path / "00.txt", on_circle(TIMES_NS)[:, :3].reshape(-1, 12))
+    np.savetxt(times, TIMES_NS * 1e-9)
+    kept = own.read_bytes(), times.read_bytes()
+    for source in path, list(lumsdk.open(path)):
+        for given in own, lumsdk.Poses(own):
+            with pytest.raises(lumsdk.OptionError, match="is a file of the poses, which this run reads: name another output"):
+                lumsdk.convert(source, own, poses=given)
+        with pytest.raises(lumsdk.OptionError, match="is a file of the poses"):
+            lumsdk.convert(source, times, poses=tmp_path / "00.txt", pose_times=times)
+    assert kept == (own.read_bytes(), times.read_bytes())
 
 
 def points_of(path):

@@ -94,6 +94,7 @@ def _by_lumdump(plan: Plan) -> Summary:
     options = {name: value for name, value in {**plan.read, **plan.output}.items() if name not in ("broken", "progress")}
     with contextlib.ExitStack() as kept:
         source = _sources(plan, kept)
+        plan.check_written(plan.name)
         folder = kept.enter_context(tempfile.TemporaryDirectory(prefix="lumsdk-"))
         written = "las" if plan.is_laz_of_las else plan.format
         arguments = [f"--format={written}", *_lumdump.arguments(options, folder)]
@@ -247,9 +248,7 @@ class _Output:
         self._file: Optional[_File] = None if plan.is_pattern else self._open(plan.name)
 
     def _open(self, name: str) -> _File:
-        for path in self._plan.paths:
-            if not is_url(name) and os.path.exists(name) and os.path.exists(path) and os.path.samefile(name, path):
-                raise OptionError(f"{name} is the source itself, which this run reads: name another output")
+        self._plan.check_written(name)
         return _File(self._plan, self._about, self._layout, name)
 
     def _check_sensor(self, frame: Frame) -> None:

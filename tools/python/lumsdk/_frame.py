@@ -114,7 +114,7 @@ class Frame:
     source. A frame can be pickled: what comes back has the same values in memory of its own.
     """
 
-    __slots__ = ("_arrays", "_c", "_count", "_info_made", "_lines_made", "__weakref__")
+    __slots__ = ("__weakref__", "_arrays", "_c", "_count", "_info_made", "_lines_made", "_moved")
 
     def __init__(self, pointer: Any) -> None:
         """Keep a frame of the library. Programs get frames from a source or a sensor."""
@@ -123,6 +123,7 @@ class Frame:
         self._arrays: dict[str, Array] = {}
         self._info_made: Optional[_Info] = None
         self._lines_made: Optional[Array] = None
+        self._moved = ""  # to where its points were moved; "": they are as the sensor saw them
 
     # What is known of it as a whole.
 
@@ -390,7 +391,8 @@ class Frame:
                 by the nearest pose; "raise" refuses the frame.
 
         Returns:
-            A frame with the same columns, where x, y and z are moved. Needs the columns x, y, z and time.
+            A frame with the same columns, where x, y and z are moved. Needs the columns x, y, z and time. A frame that was
+            moved is not moved again.
         """
         from ._poses import move
 
@@ -547,7 +549,7 @@ class Frame:
     __hash__ = None  # type: ignore[assignment]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restore, (vars(self._info), self.to_dict(), self.lines)
+        return _restore, (vars(self._info), self.to_dict(), self.lines, self._moved)
 
 
 def _count(value: Any, name: str) -> int:
@@ -559,12 +561,13 @@ def _count(value: Any, name: str) -> int:
     return int(value)
 
 
-def _restore(info: Mapping[str, Any], arrays: Mapping[str, Array], lines: Array) -> Frame:
+def _restore(info: Mapping[str, Any], arrays: Mapping[str, Array], lines: Array, moved: str = "") -> Frame:
     """A frame of values, in memory of its own."""
     made = Frame.__new__(Frame)
     made._c = None
     made._info_made = _Info(**info)
     made._lines_made = lines
+    made._moved = moved
     made._arrays = dict(arrays)
     made._count = len(next(iter(arrays.values()))) if arrays else 0
     if all(name in arrays for name in "xyz"):

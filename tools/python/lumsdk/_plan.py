@@ -95,7 +95,7 @@ class Plan:
         options = {name: list(value) if isinstance(value, Iterator) else value
                    for name, value in options.items() if value is not None}
         self.paths: list[str] = []
-        """Files that the run reads."""
+        """Files of the source."""
         self.storage = check_storage(options.pop("storage_options", None))
         urls = urls_of(self.source)
         if self.storage and not is_url(self.name) and not urls:
@@ -159,6 +159,16 @@ class Plan:
     def time(self) -> str:
         """What timestamps are."""
         return str(self.output.get("time", "sensor"))
+
+    def check_written(self, name: str) -> None:
+        """OptionError: an output of this name would replace what the run reads."""
+        poses = self.output.get("poses")
+        files = [*(poses.files if isinstance(poses, Poses) else [poses]), self.output.get("pose_times")]
+        of_poses = [file for file in files if isinstance(file, (str, os.PathLike))]
+        for paths, what in (self.paths, "the source itself"), (of_poses, "a file of the poses"):
+            for path in paths:
+                if not is_url(name) and os.path.exists(name) and os.path.exists(path) and os.path.samefile(name, path):
+                    raise OptionError(f"{name} is {what}, which this run reads: name another output")
 
     def motion(self) -> Optional[Motion]:
         """What moves the points; None: they stay where they were seen."""

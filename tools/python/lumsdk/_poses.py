@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 import numpy as np
 
 from ._c import check, ffi, lib, sized, text
-from ._errors import CaptureError, CaptureWarning, Error, OptionError, warn
+from ._errors import CaptureError, CaptureWarning, Error, OptionError, UnknownKeyError, warn
 from ._frame import Frame, _Info
 
 if TYPE_CHECKING:
@@ -29,6 +29,11 @@ _OUTSIDE = ("nan", "nearest", "raise")
 _CAUSES = (("before", "before the first pose"), ("after", "after the last one"), ("in_gap", "in gaps of the poses"),
            ("no_start", "in a frame to whose start or middle there is none"), ("no_time", "without a time"))
 _UNIT_ERROR = 0.02
+_NUMBER = (int, float, np.integer, np.floating)
+_ROUNDING = 1e-15
+"""What making a quaternion's length 1 once more changes in its numbers, at most."""
+
+_MOVED = {"start": "the start of the frame", "middle": "the middle of the frame", "world": "the world"}
 _GAP_S, _JUMP_M = lib.LUM_POSES_GAP_NS * 1e-9, 100.0
 
 
@@ -43,7 +48,7 @@ class Poses:
     poses the sensor goes along their screw. What is known of the errors in a file, the exception says.
     """
 
-    __slots__ = ("__weakref__", "_c", "_clock", "_count", "_span", "is_plain", "name")
+    __slots__ = ("__weakref__", "_c", "_clock", "_count", "_limits", "_span", "files", "is_plain", "name")
 
     def __init__(self, source: Union[str, os.PathLike[str], Sequence[Time], Array], poses: Optional[Array] = None, *,
                  times: Union[str, os.PathLike[str], None] = None, clock: Optional[Literal["sensor", "utc"]] = None,
@@ -62,23 +67,25 @@ class Poses:
             CaptureError: the file cannot be read, or its poses are not right.
             OptionError: arrays or options are not right.
         """
-        if clock is not None and clock not in _CLOCKS:
+        if clock not in (None, *_CLOCKS):
             raise OptionError(f'clock is {clock!r}; right is "sensor" or "utc"')
-        if not 1e-9 <= gap <= 1e9:
+        if not isinstance(gap, _NUMBER) or not 1e-9 <= gap <= 1e9:
             raise OptionError(f"gap is {gap!r}; right are seconds above 0, up to 1e9")
-        if not jump > 0:
+        if not isinstance(jump, _NUMBER) or not jump > 0:
             raise OptionError(f"jump is {jump!r}; right are metres above 0, or math.inf")
         options = sized("lum_poses_options", clock=_CLOCKS.get(clock or "", lib.LUM_POSES_BY_SIZE), gap_ns=round(gap * 1e9),
-                        jump_m=jump)
+                        jump_m=float(jump))
         made, error = ffi.new("lum_poses **"), ffi.new("lum_error *")
         if isinstance(source, (str, os.PathLike)):
-            self.name = os.fsdecode(source)
+            self.name, self.files = os.fsdecode(source), [os.fsdecode(file) for file in (source, times) if file is not None]
+            if any("\0" in file for file in self.files):
+                raise OptionError(f"a file's name is {self.files!r}; right is one without the character 0")
             if poses is not None:
                 raise OptionError("poses go with an array of times, and not with a file, which has its own")
             of_times = ffi.new("char[]", os.fsencode(times)) if times is not None else ffi.NULL
             check(lib.lum_poses_read(os.fsencode(source), of_times, options, made, error), error, CaptureError)
         else:
-            self.name = "poses"
+            self.name, self.files = "poses", []
             if times is not None or poses is None:
                 raise OptionError("arrays are given as Poses(times, poses)")
             at, list_ = _arrays(source, poses)
@@ -87,7 +94,7 @@ class Poses:
         self._c = ffi.gc(made[0], lib.lum_poses_free)
         info = sized("lum_poses_info")
         lib.lum_poses_get_info(self._c, info)
-        self._clock, self._count = info.clock, info.count
+        self._clock, self._count, self._limits = info.clock, info.count, (float(gap), float(jump))
         self._span = info.first_ns, info.last_ns
         self.is_plain = (gap, jump) == (_GAP_S, _JUMP_M) and (self.clock == "utc") == (info.first_ns > lib.LUM_POSES_UTC_NS)
         """Whether a file of them says all of it: there, gap and jump are the usual ones, and the clock is by the times' size."""
@@ -161,21 +168,47 @@ class Poses:
         out = ffi.new("double [3]")
         return tuple(out) if lib.lum_poses_origin(self._c, out) else None
 
+    def __eq__(self, other: object) -> bool:
+        """Whether times, poses, clock, gap and jump are the same; quaternions down to the last digit of a float64 but one."""
+        if not isinstance(other, Poses):
+            return NotImplemented
+        if (self._count, self._span, self._clock, self._limits) != (other._count, other._span, other._clock, other._limits):
+            return False
+        (times, poses), (others, theirs) = self._all(), other._all()
+        return (np.array_equal(times, others) and np.array_equal(poses[:, :3], theirs[:, :3])
+                and bool((np.abs(poses[:, 3:] - theirs[:, 3:]) < _ROUNDING).all()))
+
+    def __hash__(self) -> int:
+        return hash((self._count, self._span, self._clock, self._limits))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restore, (*self._all(), self.clock, self._limits, self.name, self.files)
+
     def __repr__(self) -> str:
         return f"<Poses {self.name}: {len(self)}, {self.span[0] * 1e-9:.3f} to {self.span[1] * 1e-9:.3f} s, {self.clock}>"
 
 
+def _restore(times: Array, poses: Array, clock: Literal["sensor", "utc"], limits: tuple[float, float], name: str,
+             files: list[str]) -> Poses:
+    made = Poses(times, poses, clock=clock, gap=limits[0], jump=limits[1])
+    made.name, made.files = name, files
+    return made
+
+
 def _nanoseconds(time: Any) -> int:
-    if isinstance(time, (int, np.integer)) and not isinstance(time, bool):
+    if isinstance(time, (int, np.integer)) and not isinstance(time, bool) and abs(int(time)) < 2 ** 63:
         return int(time)
     if isinstance(time, (float, np.floating)) and abs(float(time)) < 4e9:
         return round(float(time) * 1e9)
-    raise OptionError(f"a time is {time!r}; right is an int of nanoseconds, or a float of seconds")
+    raise OptionError(f"a time is {time!r}; right is an int of nanoseconds, below 2^63, or a float of seconds, below 4e9")
 
 
 def _arrays(times: Any, poses: Any) -> tuple[Array, Array]:
     """Times in nanoseconds, and x y z qx qy qz qw."""
-    at, given = np.asarray(times), np.asarray(poses, "f8")
+    try:
+        at, given = np.asarray(times), np.asarray(poses, "f8")
+    except (TypeError, ValueError) as error:
+        raise OptionError(f"times and poses are arrays of numbers: {error}") from error
     if at.ndim != 1 or at.dtype.kind not in "iuf" or not len(at):
         raise OptionError(f"times have the shape {at.shape} of {at.dtype}; right is (n,), n from 1, of ints in nanoseconds or "
                           "floats in seconds")
@@ -183,6 +216,8 @@ def _arrays(times: Any, poses: Any) -> tuple[Array, Array]:
         if not np.all(np.abs(at) < 4e9):
             raise OptionError("times as floats are seconds, and one is not finite or above 4e9; nanoseconds are given as ints")
         at = np.round(at.astype("f8") * 1e9)
+    elif at.dtype.kind == "u" and at.max() >= 2 ** 63:
+        raise OptionError(f"a time is {at.max()} ns; right is below 2^63")
     if given.shape not in ((len(at), 7), (len(at), 4, 4), (len(at), 3, 4)):
         raise OptionError(f"poses have the shape {given.shape}; right for {len(at)} times is ({len(at)}, 4, 4), "
                           f"({len(at)}, 3, 4), or ({len(at)}, 7) with x y z qx qy qz qw")
@@ -206,6 +241,17 @@ def _of_matrices(given: Array) -> Array:
     best = np.diagonal(four, axis1=1, axis2=2).argmax(axis=1)
     rows = four[np.arange(len(m)), best]
     return np.hstack([given[:, :3, 3], rows / np.linalg.norm(rows, axis=1, keepdims=True)])
+
+
+def _origin(given: Any) -> list[float]:
+    """What is subtracted from the world; None: nothing."""
+    try:
+        made = np.zeros(3) if given is None else np.asarray(given, "f8")
+    except (TypeError, ValueError):
+        made = np.zeros(0)
+    if made.shape != (3,) or not np.isfinite(made).all():
+        raise OptionError(f"origin is {given!r}; right are x, y and z in metres, three finite numbers")
+    return list(made.tolist())
 
 
 def _pointer(array: Array) -> Any:
@@ -242,16 +288,23 @@ def move(frame: Frame, poses: Poses, to: str, origin: Union[Sequence[float], Arr
     """A frame with its points moved; its other columns are those of the frame."""
     if not isinstance(poses, Poses):
         raise TypeError(f"poses are {type(poses).__name__}; right is lumsdk.Poses, such as lumsdk.Poses(\"poses.txt\")")
-    if to not in _TO:
+    if frame._moved:
+        raise OptionError(f"frame {frame.number}: its points were moved already, to {_MOVED[frame._moved]}, and by their times they "
+                          "would be moved once more: take the frame as it was read")
+    if to not in MOMENTS:
         raise OptionError(f"to is {to!r}; right is one of {', '.join(_TO)}")
     if outside not in _OUTSIDE:
         raise OptionError(f"outside is {outside!r}; right is one of {', '.join(_OUTSIDE)}")
+    lacking = tuple(name for name in Motion.needs if name not in frame)
+    if lacking:
+        raise UnknownKeyError(f"the frame has no column {', '.join(lacking)}, by which points are moved: open its source with "
+                              f'columns="{",".join((*frame.columns, *lacking))}", or "all"')
     x, y, z, time = (np.ascontiguousarray(frame[name], "f4") for name in ("x", "y", "z", "time"))
     if to == "world" and origin is None and poses.origin() is not None:
         warn(f"{poses.name}: the poses are farther than 5 km from 0, where float32 loses more than half a millimetre: give "
              f"origin={poses.origin()}, or another one")
     options = sized("lum_move_options", poses=poses._c, to=_TO[to], clamps=outside == "nearest",
-                    origin=[float(value) for value in (origin if origin is not None else (0, 0, 0))])
+                    origin=_origin(origin))
     block, counts, error = np.empty((3, len(frame)), "f4"), ffi.new("lum_move_counts *"), ffi.new("lum_error *")
     if len(frame):
         begin, start = _moments(frame._info, poses, to)
@@ -263,13 +316,13 @@ def move(frame: Frame, poses: Poses, to: str, origin: Union[Sequence[float], Arr
             raise CaptureError(told)
         if told:
             warn(told + ("; the nearest pose moved them" if outside == "nearest" else "; they are NaN"))
-    return _made(frame, frame.to_dict(), block, frame.lines)
+    return _made(frame, frame.to_dict(), block, frame.lines, to)
 
 
-def _made(frame: Frame, columns: dict[str, Array], block: Array, lines: Array) -> Frame:
+def _made(frame: Frame, columns: dict[str, Array], block: Array, lines: Array, moved: str) -> Frame:
     made = Frame.__new__(Frame)
     made._c, made._count = None, block.shape[1]
-    made._info_made, made._lines_made = frame._info, lines
+    made._info_made, made._lines_made, made._moved = frame._info, lines, moved
     made._arrays = {**columns, **{name: block[i] for i, name in enumerate("xyz")}, "xyz": block.T}
     return made
 
@@ -284,7 +337,7 @@ def _without_missing(frame: Frame) -> Frame:
     first, end = lines["first_point"].astype("i8"), lines["first_point"].astype("i8") + lines["point_count"]
     lines["first_point"], lines["point_count"] = before[first], before[end] - before[first]
     block = np.ascontiguousarray(frame.xyz.T[:, kept])
-    return _made(frame, {name: frame[name][kept] for name in frame.columns}, block, lines)
+    return _made(frame, {name: frame[name][kept] for name in frame.columns}, block, lines, frame._moved)
 
 
 class Motion:

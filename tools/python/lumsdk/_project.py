@@ -27,8 +27,15 @@ class Projection(NamedTuple):
     """Whether a point is in the picture: (n,) bool. Nothing is known of what hides it."""
 
 
+def _numbers(name: str, given: Any) -> Array:
+    try:
+        return np.asarray(given, "f8")
+    except (TypeError, ValueError):
+        raise OptionError(f"{name} is {given!r}; right are numbers") from None
+
+
 def _matrix(name: str, given: Any, shapes: tuple[tuple[int, int], ...]) -> Array:
-    made = np.asarray(given, "f8")
+    made = _numbers(name, given)
     if made.shape not in shapes or not np.isfinite(made).all():
         raise OptionError(f"{name} has the shape {made.shape}; right are finite numbers of the shape "
                           + " or ".join(map(str, shapes)))
@@ -49,14 +56,23 @@ def _pose(given: Any) -> Array:
     if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0:
         raise OptionError("the first three columns of T are no rotation; right is what takes points of the sensor, x forward, y "
                           "left, z up, into the camera's frame, x right, y down, z forward")
+    if len(made) == 4 and (made[3] != (0, 0, 0, 1)).any():
+        raise OptionError(f"the last row of T is {made[3].tolist()}; right is [0, 0, 0, 1]")
     return made
 
 
 def _coefficients(given: Any) -> Array:
-    made = np.zeros(0) if given is None else np.asarray(given, "f8").reshape(-1)
+    made = np.zeros(0) if given is None else _numbers("distortion", given).reshape(-1)
     if len(made) not in _COEFFICIENTS or not np.isfinite(made).all():
         raise OptionError(f"distortion has {len(made)} numbers; right are k1 k2 p1 p2 [k3 [k4 k5 k6]], as OpenCV has them")
     return np.concatenate([made, np.zeros(8 - len(made))])
+
+
+def _size(given: Any) -> Optional[Array]:
+    made = None if given is None else _numbers("size, (width, height) in pixels,", given)
+    if made is not None and (made.shape != (2,) or not (made > 0).all() or not np.isfinite(made).all()):
+        raise OptionError(f"size is {given!r}; right is (width, height) in pixels")
+    return made
 
 
 def _limit(k: Array) -> float:
@@ -79,9 +95,7 @@ def _distort(x: Array, y: Array, k: Array) -> tuple[Array, Array]:
 
 def project(points: Array, K: Any, T: Any, distortion: Any, size: Optional[Sequence[int]]) -> Projection:
     """As Frame.project(), of points (n, 3)."""
-    camera, pose, k = _camera(K), _pose(T), _coefficients(distortion)
-    if size is not None and (len(size) != 2 or not all(side > 0 for side in size)):
-        raise OptionError(f"size is {size!r}; right is (width, height) in pixels")
+    camera, pose, k, sides = _camera(K), _pose(T), _coefficients(distortion), _size(size)
     x, y, depth = pose[:3, :3] @ points.T.astype("f8") + pose[:3, 3:]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         visible = depth > 0
@@ -91,6 +105,6 @@ def project(points: Array, K: Any, T: Any, distortion: Any, size: Optional[Seque
             x, y = _distort(x, y, k)
         u = camera[0, 0] * x + camera[0, 1] * y + camera[0, 2]
         v = camera[1, 1] * y + camera[1, 2]
-        if size is not None:
-            visible &= (u >= -0.5) & (u < size[0] - 0.5) & (v >= -0.5) & (v < size[1] - 0.5)
+        if sides is not None:
+            visible &= (u >= -0.5) & (u < sides[0] - 0.5) & (v >= -0.5) & (v < sides[1] - 0.5)
     return Projection(np.column_stack([u, v]), depth, visible)
