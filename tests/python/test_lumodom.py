@@ -1,4 +1,5 @@
 """lumodom: its command line, its files, how it ends; and drives from lumsim, of which the truth is known."""
+import dataclasses
 import json
 import os
 import pathlib
@@ -12,7 +13,7 @@ import lumsdk
 import numpy as np
 import pytest
 from conftest import PATIENCE_S, run
-from lumsdk.odometry import _arguments, _cli
+from lumsdk.odometry import _arguments, _cli, _drive, _estimate, _result
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
 
@@ -166,6 +167,19 @@ sys.exit(_cli.main([{drive!r}, "-o", "a.txt"]))
 
 
 # --- How exact it is ---
+
+
+@pytest.mark.long
+def test_a_jump_back_along_the_street_is_told(kiss, tmp_path):
+    """Its motion is found as if it had gone on."""
+    run("lumsim", "-q", "-o", "town.pcap", "--scene", "town", "--path", "circle", "--velocity", 10, "--frames", 13, cwd=tmp_path)
+    with _drive.Drive("town.pcap", {}) as drive:
+        scans = list(drive)
+    begin, played = scans[0], [*scans[2:12], *scans[2:8]]
+    looped = [dataclasses.replace(scan, number=100 + i, clock_ns=begin.clock_ns + 10**8 * i, utc_ns=begin.utc_ns + 10**8 * i)
+              for i, scan in enumerate(played)]
+    track = _estimate.Estimate(_estimate.Settings()).run(looped)
+    assert _result.misfits(track, 1.0) == [110]
 
 
 @pytest.mark.long

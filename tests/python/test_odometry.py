@@ -103,6 +103,22 @@ def test_a_jump_is_named_by_its_frame():
     assert _result.sudden(_metrics.path(poses, times), track) == [54, 55]
 
 
+@pytest.mark.parametrize("at, residual, voxel, told", [
+    (9, 0.56, 1.0, [110]), (0, 0.56, 1.0, [101]), (19, 0.56, 1.0, [120]),
+    (9, 0.44, 1.0, []), (9, 0.56, 2.0, []), (9, 0.16, 0.5, []),
+])
+def test_a_frame_that_does_not_fit_is_named(at, residual, voxel, told):
+    """Jumps of 4 to 10 m back or ahead in the town have 0.56 to 1.16 m; all else there has 0.13 to 0.2 m."""
+    track = _estimate.Track([], [], [], list(range(100, 121)), [0.15] * 20)
+    track.residuals_m[at] = residual
+    assert _result.misfits(track, voxel) == told
+
+
+def test_a_sensor_that_stops_or_moves_on_does_not_jump():
+    track = _estimate.Track([], [], [], list(range(31)), [0.02] * 10 + [0.2] * 10 + [0.02] * 10)
+    assert _result.misfits(track, 1.0) == []
+
+
 @pytest.mark.parametrize("period_s", [0.1, 1.0, 2.0, 5.0])
 def test_each_point_of_a_slow_drive_has_a_pose(period_s):
     """Frames without a pause between them, then one that begins 30 s later: there is no pose where there are no points."""
@@ -121,7 +137,7 @@ def test_each_point_of_a_slow_drive_has_a_pose(period_s):
     with pytest.raises(lumsdk.OptionError, match="in a gap"):
         made.at(5 + 3 * period_s + 10)
     drive = types.SimpleNamespace(sparse=0, without_utc_error=0)
-    told = _result.notes(drive, _metrics.path(poses, seconds), track, "sensor", None)
+    told = _result.notes(drive, _estimate.Settings(), _metrics.path(poses, seconds), track, "sensor", None)
     assert any(re.match(r"frames are [125]\.0 s apart: such a motion may be found far too short", note) for note in told) == (period_s > 0.5)
     assert track.filled().utc_ns == [10 ** 18 + t for t in track.filled().clock_ns]
 

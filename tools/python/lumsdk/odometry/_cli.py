@@ -40,7 +40,7 @@ def odometry(options: Options, outputs: Outputs, progress: Progress) -> int:
     path = _metrics.path(np.array(track.poses), track.times_s())
     errors = None if truth is None else _metrics.compare(truth, track)
     found = _result.Result(options.drive, options.settings, track, path, drive.frames, errors,
-                           _result.notes(drive, path, track, options.time, errors))
+                           _result.notes(drive, options.settings, path, track, options.time, errors))
     outputs.write(options.output, lambda: _result.poses_text(track, options.time, f"lumodom {VERSION}").encode())
     outputs.write(options.report, lambda: _picture.to_png(found))
     outputs.finish()

@@ -15,6 +15,13 @@ from ._metrics import CLOCKS, Errors, Path
 SUDDEN_M_S2 = 30.0
 """A car cannot: it is three times what its tyres hold."""
 
+MISFIT, AROUND = 3.0, 5
+"""A frame does not fit whose residual is so many times that of the frames around it, so many before and behind. Where the
+sensor jumps along a street, its motion may be found as if it had gone on, and nothing else tells."""
+
+MISFIT_CELLS = 0.3
+"""And at least so many edges of the map's cells: points of a sensor that stands fit far better than when it moves on."""
+
 
 @dataclass
 class Result:
@@ -42,7 +49,22 @@ def sudden(path: Path, track: Track) -> list[int]:
     return [track.numbers[i] for i in np.flatnonzero(changes > SUDDEN_M_S2)]
 
 
-def notes(drive: Drive, path: Path, track: Track, clock: str, errors: Optional[Errors]) -> list[str]:
+def misfits(track: Track, voxel_m: float) -> list[int]:
+    """The frames whose points are far from those of the frame before."""
+    made, residuals = [], track.residuals_m
+    for i, residual in enumerate(residuals):
+        around = residuals[max(0, i - AROUND):i] + residuals[i + 1:i + 1 + AROUND]
+        if around and residual > max(MISFIT * float(np.median(around)), MISFIT_CELLS * voxel_m):
+            made.append(track.numbers[i + 1])
+    return made
+
+
+def _named(numbers: list[int]) -> str:
+    listed = ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "")
+    return f"{len(numbers)} frames ({listed})" if len(numbers) > 1 else f"frame {listed}"
+
+
+def notes(drive: Drive, settings: Settings, path: Path, track: Track, clock: str, errors: Optional[Errors]) -> list[str]:
     """What is doubtful or was left out, in sentences."""
     made = []
     if drive.sparse:
@@ -53,9 +75,13 @@ def notes(drive: Drive, path: Path, track: Track, clock: str, errors: Optional[E
                     "do not show it; right are about 10 frames a second")
     jumps = sudden(path, track)
     if jumps:
-        named = ", ".join(map(str, jumps[:5])) + (", ..." if len(jumps) > 5 else "")
-        made.append(f"the speed changes by more than {SUDDEN_M_S2:g} m/s2 at {len(jumps)} frames ({named}): they were probably "
-                    "aligned wrong; a smaller --voxel may help, or less of the drive by --frames")
+        made.append(f"the speed changes by more than {SUDDEN_M_S2:g} m/s2 at {_named(jumps)}: probably aligned wrong; a smaller "
+                    "--voxel may help, or less of the drive by --frames")
+    apart = misfits(track, settings.voxel_size)
+    if apart:
+        made.append(f"the residual is {MISFIT:g} times that of the frames around it, or more, at {_named(apart)}: the sensor probably "
+                    "jumps there, as where a drive is played in a loop, and the poses do not show how far; take what is between "
+                    "by --frames")
     if clock == "utc" and drive.without_utc_error:
         made.append(f"nobody knows how exact UTC is in {drive.without_utc_error} of {drive.frames} frames: --time sensor is exact")
     if errors is not None and errors.without:
