@@ -114,17 +114,21 @@ def test_an_origin_is_subtracted(frame, poses):
 def test_a_far_world_has_an_origin(path, frame, poses, tmp_path):
     """The same one in frames, in files of the package and in those of lumdump; half kilometres are rounded away from 0."""
     far = on_circle(TIMES_NS)
-    far[:, :3, 3] += [6500.0 - far[0, 0, 3], -far[0, 1, 3], -6500.0]
+    far[:, :3, 3] += [6800.0 - far[0, 0, 3], -far[0, 1, 3], -6500.0]
     world = lumsdk.Poses(TIMES_NS, far)
     assert world.origin() == (7000, 0, -7000) and poses.origin() is None
     with pytest.warns(lumsdk.CaptureWarning, match=r"farther than 5 km from 0, .* give origin=\(7000\.0, 0\.0, -7000\.0\)"):
         near = frame.to_world(world).xyz + [-7000, 0, 7000]
     assert np.abs(near - frame.to_world(world, origin=world.origin()).xyz).max() < 1e-3
-    for name in "far.csv", "far.npz":
+    for name, comments in ("far.csv", True), ("far.npz", None):
         with pytest.warns(lumsdk.CaptureWarning, match="7000"):
-            lumsdk.convert(path, tmp_path / name, poses=world, columns="x,y,z")
+            lumsdk.convert(path, tmp_path / name, poses=world, columns="x,y,z", comments=comments)
+    for name in "far.csv", "far.npy", "far.bin":
+        with pytest.raises(lumsdk.OptionError, match="relative to the origin=7000,0,-7000, and nothing in a file of .* would say so"):
+            lumsdk.convert([frame], tmp_path / name, poses=world)
+    of_csv = np.genfromtxt(tmp_path / "far.csv", delimiter=",", comments="#")[1:]
     with np.load(tmp_path / "far.npz") as made:
-        assert np.abs(points_of(tmp_path / "far.csv") - np.stack([made[name] for name in "xyz"], axis=1)).max() < 6e-5
+        assert np.abs(of_csv - np.stack([made[name] for name in "xyz"], axis=1)).max() < 6e-5
 
 
 def test_files_know_what_a_text_of_poses_does_not_say(path, poses, tmp_path):

@@ -174,7 +174,9 @@ class Plan:
         """What moves the points; None: they stay where they were seen."""
         if "poses" not in self.output:
             return None
-        return Motion(self.output["poses"], self.output.get("pose_times"), str(self.output.get("to", "world")))
+        is_bare = self.format in ("npy", "bin") or (self.format in APPLIES["comments"] and not self.output.get("comments"))
+        return Motion(self.output["poses"], self.output.get("pose_times"), str(self.output.get("to", "world")),
+                      self.format if is_bare else "")
 
     def layout(self) -> Layout:
         """The columns of a table."""

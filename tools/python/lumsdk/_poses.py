@@ -61,7 +61,7 @@ class Poses:
             times: the file of times of KITTI.
             clock: "sensor" or "utc"; without it, times above 10^8 s are UTC.
             gap: seconds; times between two poses that are farther apart have no pose.
-            jump: metres; two poses that are no gap apart may differ by this distance.
+            jump: metres; the farthest way from a pose to the next one, if that is no gap, and within 0.1 s.
 
         Raises:
             CaptureError: the file cannot be read, or its poses are not right.
@@ -345,7 +345,9 @@ class Motion:
 
     needs = ("x", "y", "z", "time")
 
-    def __init__(self, poses: Union[Poses, str, os.PathLike[str]], times: Union[str, os.PathLike[str], None], to: str) -> None:
+    def __init__(self, poses: Union[Poses, str, os.PathLike[str]], times: Union[str, os.PathLike[str], None], to: str,
+                 bare: str = "") -> None:
+        """Begin; bare is the format of an output that cannot say what an origin is, or ""."""
         self.poses = poses if isinstance(poses, Poses) else Poses(poses, times=times)
         self._to = to
         self.points = self.without = 0
@@ -353,9 +355,14 @@ class Motion:
         self.origin = np.array(far or (0.0, 0.0, 0.0))
         """What is subtracted from the world's coordinates."""
         self.notes = ["origin=" + ",".join(f"{value:.0f}" for value in self.origin)] if far else []
+        if far and bare:
+            raise OptionError(f"{self.poses.name}: the poses are farther than 5 km from 0, so x, y and z are relative to the "
+                              f"{self.notes[0]}, and nothing in a file of {bare} would say so: give "
+                              + ("comments=True" if bare in ("csv", "xyz") else "poses that are near 0")
+                              + ", or write las, ply, pcd, parquet or npz")
         if far:
-            warn(f"the poses are farther than 5 km from 0: x, y and z are relative to the {self.notes[0]}, which comments of the "
-                 "files name")
+            warn(f"the poses are farther than 5 km from 0: x, y and z are relative to the {self.notes[0]}, which the file names "
+                 "too, where it says where its points come from")
 
     def move(self, frame: Frame) -> Frame:
         """The points of a frame that have a pose."""
