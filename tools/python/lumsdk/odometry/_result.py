@@ -79,9 +79,9 @@ def notes(drive: Drive, settings: Settings, path: Path, track: Track, clock: str
                     "--voxel may help, or less of the drive by --frames")
     apart = misfits(track, settings.voxel_size)
     if apart:
-        made.append(f"the residual is more than {MISFIT:g} times that of the frames around at {_named(apart)}: aligned wrong, as where a "
-                    "bend begins suddenly, or the sensor jumps there, as where a drive is played in a loop, and the poses do not "
-                    "show how far; the picture of --report has the residuals, and --frames takes what is between")
+        made.append(f"the residual is more than {MISFIT:g} times that of the frames around at {_named(apart)}: aligned wrong, as "
+                    "where a bend begins suddenly, or the sensor jumps there, as where a drive is played in a loop, and the poses do "
+                    "not show how far; the picture of --report has the residuals, and --frames takes what is between")
     if clock == "utc" and drive.without_utc_error:
         made.append(f"nobody knows how exact UTC is in {drive.without_utc_error} of {drive.frames} frames: --time sensor is exact")
     if errors is not None and errors.without:
