@@ -555,14 +555,18 @@ static int read_all(FILE *file, const char *path, char **bytes, size_t *len,
 static int read_file(const char *path, lum_poses_text *out, char **bytes,
                      lum_error *error)
 {
-    FILE *file = fopen(path, "rb");
+    const bool is_stdin = strcmp(path, "-") == 0;
+    const char *name = is_stdin ? "standard input" : path;
+    FILE *file = is_stdin ? stdin : fopen(path, "rb");
     if (file == NULL) {
-        return fail_file(path, errno, error);
+        return fail_file(name, errno, error);
     }
     size_t len = 0;
-    const int result = read_all(file, path, bytes, &len, error);
-    (void)fclose(file);
-    *out = (lum_poses_text){path, *bytes, len};
+    const int result = read_all(file, name, bytes, &len, error);
+    if (!is_stdin) {
+        (void)fclose(file);
+    }
+    *out = (lum_poses_text){name, *bytes, len};
     return result;
 }
 

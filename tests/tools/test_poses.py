@@ -52,8 +52,8 @@ class Poses(unittest.TestCase):
         self.poses = self.folder / "poses.txt"
         self.poses.write_text(tum())
 
-    def dump(self, *arguments, status=0):
-        done = run("lumdump", self.drive, *arguments)
+    def dump(self, *arguments, status=0, **options):
+        done = run("lumdump", self.drive, *arguments, **options)
         self.assertEqual(done.returncode, status, done.stderr)
         return done
 
@@ -134,6 +134,26 @@ class Poses(unittest.TestCase):
         self.dump("-q", "--poses", self.poses, "-o", name)
         done = self.dump("-q", "--poses", self.poses, "-o", "-", "--format", "las", "--threads", 1)
         self.assertEqual(done.stdout_bytes, name.read_bytes())
+
+    def test_poses_are_never_overwritten(self):
+        times = self.folder / "times.csv"
+        times.write_text("1\n")
+        for name in self.poses, times:
+            before = name.read_bytes()
+            done = self.dump("-q", "--poses", self.poses, "--pose-times", times, "--format", "csv", "-o", name, status=2)
+            self.assertRegex(done.stderr, f"{name} is the file of .*poses.*, which this run reads: name another output")
+            self.assertEqual(name.read_bytes(), before)
+
+    def test_standard_input_can_be_the_poses(self):
+        outputs = [self.folder / "file.ply", self.folder / "stdin.ply"]
+        self.dump("-q", "--poses", self.poses, "-o", outputs[0])
+        self.dump("-q", "--poses", "-", "-o", outputs[1], stdin=self.poses.read_bytes())
+        first, second = (name.read_bytes().split(b"end_header")[1] for name in outputs)
+        self.assertEqual(first, second)
+        done = self.dump("--poses", "-", "-o", outputs[1], status=2)
+        self.assertIn("standard input: has no poses", done.stderr)
+        done = run("lumdump", "-", "--poses", "-", "-o", outputs[1])
+        self.assertIn("standard input can be read only once: --poses and the source both name it", done.stderr)
 
     def test_what_is_wrong_is_refused(self):
         out = self.folder / "no.ply"

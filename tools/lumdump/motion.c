@@ -32,10 +32,11 @@ int motion_new(const struct options *o, struct motion **out, lum_error *error)
         errno = ENOMEM;
         return lum_error_set(error, "out of memory");
     }
-    m->name = o->points.motion.poses;
+    const char *path = o->points.motion.poses;
+    m->name = strcmp(path, "-") == 0 ? "standard input" : path;
     m->info.struct_size = sizeof m->info;
-    if (lum_poses_read(m->name, o->points.motion.times, NULL, &m->poses,
-                       error) != 0) {
+    if (lum_poses_read(path, o->points.motion.times, NULL, &m->poses, error) !=
+        0) {
         motion_free(m);
         return -1;
     }

@@ -14,9 +14,24 @@ int targets_check_inputs(const struct options *options, const char *name,
 {
     const struct input_file inputs[] = {
         {options->config.calibration, "the calibration"},
-        {options->config.profile, "the profile"}};
+        {options->config.profile, "the profile"},
+        {options->points.motion.poses, "the file of poses"},
+        {options->points.motion.times, "the file of the poses' times"}};
     return sources_check(&options->sources, inputs,
                          sizeof inputs / sizeof inputs[0], name, error);
+}
+
+/* Once more with the poses. */
+static int check_standard_input(const struct options *o, lum_error *error)
+{
+    const struct input_file inputs[] = {
+        {o->config.calibration, "--calibration"},
+        {o->config.profile, "--profile"},
+        {o->points.motion.poses, "--poses"},
+        {o->points.motion.times, "--pose-times"},
+        {sources_find_stdin(&o->sources), "the source"}};
+    return input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
+                                  error);
 }
 
 /* A name without a file yet will be a file that can seek; for a directory the
@@ -271,6 +286,9 @@ static int check_voxels(const struct options *options, size_t i,
 
 int targets_check(const struct options *options, lum_error *error)
 {
+    if (check_standard_input(options, error) != 0) {
+        return -1;
+    }
     for (size_t i = 0; i < options->output_count; i++) {
         const struct output_options *o = &options->outputs[i];
         if (check_pattern(options, i, error) != 0 ||

@@ -71,7 +71,7 @@ typedef struct lum_poses_options {
 typedef struct lum_poses lum_poses;
 
 /** Read a file.
- * @param path       its name.
+ * @param path       its name, or "-" for standard input.
  * @param times_path of KITTI: a file with a time a line; else NULL.
  * @param options    NULL: the defaults.
  * @param out        written only on success; to be freed by lum_poses_free().
