@@ -14,6 +14,9 @@
 
 #define ORIGIN_STEP_M 1000.0 /* for a person to remember */
 
+/* Within it nothing that drives goes jump_m. */
+#define JUMP_NS INT64_C(100000000)
+
 /* Times, in nanoseconds, that can be added to each other. */
 #define TIME_MAX_NS (INT64_MAX / 2)
 
@@ -188,25 +191,38 @@ static double distance(const double a[3], const double b[3])
     return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
 }
 
-static int check_jump(const lum_poses *p, int64_t time_ns, const lum_pose *pose,
-                      const lum_poses_mark *mark, const lum_poses_mark *before,
-                      lum_error *error)
+/* The earliest pose from which time_ns is no more than JUMP_NS; or else the last
+ * one. */
+static size_t find_recent(lum_poses *p, int64_t time_ns)
+{
+    const int64_t span = p->gap_ns < JUMP_NS ? p->gap_ns : JUMP_NS;
+    while (p->recent + 1u < p->info.count &&
+           time_ns - p->times[p->recent] > span) {
+        p->recent++;
+    }
+    return p->recent;
+}
+
+static int check_jump(lum_poses *p, int64_t time_ns, const lum_pose *pose,
+                      const lum_poses_mark *mark, lum_error *error)
 {
     const size_t n = p->info.count;
     if (n == 0 || time_ns - p->times[n - 1u] > p->gap_ns) {
         return 0;
     }
-    const double jump = distance(pose->at, p->poses[n - 1u].at);
+    const size_t recent = find_recent(p, time_ns);
+    const size_t from =
+        distance(pose->at, p->poses[n - 1u].at) > p->jump_m ? n - 1u : recent;
+    const double jump = distance(pose->at, p->poses[from].at);
     if (jump <= p->jump_m) {
         return 0;
     }
     const label here = label_of(mark);
     return lum_error_set(
         error,
-        "%s is %.1f m away from %s %zu, %.3f s before: more than %g m; x, y "
-        "and z are metres, so check their unit, or leave wrong poses out",
-        here.text, jump, line_or_pose(mark), before->number,
-        seconds(time_ns - p->times[n - 1u]), p->jump_m);
+        "%s is %.1f m away from the pose %.3f s before: more than %g m; right "
+        "are metres: are x, y and z millimetres? If not, leave wrong poses out",
+        here.text, jump, seconds(time_ns - p->times[from]), p->jump_m);
 }
 
 int lum_poses_add(lum_poses *p, int64_t time_ns, const lum_pose *pose,
@@ -216,7 +232,7 @@ int lum_poses_add(lum_poses *p, int64_t time_ns, const lum_pose *pose,
     lum_pose unit = *pose;
     if (check_time(p, time_ns, mark, before, error) != 0 ||
         check_turn(&unit, mark, error) != 0 ||
-        check_jump(p, time_ns, &unit, mark, before, error) != 0) {
+        check_jump(p, time_ns, &unit, mark, error) != 0) {
         errno = EINVAL;
         return -1;
     }

@@ -13,6 +13,7 @@ struct lum_poses {
     size_t room;
     int64_t gap_ns;
     double jump_m;
+    size_t recent; /* while they are made: as find_recent() found it last */
     lum_poses_info info; /* its count is that of the arrays */
 };
 

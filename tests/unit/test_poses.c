@@ -185,8 +185,14 @@ static const struct refusal refusals[] = {
      "p.txt: line 2 is out of order: its time is 0.900000000 s, that of line 1 "
      "is 1.000000000 s; sort the poses by time"},
     {GOOD "\n1.1 100.5 0 0 0 0 0 1\n", NULL,
-     "p.txt: line 3 is 100.5 m away from line 1, 0.100 s before: more than 100 "
-     "m; x, y and z are metres, so check their unit, or leave wrong poses out"},
+     "p.txt: line 3 is 100.5 m away from the pose 0.100 s before: more than 100 "
+     "m; right are metres: are x, y and z millimetres? If not, leave wrong poses "
+     "out"},
+    {GOOD "1.04 60 0 0 0 0 0 1\n1.09 90 0 0 0 0 0 1\n1.1 101 0 0 0 0 0 1\n",
+     NULL,
+     "p.txt: line 4 is 101.0 m away from the pose 0.100 s before: more than 100 "
+     "m; right are metres: are x, y and z millimetres? If not, leave wrong poses "
+     "out"},
     {"1 0 0 0 0 0 0 2\n", NULL,
      "p.txt: line 1: the quaternion's length is 2; right is 1, as qx qy qz qw "
      "with w last, not angles"},
@@ -281,6 +287,39 @@ static void near_ones_are_made_unit(void **state)
     lum_poses_get(poses, 0, NULL, &pose);
     assert_true(pose.turn[3] == 1.0);
     lum_poses_free(poses);
+}
+
+/* 1.6 ms apart, as lumsim writes them. */
+static int make_dense(double metres_per_second, lum_error *error)
+{
+    static int64_t times[1000];
+    static lum_pose list[1000];
+    lum_poses *poses = NULL;
+    for (size_t i = 0; i < 1000; i++) {
+        times[i] = (int64_t)i * 1600000;
+        list[i] = lum_pose_identity();
+        list[i].at[1] = metres_per_second * (double)times[i] * 1e-9;
+    }
+    const int result = lum_poses_new(times, list, 1000, NULL, &poses, error);
+    if (result == 0) {
+        lum_poses_free(poses);
+    }
+    return result;
+}
+
+static void a_speed_that_nothing_has_is_a_jump(void **state)
+{
+    (void)state;
+    lum_error error = {""};
+    assert_int_equal(make_dense(900.0, &error), 0);
+    assert_int_equal(make_dense(10e3, &error), -1); /* 10 m/s in mm */
+    assert_non_null(strstr(error.text, "are x, y and z millimetres?"));
+    assert_int_equal(make_dense(1050.0, &error), -1);
+    assert_string_equal(
+        error.text,
+        "pose 60 is 100.8 m away from the pose 0.096 s before: more than 100 "
+        "m; right are metres: are x, y and z millimetres? If not, leave wrong "
+        "poses out");
 }
 
 static void options_change_the_limits(void **state)
@@ -504,6 +543,7 @@ int main(void)
         cmocka_unit_test(what_is_wrong_is_said),
         cmocka_unit_test(every_truncation_ends_in_order),
         cmocka_unit_test(near_ones_are_made_unit),
+        cmocka_unit_test(a_speed_that_nothing_has_is_a_jump),
         cmocka_unit_test(options_change_the_limits),
         cmocka_unit_test(options_that_mean_nothing_are_refused),
         cmocka_unit_test(a_far_world_has_an_origin),

@@ -63,8 +63,9 @@ typedef struct lum_poses_options {
     lum_poses_clock clock; /**< of the times */
     int64_t gap_ns; /**< times between two poses that are farther apart are
                          outside; above 0, or 0: LUM_POSES_GAP_NS */
-    double jump_m;  /**< two poses that are no gap apart may differ by this
-                         distance; above 0, or 0: LUM_POSES_JUMP_M */
+    double jump_m;  /**< the farthest way from a pose to the next one, if that
+                         is no gap, and within 0.1 s; above 0, or 0:
+                         LUM_POSES_JUMP_M */
 } lum_poses_options;
 
 /** Poses. */
@@ -79,7 +80,7 @@ typedef struct lum_poses lum_poses;
  *         would be right: the file cannot be read; it has no poses; a line has
  *         other numbers than the first one, or something else than numbers; a
  *         time is before that of the line above, or the same; times are in
- *         another unit than seconds; a quaternion's length is not 1; two poses
+ *         another unit than seconds; a quaternion's length is not 1; poses
  *         are farther apart than jump_m; every two are farther apart in time
  *         than gap_ns; KITTI without times, or with too few or too many; an
  *         option is none of those that it can be (errno is EINVAL). */
