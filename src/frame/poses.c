@@ -191,8 +191,8 @@ static double distance(const double a[3], const double b[3])
     return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
 }
 
-/* The earliest pose from which time_ns is no more than JUMP_NS; or else the last
- * one. */
+/* The earliest pose from which time_ns is no more than JUMP_NS; or else the
+ * last one. */
 static size_t find_recent(lum_poses *p, int64_t time_ns)
 {
     const int64_t span = p->gap_ns < JUMP_NS ? p->gap_ns : JUMP_NS;

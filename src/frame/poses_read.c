@@ -17,6 +17,20 @@
 /* Seconds above this are no seconds. */
 #define SECONDS_MAX 4e9
 
+/* From one pose of a lidar to the next, seconds. */
+#define STEP_MIN_S 0.0005
+#define STEP_MAX_S 1.0
+
+#define UNITS 3u
+
+static const struct {
+    double of_a_second;
+    const char *name;
+    const char *ending;
+} units[UNITS] = {{1e3, "milliseconds", "ms"},
+                  {1e6, "microseconds", "us"},
+                  {1e9, "nanoseconds", "ns"}};
+
 enum column {
     T,
     X,
@@ -159,20 +173,55 @@ static int take_number(const reader *r, size_t i, double *out, lum_error *error)
     return fabs(*out) <= DBL_MAX ? 0 : refuse_field(r, i, error);
 }
 
-static int refuse_unit(const reader *r, double value, lum_error *error)
+/* To the time of the next line; 0: there is none. */
+static double find_step(const reader *r, size_t i, double value)
 {
-    const double size = fabs(value);
+    reader next = *r;
+    lum_decimal d;
+    return next_data(&next) && i < next.count && i < FIELDS_MAX &&
+                   lum_decimal_parse(next.fields[i].at, next.fields[i].len, &d)
+               ? lum_decimal_double(&d) - value
+               : 0.0;
+}
+
+/* The units that may be meant, a bit each: by the step between two poses; else
+ * by the years that the time would be of; else any. */
+static unsigned find_units(double value, double step)
+{
+    unsigned by_step = 0;
+    unsigned by_size = 0;
+    for (unsigned u = 0; u < UNITS; u++) {
+        const double s = step / units[u].of_a_second;
+        const double t = fabs(value) / units[u].of_a_second;
+        by_step |= s >= STEP_MIN_S && s <= STEP_MAX_S ? 1u << u : 0u;
+        by_size |= t >= 0.25 * SECONDS_MAX && t <= SECONDS_MAX ? 1u << u : 0u;
+    }
+    return by_step != 0 ? by_step : by_size != 0 ? by_size : (1u << UNITS) - 1u;
+}
+
+static int refuse_unit(const reader *r, size_t i, double value,
+                       lum_error *error)
+{
+    const unsigned may = find_units(value, find_step(r, i, value));
+    char names[64] = "";
+    char columns[32] = "";
+    const char *divider = "";
+    size_t n = 0;
+    size_t c = 0;
+    for (unsigned u = 0; u < UNITS; u++) {
+        if ((may >> u & 1u) != 0) {
+            n += (size_t)snprintf(names + n, sizeof names - n, "%s%s", divider,
+                                  units[u].name);
+            c += (size_t)snprintf(columns + c, sizeof columns - c, "%st_%s",
+                                  divider, units[u].ending);
+            divider = " or ";
+        }
+    }
     errno = EINVAL;
     return lum_error_set(error,
                          "%.250s: line %zu: the time %.0f looks like %s; right "
-                         "is seconds, or a CSV column t_%s",
-                         r->name, r->line, value,
-                         size < 1e14   ? "milliseconds"
-                         : size < 1e17 ? "microseconds"
-                                       : "nanoseconds",
-                         size < 1e14   ? "ms"
-                         : size < 1e17 ? "us"
-                                       : "ns");
+                         "is seconds, or a CSV column %s",
+                         r->name, r->line, value, names, columns);
 }
 
 static int take_time(const reader *r, size_t i, int exponent, int64_t *out,
@@ -184,7 +233,7 @@ static int take_time(const reader *r, size_t i, int exponent, int64_t *out,
     }
     const double value = lum_decimal_double(&d);
     if (exponent == 9 && fabs(value) > SECONDS_MAX) {
-        return refuse_unit(r, value, error);
+        return refuse_unit(r, i, value, error);
     }
     if (!lum_decimal_whole(&d, exponent, out)) {
         return refuse(r, error,
@@ -212,15 +261,15 @@ static bool is_time(const field *f, int *exponent)
     static const struct {
         const char *ending;
         int exponent;
-    } units[] = {{"_ns", 0}, {"_us", 3}, {"_ms", 6}, {"_s", 9}, {"", 9}};
+    } endings[] = {{"_ns", 0}, {"_us", 3}, {"_ms", 6}, {"_s", 9}, {"", 9}};
     static const char *const names[] = {"t", "time", "timestamp"};
-    for (size_t u = 0; u < sizeof units / sizeof *units; u++) {
-        const size_t n = strlen(units[u].ending);
+    for (size_t u = 0; u < sizeof endings / sizeof *endings; u++) {
+        const size_t n = strlen(endings[u].ending);
         const field tail = {f->at + f->len - (n < f->len ? n : f->len), n};
         for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-            if (n < f->len && is_name(&tail, n, units[u].ending) &&
+            if (n < f->len && is_name(&tail, n, endings[u].ending) &&
                 is_name(f, f->len - n, names[i])) {
-                *exponent = units[u].exponent;
+                *exponent = endings[u].exponent;
                 return true;
             }
         }

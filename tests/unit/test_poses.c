@@ -185,13 +185,17 @@ static const struct refusal refusals[] = {
      "p.txt: line 2 is out of order: its time is 0.900000000 s, that of line 1 "
      "is 1.000000000 s; sort the poses by time"},
     {GOOD "\n1.1 100.5 0 0 0 0 0 1\n", NULL,
-     "p.txt: line 3 is 100.5 m away from the pose 0.100 s before: more than 100 "
-     "m; right are metres: are x, y and z millimetres? If not, leave wrong poses "
+     "p.txt: line 3 is 100.5 m away from the pose 0.100 s before: more than "
+     "100 "
+     "m; right are metres: are x, y and z millimetres? If not, leave wrong "
+     "poses "
      "out"},
     {GOOD "1.04 60 0 0 0 0 0 1\n1.09 90 0 0 0 0 0 1\n1.1 101 0 0 0 0 0 1\n",
      NULL,
-     "p.txt: line 4 is 101.0 m away from the pose 0.100 s before: more than 100 "
-     "m; right are metres: are x, y and z millimetres? If not, leave wrong poses "
+     "p.txt: line 4 is 101.0 m away from the pose 0.100 s before: more than "
+     "100 "
+     "m; right are metres: are x, y and z millimetres? If not, leave wrong "
+     "poses "
      "out"},
     {"1 0 0 0 0 0 0 2\n", NULL,
      "p.txt: line 1: the quaternion's length is 2; right is 1, as qx qy qz qw "
@@ -208,6 +212,16 @@ static const struct refusal refusals[] = {
     {"1764349529123456789 0 0 0 0 0 0 1\n", NULL,
      "p.txt: line 1: the time 1764349529123456768 looks like nanoseconds; "
      "right is seconds, or a CSV column t_ns"},
+    {"5000000000 0 0 0 0 0 0 1\n5001600000 0 0 0 0 0 0 1\n", NULL,
+     "p.txt: line 1: the time 5000000000 looks like nanoseconds; right is "
+     "seconds, or a CSV column t_ns"},
+    {"5000000000 0 0 0 0 0 0 1\n# two\n5000001000 0 0 0 0 0 0 1\n", NULL,
+     "p.txt: line 1: the time 5000000000 looks like milliseconds or "
+     "microseconds; right is seconds, or a CSV column t_ms or t_us"},
+    {"5000000000 0 0 0 0 0 0 1\n5000000000\n", NULL,
+     "p.txt: line 1: the time 5000000000 looks like milliseconds or "
+     "microseconds or nanoseconds; right is seconds, or a CSV column t_ms or "
+     "t_us or t_ns"},
     {"t_ns x y z qx qy qz qw\n99999999999999999999 0 0 0 0 0 0 1\n", NULL,
      "p.txt: line 2: the time is too large for nanoseconds in 64 bits; right "
      "is the unit that the column's name tells"},
