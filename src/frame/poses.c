@@ -364,8 +364,8 @@ bool lum_poses_origin(const lum_poses *poses, double out[3])
                  info->min[i] < -LUM_POSES_FAR_M;
     }
     for (int i = 0; i < 3; i++) {
-        out[i] = is_far ? round(poses->poses[0].at[i] / ORIGIN_STEP_M) *
-                                  ORIGIN_STEP_M +
+        const double middle = 0.5 * info->min[i] + 0.5 * info->max[i];
+        out[i] = is_far ? round(middle / ORIGIN_STEP_M) * ORIGIN_STEP_M +
                               0.0 /* and no -0 */
                         : 0.0;
     }

@@ -129,6 +129,34 @@ class Poses(unittest.TestCase):
         self.assertTrue(512340 < low < high < 512800, (low, high))
         self.assertIn(b"origin=512000,0,0", (self.folder / "far.ply").read_bytes()[:2000])
 
+    def test_no_file_is_silent_about_its_origin(self):
+        self.poses.write_text(tum(offset=512345.0))
+        for ending in "csv", "xyz":
+            name = self.folder / f"far.{ending}"
+            done = self.dump("-q", "--poses", self.poses, "-o", name, status=2)
+            self.assertIn(f"{name}: the poses are farther than 5 km from 0, so x, y and z are relative to the origin "
+                          "512000 0 0, and nothing in the file would say so: give --comments, or", done.stderr)
+            self.assertFalse(name.exists())
+            self.dump("-q", "--poses", self.poses, "--comments", "-o", name)
+            self.assertIn("origin=512000,0,0", name.read_text()[:2000])
+        mcap = self.folder / "far.mcap"
+        done = self.dump("--poses", self.poses, "--json", "--compression", "none", "-o", mcap)
+        self.assertIn(b"origin=512000,0,0", mcap.read_bytes())
+        self.assertIn("512000 0 0; a comment of the file has it\n", done.stderr)
+        self.assertEqual(json.loads(done.stdout)["poses"]["origin_m"], [512000, 0, 0])
+
+    def test_a_wide_world_tells_how_coarse_its_ends_are(self):
+        """13 km at 130 m/s, seen for its first tenth of a second."""
+        self.poses.write_text("".join(f"{4.9 + i / 2} {65 * i} 0 0 0 0 0 1\n" for i in range(200)))
+        done = self.dump("--poses", self.poses, "-o", self.folder / "wide.las")
+        self.assertIn("relative to the origin 6000 0 0; the file has it as its offset", done.stderr)
+        self.assertRegex(done.stderr, r"up to 6\.9 km from the origin: there x, y and z, which are floats, have steps of 0\.49 mm")
+        self.poses.write_text("".join(f"{4.9 + i / 2} {65 * (i - 100)} 0 0 0 0 0 1\n" for i in range(201)))
+        name = self.folder / "around.csv"
+        done = self.dump("--poses", self.poses, "-o", name)
+        self.assertNotIn("relative", done.stderr)
+        self.assertIn("up to 6.5 km from the origin", done.stderr)
+
     def test_a_pipe_has_the_same_bytes(self):
         name = self.folder / "a.las"
         self.dump("-q", "--poses", self.poses, "-o", name)

@@ -408,6 +408,26 @@ static void check_origin(double x, double y, bool is_far, double x_origin)
     lum_poses_free(poses);
 }
 
+/* So that neither end of a long way is coarser than the other. */
+static void an_origin_is_in_the_middle(void **state)
+{
+    (void)state;
+    const int64_t times[] = {0, 2 * S};
+    const lum_pose list[] = {{.at = {0, 600, -900}, .turn = {0, 0, 0, 1}},
+                             {.at = {10e3, 800, 0}, .turn = {0, 0, 0, 1}}};
+    lum_poses *poses = NULL;
+    lum_error error = {""};
+    double origin[3];
+    const lum_poses_options options = {
+        .struct_size = sizeof options, .gap_ns = 3 * S, .jump_m = 20e3};
+    assert_int_equal(lum_poses_new(times, list, 2, &options, &poses, &error),
+                     0);
+    assert_true(lum_poses_origin(poses, origin));
+    assert_true(origin[0] == 5000.0 && origin[1] == 1000.0);
+    assert_true(origin[2] == 0.0 && !signbit(origin[2]));
+    lum_poses_free(poses);
+}
+
 static void a_far_world_has_an_origin(void **state)
 {
     (void)state;
@@ -560,6 +580,7 @@ int main(void)
         cmocka_unit_test(a_speed_that_nothing_has_is_a_jump),
         cmocka_unit_test(options_change_the_limits),
         cmocka_unit_test(options_that_mean_nothing_are_refused),
+        cmocka_unit_test(an_origin_is_in_the_middle),
         cmocka_unit_test(a_far_world_has_an_origin),
         cmocka_unit_test(arrays_are_checked_as_files_are),
         cmocka_unit_test(a_time_has_the_pose_of_the_screw),

@@ -457,6 +457,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     motion_restart(pass->motion);
     pass->summary.moved =
         pass->motion != NULL ? motion_counts(pass->motion) : NULL;
+    pass->summary.origin = o->about.origin;
     pass->summary.source = o->source;
     pass->summary.framer = pass->framer;
     pass->summary.has_frames = options_has_frames(o);

@@ -5,6 +5,7 @@
 #include "replay.h"
 #include "runs.h"
 #include "targets.h"
+#include "world.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -46,8 +47,6 @@ static const char *name_profile(const struct options *o)
     return o->config.profile != NULL ? o->config.profile : "of the capture";
 }
 
-/* Where the world's coordinates are too large for floats, what is subtracted.
- */
 static int prepare_motion(struct job *job, lum_error *error)
 {
     struct options *o = job->options;
@@ -59,21 +58,9 @@ static int prepare_motion(struct job *job, lum_error *error)
                              "poses by; leave --poses out",
                              name_profile(o));
     }
-    if (motion_new(o, &job->motion, error) != 0) {
-        return -1;
-    }
-    if (motion_origin(job->motion, o->about.origin)) {
-        const double *origin = o->about.origin;
-        struct filter *f = &o->filters.list[o->filters.count++];
-        (void)snprintf(f->text, sizeof f->text, "origin=%.0f,%.0f,%.0f",
-                       origin[0], origin[1], origin[2]);
-        conclude_warn(o,
-                      "the poses are farther than 5 km from 0: x, y and z are "
-                      "relative to the origin %.0f %.0f %.0f; files name it in "
-                      "a comment, and .las has it as its offset",
-                      origin[0], origin[1], origin[2]);
-    }
-    return 0;
+    return motion_new(o, &job->motion, error) == 0
+               ? world_begin(o, job->motion, error)
+               : -1;
 }
 
 /* What outputs say names what the run uses. */

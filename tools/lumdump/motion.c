@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -140,6 +141,21 @@ bool motion_origin(const struct motion *m, double out[3])
     }
     memcpy(out, m->options.origin, sizeof m->options.origin);
     return true;
+}
+
+double motion_farthest(const struct motion *m)
+{
+    double most = 0.0;
+    for (int i = 0; i < 3; i++) {
+        most = fmax(most, m->info.max[i] - m->options.origin[i]);
+        most = fmax(most, m->options.origin[i] - m->info.min[i]);
+    }
+    return most;
+}
+
+const char *motion_name(const struct motion *m)
+{
+    return m->name;
 }
 
 int motion_check(const struct motion *m, lum_error *error)

@@ -43,8 +43,14 @@ int motion_move(struct motion *motion, const lum_frame *frame,
 const lum_move_counts *motion_counts(const struct motion *motion);
 
 /* What is subtracted from the world's coordinates, where these are too large
- * for floats. False: nothing. */
+ * for floats. False: they are not; then out stays. motion: NULL is allowed. */
 bool motion_origin(const struct motion *motion, double out[3]);
+
+/* How far, along an axis, a pose is from the origin, metres. */
+double motion_farthest(const struct motion *motion);
+
+/* Of its poses, for messages. */
+const char *motion_name(const struct motion *motion);
 
 /* At the end: -1 with the reason in error if frames had points, and none of
  * them has a pose. */

@@ -140,6 +140,12 @@ bool options_takes_frames(const struct options *options, size_t i)
             lum_format_has_columns((lum_format)format));
 }
 
+bool options_has_comment(const struct options *options, unsigned format)
+{
+    return options->cloud.comments ||
+           (format != LUM_FORMAT_CSV && format != LUM_FORMAT_XYZ);
+}
+
 /* --- All of a run --- */
 
 bool options_any(const struct options *options, options_question *is_so)

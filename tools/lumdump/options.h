@@ -184,6 +184,10 @@ bool options_has_ending(const char *name, const char *ending);
 /* Whether there is a limit. */
 bool options_is_rotation(const struct rotation *rotation);
 
+/* Whether files of a format say where the points come from; many readers of
+ * text do not skip comments. */
+bool options_has_comment(const struct options *options, unsigned format);
+
 /* The format by a name's ending. False: that shows none. */
 bool options_find_format(const char *name, unsigned *out);
 

@@ -32,13 +32,6 @@ static lum_mcap_options mcap_of(const struct options *o,
         .lines = o->mcap.lines};
 }
 
-/* Many readers of text do not skip comments. */
-static bool has_comment(const struct options *o, unsigned format)
-{
-    return o->cloud.comments ||
-           (format != LUM_FORMAT_CSV && format != LUM_FORMAT_XYZ);
-}
-
 void file_format_choose(const struct options *o, size_t i,
                         const lum_projector *projector, struct file_format *out)
 {
@@ -60,7 +53,7 @@ void file_format_choose(const struct options *o, size_t i,
         .utc = o->points.time != TIME_SENSOR,
         .projector = projector,
         .picture = picture_format(),
-        .comment = has_comment(o, format) ? about->text : NULL,
+        .comment = options_has_comment(o, format) ? about->text : NULL,
         .columns = lum_format_has_columns((lum_format)format) ? o->cloud.columns
                                                               : NULL,
         .voxels = o->cloud.voxel > 0,

@@ -75,6 +75,7 @@ struct summary {
     const lum_framer *framer;
     const lum_capture *capture;   /* NULL: live, or none could be opened */
     const lum_move_counts *moved; /* by poses; NULL: there are none */
+    const double *origin;         /* of the moved points, metres */
     struct summary_span span;
     uint64_t records; /* of the capture */
     bool has_frames;  /* some were chosen */

@@ -243,7 +243,8 @@ static void print_left_out(const struct summary *s, FILE *out)
     (void)fputs(s->outputs.left_out_count > 0 ? "\n  ],\n" : "],\n", out);
 }
 
-static void print_moved(const lum_move_counts *c, FILE *out)
+static void print_moved(const lum_move_counts *c, const double origin[3],
+                        FILE *out)
 {
     if (c != NULL) {
         (void)fprintf(out,
@@ -251,9 +252,10 @@ static void print_moved(const lum_move_counts *c, FILE *out)
                       ", \"without\": %" PRIu64 ", \"before\": %" PRIu64
                       ", \"after\": %" PRIu64 ", \"in_gap\": %" PRIu64
                       ", \"no_start\": %" PRIu64 ", \"no_time\": %" PRIu64
-                      "},\n",
+                      ", \"origin_m\": [%.0f, %.0f, %.0f]},\n",
                       c->points, lum_move_counts_without(c), c->before,
-                      c->after, c->in_gap, c->no_start, c->no_time);
+                      c->after, c->in_gap, c->no_start, c->no_time, origin[0],
+                      origin[1], origin[2]);
     }
 }
 
@@ -343,7 +345,7 @@ void summary_json_print(const struct summary *s, FILE *out)
     if (s->live != NULL) {
         print_live(s->live, out);
     }
-    print_moved(s->moved, out);
+    print_moved(s->moved, s->origin, out);
     print_left_out(s, out);
     print_drawn(s, out);
     print_voxels(&s->voxels, out);

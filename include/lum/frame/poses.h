@@ -144,8 +144,8 @@ void lum_poses_get(const lum_poses *poses, size_t i, int64_t *time_ns,
 
 /** What to subtract from the world's coordinates so that floats hold them
  * (lum_move_options.origin).
- * @param out the first position in whole kilometres, halves away from 0; 0, 0,
- *            0 if no position is beyond LUM_POSES_FAR_M.
+ * @param out the middle of the positions' box in whole kilometres, halves away
+ *            from 0; 0, 0, 0 if no position is beyond LUM_POSES_FAR_M.
  * @return whether one is. */
 bool lum_poses_origin(const lum_poses *poses, double out[3]);
 
