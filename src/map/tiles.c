@@ -130,7 +130,7 @@ static int fail_memory(const lum_map_tiles *tiles, lum_error *error)
     errno = ENOMEM;
     return lum_error_set(error,
                          "the map: out of memory, with %.0f MiB in its tables; "
-                         "give it less memory, or larger voxels",
+                         "free some, or take larger voxels",
                          (double)tiles->held / MIB);
 }
 
@@ -138,12 +138,10 @@ static int fail_disk(const lum_map_tiles *tiles, int code, lum_error *error)
 {
     (void)lum_error_set(
         error,
-        "%s: beside it, %.0f MiB of the map were written to a temporary file, "
-        "and more does not fit in there: %s; free the disk, take larger "
-        "voxels, "
-        "or give the map more memory than %.0f MiB",
-        tiles->beside, (double)tiles->spool.size / MIB, strerror(code),
-        (double)tiles->memory / MIB);
+        "%s: after %.4g MiB, the map's temporary file beside it cannot be "
+        "written: %s; free some of the disk, put the map on another, or take "
+        "larger voxels",
+        tiles->beside, (double)tiles->spool.size / MIB, strerror(code));
     errno = code;
     return -1;
 }

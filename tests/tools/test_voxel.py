@@ -98,6 +98,22 @@ class Voxels(unittest.TestCase):
         self.assertEqual(said["voxels"]["without_pose"], said["poses"]["without"])
         self.assertEqual(said["voxels"]["points"] + said["voxels"]["without_pose"], said["points"])
 
+    def test_a_map_without_points_is_no_map(self):
+        """Voxels of 0.4 m reach 858993459 m."""
+        times = [row["timestamp"] * 1e-6 for row in rows(self.all_points())]
+        far, made = self.at / "far.txt", self.at / "far.las"
+        far.write_text("".join(f"{min(times) - 0.1 + i * 0.05} 1e12 {i} 0 0 0 0 1\n" for i in range(20)))
+        r = self.dump("--poses", far, "--voxel", SIZE, "-o", made, status=2)
+        self.assertRegex(r.stderr, "--voxel: no point is left for the map: all [0-9]{5,} are farther from 0 than 8\\.59e.05 km, "
+                         "where voxels of 0.4 m end; right are poses in metres")
+        self.assertFalse(made.exists())
+        edge = SIZE * 2 ** 31 - 12
+        far.write_text("".join(f"{min(times) - 0.1 + i * 0.05} {edge} {i} 0 0 0 0 1\n" for i in range(20)))
+        r = self.dump("--poses", far, "--voxel", SIZE, "--json", "-o", self.at / "edge.ply")
+        said = json.loads(r.stdout)["voxels"]
+        self.assertGreater(said["out_of_range"], 0)
+        self.assertIn(f"{said['out_of_range']} of {said['out_of_range'] + said['points']} points are left out of the map", r.stderr)
+
     def all_points(self):
         path = self.at / "points.csv"
         if not path.exists():

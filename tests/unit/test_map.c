@@ -338,7 +338,11 @@ static void a_map_that_does_not_fit_says_what_would(void **unused)
         int code;
     } cases[] = {
         {NULL, "more memory, or larger voxels", ENOMEM},
-        {"./no/such/folder/map.las", "no/such/folder/map.las", ENOENT}};
+        {"./no/such/folder/map.las",
+         "./no/such/folder/map.las: after 0 MiB, the map's temporary file "
+         "beside it cannot be written: No such file or directory; free some of "
+         "the disk, put the map on another, or take larger voxels",
+         ENOENT}};
     make(&road, 1);
     for (size_t i = 0; i < 4u; i++) {
         lum_error error = {""};

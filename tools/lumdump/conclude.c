@@ -275,6 +275,18 @@ static void warn_of_poses(const struct pass *pass)
     }
 }
 
+static void warn_of_voxels(const struct pass *pass)
+{
+    const struct voxel_counts *v = &pass->summary.voxels;
+    if (v->out_of_range > 0) {
+        conclude_warn(pass->options,
+                      "--voxel: %" PRIu64 " of %" PRIu64
+                      " points are left out of the map: they are too far from "
+                      "0 for voxels of %g m",
+                      v->out_of_range, v->points + v->out_of_range, v->size);
+    }
+}
+
 static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
@@ -298,6 +310,7 @@ static void warn_of_losses(const struct pass *pass)
     warn_of_pictures(pass);
     warn_of_clocks(pass);
     warn_of_poses(pass);
+    warn_of_voxels(pass);
 }
 
 /* --- The end --- */

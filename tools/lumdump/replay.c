@@ -176,6 +176,9 @@ static enum pass_result begin_voxels(struct pass *pass, lum_error *error)
 static enum pass_result write_voxels(struct pass *pass, lum_error *error)
 {
     bool is_done = pass->voxels == NULL;
+    if (!is_done && voxels_check(pass->voxels, error) != 0) {
+        return PASS_REFUSED;
+    }
     while (!is_done) {
         if (interrupt_signal() != 0) {
             return PASS_INTERRUPTED;

@@ -14,6 +14,9 @@
 #define LAS_BYTES   34u
 #define OTHER_BYTES 28u
 
+/* Voxels from 0 to the end of the tiles. */
+#define REACH 2147483648.0
+
 struct voxels {
     const struct options *options;
     bool is_map;  /* of all frames, and not of each */
@@ -30,6 +33,19 @@ static int fail_memory(lum_error *error)
 {
     errno = ENOMEM;
     return lum_error_set(error, "--voxel: out of memory");
+}
+
+/* How what the library asks for is asked for here. */
+static int advise(const struct voxels *v, lum_error *error)
+{
+    const int code = errno;
+    if (code == ENOSPC) {
+        const lum_error why = *error;
+        (void)lum_error_set(error, "%s, such as --voxel %g", why.text,
+                            2.0 * v->options->cloud.voxel);
+    }
+    errno = code;
+    return -1;
 }
 
 /* --- From the beginning to the end --- */
@@ -177,7 +193,7 @@ int voxels_take(struct voxels *v, const lum_frame *frame,
         points.z = moved->z;
     }
     if (begin_map(v, error) != 0 || lum_map_add(v->map, &points, error) != 0) {
-        return -1;
+        return advise(v, error);
     }
     return v->is_map ? 0 : put_frame(v, info.number, outputs, error);
 }
@@ -212,6 +228,23 @@ static int check_place(struct voxels *v, lum_error *error)
     return 0;
 }
 
+int voxels_check(struct voxels *v, lum_error *error)
+{
+    lum_map_counters c = {.struct_size = sizeof c};
+    if (!v->is_map || lum_map_count(v->map, &c) != 0 || c.points > 0 ||
+        c.out_of_range == 0) {
+        return 0;
+    }
+    errno = ERANGE;
+    return lum_error_set(
+        error,
+        "--voxel: no point is left for the map: all %" PRIu64
+        " are farther from 0 than %.4g km, where voxels of %g m end; right are "
+        "poses in metres",
+        c.out_of_range, v->options->cloud.voxel * REACH * 1e-3,
+        v->options->cloud.voxel);
+}
+
 int voxels_write(struct voxels *v, struct outputs *outputs, bool *is_done,
                  lum_error *error)
 {
@@ -220,9 +253,10 @@ int voxels_write(struct voxels *v, struct outputs *outputs, bool *is_done,
     if (!v->is_map) {
         return 0;
     }
-    if (!v->is_writing &&
-        (lum_map_next(v->map, v->read, 0, &none, error) != 0 ||
-         check_place(v, error) != 0)) {
+    if (!v->is_writing && lum_map_next(v->map, v->read, 0, &none, error) != 0) {
+        return advise(v, error);
+    }
+    if (!v->is_writing && check_place(v, error) != 0) {
         return -1;
     }
     v->is_writing = true;

@@ -23,7 +23,11 @@ int voxels_take(struct voxels *voxels, const lum_frame *frame,
                 const struct moved *moved, struct outputs *outputs,
                 lum_error *error);
 
-/* Once all frames came: some voxels of the map go to the outputs. The first
+/* Once all frames came: -1 with the reason in error if points came, and the map
+ * has none of them, because they are too far from 0. */
+int voxels_check(struct voxels *voxels, lum_error *error);
+
+/* After that: some voxels of the map go to the outputs. The first
  * call refuses a map that does not fit on the disk. is_done: there are no more.
  */
 int voxels_write(struct voxels *voxels, struct outputs *outputs, bool *is_done,
