@@ -14,23 +14,6 @@
 #define KITTI_CELLS 12u
 #define READ_BYTES  65536u
 
-/* Seconds above this are no seconds. */
-#define SECONDS_MAX 4e9
-
-/* From one pose of a lidar to the next, seconds. */
-#define STEP_MIN_S 0.0005
-#define STEP_MAX_S 1.0
-
-#define UNITS 3u
-
-static const struct {
-    double of_a_second;
-    const char *name;
-    const char *ending;
-} units[UNITS] = {{1e3, "milliseconds", "ms"},
-                  {1e6, "microseconds", "us"},
-                  {1e9, "nanoseconds", "ns"}};
-
 enum column {
     T,
     X,
@@ -184,44 +167,15 @@ static double find_step(const reader *r, size_t i, double value)
                : 0.0;
 }
 
-/* The units that may be meant, a bit each: by the step between two poses; else
- * by the years that the time would be of; else any. */
-static unsigned find_units(double value, double step)
-{
-    unsigned by_step = 0;
-    unsigned by_size = 0;
-    for (unsigned u = 0; u < UNITS; u++) {
-        const double s = step / units[u].of_a_second;
-        const double t = fabs(value) / units[u].of_a_second;
-        by_step |= s >= STEP_MIN_S && s <= STEP_MAX_S ? 1u << u : 0u;
-        by_size |= t >= 0.25 * SECONDS_MAX && t <= SECONDS_MAX ? 1u << u : 0u;
-    }
-    return by_step != 0 ? by_step : by_size != 0 ? by_size : (1u << UNITS) - 1u;
-}
-
 static int refuse_unit(const reader *r, size_t i, double value,
                        lum_error *error)
 {
-    const unsigned may = find_units(value, find_step(r, i, value));
-    char names[64] = "";
-    char columns[32] = "";
-    const char *divider = "";
-    size_t n = 0;
-    size_t c = 0;
-    for (unsigned u = 0; u < UNITS; u++) {
-        if ((may >> u & 1u) != 0) {
-            n += (size_t)snprintf(names + n, sizeof names - n, "%s%s", divider,
-                                  units[u].name);
-            c += (size_t)snprintf(columns + c, sizeof columns - c, "%st_%s",
-                                  divider, units[u].ending);
-            divider = " or ";
-        }
-    }
+    const lum_unit_names may = lum_unit_names_of(value, find_step(r, i, value));
     errno = EINVAL;
     return lum_error_set(error,
                          "%.250s: line %zu: the time %.0f looks like %s; right "
                          "is seconds, or a CSV column %s",
-                         r->name, r->line, value, names, columns);
+                         r->name, r->line, value, may.units, may.columns);
 }
 
 static int take_time(const reader *r, size_t i, int exponent, int64_t *out,
@@ -232,7 +186,7 @@ static int take_time(const reader *r, size_t i, int exponent, int64_t *out,
         return refuse_field(r, i, error);
     }
     const double value = lum_decimal_double(&d);
-    if (exponent == 9 && fabs(value) > SECONDS_MAX) {
+    if (exponent == 9 && fabs(value) > LUM_SECONDS_MAX) {
         return refuse_unit(r, i, value, error);
     }
     if (!lum_decimal_whole(&d, exponent, out)) {
