@@ -85,12 +85,13 @@ def test_a_map_is_that_of_lumdump(drive, lumdump, tmp_path, kind):
 
 
 def test_voxels_that_cannot_be_written_are_refused(drive, frames, tmp_path):
-    for source, name, text in ((drive, "a.parquet", "voxel does not go with"), (drive, "%d.laz", "one file"),
-                               (frames, "a.las", "needs a capture")):
+    for source, name, text in (drive, "a.parquet", "voxel does not go with"), (frames, "a.las", "needs a capture"):
         with pytest.raises(lumsdk.OptionError, match=text):
             lumsdk.convert(source, tmp_path / name, voxel=0.5)
-    with pytest.raises(lumsdk.OptionError, match=r"0\.01 to 100"):
-        lumsdk.convert(drive, tmp_path / "a.laz", voxel=0)
+    pytest.importorskip("laspy")
+    for name, voxel, text in ("%d.laz", 0.5, "one file"), ("a.laz", 0, r"0\.01 to 100"):
+        with pytest.raises(lumsdk.OptionError, match=text):
+            lumsdk.convert(drive, tmp_path / name, voxel=voxel)
     assert left_in(tmp_path) == []
 
 
