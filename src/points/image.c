@@ -88,7 +88,8 @@ static uint32_t pixel_around(const lum_image_scale *t, float x, float y,
     const float turn = t->per_column * 360.0f * (float)RADIANS;
     const float level = hypotf(x, y);
     float across = t->left - atan2f(y, x) * t->per_column;
-    across -= across >= turn ? turn : 0.0f;
+    const float end = fmaxf(t->columns, turn - 1.0f) + 0.5f;
+    across -= across >= end ? turn : 0.0f; /* also just before the left edge */
     across += across < -0.5f ? turn : 0.0f;
     const float down = t->top - atan2f(z, level) * t->per_row;
     const int32_t column = step_of(across, t->columns, t->width);

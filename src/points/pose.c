@@ -48,7 +48,8 @@ bool lum_pose_normalize(lum_pose *pose)
     const double length = hypot(hypot(q[0], q[1]), hypot(q[2], q[3]));
     const double sum = pose->at[0] - pose->at[0] + (pose->at[1] - pose->at[1]) +
                        (pose->at[2] - pose->at[2]);
-    if (!(length > 0.0 && length <= DBL_MAX) || sum != 0.0) {
+    const bool has_length = length > 0.0 && length <= DBL_MAX;
+    if (!has_length || sum != 0.0) {
         return false;
     }
     for (int i = 0; i < 4; i++) {
