@@ -319,19 +319,12 @@ static unsigned char *put_point(unsigned char *p, const las_line *line,
 static char *put_points(char *p, void *context, const lum_sample *samples,
                         size_t n)
 {
+    const las_line *line = context;
+    const bool is_map = line->writer->options.voxels;
     unsigned char *to = (unsigned char *)p;
     for (size_t i = 0; i < n; i++) {
-        to = put_point(to, context, &samples[i]);
-    }
-    return (char *)to;
-}
-
-static char *put_voxels(char *p, void *context, const lum_sample *samples,
-                        size_t n)
-{
-    unsigned char *to = (unsigned char *)p;
-    for (size_t i = 0; i < n; i++) {
-        to = put_voxel(to, context, &samples[i]);
+        to = is_map ? put_voxel(to, line, &samples[i])
+                    : put_point(to, line, &samples[i]);
     }
     return (char *)to;
 }
@@ -394,8 +387,7 @@ static int add(lum_writer *writer, const lum_line_samples *line,
     shared.eye = line->eye;
     shared.writer = writer;
     shared.samples = line;
-    return lum_writer_put(writer, line, POINT_BYTES + EXTRA_BYTES,
-                          writer->options.voxels ? put_voxels : put_points,
+    return lum_writer_put(writer, line, POINT_BYTES + EXTRA_BYTES, put_points,
                           &shared, error);
 }
 
