@@ -59,8 +59,8 @@ static int check_voxels(const lum_writer *writer, const lum_line_samples *line,
     }
     errno = EINVAL;
     return lum_error_set(error,
-                         "%s: samples without counts and times_ns, and "
-                         "the file is of voxels",
+                         "%s: samples of voxels need counts and times_ns, "
+                         "and lack them",
                          lum_sink_name(writer->sink));
 }
 

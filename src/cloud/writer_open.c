@@ -78,10 +78,13 @@ static int choose_columns(lum_writer *writer, const char *path,
                : refuse(path, why.text, error);
 }
 
-static int choose_voxels(lum_writer *writer, const char *path, lum_error *error)
+static int choose_voxels(lum_writer *writer, const char *path, bool has_preset,
+                         lum_error *error)
 {
-    if (writer->has_chosen || writer->options.organized) {
-        return refuse(path, "voxels have columns of their own, and no rows",
+    if (has_preset || writer->has_chosen || writer->options.organized) {
+        return refuse(path,
+                      "voxels have columns of their own, and no rows: leave "
+                      "out columns, preset and organized",
                       error);
     }
     if (!lum_format_has_voxels(writer->options.format)) {
@@ -100,7 +103,7 @@ static int choose_preset(lum_writer *writer, const char *path, lum_error *error)
     lum_error why = {""};
     writer->options.preset = NULL;
     if (writer->options.voxels) {
-        return choose_voxels(writer, path, error);
+        return choose_voxels(writer, path, name != NULL, error);
     }
     if (name == NULL) {
         return 0;

@@ -307,6 +307,37 @@ static void a_line_without_times_is_refused_where_files_need_them(void **state)
     lum_writer_abort(writer);
 }
 
+static void voxels_have_columns_of_their_own(void **state)
+{
+    (void)state;
+    static const lum_writer_options wrong[] = {
+        {.format = LUM_FORMAT_PCD, .preset = "kitti"},
+        {.format = LUM_FORMAT_PCD, .columns = "x,y"},
+        {.format = LUM_FORMAT_PCD, .organized = true},
+        {.format = LUM_FORMAT_XYZ}};
+    const lum_sample s = sample(1, 0, 0, 1, 1, 1);
+    const lum_line_samples line = {
+        .struct_size = sizeof line, .samples = &s, .count = 1};
+    lum_writer_options options = wrong[0];
+    lum_error error = {""};
+    lum_writer *writer = NULL;
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        options = wrong[i];
+        options.struct_size = sizeof options;
+        options.voxels = true;
+        assert_int_equal(lum_writer_rehearse(&options, &writer, &error), -1);
+        assert_int_equal(errno, EINVAL);
+        assert_non_null(strstr(error.text, "voxels"));
+        assert_null(writer);
+    }
+    options.format = LUM_FORMAT_LAS;
+    assert_int_equal(lum_writer_rehearse(&options, &writer, &error), 0);
+    assert_int_equal(lum_writer_add(writer, &line, &error), -1);
+    assert_int_equal(errno, EINVAL);
+    assert_non_null(strstr(error.text, "need counts and times_ns"));
+    lum_writer_abort(writer);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -322,6 +353,7 @@ int main(void)
         cmocka_unit_test(more_than_a_message_has_room_for_is_refused),
         cmocka_unit_test(a_writer_refuses_what_does_not_go_together),
         cmocka_unit_test(a_line_without_times_is_refused_where_files_need_them),
+        cmocka_unit_test(voxels_have_columns_of_their_own),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
