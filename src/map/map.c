@@ -211,14 +211,18 @@ static lum_map_voxel voxel_of(const lum_map *map, const lum_map_entry *entry)
                            .count = entry->count};
 }
 
+/* Only what is on the disk fails otherwise; then there is a name. */
 static int fail(const lum_map *map, int code, lum_error *error)
 {
     errno = code;
-    return lum_error_set(error,
-                         "%s: a temporary file of the map beside it cannot be "
-                         "read: %s",
-                         map->beside != NULL ? map->beside : "the map",
-                         strerror(code));
+    return code == ENOMEM
+               ? lum_error_set(error,
+                               "the map: out of memory while its voxels are "
+                               "given out; free some, or take larger voxels")
+               : lum_error_set(error,
+                               "%s: the map's temporary file beside it cannot "
+                               "be read: %s; put the map on another disk",
+                               map->beside, strerror(code));
 }
 
 /* Go on to the next tile; none: map->tile is NULL. */

@@ -113,6 +113,7 @@ typedef struct lum_map_counters {
 
 /** Begin a map.
  * @param options copied.
+ * @param out     written only on success; to be freed by lum_map_free().
  * @return 0, or -1 with the reason in error and in errno: EINVAL for an option
  *         that is not allowed, or a struct_size that is not set; ENOMEM. The
  *         file of the spool is made when it is needed first. */
