@@ -18,10 +18,8 @@
 #define REACH_M    100.0
 #define PIECES_MAX 1e6
 
-/* Seconds from the begin, and nanoseconds, that can be added. */
-#define SECONDS_MAX 1e6f
+#define SECONDS_MAX 1e6f  /* from the begin, that can be added to times */
 #define FOREVER_S   1e30f /* finite, for it is multiplied by a slope of 0 */
-#define TIME_MAX_NS (INT64_MAX / 2)
 
 #define HALF_PI 1.57079632679489661923
 
@@ -291,9 +289,9 @@ static void move_all(mover *m, const lum_move_points *points,
 
 static int64_t bounded(int64_t ns)
 {
-    return ns > TIME_MAX_NS    ? TIME_MAX_NS
-           : ns < -TIME_MAX_NS ? -TIME_MAX_NS
-                               : ns;
+    return ns > LUM_POSES_TIME_MAX_NS    ? LUM_POSES_TIME_MAX_NS
+           : ns < -LUM_POSES_TIME_MAX_NS ? -LUM_POSES_TIME_MAX_NS
+                                         : ns;
 }
 
 static void prepare(mover *m, const lum_move_points *points,
@@ -353,9 +351,9 @@ int lum_points_move(const lum_move_points *points,
 
 static int64_t ns_of(int64_t us)
 {
-    return us > TIME_MAX_NS / 1000    ? TIME_MAX_NS
-           : us < -TIME_MAX_NS / 1000 ? -TIME_MAX_NS
-                                      : us * 1000;
+    return us > LUM_POSES_TIME_MAX_NS / 1000    ? LUM_POSES_TIME_MAX_NS
+           : us < -LUM_POSES_TIME_MAX_NS / 1000 ? -LUM_POSES_TIME_MAX_NS
+                                                : us * 1000;
 }
 
 /* By the poses' clock, when the frame began and where its middle is. */

@@ -17,9 +17,6 @@
 /* Within it nothing that drives goes jump_m. */
 #define JUMP_NS INT64_C(100000000)
 
-/* Times, in nanoseconds, that can be added to each other. */
-#define TIME_MAX_NS (INT64_MAX / 2)
-
 typedef struct label {
     char text[300];
 } label;
@@ -136,7 +133,7 @@ static int check_time(const lum_poses *p, int64_t time_ns,
                       lum_error *error)
 {
     const label here = label_of(mark);
-    if (time_ns > TIME_MAX_NS || time_ns < -TIME_MAX_NS) {
+    if (time_ns > LUM_POSES_TIME_MAX_NS || time_ns < -LUM_POSES_TIME_MAX_NS) {
         return lum_error_set(error,
                              "%s: its time is %g s, which is 140 years or more "
                              "from 0; times are seconds",

@@ -7,6 +7,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Times, in nanoseconds, that can be added to each other. */
+#define LUM_POSES_TIME_MAX_NS (INT64_MAX / 2)
+
 struct lum_poses {
     int64_t *times;
     lum_pose *poses;
