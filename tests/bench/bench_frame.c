@@ -23,12 +23,6 @@ struct consumer {
     lum_point_losses losses;
 };
 
-static void stop(const char *why)
-{
-    (void)fprintf(stderr, "bench_frame: %s\n", why);
-    exit(1);
-}
-
 static void take_line(struct consumer *c)
 {
     const lum_line *line = lum_assembler_line(&c->assembler);

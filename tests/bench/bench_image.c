@@ -24,12 +24,6 @@ struct bench {
     lum_image_counts counts;
 };
 
-static void stop(const char *why)
-{
-    (void)fprintf(stderr, "bench_image: %s\n", why);
-    exit(1);
-}
-
 static void prepare(struct bench *b, const lum_frame *frame)
 {
     b->options.struct_size = sizeof b->options;

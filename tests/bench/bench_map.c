@@ -4,6 +4,8 @@
  * that the process took. OUT gets the raw voxels; the tables take MIB. What is
  * measured is the map, so the frames are read before. */
 #define _POSIX_C_SOURCE 200809L
+#include "datagrams.h"
+
 #include "lum/frame/reader.h"
 #include "lum/map/map.h"
 
@@ -12,13 +14,11 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
-#include <time.h>
 
-#define FRAMES_MAX   60u
-#define A_MINUTE     600u /* frames */
-#define VOXELS_ONCE  4096u
-#define NS_IN_SECOND 1e9
-#define FRAME_NS     INT64_C(100000000)
+#define FRAMES_MAX  60u
+#define A_MINUTE    600u /* frames */
+#define VOXELS_ONCE 4096u
+#define FRAME_NS    INT64_C(100000000)
 
 struct scan {
     size_t count;
@@ -36,12 +36,6 @@ struct street {
     size_t room;
 };
 
-static void stop(const char *why)
-{
-    (void)fprintf(stderr, "bench_map: %s\n", why);
-    exit(1);
-}
-
 /* An argument, or what it is without one. */
 static unsigned number(int argc, char **argv, int i, unsigned otherwise)
 {
@@ -53,19 +47,9 @@ static unsigned number(int argc, char **argv, int i, unsigned otherwise)
     return (unsigned)n;
 }
 
-static double now_s(clockid_t clock)
-{
-    struct timespec t;
-    (void)clock_gettime(clock, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec / NS_IN_SECOND;
-}
-
 static float *copy(const float *from, size_t n)
 {
-    float *to = malloc((n + 1u) * sizeof *to);
-    if (to == NULL) {
-        stop("out of memory");
-    }
+    float *to = allocate((n + 1u) * sizeof *to);
     if (from != NULL) {
         memcpy(to, from, n * sizeof *to);
     }
@@ -142,7 +126,7 @@ static void report(lum_map *map, unsigned frames, double begin, double added)
         stop("no counters");
     }
     (void)getrusage(RUSAGE_SELF, &usage);
-    const double end = now_s(CLOCK_MONOTONIC);
+    const double end = now_s();
     (void)printf(
         "%u frames, %.0f M points: %.1f M points/s added, %.1f with the "
         "voxels given out; %.1f M voxels of %llu tiles, %.0f MB spooled, "
@@ -153,7 +137,7 @@ static void report(lum_map *map, unsigned frames, double begin, double added)
         (double)c.points / (end - begin) * 1e-6, (double)c.voxels * 1e-6,
         (unsigned long long)c.tiles, (double)c.spooled * 1e-6,
         (double)c.memory_most * 1e-6, (double)usage.ru_maxrss * 1.024e-3,
-        now_s(CLOCK_PROCESS_CPUTIME_ID), end - begin);
+        processor_s(), end - begin);
 }
 
 static void read_street(const char *path, struct street *street)
@@ -203,9 +187,9 @@ int main(int argc, char **argv)
     if (lum_map_new(&options, &map, &error) != 0) {
         stop(error.text);
     }
-    const double begin = now_s(CLOCK_MONOTONIC);
+    const double begin = now_s();
     drive(map, &street, minutes * A_MINUTE);
-    const double added = now_s(CLOCK_MONOTONIC);
+    const double added = now_s();
     write_all(map, out);
     if (out != NULL && fclose(out) != 0) {
         stop("cannot write");

@@ -29,12 +29,6 @@ struct places {
     size_t room;
 };
 
-static void stop(const char *why)
-{
-    (void)fprintf(stderr, "bench_move: %s\n", why);
-    exit(1);
-}
-
 static void move(const lum_frame *frame, const lum_poses *poses,
                  struct places *to)
 {

@@ -42,7 +42,7 @@ static void run(struct consumer *c, const lum_layout *layout,
     for (size_t i = 0; i < s->count; i++) {
         if (lum_packet_decode(layout, s->bytes + s->datagrams[i].at,
                               s->datagrams[i].len, &group) != LUM_PACKET_DATA) {
-            exit(1);
+            stop("no data");
         }
         while ((r = lum_assembler_push(&c->assembler, &group, 0)) > 0) {
             if (r == LUM_LINE_READY) {
@@ -88,12 +88,12 @@ static void measure(uint32_t words_a_pixel)
     escape(to);
     if (lum_projector_init(&consumer.projector, &calibration, &layout) !=
         LUM_OK) {
-        exit(1);
+        stop("no projector");
     }
     for (unsigned round = 0; round < ROUNDS; round++) {
         if (lum_assembler_init(&consumer.assembler, &config, &layout,
                                &storage) != LUM_OK) {
-            exit(1);
+            stop("no assembler");
         }
         double begin = now_s();
         run(&consumer, &layout, &stream);
@@ -129,7 +129,7 @@ static void measure_directions(void)
     lum_layout_default(&layout);
     lum_calibration_default(&calibration);
     if (lum_projector_init(&projector, &calibration, &layout) != LUM_OK) {
-        exit(1);
+        stop("no projector");
     }
     for (unsigned i = 0; i < LUM_LINE_PIXELS; i++) {
         angles[i] = (lum_angle){(int16_t)(65 * (int)i - 32500),

@@ -27,12 +27,6 @@ static void escape(const void *p)
     __asm__ volatile("" : : "r"(p) : "memory");
 }
 
-static void stop(const char *why)
-{
-    (void)fprintf(stderr, "bench_read: %s\n", why);
-    exit(1);
-}
-
 static size_t read_frames(const char *path, uint32_t threads)
 {
     const lum_framer_options framer = {.struct_size = sizeof framer,
@@ -102,7 +96,6 @@ static size_t work(const char *task)
         return copy();
     }
     stop("unknown task");
-    return 0;
 }
 
 int main(void)

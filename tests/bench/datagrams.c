@@ -26,12 +26,17 @@ double processor_s(void)
     return seconds_of(CLOCK_PROCESS_CPUTIME_ID);
 }
 
+void stop(const char *why)
+{
+    (void)fprintf(stderr, "bench: %s\n", why);
+    exit(1);
+}
+
 void *allocate(size_t size)
 {
     void *p = malloc(size);
     if (p == NULL) {
-        (void)fputs("bench: out of memory\n", stderr);
-        exit(1);
+        stop("out of memory");
     }
     return p;
 }
@@ -42,8 +47,7 @@ static void add_packet(struct stream *s, const lum_layout *layout,
     size_t head = 0;
     uint8_t *out = s->bytes + s->used;
     if (lum_group_encode(layout, group, out, PAYLOAD_MAX, &head) != LUM_OK) {
-        (void)fputs("bench: a packet cannot be encoded\n", stderr);
-        exit(1);
+        stop("a packet cannot be encoded");
     }
     const size_t len = (size_t)LUM_SAMPLE_BYTES * group->num_samples;
     memcpy(out + head, samples, len);

@@ -35,7 +35,10 @@ double now_s(void);
 /* Time of this process only, for ratios on a machine with other work. */
 double processor_s(void);
 
-/* Ends the program where there is none. */
+/* Ends the program. */
+__attribute__((noreturn)) void stop(const char *why);
+
+/* Stops where there is none. */
 void *allocate(size_t size);
 
 /* Of ROUNDS values, which are sorted. */
