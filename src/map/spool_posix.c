@@ -51,39 +51,14 @@ int lum_map_spool_open(lum_map_spool *spool, const char *beside)
     return code;
 }
 
-int lum_map_spool_write(lum_map_spool *spool, const void *bytes, size_t n)
+int64_t lum_map_spool_put(int fd, uint64_t at, const void *bytes, size_t n)
 {
-    const char *p = bytes;
-    while (n > 0) {
-        const ssize_t written = pwrite(spool->fd, p, n, (off_t)spool->size);
-        if (written < 0 && errno != EINTR) {
-            return errno;
-        }
-        if (written > 0) {
-            p += written;
-            n -= (size_t)written;
-            spool->size += (uint64_t)written;
-        }
-    }
-    return 0;
+    return pwrite(fd, bytes, n, (off_t)at);
 }
 
-int lum_map_spool_read(const lum_map_spool *spool, uint64_t from, void *bytes,
-                       size_t n)
+int64_t lum_map_spool_get(int fd, uint64_t at, void *bytes, size_t n)
 {
-    char *p = bytes;
-    while (n > 0) {
-        const ssize_t got = pread(spool->fd, p, n, (off_t)from);
-        if (got == 0 || (got < 0 && errno != EINTR)) {
-            return got == 0 ? EIO : errno;
-        }
-        if (got > 0) {
-            p += got;
-            n -= (size_t)got;
-            from += (uint64_t)got;
-        }
-    }
-    return 0;
+    return pread(fd, bytes, n, (off_t)at);
 }
 
 void lum_map_spool_close(lum_map_spool *spool)

@@ -36,40 +36,18 @@ static unsigned at_once(size_t n)
     return n < BYTES_ONCE ? (unsigned)n : BYTES_ONCE;
 }
 
-int lum_map_spool_write(lum_map_spool *spool, const void *bytes, size_t n)
+int64_t lum_map_spool_put(int fd, uint64_t at, const void *bytes, size_t n)
 {
-    const char *p = bytes;
-    if (_lseeki64(spool->fd, (int64_t)spool->size, SEEK_SET) < 0) {
-        return errno;
-    }
-    while (n > 0) {
-        const int written = _write(spool->fd, p, at_once(n));
-        if (written <= 0) {
-            return written == 0 ? ENOSPC : errno;
-        }
-        p += written;
-        n -= (size_t)written;
-        spool->size += (uint64_t)written;
-    }
-    return 0;
+    return _lseeki64(fd, (int64_t)at, SEEK_SET) < 0
+               ? -1
+               : _write(fd, bytes, at_once(n));
 }
 
-int lum_map_spool_read(const lum_map_spool *spool, uint64_t from, void *bytes,
-                       size_t n)
+int64_t lum_map_spool_get(int fd, uint64_t at, void *bytes, size_t n)
 {
-    char *p = bytes;
-    if (_lseeki64(spool->fd, (int64_t)from, SEEK_SET) < 0) {
-        return errno;
-    }
-    while (n > 0) {
-        const int got = _read(spool->fd, p, at_once(n));
-        if (got <= 0) {
-            return got == 0 ? EIO : errno;
-        }
-        p += got;
-        n -= (size_t)got;
-    }
-    return 0;
+    return _lseeki64(fd, (int64_t)at, SEEK_SET) < 0
+               ? -1
+               : _read(fd, bytes, at_once(n));
 }
 
 void lum_map_spool_close(lum_map_spool *spool)
