@@ -374,7 +374,7 @@ static int add(lum_writer *writer, const lum_line_samples *line,
         return lum_error_set(error,
                              "%s: a point of line %lu, frame %lld, lies "
                              "farther than %.0f m from the origin, which LAS "
-                             "cannot hold at a scale of %g m",
+                             "cannot hold at a scale of %g m; PLY and PCD can",
                              lum_sink_name(writer->sink),
                              (unsigned long)line->line, (long long)line->frame,
                              LIMIT_UNITS * state->scale, state->scale);

@@ -494,6 +494,7 @@ static void las_refuses_points_that_it_cannot_hold(void **state)
         assert_int_equal(lum_writer_add(writer, &lines, &error), -1);
         assert_int_equal(errno, ERANGE);
         assert_non_null(strstr(error.text, "line 639, frame -3"));
+        assert_non_null(strstr(error.text, "; PLY and PCD can"));
         assert_int_equal(lum_writer_close(writer, &error), -1);
         assert_non_null(strstr(error.text, "line 639, frame -3"));
         assert_int_equal(count_files(), 0);
