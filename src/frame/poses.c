@@ -17,6 +17,11 @@
 /* Within it nothing that drives goes jump_m. */
 #define JUMP_NS INT64_C(100000000)
 
+/* Of times that are no seconds, each 1000 times smaller. */
+#define UNITS 3u
+static const char *const units[UNITS] = {"milliseconds", "microseconds",
+                                         "nanoseconds"};
+
 typedef struct label {
     char text[300];
 } label;
@@ -276,10 +281,9 @@ static int64_t find_gaps(lum_poses *p)
 static int refuse_steps(const lum_poses *p, const char *name, int64_t step,
                         lum_error *error)
 {
-    static const char *const units[] = {"milliseconds", "microseconds",
-                                        "nanoseconds"};
     unsigned unit = 0;
-    for (int64_t as = step / 1000; unit < 2u && as > p->gap_ns; as /= 1000) {
+    for (int64_t as = step / 1000; unit < UNITS - 1u && as > p->gap_ns;
+         as /= 1000) {
         unit++;
     }
     errno = EINVAL;
@@ -463,28 +467,24 @@ static bool overlap(const lum_poses_info *info, int64_t scale, int64_t from_ns,
 int lum_poses_check_span(const lum_poses *poses, const char *name,
                          int64_t from_ns, int64_t to_ns, lum_error *error)
 {
-    static const struct {
-        int64_t scale;
-        const char *hint;
-    } units[] = {{1000, "; are its times milliseconds?"},
-                 {1000000, "; are its times microseconds?"},
-                 {1000000000, "; are its times nanoseconds?"}};
     const lum_poses_info *info = &poses->info;
-    const char *hint = "; are they of another drive?";
+    int64_t scale = 1000;
+    unsigned unit = 0;
     if (overlap(info, 1, from_ns, to_ns)) {
         return 0;
     }
-    for (size_t i = sizeof units / sizeof *units; i-- > 0;) {
-        if (overlap(info, units[i].scale, from_ns, to_ns)) {
-            hint = units[i].hint;
-        }
+    while (unit < UNITS && !overlap(info, scale, from_ns, to_ns)) {
+        unit++;
+        scale *= 1000;
     }
     errno = EINVAL;
     return lum_error_set(error,
                          "%s: its poses are of %.3f to %.3f s %s, the points "
-                         "of %.3f to %.3f s%s",
+                         "of %.3f to %.3f s; are %s%s?",
                          name, seconds(info->first_ns), seconds(info->last_ns),
                          info->clock == LUM_POSES_UTC ? "UTC"
                                                       : "of the sensor's clock",
-                         seconds(from_ns), seconds(to_ns), hint);
+                         seconds(from_ns), seconds(to_ns),
+                         unit < UNITS ? "its times " : "they of another drive",
+                         unit < UNITS ? units[unit] : "");
 }

@@ -74,8 +74,9 @@ static inline uint64_t lum_move_counts_without(const lum_move_counts *counts)
  * @param x,y,z  lum_frame_count() numbers each, metres.
  * @param counts not NULL; its numbers grow.
  * @return 0, or -1 with the reason in error: the frame lacks a column, has no
- *         clock by which the poses' times could be found, or struct_size is not
- *         set (then errno is EINVAL). Nothing is written then.
+ *         clock by which the poses' times could be found, options.to is none of
+ *         ::lum_move_to, or struct_size is not set; errno is EINVAL. Nothing is
+ *         written then.
  *
  * Linear, no heap. Any thread, as long as no two write the same arrays. */
 LUM_MUST_CHECK int lum_frame_move(const lum_frame *frame,
@@ -98,7 +99,8 @@ typedef struct lum_move_points {
 
 /** As lum_frame_move(), of arrays: options.to says only whether points are
  * moved into the world, or to start_ns. x, y and z are not those of points.
- * @return 0, or -1 where a struct_size is not set. */
+ * @return 0, or -1 with the reason in error: options.to is none of
+ *         ::lum_move_to, or a struct_size is not set; errno is EINVAL. */
 LUM_MUST_CHECK int lum_points_move(const lum_move_points *points,
                                    const lum_move_options *options, float *x,
                                    float *y, float *z, lum_move_counts *counts,
