@@ -12,7 +12,7 @@
 
 #define STEPS      65536.0           /* that a voxel has on each side */
 #define LIMIT      140737488355328.0 /* steps from 0 that have a tile: 2^47 */
-#define SECONDS    9e9               /* that nanoseconds in 64 bits hold */
+#define SECONDS    4e9               /* that a time of today can be added to */
 #define WIDTH_UNIT 100.0             /* of a pulse width in a nanosecond */
 #define READ_CHUNK 256u              /* voxels that are merged at a time */
 

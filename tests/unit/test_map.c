@@ -329,6 +329,32 @@ static void what_has_no_place_is_counted(void **unused)
     lum_map_free(map);
 }
 
+static void a_time_that_is_none_is_that_of_all(void **unused)
+{
+    (void)unused;
+    const float at[5] = {1.0f, 2.0f, 3.0f, 4.0f, 5.0f};
+    const float zero[5] = {0};
+    const float time[5] = {2.0f, NAN, 8.9e9f, -8.9e9f, -INFINITY};
+    const int64_t now_ns = INT64_C(1764349529000000000);
+    lum_error error = {""};
+    size_t n = 0;
+    lum_map *map = begin(0, NULL, false);
+    const lum_map_points points = {.struct_size = sizeof points,
+                                   .count = 5,
+                                   .x = at,
+                                   .y = zero,
+                                   .z = zero,
+                                   .time = time,
+                                   .time_ns = now_ns};
+    assert_int_equal(lum_map_add(map, &points, &error), 0);
+    assert_int_equal(lum_map_next(map, got, POINTS, &n, &error), 0);
+    assert_int_equal(n, 5);
+    for (size_t i = 0; i < n; i++) {
+        assert_true(got[i].time_ns == now_ns + (i == 0 ? 2000000000 : 0));
+    }
+    lum_map_free(map);
+}
+
 static void a_map_that_does_not_fit_says_what_would(void **unused)
 {
     (void)unused;
@@ -396,6 +422,7 @@ int main(void)
         cmocka_unit_test(a_map_is_what_a_plain_search_finds),
         cmocka_unit_test(many_parts_of_a_tile_become_one),
         cmocka_unit_test(what_has_no_place_is_counted),
+        cmocka_unit_test(a_time_that_is_none_is_that_of_all),
         cmocka_unit_test(a_map_that_does_not_fit_says_what_would),
         cmocka_unit_test(options_that_are_not_allowed_are_refused),
         cmocka_unit_test(nothing_gives_nothing),

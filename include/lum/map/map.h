@@ -78,8 +78,9 @@ typedef struct lum_map_points {
     const float *y;           /**< likewise */
     const float *z;           /**< likewise */
     const float *pulse_width; /**< nanoseconds, 0 where unknown; NULL: all 0 */
-    const float *time;        /**< seconds from time_ns on; NULL: all 0 */
-    int64_t time_ns;          /**< by whatever clock */
+    const float *time;        /**< seconds from time_ns on, below 4e9; beyond
+                                   that, or NaN, it is 0; NULL: all 0 */
+    int64_t time_ns;          /**< by whatever clock; at most 5e18 from 0 */
     double origin[3];         /**< where x, y and z are 0, metres */
 } lum_map_points;
 
