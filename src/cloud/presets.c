@@ -298,8 +298,8 @@ static double time_of(const lum_line_samples *line, const lum_sample *s)
     return line->times != NULL ? (double)line->times[s - line->samples] : 0.0;
 }
 
-/* A nanosecond shows in a time and a timestamp, and a bit of a float in an
- * angle in radians. */
+/* A nanosecond shows in a time and in a timestamp by the sensor's clock, and a
+ * bit of a float in an angle in radians. */
 static int print_cell(char *p, const lum_preset_field *f, double v)
 {
     const bool is_float = f->type >= LUM_FIELD_F32;
