@@ -116,10 +116,15 @@ bool options_has_frames(const struct options *options)
            options->choice.whole != 0;
 }
 
+bool options_is_in_world(const struct options *options)
+{
+    return options->points.motion.poses != NULL &&
+           options->points.motion.to == LUM_MOVE_TO_WORLD;
+}
+
 bool options_makes_map(const struct options *options)
 {
-    return options->cloud.voxel > 0 && options->points.motion.poses != NULL &&
-           options->points.motion.to == LUM_MOVE_TO_WORLD;
+    return options->cloud.voxel > 0 && options_is_in_world(options);
 }
 
 bool options_draws_one(const struct options *options, size_t i)

@@ -218,6 +218,9 @@ options_question options_is_organized;
  * alone it is known where a point stands, and when they began. */
 options_question options_takes_frames;
 
+/* Whether points are moved into the poses' fixed frame. */
+bool options_is_in_world(const struct options *options);
+
 /* Whether all frames become one map. */
 bool options_makes_map(const struct options *options);
 

@@ -9,21 +9,15 @@
 
 /* Points in the world are in another frame than those of the sensor, whose
  * mounts then tell nothing. */
-static bool is_in_world(const struct options *o)
-{
-    return o->points.motion.poses != NULL &&
-           o->points.motion.to == LUM_MOVE_TO_WORLD;
-}
-
 static lum_mcap_options mcap_of(const struct options *o,
                                 const struct provenance *about, bool is_growing)
 {
+    const bool is_in_world = options_is_in_world(o);
     return (lum_mcap_options){
         .struct_size = sizeof(lum_mcap_options),
-        .frame_id = is_in_world(o) && o->mcap.frame_id == NULL
-                        ? "map"
-                        : o->mcap.frame_id,
-        .calibration = is_in_world(o) ? NULL : o->about.calibration,
+        .frame_id =
+            is_in_world && o->mcap.frame_id == NULL ? "map" : o->mcap.frame_id,
+        .calibration = is_in_world ? NULL : o->about.calibration,
         .calibration_yaml = about->calibration,
         .profile_yaml = about->profile,
         .is_plain = o->mcap.is_plain,
