@@ -29,8 +29,7 @@ struct frame_lines {
     struct columns columns; /* the frame's */
     bool has_gaps;          /* some of their points are left out */
     bool was_lit;           /* words came in it */
-    int64_t begin_utc_ns;   /* 0: there is no clock */
-    int64_t begin_arrival_ns;
+    lum_frame_times frame_times;
     uint32_t end_before; /* of the frame before: its highest line, plus 1 */
     uint32_t end;        /* of this one */
     uint32_t rows;       /* of an eye */
@@ -182,8 +181,7 @@ int frame_lines_take(struct frame_lines *f, const lum_frame *frame,
     f->columns = columns_of(frame);
     f->has_gaps = false;
     f->was_lit = info.lines_dark < (uint64_t)info.lines[0] + info.lines[1];
-    f->begin_utc_ns = info.times.begin_utc_ns;
-    f->begin_arrival_ns = info.times.begin_arrival_ns;
+    f->frame_times = info.times;
     return wants_rows ? lay_out(f) : 0;
 }
 
@@ -205,8 +203,13 @@ const struct taken_frame *frame_lines_taken(const struct frame_lines *f)
 
 int64_t frame_lines_begin_ns(const struct frame_lines *f, bool by_arrival)
 {
-    return by_arrival || f->begin_utc_ns == 0 ? f->begin_arrival_ns
-                                              : f->begin_utc_ns;
+    return frame_begin_ns(&f->frame_times, by_arrival);
+}
+
+int64_t frame_begin_ns(const lum_frame_times *times, bool by_arrival)
+{
+    return by_arrival || times->begin_utc_ns == 0 ? times->begin_arrival_ns
+                                                  : times->begin_utc_ns;
 }
 
 static lum_sample sample_at(const struct columns *c, size_t i)

@@ -65,6 +65,9 @@ const struct taken_frame *frame_lines_taken(const struct frame_lines *lines);
  * arrival. That is the time 0 of its points. */
 int64_t frame_lines_begin_ns(const struct frame_lines *lines, bool by_arrival);
 
+/* The same of any frame. */
+int64_t frame_begin_ns(const lum_frame_times *times, bool by_arrival);
+
 /* The i-th line, in the order in which they came. What out points to lives
  * until the next call. */
 void frame_lines_get(struct frame_lines *lines, size_t i,

@@ -1,6 +1,7 @@
 #include "voxels.h"
 
 #include "base/system.h"
+#include "frame_lines.h"
 #include "lum/map/map.h"
 
 #include <errno.h>
@@ -158,12 +159,8 @@ static int put_frame(struct voxels *v, int64_t frame, struct outputs *outputs,
 static int64_t begin_ns(const struct voxels *v, const lum_frame_times *times)
 {
     const enum time_base base = v->options->points.time;
-    if (base == TIME_SENSOR) {
-        return times->begin_clock_us * 1000;
-    }
-    return base == TIME_ARRIVAL || times->begin_utc_ns == 0
-               ? times->begin_arrival_ns
-               : times->begin_utc_ns;
+    return base == TIME_SENSOR ? times->begin_clock_us * 1000
+                               : frame_begin_ns(times, base == TIME_ARRIVAL);
 }
 
 /* What has no pose is NaN, and left out by the map. */
