@@ -175,6 +175,16 @@ def simulate(path, *arguments):
     return path
 
 
+def small_disk(test, path, size):
+    """A disk of this size, such as 64k, until the test is done; where none can be made the test is skipped."""
+    path.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", path], capture_output=True, text=True)
+    if mounted.returncode != 0:
+        test.skipTest(f"no small disk can be made here: {mounted.stderr.strip()}")
+    test.addCleanup(subprocess.run, ["umount", path], check=True)
+    return path
+
+
 class Folder:
     """A folder that goes when the test is done."""
 

@@ -12,7 +12,7 @@ import subprocess
 import unittest
 
 from live import Process, Sensor, tool, wait_until
-from support import BIN, PATIENCE_S, Folder, run, simulate, summary
+from support import BIN, PATIENCE_S, Folder, run, simulate, small_disk, summary
 
 ADDRESSES = (f"127.78.0.{i}" for i in itertools.count(1))
 UNIT = pathlib.Path(__file__).resolve().parents[2] / "tools" / "lumdump" / "lumdump.service.in"
@@ -221,12 +221,7 @@ class Live(Case):
         self.assert_whole()
 
     def test_a_folder_that_is_full_stays_dark(self):
-        disk = self.folder / "disk"
-        disk.mkdir()
-        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=8m", "tmpfs", disk], capture_output=True, text=True)
-        if mounted.returncode != 0:
-            self.skipTest(f"no small disk can be made here: {mounted.stderr.strip()}")
-        self.addCleanup(subprocess.run, ["umount", disk], check=True)
+        disk = small_disk(self, self.folder / "disk", "8m")
         sensor = self.sensor()
         command = [f"udp://{self.address}", "--laser", "--rotate", "1MB", "--keep", "1GB", "-o", disk / "r.pcap"]
         r = run("lumdump", *command)
