@@ -183,7 +183,8 @@ static bool goes_with_voxels(const struct options *o)
          "--voxel has columns of its own: --columns, --preset and --organized "
          "do not go with it"},
         {options_is_rotation(&o->files.rotation),
-         "--rotate does not go with --voxel"},
+         "--rotate does not go with --voxel: leave it out; a name such as "
+         "thin-%04d.ply gives a file a frame"},
         {options_makes_map(o) && options_any(o, is_pattern),
          "--voxel makes one map of all frames in the world: name one file, or "
          "give --to start, which leaves each frame on its own"}};
