@@ -1,13 +1,12 @@
 #include "face.h"
 
 #include "random.h"
+#include "rotation.h"
 
 #include <math.h>
 
 /* Stream of random numbers. */
 #define STREAM_FACE 4u
-
-#define TURN 6.28318530717958647692
 
 static float dot(const float a[3], const float b[3])
 {
@@ -20,11 +19,12 @@ static lum_face_wave draw_wave(lum_random *random)
     const double ratio = log((double)LUM_FACE_WAVE_MAX_M / LUM_FACE_WAVE_MIN_M);
     const double length = (double)LUM_FACE_WAVE_MIN_M *
                           exp(ratio * (double)lum_random_unit(random));
-    const double heading = TURN * (double)lum_random_unit(random);
-    const double phase = TURN * (double)lum_random_unit(random);
-    return (lum_face_wave){.along_per_m = (float)(TURN / length * cos(heading)),
-                           .up_per_m = (float)(TURN / length * sin(heading)),
-                           .phase = (float)phase};
+    const double heading = LUM_FULL_TURN * (double)lum_random_unit(random);
+    const double phase = LUM_FULL_TURN * (double)lum_random_unit(random);
+    return (lum_face_wave){
+        .along_per_m = (float)(LUM_FULL_TURN / length * cos(heading)),
+        .up_per_m = (float)(LUM_FULL_TURN / length * sin(heading)),
+        .phase = (float)phase};
 }
 
 void lum_face_roughen(lum_face *face, uint64_t seed, unsigned number,

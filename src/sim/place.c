@@ -84,18 +84,18 @@ static void find_eye(const lum_place *place, const float mount[3],
 
 /* --- Courses --- */
 
-#define ROUND     6.28318530717958647692
 #define ROOM_TURN 0.6
 #define YARD_TURN 2.0
 
-static const lum_path_piece room_course[] = {{ROUND * ROOM_TURN, ROOM_TURN},
-                                             {ROUND * ROOM_TURN, -ROOM_TURN}};
-static const lum_path_piece yard_course[] = {{ROUND * YARD_TURN, YARD_TURN},
-                                             {ROUND * YARD_TURN, -YARD_TURN}};
+static const lum_path_piece room_course[] = {
+    {LUM_FULL_TURN * ROOM_TURN, ROOM_TURN},
+    {LUM_FULL_TURN * ROOM_TURN, -ROOM_TURN}};
+static const lum_path_piece yard_course[] = {
+    {LUM_FULL_TURN * YARD_TURN, YARD_TURN},
+    {LUM_FULL_TURN * YARD_TURN, -YARD_TURN}};
 
 bool lum_place_has_path(lum_place_kind kind, lum_path_kind path)
 {
-    const bool goes_round = path == LUM_PATH_CIRCLE;
     switch (kind) {
     case LUM_PLACE_ROOM:
     case LUM_PLACE_YARD:
@@ -104,7 +104,7 @@ bool lum_place_has_path(lum_place_kind kind, lum_path_kind path)
         return path != LUM_PATH_STRAIGHT && path != LUM_PATH_EIGHT;
     case LUM_PLACE_STREET:
     default:
-        return !goes_round && path != LUM_PATH_EIGHT;
+        return path != LUM_PATH_CIRCLE && path != LUM_PATH_EIGHT;
     }
 }
 

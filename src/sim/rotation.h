@@ -3,6 +3,9 @@
 #ifndef LUM_SIM_ROTATION_H
 #define LUM_SIM_ROTATION_H
 
+/** A full turn, radians. */
+#define LUM_FULL_TURN 6.28318530717958647692
+
 static inline double lum_radians(double degrees)
 {
     return degrees * 3.14159265358979323846 / 180.0;

@@ -175,8 +175,7 @@ static double mount_length(const lum_sight *s)
 
 static double turned_by(double from, double to)
 {
-    const double turn = 6.28318530717958647692;
-    return to - from - turn * floor((to - from) / turn + 0.5);
+    return to - from - LUM_FULL_TURN * floor((to - from) / LUM_FULL_TURN + 0.5);
 }
 
 /* The heading; false if it is not level. */

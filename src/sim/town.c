@@ -1,5 +1,6 @@
 #include "town.h"
 
+#include "rotation.h"
 #include "things.h"
 
 #include <math.h>
@@ -11,7 +12,7 @@
 #define SOUTH_Y  (-110.0)
 #define TURN_M   8.0
 #define HEIGHT_M 1.8
-#define QUARTER  1.57079632679489661923
+#define QUARTER  (0.25 * LUM_FULL_TURN)
 
 /* Middles of streets. */
 #define LANE     1.75
