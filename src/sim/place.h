@@ -2,9 +2,9 @@
  * The places that a simulated sensor looks at, and where it stands in them.
  *
  * It stands, or moves along a path; in a street it drives if nothing else is
- * said. A room and a yard are of flat faces, whose planes are known
- * exactly. All faces are
- * those of the same blocks with any seed; the seed gives their waves. */
+ * said. A room and a yard are of flat faces, whose planes are known exactly.
+ * All faces are those of the same blocks with any seed; the seed gives their
+ * waves. */
 #ifndef LUM_SIM_PLACE_H
 #define LUM_SIM_PLACE_H
 
@@ -22,7 +22,7 @@ typedef enum lum_place_kind {
     LUM_PLACE_STREET, /**< houses, vehicles, people, trees */
     LUM_PLACE_ROOM,   /**< 8 x 6 x 3 m, with things in it */
     LUM_PLACE_YARD,   /**< 30 x 20 m between houses, without a roof */
-    LUM_PLACE_TOWN    /**< streets of which one can drive round */
+    LUM_PLACE_TOWN    /**< streets around blocks of houses */
 } lum_place_kind;
 
 /** How flat the faces of a room or yard are, and how exact the sensor is. */

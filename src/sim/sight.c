@@ -160,6 +160,11 @@ static void keep(const lum_sight_line *work, size_t count, lum_sight_line *out)
 
 /* --- Looking from a sensor that moves --- */
 
+static double line_duration(const lum_sight *s)
+{
+    return 1.0 / s->rate_hz / (double)s->lines;
+}
+
 static double mount_length(const lum_sight *s)
 {
     double longest = 0.0;
@@ -222,7 +227,7 @@ static lum_result set_section(lum_sight *s, int64_t frame, uint32_t line)
     const double count = fmax(1.0, fmin(way, lines));
     const double part = floor((double)line * count / lines);
     const int64_t number = (frame - 1) * (int64_t)s->lines + (int64_t)part + 1;
-    const double line_s = 1.0 / s->rate_hz / lines;
+    const double line_s = line_duration(s);
     lum_section now = {.time_s = ((double)(frame - 1) + (part + 0.5) / count) /
                                  s->rate_hz,
                        .half_s = (0.5 / count + 1.0 / lines) / s->rate_hz};
@@ -261,10 +266,10 @@ static void find_knot(const lum_sight *s, unsigned eye, const lum_pose *begin,
 static size_t cast_knot(lum_sight *s, double knots[2][12], double late_s,
                         uint32_t first, const lum_scan_line *scan, size_t count)
 {
+    const double line_s = line_duration(s);
     for (uint32_t n = 0; n < KNOT_PIXELS; n++) {
         const uint32_t p = first + n;
         const double share = (double)n / KNOT_PIXELS;
-        const double line_s = 1.0 / s->rate_hz / (double)s->lines;
         lum_start start = {
             .late_s = (float)(late_s + line_s * (double)p / LUM_LINE_PIXELS)};
         float m[9];
@@ -288,7 +293,7 @@ static size_t cast_knot(lum_sight *s, double knots[2][12], double late_s,
 static void cast_moving(lum_sight *s, unsigned eye, double time_s,
                         const lum_scan_line *scan)
 {
-    const double line_s = 1.0 / s->rate_hz / (double)s->lines;
+    const double line_s = line_duration(s);
     const lum_pose begin = lum_place_pose(&s->place, time_s);
     const lum_pose end = lum_place_pose(&s->place, time_s + line_s);
     double knots[2][12];

@@ -175,13 +175,18 @@ static const mover movers[] = {
 
 /* --- The whole street --- */
 
+/* Whether it keeps its distance to the sensor. */
+static bool keeps_distance(const lum_street_moment *at, const mover *m)
+{
+    return at->leads && (double)m->speed == LUM_STREET_SENSOR_SPEED;
+}
+
 static double along_of(const lum_street_moment *at, const mover *m)
 {
-    const double speed = (double)m->speed;
-    if (at->leads && speed == LUM_STREET_SENSOR_SPEED) {
-        return 0.0;
-    }
-    return (speed - LUM_STREET_SENSOR_SPEED) * at->time_s - at->ahead_m;
+    return keeps_distance(at, m)
+               ? 0.0
+               : ((double)m->speed - LUM_STREET_SENSOR_SPEED) * at->time_s -
+                     at->ahead_m;
 }
 
 /* One that comes round again is another one. */
@@ -192,10 +197,8 @@ static void add_movers(lum_things *s, const lum_street_moment *at)
         const mover *m = &movers[i];
         const double x = (double)m->x + along_of(at, m);
         const double round = floor((x + BEHIND_M) / (AHEAD_M + BEHIND_M));
-        const bool leads =
-            at->leads && (double)m->speed == LUM_STREET_SENSOR_SPEED;
         s->x = lum_things_wrap(x, -BEHIND_M, AHEAD_M);
-        s->velocity[0] = leads ? (float)at->speed : m->speed;
+        s->velocity[0] = keeps_distance(at, m) ? (float)at->speed : m->speed;
         s->object =
             number_of(FIRST_VEHICLE, (int64_t)round, count) + (uint32_t)i;
         m->add(s, 0.0f, m->y, m->speed > 0.0f ? 1.0f : -1.0f, m->paint);
