@@ -60,6 +60,8 @@ class Options(unittest.TestCase):
                 (("--path", "none.txt"), "--path: none.txt: cannot be read"),
                 (("--path", "short.txt", "--frames", "6"), r"last 0\.5 s, and 6 frames 0\.6 s; right is --frames 5"),
                 (("--path", "wall.txt"), r"--path, 0\.\d+ s after the beginning: the blue eye would be outside"),
+                (("--scene", "room", "--path", "circle", "--velocity", "3", "--set", "eyes.blue.mount.x_m=1.5"),
+                 r"--path, 0\.\d+ s after the beginning: the blue eye would be outside the room"),
                 (("--output", "a.npy", "--labels", "a.npy"), "--labels: 'a.npy' is the file of --output too"),
                 (("--poses", "x.npy", "--labels", "x.npy"), "--labels: 'x.npy' is the file of --poses too"),
                 (("--path", "one.txt"), "one.txt: it has one pose, and a path needs two or more; .* use --pose"),
@@ -71,6 +73,11 @@ class Options(unittest.TestCase):
                 (("--time", "utc"), "--time utc is about the times of the exact points in --truth FILE, and of --poses")]:
             with self.subTest(arguments):
                 self.refused(*arguments, says=says)
+
+    def test_a_long_path_is_looked_at_in_each_frame(self):
+        aside = Folder(self).write("aside.txt", "".join(f"{i / 20} {i / 20} {30 if 7001 <= i <= 7003 else 0} 1.8 0 0 0 1\n"
+                                                        for i in range(24001)))
+        self.refused("--path", aside, says=r"--path, 350\.\d+ s after the beginning: the blue eye would be outside the street")
 
 
 class Beside(unittest.TestCase):

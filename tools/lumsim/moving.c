@@ -117,17 +117,20 @@ bool moving_check(struct options *o)
     return check_place(o);
 }
 
-/* How many times of a run are looked at. */
+/* How many times of a run are looked at, at least; with more frames, one of
+ * each. */
 #define LOOKS 2000
 
 bool moving_is_open(const struct options *o)
 {
     const lum_render_options *r = &o->render;
-    const double frames = o->frames > 0 ? (double)o->frames : 1.0;
+    const int64_t frames = o->frames > 0 ? o->frames : FRAMES_USUAL;
+    const int64_t looks = frames > LOOKS ? frames : LOOKS;
+    const double last_s = (double)frames / r->rate_hz;
     lum_place place;
     lum_place_init(&place, &r->place, r->seed);
-    for (int i = 0; i <= LOOKS; i++) {
-        const double time_s = frames / r->rate_hz * i / LOOKS;
+    for (int64_t i = 0; i <= looks; i++) {
+        const double time_s = last_s * (double)i / (double)looks;
         if (!standing_see_eyes(o, &place, &time_s)) {
             return false;
         }

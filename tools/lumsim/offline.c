@@ -18,8 +18,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define FRAMES 10
-
 /* A system is woken up to so much too late. */
 #define WAKING_NS 9973
 
@@ -457,7 +455,7 @@ int offline_run(const struct options *o)
     }
     run->options = o;
     run->true_calibration = (lum_outfile){.fd = -1, .claim = LUM_CLAIM_NONE};
-    run->frames = o->frames > 0 ? o->frames : FRAMES;
+    run->frames = o->frames > 0 ? o->frames : FRAMES_USUAL;
     prepare_for_signals(o);
     const int status = execute(run);
     lum_outfile_discard(&run->true_calibration);

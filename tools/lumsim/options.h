@@ -18,6 +18,9 @@ enum mode {
     MODE_REPLAY = 4 /* one that sends what a capture holds */
 };
 
+/* Frames of a run without --frames; 640 lines on the network have fewer. */
+#define FRAMES_USUAL 10
+
 /* A capture that is written. */
 struct capture_options {
     const char *output; /* "-": standard output */

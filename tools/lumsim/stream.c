@@ -2,8 +2,7 @@
  * client, when it is due. */
 #include "live.h"
 
-#define FRAMES_64  10u /* that are rendered */
-#define FRAMES_640 3u
+#define FRAMES_640 3u /* that are rendered */
 #define SLICE_NS   INT64_C(500000)
 #define LOOK_NS    INT64_C(10000000) /* for a reel to be done */
 #define ROUNDS_MAX 2u                /* batches before the socket is served */
@@ -34,7 +33,7 @@ void live_close_data(struct live *live)
 unsigned live_frames(const struct live *live)
 {
     return live->options->frames > 0           ? (unsigned)live->options->frames
-           : live->device.settings.lines == 64 ? FRAMES_64
+           : live->device.settings.lines == 64 ? FRAMES_USUAL
                                                : FRAMES_640;
 }
 
