@@ -177,10 +177,13 @@ static int simulate_eye(struct run *run, int64_t frame, uint32_t number,
                               : 0;
 }
 
-/* Of the start of a line; both eyes' start at once. */
+/* Of the start of a line, if requested; both eyes' start at once. */
 static int write_pose(struct run *run, const lum_sim_line *line)
 {
     const struct options *o = run->options;
+    if (run->poses == NULL) {
+        return 0;
+    }
     const lum_pose pose =
         lum_render_pose(&run->render, line->frame, line->number);
     const int64_t time_ns =
@@ -196,10 +199,7 @@ static int simulate_line(struct run *run, int64_t frame, uint32_t number)
             return -1;
         }
     }
-    if (run->poses != NULL && write_pose(run, &run->line) != 0) {
-        return -1;
-    }
-    return send_line(run);
+    return write_pose(run, &run->line) == 0 ? send_line(run) : -1;
 }
 
 /* Without the first, the pixels of the last line would have no pose; without
@@ -214,7 +214,7 @@ static int write_last_poses(struct run *run)
          end->number++) {
         end->clock_us =
             lum_render_clock_us(&run->render, end->frame, end->number);
-        result = run->poses != NULL ? write_pose(run, end) : 0;
+        result = write_pose(run, end);
     }
     return result;
 }
