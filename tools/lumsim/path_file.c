@@ -60,7 +60,7 @@ static bool check_poses(const struct options *o, const lum_poses_info *info)
     return true;
 }
 
-/* If nothing is said of frames, a capture has as many as there are poses. */
+/* If nothing is said of frames, a capture has as many as the poses last. */
 static bool check_length(struct options *o)
 {
     const lum_path *path = &o->render.place.path;
