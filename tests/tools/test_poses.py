@@ -171,6 +171,10 @@ class Poses(unittest.TestCase):
             done = self.dump("-q", "--poses", self.poses, "--pose-times", times, "--format", "csv", "-o", name, status=2)
             self.assertRegex(done.stderr, f"{name} is the file of .*poses.*, which this run reads: name another output")
             self.assertEqual(name.read_bytes(), before)
+        second = self.folder.write("m-0002.csv", self.poses.read_text())
+        done = self.dump("-q", "--poses", second, "-o", self.folder / "m-%04d.csv", status=2)
+        self.assertIn("m-0002.csv, which this run reads, has one of the names of", done.stderr)
+        self.assertFalse((self.folder / "m-0001.csv").exists())
 
     def test_standard_input_can_be_the_poses(self):
         outputs = [self.folder / "file.ply", self.folder / "stdin.ply"]

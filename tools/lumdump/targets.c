@@ -160,12 +160,15 @@ static int check_all_numbered(const struct options *options, size_t i,
             return -1;
         }
     }
-    return check_numbered(options, i, options->config.calibration, error) ==
-                       0 &&
-                   check_numbered(options, i, options->config.profile, error) ==
-                       0
-               ? 0
-               : -1;
+    const char *const inputs[] = {
+        options->config.calibration, options->config.profile,
+        options->points.motion.poses, options->points.motion.times};
+    for (size_t k = 0; k < sizeof inputs / sizeof inputs[0]; k++) {
+        if (check_numbered(options, i, inputs[k], error) != 0) {
+            return -1;
+        }
+    }
+    return 0;
 }
 
 static int check_others(const struct options *options, size_t i,
