@@ -45,8 +45,8 @@ int motion_new(const struct options *o, struct motion **out, lum_error *error)
     m->options = (lum_move_options){.struct_size = sizeof m->options,
                                     .poses = m->poses,
                                     .to = o->points.motion.to};
-    m->has_origin = options_is_in_world(o) &&
-                    lum_poses_origin(m->poses, m->options.origin);
+    m->has_origin =
+        options_is_in_world(o) && lum_poses_origin(m->poses, m->options.origin);
     motion_restart(m);
     *out = m;
     return 0;
