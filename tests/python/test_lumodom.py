@@ -169,6 +169,14 @@ sys.exit(_cli.main([{drive!r}, "-o", "a.txt"]))
 # --- How exact it is ---
 
 
+@pytest.mark.parametrize("options", [("--velocity", 20), ("--velocity", 2, "--rate", 0.5)])
+def test_a_drive_that_is_under_way_when_it_begins_is_found(kiss, capsys, options):
+    """From no motion, kiss-icp finds a hundredth of it: the lines on the road are alike in both frames."""
+    run("lumsim", "-q", "-o", "fast.pcap", "--scene", "town", "--path", "circle", *options, "--frames", 3)
+    assert _cli.main(["fast.pcap", "--json", "-q"]) == 0
+    assert json.loads(capsys.readouterr().out)["mean_m_s"] == pytest.approx(options[1], rel=0.02)
+
+
 @pytest.mark.long
 def test_a_jump_back_along_the_street_is_told(kiss, tmp_path):
     """Its motion is found as if it had gone on."""

@@ -29,6 +29,10 @@ STEP_S = 0.5
 FEWEST = 20
 """Points that a frame is aligned by, after they were thinned."""
 
+AHEAD_M, FASTEST_M_S, FARTHEST_M = 2.0, 60.0, 40.0
+"""Motions that the first two frames are tried with: straight ahead, in steps of this, up to this speed, and up to this far. With
+none, kiss-icp finds up to some 1.5 m; of a longer motion it finds next to nothing, since the lines on the road are alike in both."""
+
 _SETTLED_M, _SETTLED_RAD = 1e-2, 1e-4
 _FIRST_ROUNDS = 4
 _SAMPLE = 200
@@ -110,14 +114,14 @@ class Estimate:
     def __init__(self, settings: Settings) -> None:
         """Begin a drive."""
         self._settings = settings
-        self._begin(np.eye(4))
+        self._begin(np.eye(4), 1.0)
 
-    def _begin(self, motion: Array) -> None:
-        """An empty map, and the motion of the first frame."""
+    def _begin(self, motion: Array, span_s: float) -> None:
+        """An empty map, and the motion at the first frame."""
         from kiss_icp.kiss_icp import KissICP
 
         self._kiss = KissICP(self._settings.config())
-        self._pose, self._motion, self._span_s = np.eye(4), motion, 0.0
+        self._pose, self._motion, self._span_s = np.eye(4), motion, span_s
         self._last: Any = None
         self._before = np.zeros((0, 3))
         self.track = Track()
@@ -138,14 +142,24 @@ class Estimate:
 
     def _start(self, first: list[Scan]) -> None:
         """The first frame has none before it: it moved as it did until the second one, which depends on that."""
-        motion = np.eye(4)
+        span_s = (first[1].clock_ns - first[0].clock_ns) * 1e-9
+        tried = []
+        for ahead_m in np.arange(0, min(FASTEST_M_S * span_s, FARTHEST_M), AHEAD_M):
+            motion = np.eye(4)
+            motion[0, 3] = ahead_m
+            self._take_first(first, motion, span_s)
+            tried.append((self.track.residuals_m[0], self._motion))
+        _, motion = min(tried, key=lambda one: one[0])
         for _ in range(_FIRST_ROUNDS if self._settings.deskew else 1):
-            self._begin(motion)
-            for scan in first:
-                self._take(scan)
+            self._take_first(first, motion, span_s)
             if _settled(motion, self._motion):
                 break
             motion = self._motion
+
+    def _take_first(self, first: list[Scan], motion: Array, span_s: float) -> None:
+        self._begin(motion, span_s)
+        for scan in first:
+            self._take(scan)
 
     def _finish(self) -> None:
         """Poses for the times before the first middle and after the last."""
@@ -165,8 +179,8 @@ class Estimate:
 
     def _take(self, scan: Scan) -> None:
         if self._last is None:
-            span_s, pose = scan.length_s, self._pose
-            points = self._points(scan, self._motion, ROUNDS[-1][1])
+            span_s, pose = self._span_s, self._pose
+            points = self._points(scan, part(self._motion, scan.length_s / span_s), ROUNDS[-1][1])
         else:
             span_s = (scan.clock_ns - self._last.clock_ns) * 1e-9
             pose, points = self._align(scan, span_s)
