@@ -44,7 +44,6 @@ APPLIES: Mapping[str, tuple[str, ...]] = {
 _ONLY_BY_LUMDUMP = ("duration", "organized", "packets", "rotate", "voxel")
 
 
-
 def _format_of(name: str, given: Optional[str]) -> str:
     if given is not None:
         if not isinstance(given, str):
