@@ -11,7 +11,8 @@
 #define LINE_BYTES 17u /* timestamp, frame, eye, line */
 #define ROW_BYTES  52u
 
-#define HEADER_BYTES 2048u /* without its comment */
+#define HEADER_BYTES 2048u /* without its comment and extra columns */
+#define EXTRA_BYTES  64u   /* of each of these */
 #define PREFIX_BYTES 8u    /* the most of a comment's line */
 
 void lum_cloud_print(lum_cloud_text *out, const char *format, ...)
@@ -93,6 +94,7 @@ static int put_header(lum_writer *writer, bool again, lum_error *error)
     const uint64_t count =
         writer->was_rehearsed ? writer->rehearsed : writer->points;
     lum_cloud_text text = {.room = HEADER_BYTES +
+                                   writer->extras.count * EXTRA_BYTES +
                                    comment_room(writer->options.comment)};
     text.at = malloc(text.room);
     if (text.at == NULL) {

@@ -3,7 +3,8 @@
 
 static int begin(lum_writer *writer, lum_error *error)
 {
-    char header[512] = "";
+    char header[512 + LUM_WRITER_EXTRA_MAX * (LUM_WRITER_EXTRA_NAME_MAX + 1u)] =
+        "";
     size_t n = 0;
     const unsigned count = lum_writer_column_count(writer);
     for (unsigned i = 0; i < count; i++) {

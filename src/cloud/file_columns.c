@@ -47,14 +47,25 @@ const lum_column_list lum_cloud_columns = {
 
 /* --- Lists --- */
 
-static int refuse(lum_error *error, const char *name, size_t n)
+static const char *name_of(const lum_extras *extras, unsigned column)
+{
+    return column < LUM_FILE_COLUMNS ? lum_file_column_specs[column].name
+                                     : extras->name[column - LUM_FILE_COLUMNS];
+}
+
+static unsigned known_columns(const lum_extras *extras)
+{
+    return (unsigned)LUM_FILE_COLUMNS + extras->count;
+}
+
+static int refuse(lum_error *error, const lum_extras *extras, const char *name,
+                  size_t n)
 {
     char all[256] = "";
     size_t len = 0;
-    for (unsigned i = 0; i < LUM_FILE_COLUMNS; i++) {
-        const int added =
-            snprintf(all + len, sizeof all - len, "%s%s", i == 0 ? "" : ", ",
-                     lum_file_column_specs[i].name);
+    for (unsigned i = 0; i < known_columns(extras) && len < sizeof all; i++) {
+        const int added = snprintf(all + len, sizeof all - len, "%s%s",
+                                   i == 0 ? "" : ", ", name_of(extras, i));
         len += added > 0 ? (size_t)added : 0u;
     }
     errno = EINVAL;
@@ -62,12 +73,13 @@ static int refuse(lum_error *error, const char *name, size_t n)
                          n < 40u ? (int)n : 40, name, all);
 }
 
-static bool find(const char *name, size_t n, lum_file_column *out)
+static bool find(const lum_extras *extras, const char *name, size_t n,
+                 unsigned *out)
 {
-    for (unsigned i = 0; i < LUM_FILE_COLUMNS; i++) {
-        const char *known = lum_file_column_specs[i].name;
+    for (unsigned i = 0; i < known_columns(extras); i++) {
+        const char *known = name_of(extras, i);
         if (strncmp(known, name, n) == 0 && known[n] == '\0') {
-            *out = (lum_file_column)i;
+            *out = i;
             return true;
         }
     }
@@ -79,21 +91,28 @@ bool lum_column_list_has(const lum_column_list *list, lum_file_column column)
     return memchr(list->at, (int)column, list->count) != NULL;
 }
 
-int lum_column_list_read(const char *names, lum_column_list *out,
-                         lum_error *error)
+void lum_column_list_append(lum_column_list *list, const lum_extras *extras)
+{
+    for (unsigned i = 0; i < extras->count; i++) {
+        list->at[list->count++] = (uint8_t)(LUM_FILE_COLUMNS + i);
+    }
+}
+
+int lum_column_list_read(const char *names, const lum_extras *extras,
+                         lum_column_list *out, lum_error *error)
 {
     lum_column_list list = {0};
     const char *p = names;
     for (;;) {
         const size_t n = strcspn(p, ",");
-        lum_file_column column = LUM_FILE_X;
-        if (!find(p, n, &column)) {
-            return refuse(error, p, n);
+        unsigned column = LUM_FILE_X;
+        if (!find(extras, p, n, &column)) {
+            return refuse(error, extras, p, n);
         }
-        if (lum_column_list_has(&list, column)) {
+        if (memchr(list.at, (int)column, list.count) != NULL) {
             errno = EINVAL;
             return lum_error_set(error, "the column %s is named twice",
-                                 lum_file_column_specs[column].name);
+                                 name_of(extras, column));
         }
         list.at[list.count++] = (uint8_t)column;
         if (p[n] == '\0') {
@@ -145,7 +164,8 @@ static const struct {
 };
 
 void lum_file_rows_begin(lum_file_rows *rows, const lum_column_list *columns,
-                         const lum_line_samples *line, char separator)
+                         const lum_extras *extras, const lum_line_samples *line,
+                         char separator)
 {
     lum_text_line text;
     const char *p = text.line;
@@ -153,6 +173,8 @@ void lum_file_rows_begin(lum_file_rows *rows, const lum_column_list *columns,
     rows->separator = separator;
     rows->samples = line->samples;
     rows->times = line->times;
+    rows->extras = extras;
+    rows->extra = line->extra;
     lum_text_line_begin(&text, line, separator);
     for (unsigned i = 0; i < 4u; i++) {
         const char *end = (const char *)memchr(p, separator, LUM_DECIMAL_ROOM);
@@ -189,10 +211,22 @@ static char *put_seconds(char *p, float seconds)
                : lum_put_large(p, seconds, 0);
 }
 
+static char *put_extra(char *p, const lum_file_rows *rows, unsigned i,
+                       const lum_sample *s)
+{
+    p = lum_number_print(p, (lum_number_type)rows->extras->type[i],
+                         rows->extra[i], (size_t)(s - rows->samples));
+    *p = rows->separator;
+    return p + 1;
+}
+
 /* A cell and its separator. */
 static char *put_cell(char *p, const lum_file_rows *rows, unsigned column,
                       const lum_sample *s)
 {
+    if (column >= LUM_FILE_COLUMNS) {
+        return put_extra(p, rows, column - LUM_FILE_COLUMNS, s);
+    }
     const size_t at = places[column].at;
     switch ((enum kind)places[column].kind) {
     case OF_FLOAT:
@@ -231,6 +265,11 @@ char *lum_file_rows_put_text(char *p, void *context, const lum_sample *samples,
 static unsigned char *put_number(unsigned char *p, const lum_file_rows *rows,
                                  unsigned column, const lum_sample *s)
 {
+    if (column >= LUM_FILE_COLUMNS) {
+        const unsigned i = column - LUM_FILE_COLUMNS;
+        return lum_number_put(p, (lum_number_type)rows->extras->type[i],
+                              rows->extra[i], (size_t)(s - rows->samples));
+    }
     const size_t at = places[column].at;
     switch ((enum kind)places[column].kind) {
     case OF_FLOAT:

@@ -88,6 +88,5 @@ bool lum_format_has_voxels(lum_format format)
 
 int lum_writer_check_columns(const char *names, lum_error *error)
 {
-    lum_column_list list;
-    return lum_column_list_read(names, &list, error);
+    return lum_writer_check_extra(LUM_FORMATS, names, NULL, 0, error);
 }

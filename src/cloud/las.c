@@ -13,7 +13,8 @@
 #define RETURNS          15u /* a point holds numbers up to this */
 #define EXTRAS           11u
 #define EXTRA_BYTES      32u
-#define VOXEL_BYTES      4u /* of extras of a voxel */
+#define OWN_BYTES        (8u * LUM_WRITER_EXTRA_MAX) /* of the caller's own */
+#define VOXEL_BYTES      4u                          /* of extras of a voxel */
 
 #define SCALE       0.0001       /* metres a unit */
 #define SCALE_VOXEL 0.001        /* of voxels, whose coordinates are large */
@@ -67,7 +68,7 @@ typedef struct las {
     double scale; /* metres a unit */
     const extra *extras;
     uint16_t extra_count;
-    uint16_t extra_bytes; /* of a point */
+    uint16_t extra_bytes; /* of a point, with the caller's own */
     float min[3];
     float max[3];
     uint64_t by_return[RETURNS];
@@ -115,7 +116,7 @@ static uint32_t points_at(const lum_writer *writer)
     const las *state = writer->state;
     const size_t comment = comment_bytes(writer);
     return HEADER_BYTES + 2u * VLR_HEAD_BYTES + (uint32_t)sizeof about - 1u +
-           state->extra_count * DESCRIPTOR_BYTES +
+           (state->extra_count + writer->extras.count) * DESCRIPTOR_BYTES +
            (comment > 0 ? VLR_HEAD_BYTES + (uint32_t)comment : 0u);
 }
 
@@ -186,21 +187,32 @@ static int write_about(lum_writer *writer, lum_error *error)
                : 0;
 }
 
+static unsigned char *put_descriptor(unsigned char *p, extra e)
+{
+    p = put_zeros(p, 2);
+    p = lum_put_u8(p, e.type);
+    p = lum_put_u8(p, 0); /* no minimum, maximum, scale or offset */
+    p = put_text(p, e.name, 32);
+    p = put_zeros(p, 124);
+    return put_text(p, e.description, 32);
+}
+
 static int write_extras(lum_writer *writer, lum_error *error)
 {
     const las *state = writer->state;
-    const extra *extras = state->extras;
-    unsigned char vlr[VLR_HEAD_BYTES + EXTRAS * DESCRIPTOR_BYTES];
-    unsigned char *p =
-        put_vlr_head(vlr, "LASF_Spec", 4, state->extra_count * DESCRIPTOR_BYTES,
-                     "extra bytes");
+    const lum_extras *own = &writer->extras;
+    unsigned char vlr[VLR_HEAD_BYTES +
+                      (EXTRAS + LUM_WRITER_EXTRA_MAX) * DESCRIPTOR_BYTES];
+    unsigned char *p = put_vlr_head(vlr, "LASF_Spec", 4,
+                                    ((size_t)state->extra_count + own->count) *
+                                        DESCRIPTOR_BYTES,
+                                    "extra bytes");
     for (unsigned i = 0; i < state->extra_count; i++) {
-        p = put_zeros(p, 2);
-        p = lum_put_u8(p, extras[i].type);
-        p = lum_put_u8(p, 0); /* no minimum, maximum, scale or offset */
-        p = put_text(p, extras[i].name, 32);
-        p = put_zeros(p, 124);
-        p = put_text(p, extras[i].description, 32);
+        p = put_descriptor(p, state->extras[i]);
+    }
+    for (unsigned i = 0; i < own->count; i++) {
+        p = put_descriptor(
+            p, (extra){own->name[i], "", lum_number_types[own->type[i]].las});
     }
     return lum_sink_write(writer->sink, vlr, (size_t)(p - vlr), error);
 }
@@ -230,7 +242,8 @@ static int begin(lum_writer *writer, lum_error *error)
     state->scale = is_map ? SCALE_VOXEL : SCALE;
     state->extras = is_map ? voxel_extras : point_extras;
     state->extra_count = is_map ? 1u : EXTRAS;
-    state->extra_bytes = is_map ? VOXEL_BYTES : EXTRA_BYTES;
+    state->extra_bytes = (uint16_t)((is_map ? VOXEL_BYTES : EXTRA_BYTES) +
+                                    lum_extras_bytes(&writer->extras));
     make_header(bytes, writer,
                 writer->was_rehearsed ? writer->options.rehearsal : writer);
     return lum_sink_write(writer->sink, bytes, sizeof bytes, error) != 0 ||
@@ -313,7 +326,9 @@ static unsigned char *put_point(unsigned char *p, const las_line *line,
     p = lum_put_le16(p, s->return_number);
     p = lum_put_le16(p, s->number_of_returns);
     p = lum_put_u8(p, line->eye);
-    return lum_put_u8(p, s->edge);
+    p = lum_put_u8(p, s->edge);
+    return lum_extras_put(p, &line->writer->extras, line->samples->extra,
+                          (size_t)(s - line->samples->samples));
 }
 
 static char *put_points(char *p, void *context, const lum_sample *samples,
@@ -387,8 +402,8 @@ static int add(lum_writer *writer, const lum_line_samples *line,
     shared.eye = line->eye;
     shared.writer = writer;
     shared.samples = line;
-    return lum_writer_put(writer, line, POINT_BYTES + EXTRA_BYTES, put_points,
-                          &shared, error);
+    return lum_writer_put(writer, line, POINT_BYTES + EXTRA_BYTES + OWN_BYTES,
+                          put_points, &shared, error);
 }
 
 static int finish(lum_writer *writer, lum_error *error)

@@ -13,9 +13,6 @@
 
 #define FRAME_ID "luminar"
 
-/* A sequence has a length of 32 bits, and a chunk is in memory. */
-#define POINTS_MAX (UINT32_MAX / LUM_ROS_POINT_BYTES / 2u)
-
 typedef struct state {
     lum_mcap_file file;
     unsigned contents;                /* of lum_mcap_content */
@@ -141,6 +138,7 @@ static int begin(lum_writer *writer, lum_error *error)
         s->owes_mounts = true;
     }
     s->is_growing = o->is_growing;
+    s->points.extras = &writer->extras;
     s->points.lines =
         o->lines < LUM_MCAP_LINES_MAX ? o->lines : LUM_MCAP_LINES_MAX;
     s->points.lines_are_stated = o->lines != 0;
@@ -199,8 +197,10 @@ static int put_cloud(state *s, float first_s, lum_error *error)
         begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
         return -1;
     }
-    lum_cdr cdr = lum_ros_begin_cloud(out, stamp_ns, s->frame_id, (uint32_t)n);
-    unsigned char *to = lum_bytes_extend(out, n * LUM_ROS_POINT_BYTES);
+    lum_cdr cdr = lum_ros_begin_cloud(out, stamp_ns, s->frame_id, (uint32_t)n,
+                                      s->points.extras);
+    unsigned char *to =
+        lum_bytes_extend(out, n * lum_ros_points_bytes(&s->points));
     if (to != NULL) {
         lum_ros_points_take(&s->points, first_s, to);
     }
@@ -216,10 +216,10 @@ static int put_line(state *s, const lum_ros_line *line, lum_error *error)
         begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
         return -1;
     }
-    lum_cdr cdr =
-        lum_ros_begin_cloud(out, stamp_ns, s->frame_id, (uint32_t)line->count);
+    lum_cdr cdr = lum_ros_begin_cloud(out, stamp_ns, s->frame_id,
+                                      (uint32_t)line->count, s->points.extras);
     unsigned char *to =
-        lum_bytes_extend(out, line->count * LUM_ROS_POINT_BYTES);
+        lum_bytes_extend(out, line->count * lum_ros_points_bytes(&s->points));
     if (to != NULL) {
         lum_ros_points_take_line(&s->points, line, to);
     }
@@ -323,6 +323,12 @@ static int enter_frame(lum_writer *writer, const lum_line_samples *line,
     return 0;
 }
 
+/* A sequence has a length of 32 bits, and a chunk is in memory. */
+static size_t points_max(const state *s)
+{
+    return UINT32_MAX / lum_ros_points_bytes(&s->points) / 2u;
+}
+
 static int add(lum_writer *writer, const lum_line_samples *line,
                lum_error *error)
 {
@@ -333,10 +339,10 @@ static int add(lum_writer *writer, const lum_line_samples *line,
     if (enter_frame(writer, line, error) != 0) {
         return -1;
     }
-    if (line->count > POINTS_MAX - lum_ros_points_count(&s->points)) {
+    if (line->count > points_max(s) - lum_ros_points_count(&s->points)) {
         errno = EOVERFLOW;
-        return lum_error_set(error, "%s: a frame of more than %u points",
-                             lum_sink_name(writer->sink), POINTS_MAX);
+        return lum_error_set(error, "%s: a frame of more than %zu points",
+                             lum_sink_name(writer->sink), points_max(s));
     }
     const double from_us = (double)line->timestamp_us - (double)s->timestamp_us;
     const float from_s = (float)(from_us * 1e-6);

@@ -12,19 +12,10 @@
 
 /* --- The table --- */
 
-const lum_field_type_spec lum_field_types[LUM_FIELD_TYPES] = {
-    [LUM_FIELD_U8] = {"u8", "uchar", 'U', 1, 2},
-    [LUM_FIELD_U16] = {"u16", "uint16", 'U', 2, 4},
-    [LUM_FIELD_U32] = {"u32", "uint", 'U', 4, 6},
-    [LUM_FIELD_I32] = {"i32", "int", 'I', 4, 5},
-    [LUM_FIELD_F32] = {"f32", "float", 'F', 4, 7},
-    [LUM_FIELD_F64] = {"f64", "double", 'F', 8, 8},
-};
-
 #define XYZ(x, y, z)                                                           \
-    {x, LUM_FIELD_F32, LUM_VALUE_X}, {y, LUM_FIELD_F32, LUM_VALUE_Y},          \
+    {x, LUM_NUMBER_F32, LUM_VALUE_X}, {y, LUM_NUMBER_F32, LUM_VALUE_Y},        \
     {                                                                          \
-        z, LUM_FIELD_F32, LUM_VALUE_Z                                          \
+        z, LUM_NUMBER_F32, LUM_VALUE_Z                                         \
     }
 
 const lum_preset lum_presets[LUM_PRESETS] = {
@@ -32,47 +23,47 @@ const lum_preset lum_presets[LUM_PRESETS] = {
      true,
      10,
      {XYZ("x", "y", "z"),
-      {"intensity", LUM_FIELD_U8, LUM_VALUE_WIDTH_255},
-      {"return_type", LUM_FIELD_U8, LUM_VALUE_RETURN_TYPE},
-      {"channel", LUM_FIELD_U16, LUM_VALUE_RING},
-      {"azimuth", LUM_FIELD_F32, LUM_VALUE_AZIMUTH},
-      {"elevation", LUM_FIELD_F32, LUM_VALUE_ELEVATION},
-      {"distance", LUM_FIELD_F32, LUM_VALUE_DISTANCE},
-      {"time_stamp", LUM_FIELD_U32, LUM_VALUE_TIME_NS}}},
+      {"intensity", LUM_NUMBER_U8, LUM_VALUE_WIDTH_255},
+      {"return_type", LUM_NUMBER_U8, LUM_VALUE_RETURN_TYPE},
+      {"channel", LUM_NUMBER_U16, LUM_VALUE_RING},
+      {"azimuth", LUM_NUMBER_F32, LUM_VALUE_AZIMUTH},
+      {"elevation", LUM_NUMBER_F32, LUM_VALUE_ELEVATION},
+      {"distance", LUM_NUMBER_F32, LUM_VALUE_DISTANCE},
+      {"time_stamp", LUM_NUMBER_U32, LUM_VALUE_TIME_NS}}},
     {"lio-sam",
      false,
      6,
      {XYZ("x", "y", "z"),
-      {"intensity", LUM_FIELD_F32, LUM_VALUE_WIDTH_NS},
-      {"ring", LUM_FIELD_U16, LUM_VALUE_RING},
-      {"time", LUM_FIELD_F32, LUM_VALUE_TIME_S}}},
+      {"intensity", LUM_NUMBER_F32, LUM_VALUE_WIDTH_NS},
+      {"ring", LUM_NUMBER_U16, LUM_VALUE_RING},
+      {"time", LUM_NUMBER_F32, LUM_VALUE_TIME_S}}},
     {"fast-lio",
      false,
      6,
      {XYZ("x", "y", "z"),
-      {"intensity", LUM_FIELD_F32, LUM_VALUE_WIDTH_NS},
-      {"time", LUM_FIELD_F32, LUM_VALUE_TIME_S},
-      {"ring", LUM_FIELD_U16, LUM_VALUE_RING}}},
+      {"intensity", LUM_NUMBER_F32, LUM_VALUE_WIDTH_NS},
+      {"time", LUM_NUMBER_F32, LUM_VALUE_TIME_S},
+      {"ring", LUM_NUMBER_U16, LUM_VALUE_RING}}},
     {"kitti",
      true,
      4,
-     {XYZ("x", "y", "z"), {"intensity", LUM_FIELD_F32, LUM_VALUE_WIDTH_1}}},
+     {XYZ("x", "y", "z"), {"intensity", LUM_NUMBER_F32, LUM_VALUE_WIDTH_1}}},
     {"argoverse2",
      false,
      6,
      {XYZ("x", "y", "z"),
-      {"intensity", LUM_FIELD_U8, LUM_VALUE_WIDTH_255},
-      {"laser_number", LUM_FIELD_U8, LUM_VALUE_RING},
-      {"offset_ns", LUM_FIELD_I32, LUM_VALUE_TIME_NS}}},
+      {"intensity", LUM_NUMBER_U8, LUM_VALUE_WIDTH_255},
+      {"laser_number", LUM_NUMBER_U8, LUM_VALUE_RING},
+      {"offset_ns", LUM_NUMBER_I32, LUM_VALUE_TIME_NS}}},
     {"pdal",
      false,
      8,
      {XYZ("x", "y", "z"),
-      {"Intensity", LUM_FIELD_U16, LUM_VALUE_WIDTH_CNS},
-      {"ReturnNumber", LUM_FIELD_U8, LUM_VALUE_RETURN},
-      {"NumberOfReturns", LUM_FIELD_U8, LUM_VALUE_RETURNS},
-      {"ScanChannel", LUM_FIELD_U8, LUM_VALUE_EYE},
-      {"GpsTime", LUM_FIELD_F64, LUM_VALUE_TIMESTAMP_S}}},
+      {"Intensity", LUM_NUMBER_U16, LUM_VALUE_WIDTH_CNS},
+      {"ReturnNumber", LUM_NUMBER_U8, LUM_VALUE_RETURN},
+      {"NumberOfReturns", LUM_NUMBER_U8, LUM_VALUE_RETURNS},
+      {"ScanChannel", LUM_NUMBER_U8, LUM_VALUE_EYE},
+      {"GpsTime", LUM_NUMBER_F64, LUM_VALUE_TIMESTAMP_S}}},
 };
 
 const lum_preset lum_preset_of_messages = {
@@ -80,20 +71,20 @@ const lum_preset lum_preset_of_messages = {
     false,
     8,
     {XYZ("x", "y", "z"),
-     {"intensity", LUM_FIELD_F32, LUM_VALUE_WIDTH_NS},
-     {"time", LUM_FIELD_F32, LUM_VALUE_TIME_S},
-     {"ring", LUM_FIELD_U16, LUM_VALUE_RING},
-     {"return", LUM_FIELD_U8, LUM_VALUE_RETURN},
-     {"eye", LUM_FIELD_U8, LUM_VALUE_EYE}}};
+     {"intensity", LUM_NUMBER_F32, LUM_VALUE_WIDTH_NS},
+     {"time", LUM_NUMBER_F32, LUM_VALUE_TIME_S},
+     {"ring", LUM_NUMBER_U16, LUM_VALUE_RING},
+     {"return", LUM_NUMBER_U8, LUM_VALUE_RETURN},
+     {"eye", LUM_NUMBER_U8, LUM_VALUE_EYE}}};
 
 const lum_preset lum_preset_of_voxels = {
     "voxels",
     false,
     6,
     {XYZ("x", "y", "z"),
-     {"intensity", LUM_FIELD_F32, LUM_VALUE_WIDTH_NS},
-     {"timestamp", LUM_FIELD_F64, LUM_VALUE_VOXEL_US},
-     {"points", LUM_FIELD_U32, LUM_VALUE_POINTS}}};
+     {"intensity", LUM_NUMBER_F32, LUM_VALUE_WIDTH_NS},
+     {"timestamp", LUM_NUMBER_F64, LUM_VALUE_VOXEL_US},
+     {"points", LUM_NUMBER_U32, LUM_VALUE_POINTS}}};
 
 const lum_preset *lum_preset_find(const char *name, lum_error *error)
 {
@@ -117,7 +108,7 @@ size_t lum_preset_offset(const lum_preset *preset, unsigned field)
 {
     size_t n = 0;
     for (unsigned i = 0; i < field; i++) {
-        n += lum_field_types[preset->fields[i].type].bytes;
+        n += lum_number_types[preset->fields[i].type].bytes;
     }
     return n;
 }
@@ -249,32 +240,34 @@ static double value_of(lum_field_value value, const lum_line_samples *line,
 }
 
 /* The nearest integer that the type has; 0 for NaN. */
-static int64_t whole(double v, lum_field_type type)
+static int64_t whole(double v, lum_number_type type)
 {
-    static const double highest[] = {UINT8_MAX, UINT16_MAX, UINT32_MAX,
-                                     INT32_MAX};
-    const double lowest = type == LUM_FIELD_I32 ? (double)INT32_MIN : 0.0;
+    static const double highest[] = {[LUM_NUMBER_U8] = UINT8_MAX,
+                                     [LUM_NUMBER_U16] = UINT16_MAX,
+                                     [LUM_NUMBER_U32] = UINT32_MAX,
+                                     [LUM_NUMBER_I32] = INT32_MAX};
+    const double lowest = type == LUM_NUMBER_I32 ? (double)INT32_MIN : 0.0;
     if (!(v >= lowest)) {
         return v < lowest ? (int64_t)lowest : 0;
     }
     return v < highest[type] ? (int64_t)floor(v + 0.5) : (int64_t)highest[type];
 }
 
-static unsigned char *put_number(unsigned char *p, lum_field_type type,
+static unsigned char *put_number(unsigned char *p, lum_number_type type,
                                  double v)
 {
-    if (type == LUM_FIELD_F64) {
+    if (type == LUM_NUMBER_F64) {
         return lum_put_f64(p, v);
     }
-    if (type == LUM_FIELD_F32) {
+    if (type == LUM_NUMBER_F32) {
         return lum_put_f32(p, (float)v);
     }
     const uint32_t bits = (uint32_t)whole(v, type);
-    if (type == LUM_FIELD_U8) {
+    if (type == LUM_NUMBER_U8) {
         return lum_put_u8(p, (uint8_t)bits);
     }
-    return type == LUM_FIELD_U16 ? lum_put_le16(p, (uint16_t)bits)
-                                 : lum_put_le32(p, bits);
+    return type == LUM_NUMBER_U16 ? lum_put_le16(p, (uint16_t)bits)
+                                  : lum_put_le32(p, bits);
 }
 
 static unsigned char *put_row(unsigned char *p, const lum_preset *preset,
@@ -283,7 +276,7 @@ static unsigned char *put_row(unsigned char *p, const lum_preset *preset,
 {
     for (unsigned i = 0; i < preset->count; i++) {
         const lum_preset_field *f = &preset->fields[i];
-        p = put_number(p, (lum_field_type)f->type,
+        p = put_number(p, (lum_number_type)f->type,
                        value_of((lum_field_value)f->value, line, s, time));
     }
     return p;
@@ -302,12 +295,12 @@ static double time_of(const lum_line_samples *line, const lum_sample *s)
  * bit of a float in an angle in radians. */
 static int print_cell(char *p, const lum_preset_field *f, double v)
 {
-    const bool is_float = f->type >= LUM_FIELD_F32;
+    const bool is_float = f->type >= LUM_NUMBER_F32;
     const bool is_length =
         f->value <= LUM_VALUE_Z || f->value == LUM_VALUE_DISTANCE;
     if (!is_float) {
         return snprintf(p, CELL_ROOM, "%lld",
-                        (long long)whole(v, (lum_field_type)f->type));
+                        (long long)whole(v, (lum_number_type)f->type));
     }
     return snprintf(p, CELL_ROOM, "%.*f",
                     is_length                        ? (int)LUM_METRE_DECIMALS
@@ -437,7 +430,7 @@ void lum_preset_points_take(lum_preset_points *points, const lum_preset *preset,
         for (size_t i = 0; i < points->count && is_time(f); i++) {
             const float since_s = points->places[i].time - first_s;
             const double time = (double)since_s;
-            (void)put_number(at + i * bytes, (lum_field_type)f->type,
+            (void)put_number(at + i * bytes, (lum_number_type)f->type,
                              f->value == LUM_VALUE_TIME_S ? time : time * 1e9);
         }
     }

@@ -5,35 +5,14 @@
 #ifndef LUM_CLOUD_PRESETS_H
 #define LUM_CLOUD_PRESETS_H
 
+#include "numbers.h"
+
 #include "lum/base/error.h"
 #include "lum/cloud/writer.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-
-/** Types of numbers. */
-typedef enum lum_field_type {
-    LUM_FIELD_U8,
-    LUM_FIELD_U16,
-    LUM_FIELD_U32,
-    LUM_FIELD_I32,
-    LUM_FIELD_F32,
-    LUM_FIELD_F64,
-    LUM_FIELD_TYPES /**< how many there are */
-} lum_field_type;
-
-/** How formats name a type. */
-typedef struct lum_field_type_spec {
-    const char *name; /**< for people, such as "u8" */
-    const char *ply;  /**< in PLY */
-    char pcd;         /**< in PCD: F, I or U */
-    uint8_t bytes;    /**< its size */
-    uint8_t ros;      /**< in sensor_msgs/msg/PointField */
-} lum_field_type_spec;
-
-/** By ::lum_field_type. */
-extern const lum_field_type_spec lum_field_types[LUM_FIELD_TYPES];
 
 /** What a field holds of a point. */
 typedef enum lum_field_value {
@@ -62,7 +41,7 @@ typedef enum lum_field_value {
 /** A field of a point. */
 typedef struct lum_preset_field {
     const char *name; /**< as the consumer spells it */
-    uint8_t type;     /**< a ::lum_field_type */
+    uint8_t type;     /**< a ::lum_number_type */
     uint8_t value;    /**< a ::lum_field_value */
 } lum_preset_field;
 

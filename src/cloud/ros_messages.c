@@ -127,35 +127,54 @@ static void put_header(lum_cdr *cdr, int64_t stamp_ns, const char *frame_id)
 
 /* --- Clouds --- */
 
-lum_cdr lum_ros_begin_preset(lum_bytes *out, int64_t stamp_ns,
-                             const char *frame_id, uint32_t n,
-                             const lum_preset *preset)
+static void put_field(lum_cdr *cdr, const char *name, size_t offset,
+                      unsigned type)
 {
-    const uint32_t bytes = (uint32_t)lum_preset_bytes(preset);
+    lum_cdr_put_string(cdr, name);
+    lum_cdr_put_u32(cdr, (uint32_t)offset);
+    lum_cdr_put_u8(cdr, lum_number_types[type].ros);
+    lum_cdr_put_u32(cdr, 1); /* count */
+}
+
+static lum_cdr begin_cloud(lum_bytes *out, int64_t stamp_ns,
+                           const char *frame_id, uint32_t n,
+                           const lum_preset *preset, const lum_extras *extras)
+{
+    size_t at = lum_preset_bytes(preset);
     lum_cdr cdr = lum_cdr_begin(out);
     put_header(&cdr, stamp_ns, frame_id);
     lum_cdr_put_u32(&cdr, 1); /* height */
     lum_cdr_put_u32(&cdr, n);
-    lum_cdr_put_u32(&cdr, preset->count);
+    lum_cdr_put_u32(&cdr, (uint32_t)preset->count + extras->count);
     for (unsigned i = 0; i < preset->count; i++) {
-        const lum_preset_field *f = &preset->fields[i];
-        lum_cdr_put_string(&cdr, f->name);
-        lum_cdr_put_u32(&cdr, (uint32_t)lum_preset_offset(preset, i));
-        lum_cdr_put_u8(&cdr, lum_field_types[f->type].ros);
-        lum_cdr_put_u32(&cdr, 1); /* count */
+        put_field(&cdr, preset->fields[i].name, lum_preset_offset(preset, i),
+                  preset->fields[i].type);
+    }
+    for (unsigned i = 0; i < extras->count; i++) {
+        put_field(&cdr, extras->name[i], at, extras->type[i]);
+        at += lum_number_types[extras->type[i]].bytes;
     }
     lum_cdr_put_u8(&cdr, 0); /* is_bigendian */
-    lum_cdr_put_u32(&cdr, bytes);
-    lum_cdr_put_u32(&cdr, bytes * n);
-    lum_cdr_put_u32(&cdr, bytes * n);
+    lum_cdr_put_u32(&cdr, (uint32_t)at);
+    lum_cdr_put_u32(&cdr, (uint32_t)at * n);
+    lum_cdr_put_u32(&cdr, (uint32_t)at * n);
     return cdr;
 }
 
-lum_cdr lum_ros_begin_cloud(lum_bytes *out, int64_t stamp_ns,
-                            const char *frame_id, uint32_t n)
+lum_cdr lum_ros_begin_preset(lum_bytes *out, int64_t stamp_ns,
+                             const char *frame_id, uint32_t n,
+                             const lum_preset *preset)
 {
-    return lum_ros_begin_preset(out, stamp_ns, frame_id, n,
-                                &lum_preset_of_messages);
+    static const lum_extras none;
+    return begin_cloud(out, stamp_ns, frame_id, n, preset, &none);
+}
+
+lum_cdr lum_ros_begin_cloud(lum_bytes *out, int64_t stamp_ns,
+                            const char *frame_id, uint32_t n,
+                            const lum_extras *extras)
+{
+    return begin_cloud(out, stamp_ns, frame_id, n, &lum_preset_of_messages,
+                       extras);
 }
 
 void lum_ros_end_cloud(lum_cdr *cdr)

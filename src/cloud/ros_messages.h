@@ -5,6 +5,7 @@
 #define LUM_CLOUD_ROS_MESSAGES_H
 
 #include "cdr.h"
+#include "extras.h"
 #include "presets.h"
 
 #include "lum/calibration.h"
@@ -34,9 +35,11 @@ extern const lum_ros_topic lum_ros_topics[LUM_ROS_TOPICS];
 #define LUM_ROS_POINT_BYTES 24u
 
 /** Begin a sensor_msgs/msg/PointCloud2 of n points: all but its points and what
- * is behind them. */
+ * is behind them.
+ * @param extras more fields of its points. */
 lum_cdr lum_ros_begin_cloud(lum_bytes *out, int64_t stamp_ns,
-                            const char *frame_id, uint32_t n);
+                            const char *frame_id, uint32_t n,
+                            const lum_extras *extras);
 
 /** The same, of points with other fields. */
 lum_cdr lum_ros_begin_preset(lum_bytes *out, int64_t stamp_ns,

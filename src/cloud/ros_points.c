@@ -1,6 +1,7 @@
 #include "ros_points.h"
 
 #include "le.h"
+#include "ros_messages.h"
 
 #include <stdlib.h>
 
@@ -12,6 +13,7 @@ void lum_ros_points_free(lum_ros_points *points)
         free(points->eyes[eye].at);
     }
     free(points->spare);
+    free(points->rows);
     *points = (lum_ros_points){0};
 }
 
@@ -46,11 +48,40 @@ static void note_line(lum_ros_points *points, uint32_t line)
     }
 }
 
+static size_t row_bytes(const lum_ros_points *points)
+{
+    return points->extras != NULL ? lum_extras_bytes(points->extras) : 0;
+}
+
+/* Behind those of all points before. */
+static int add_rows(lum_ros_points *points, const lum_line_samples *line)
+{
+    const size_t bytes = row_bytes(points);
+    const size_t before = lum_ros_points_count(points) * bytes;
+    const size_t n = before + line->count * bytes;
+    if (n > points->row_room) {
+        const size_t room = n + n / 2u;
+        unsigned char *bigger = realloc(points->rows, room);
+        if (bigger == NULL) {
+            return -1;
+        }
+        points->rows = bigger;
+        points->row_room = room;
+    }
+    for (size_t i = 0; bytes > 0 && i < line->count; i++) {
+        (void)lum_extras_put(points->rows + before + i * bytes, points->extras,
+                             line->extra, i);
+    }
+    return 0;
+}
+
 int lum_ros_points_add(lum_ros_points *points, const lum_line_samples *line,
                        float from_s)
 {
     lum_ros_eye *eye = &points->eyes[line->eye < LUM_EYES ? line->eye : 0];
-    if (make_room(&eye->at, &eye->room, eye->count + line->count) != 0) {
+    const size_t row = lum_ros_points_count(points);
+    if (make_room(&eye->at, &eye->room, eye->count + line->count) != 0 ||
+        add_rows(points, line) != 0) {
         return -1;
     }
     note_line(points, line->line);
@@ -67,6 +98,7 @@ int lum_ros_points_add(lum_ros_points *points, const lum_line_samples *line,
             .intensity = s->pulse_width,
             .time = time,
             .line = line->line,
+            .row = (uint32_t)(row + i),
             .number = (uint8_t)(s->return_number < UINT8_MAX ? s->return_number
                                                              : UINT8_MAX)};
     }
@@ -167,9 +199,17 @@ static void count_lines(lum_ros_points *points)
 
 /* --- Writing --- */
 
-static unsigned char *put_point(unsigned char *p, const lum_ros_point *point,
-                                float first_s, uint32_t lines, unsigned eye)
+size_t lum_ros_points_bytes(const lum_ros_points *points)
 {
+    return LUM_ROS_POINT_BYTES + row_bytes(points);
+}
+
+static unsigned char *put_point(unsigned char *p, const lum_ros_points *points,
+                                const lum_ros_point *point, float first_s,
+                                unsigned eye)
+{
+    const uint32_t lines = points->lines;
+    const size_t bytes = row_bytes(points);
     p = lum_put_f32(p, point->x);
     p = lum_put_f32(p, point->y);
     p = lum_put_f32(p, point->z);
@@ -179,7 +219,11 @@ static unsigned char *put_point(unsigned char *p, const lum_ros_point *point,
                             ? (uint16_t)(eye * lines + point->line)
                             : NO_RING);
     p = lum_put_u8(p, point->number);
-    return lum_put_u8(p, (uint8_t)eye);
+    p = lum_put_u8(p, (uint8_t)eye);
+    if (bytes > 0) {
+        memcpy(p, points->rows + point->row * bytes, bytes);
+    }
+    return p + bytes;
 }
 
 static void forget(lum_ros_points *points)
@@ -202,11 +246,11 @@ void lum_ros_points_take(lum_ros_points *points, float first_s,
     while (b < blue->count || g < green->count) {
         while (b < blue->count &&
                (g == green->count || !(green->at[g].time < blue->at[b].time))) {
-            out = put_point(out, &blue->at[b++], first_s, points->lines, 0);
+            out = put_point(out, points, &blue->at[b++], first_s, 0);
         }
         while (g < green->count &&
                (b == blue->count || green->at[g].time < blue->at[b].time)) {
-            out = put_point(out, &green->at[g++], first_s, points->lines, 1);
+            out = put_point(out, points, &green->at[g++], first_s, 1);
         }
     }
     forget(points);
@@ -252,7 +296,7 @@ void lum_ros_points_take_line(lum_ros_points *points, const lum_ros_line *line,
     const lum_ros_point *at = points->eyes[line->eye].at;
     count_lines(points);
     for (size_t i = 0; i < line->count; i++) {
-        out = put_point(out, &at[points->taken[line->eye]++], line->first_s,
-                        points->lines, line->eye);
+        out = put_point(out, points, &at[points->taken[line->eye]++],
+                        line->first_s, line->eye);
     }
 }

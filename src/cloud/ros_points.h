@@ -5,6 +5,8 @@
 #ifndef LUM_CLOUD_ROS_POINTS_H
 #define LUM_CLOUD_ROS_POINTS_H
 
+#include "extras.h"
+
 #include "lum/cloud/writer.h"
 
 #include <stdbool.h>
@@ -19,6 +21,7 @@ typedef struct lum_ros_point {
     float intensity; /**< pulse width, ns */
     float time;      /**< seconds from the beginning of the frame */
     uint32_t line;   /**< of its eye */
+    uint32_t row;    /**< of its extra values */
     uint8_t number;  /**< of the return */
 } lum_ros_point;
 
@@ -41,6 +44,10 @@ typedef struct lum_ros_points {
     bool lines_are_stated;      /**< they stay as they are */
     bool has_line[2];           /**< whether there is one of these: */
     uint32_t highest[2];        /**< the second highest line, the highest */
+    const lum_extras *extras;   /**< of each point, behind the others; NULL:
+                                     none */
+    unsigned char *rows;        /**< their values, a row a point */
+    size_t row_room;            /**< as many bytes fit */
 } lum_ros_points;
 
 /** Free what it holds. */
@@ -62,7 +69,10 @@ size_t lum_ros_points_count(const lum_ros_points *points);
  * @return 0; -1: no memory. */
 LUM_MUST_CHECK int lum_ros_points_sort(lum_ros_points *points, float *first_s);
 
-/** Write them, LUM_ROS_POINT_BYTES each, and have none for the next frame.
+/** Bytes of a point of a message. */
+size_t lum_ros_points_bytes(const lum_ros_points *points);
+
+/** Write them, lum_ros_points_bytes() each, and have none for the next frame.
  * lum_ros_points_sort() came before. */
 void lum_ros_points_take(lum_ros_points *points, float first_s,
                          unsigned char *out);
@@ -79,7 +89,7 @@ typedef struct lum_ros_line {
  * lum_ros_points_sort() came before. */
 lum_ros_line lum_ros_points_next_line(lum_ros_points *points);
 
-/** Write its points, LUM_ROS_POINT_BYTES each. */
+/** Write its points, lum_ros_points_bytes() each. */
 void lum_ros_points_take_line(lum_ros_points *points, const lum_ros_line *line,
                               unsigned char *out);
 

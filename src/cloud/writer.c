@@ -64,6 +64,19 @@ static int check_voxels(const lum_writer *writer, const lum_line_samples *line,
                          lum_sink_name(writer->sink));
 }
 
+static int check_extra(const lum_writer *writer, const lum_line_samples *line,
+                       lum_error *error)
+{
+    if (writer->extras.count == 0 || line->extra != NULL) {
+        return 0;
+    }
+    errno = EINVAL;
+    return lum_error_set(error,
+                         "%s: the file has columns of one's own, and the line "
+                         "lacks their values: extra is NULL",
+                         lum_sink_name(writer->sink));
+}
+
 static int check_row(const lum_writer *writer, const lum_line_samples *line,
                      lum_error *error)
 {
@@ -93,6 +106,7 @@ int lum_writer_add(lum_writer *writer, const lum_line_samples *line,
         !writer->failed && known.count > 0 &&
         (check_row(writer, &known, &writer->failure) != 0 ||
          check_voxels(writer, &known, &writer->failure) != 0 ||
+         check_extra(writer, &known, &writer->failure) != 0 ||
          writer->ops->add(writer, &known, &writer->failure) != 0);
     if (conclude(writer, fails, error) != 0) {
         return -1;

@@ -24,7 +24,9 @@ struct lum_writer {
     char *comment;              /**< the same; NULL: none */
     lum_sink *sink;             /**< where bytes go */
     lum_column_list columns;    /**< of the file */
-    bool has_chosen;            /**< whether these were asked for */
+    lum_extras extras;          /**< columns of the caller's own */
+    bool has_chosen;            /**< whether other columns than the format's
+                                     are asked for */
     const lum_preset *preset;   /**< of points; NULL: columns are */
     bool has_rows;              /**< organised: rows are known */
     uint32_t rows;              /**< organised: lines to come in all */
@@ -43,7 +45,7 @@ typedef char *lum_put_rows(char *p, void *context, const lum_sample *samples,
                            size_t n);
 
 /** Put a line's rows into the sink, a batch at a time.
- * @param room bytes that a row may take at most, up to 1024.
+ * @param room bytes that a row may take at most, up to LUM_FILE_ROW_ROOM.
  * @return 0, or -1 with the reason in error and in errno. */
 LUM_MUST_CHECK int lum_writer_put(lum_writer *writer,
                                   const lum_line_samples *line, size_t room,

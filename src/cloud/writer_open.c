@@ -55,16 +55,24 @@ static int keep_comment(lum_writer *writer, const char *path, lum_error *error)
     return writer->comment != NULL ? 0 : lum_sink_no_memory(path, error);
 }
 
-/* Those of the format, or those that are asked for. */
+/* Those of the format and the caller's own, or those that are asked for. */
 static int choose_columns(lum_writer *writer, const char *path,
                           lum_error *error)
 {
     const char *names = writer->options.columns;
     const lum_column_list *own = writer->ops->columns;
     lum_error why = {""};
+    if (lum_extras_take(&writer->extras, writer->options.format,
+                        writer->options.extra, writer->options.extra_count,
+                        &why) != 0) {
+        return refuse(path, why.text, error);
+    }
     writer->options.columns = NULL;
+    writer->options.extra = NULL;
     if (names == NULL) {
         writer->columns = own != NULL ? *own : (lum_column_list){0};
+        writer->has_chosen = own != NULL && writer->extras.count > 0;
+        lum_column_list_append(&writer->columns, &writer->extras);
         return 0;
     }
     writer->has_chosen = true;
@@ -73,7 +81,8 @@ static int choose_columns(lum_writer *writer, const char *path,
         return lum_error_set(error, "%s: the columns of %s cannot be chosen",
                              path, writer->ops->name);
     }
-    return lum_column_list_read(names, &writer->columns, &why) == 0
+    return lum_column_list_read(names, &writer->extras, &writer->columns,
+                                &why) == 0
                ? 0
                : refuse(path, why.text, error);
 }
@@ -102,6 +111,12 @@ static int choose_preset(lum_writer *writer, const char *path, lum_error *error)
     const char *name = writer->options.preset;
     lum_error why = {""};
     writer->options.preset = NULL;
+    if (writer->extras.count > 0 && (name != NULL || writer->options.voxels)) {
+        return refuse(path,
+                      "presets and voxels have no columns of one's own: leave "
+                      "out extra, or them",
+                      error);
+    }
     if (writer->options.voxels) {
         return choose_voxels(writer, path, name != NULL, error);
     }

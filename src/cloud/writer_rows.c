@@ -53,11 +53,20 @@ unsigned lum_writer_column_count(const lum_writer *writer)
 
 lum_file_column_spec lum_writer_column(const lum_writer *writer, unsigned i)
 {
+    const lum_extras *extras = &writer->extras;
+    const unsigned at = writer->columns.at[i];
+    if (writer->preset == NULL && at < LUM_FILE_COLUMNS) {
+        return lum_file_column_specs[at];
+    }
     if (writer->preset == NULL) {
-        return lum_file_column_specs[writer->columns.at[i]];
+        const unsigned k = at - LUM_FILE_COLUMNS;
+        const lum_number_spec *number = &lum_number_types[extras->type[k]];
+        return (lum_file_column_spec){extras->name[k], extras->name[k],
+                                      number->ply,     number->pcd,
+                                      number->bytes,   false};
     }
     const lum_preset_field *f = &writer->preset->fields[i];
-    const lum_field_type_spec *type = &lum_field_types[f->type];
+    const lum_number_spec *type = &lum_number_types[f->type];
     return (lum_file_column_spec){f->name,   f->name,     type->ply,
                                   type->pcd, type->bytes, true};
 }
@@ -80,7 +89,8 @@ int lum_writer_put_chosen(lum_writer *writer, const lum_line_samples *line,
                                       : lum_preset_put_binary,
                               &of_preset, error);
     }
-    lum_file_rows_begin(&rows, &writer->columns, line, separator);
+    lum_file_rows_begin(&rows, &writer->columns, &writer->extras, line,
+                        separator);
     return lum_writer_put(writer, line, LUM_FILE_ROW_ROOM,
                           is_text ? lum_file_rows_put_text
                                   : lum_file_rows_put_binary,

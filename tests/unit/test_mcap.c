@@ -433,7 +433,8 @@ static void a_cloud_is_as_ros_2_has_it(void **state)
                   0,   24,  0,   0,   0,   24,  0,   0,   0};
     lum_bytes bytes = {0};
     (void)state;
-    lum_cdr cdr = lum_ros_begin_cloud(&bytes, 5 * NS_PER_S + 6, "f", 1);
+    const lum_extras none = {0};
+    lum_cdr cdr = lum_ros_begin_cloud(&bytes, 5 * NS_PER_S + 6, "f", 1, &none);
     assert_int_equal(bytes.len, sizeof want);
     assert_memory_equal(bytes.at, want, sizeof want);
     lum_ros_end_cloud(&cdr);

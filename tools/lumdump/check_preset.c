@@ -36,15 +36,15 @@ static bool check(const lum_preset *preset, unsigned i,
                   const struct cloud_fields *cloud)
 {
     const lum_preset_field *want = &preset->fields[i];
-    const char *type = lum_field_types[want->type].name;
+    const char *type = lum_number_types[want->type].name;
     const struct cloud_field *found = find(cloud, want->name);
     const size_t offset = lum_preset_offset(preset, i);
     if (found == NULL) {
         (void)printf("%-16s %-7s %-7s missing\n", want->name, type, "-");
         return false;
     }
-    const char *word = found->type < LUM_FIELD_TYPES
-                           ? lum_field_types[found->type].name
+    const char *word = found->type < LUM_NUMBER_TYPES
+                           ? lum_number_types[found->type].name
                            : found->word;
     if (cloud->has_types && found->type != want->type) {
         (void)printf("%-16s %-7s %-7s another type\n", want->name, type, word);

@@ -20,7 +20,7 @@ static struct cloud_field *add(struct cloud_fields *out, const char *name,
         return NULL;
     }
     struct cloud_field *f = &out->at[out->count++];
-    *f = (struct cloud_field){.type = LUM_FIELD_TYPES, .word = "?"};
+    *f = (struct cloud_field){.type = LUM_NUMBER_TYPES, .word = "?"};
     (void)snprintf(f->name, sizeof f->name, "%.*s", (int)(n < 63u ? n : 63u),
                    name);
     return f;
@@ -49,7 +49,7 @@ static size_t next_word(const char **p)
 
 static bool is_word(const char *p, size_t n, const char *word)
 {
-    return strlen(word) == n && strncmp(p, word, n) == 0;
+    return word != NULL && strlen(word) == n && strncmp(p, word, n) == 0;
 }
 
 /* A line of PCD behind its key: a word for each field. */
@@ -76,9 +76,9 @@ static void finish_pcd(struct cloud_fields *out)
     for (unsigned i = 0; i < out->count; i++) {
         struct cloud_field *f = &out->at[i];
         const uint64_t bytes = f->offset;
-        for (unsigned k = 0; k < LUM_FIELD_TYPES; k++) {
-            if (f->word[0] == lum_field_types[k].pcd &&
-                bytes == lum_field_types[k].bytes) {
+        for (unsigned k = 0; k < LUM_NUMBER_TYPES; k++) {
+            if (f->word[0] == lum_number_types[k].pcd &&
+                bytes == lum_number_types[k].bytes) {
                 f->type = k;
             }
         }
@@ -109,19 +109,13 @@ static int read_pcd(FILE *file, struct cloud_fields *out)
 /* PLY has two names for each type. */
 static unsigned ply_type(const char *p, size_t n)
 {
-    static const struct {
-        const char *name;
-        unsigned type;
-    } others[] = {{"uint8", LUM_FIELD_U8},    {"ushort", LUM_FIELD_U16},
-                  {"uint32", LUM_FIELD_U32},  {"int32", LUM_FIELD_I32},
-                  {"float32", LUM_FIELD_F32}, {"float64", LUM_FIELD_F64}};
-    for (unsigned k = 0; k < LUM_FIELD_TYPES; k++) {
-        if (is_word(p, n, lum_field_types[k].ply) ||
-            is_word(p, n, others[k].name)) {
-            return is_word(p, n, others[k].name) ? others[k].type : k;
+    for (unsigned k = 0; k < LUM_NUMBER_TYPES; k++) {
+        if (is_word(p, n, lum_number_types[k].ply) ||
+            is_word(p, n, lum_number_types[k].other_ply)) {
+            return k;
         }
     }
-    return LUM_FIELD_TYPES;
+    return LUM_NUMBER_TYPES;
 }
 
 static void take_ply(struct cloud_fields *out, const char *p)
@@ -241,8 +235,9 @@ static int take_cloud(struct cursor c, struct cloud_fields *out)
         }
         f->offset = offset;
         (void)snprintf(f->word, sizeof f->word, "type %u", (unsigned)type);
-        for (unsigned k = 0; k < LUM_FIELD_TYPES; k++) {
-            f->type = lum_field_types[k].ros == type ? k : f->type;
+        for (unsigned k = 0; k < LUM_NUMBER_TYPES; k++) {
+            const bool is_it = type != 0 && lum_number_types[k].ros == type;
+            f->type = is_it ? k : f->type;
         }
     }
     return c.failed ? -1 : 0;

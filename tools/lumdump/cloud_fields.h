@@ -12,7 +12,7 @@
 
 struct cloud_field {
     char name[64];
-    unsigned type; /* a lum_field_type, or LUM_FIELD_TYPES: another */
+    unsigned type; /* a lum_number_type, or LUM_NUMBER_TYPES: another */
     char word[16]; /* the type as the file has it */
     uint64_t offset;
 };

@@ -84,6 +84,36 @@ typedef struct lum_mcap_options {
                             LUM_MCAP_LINES_MAX; 0: as the frames show */
 } lum_mcap_options;
 
+/** Most columns of lum_writer_options.extra. */
+#define LUM_WRITER_EXTRA_MAX 32u
+
+/** Most bytes of the name of one. */
+#define LUM_WRITER_EXTRA_NAME_MAX 31u
+
+/** Types of numbers. */
+typedef enum lum_number_type {
+    LUM_NUMBER_U8,   /**< uint8_t */
+    LUM_NUMBER_U16,  /**< uint16_t */
+    LUM_NUMBER_U32,  /**< uint32_t */
+    LUM_NUMBER_U64,  /**< uint64_t; CSV and LAS */
+    LUM_NUMBER_I8,   /**< int8_t */
+    LUM_NUMBER_I16,  /**< int16_t */
+    LUM_NUMBER_I32,  /**< int32_t */
+    LUM_NUMBER_I64,  /**< int64_t; CSV and LAS */
+    LUM_NUMBER_F32,  /**< float */
+    LUM_NUMBER_F64,  /**< double */
+    LUM_NUMBER_TYPES /**< how many there are */
+} lum_number_type;
+
+/** A column of the caller's own. It never grows, because it is used in
+ * arrays. */
+typedef struct lum_writer_extra {
+    const char *name;     /**< 1 to LUM_WRITER_EXTRA_NAME_MAX bytes: letters,
+                               digits and _, no digit first; of no other column
+                               and no other extra */
+    lum_number_type type; /**< of its values */
+} lum_writer_extra;
+
 /** Most rows of an organised file. */
 #define LUM_WRITER_ROWS_MAX 1000000u
 
@@ -135,6 +165,13 @@ typedef struct lum_writer_options {
                              (lum/map/map.h), with counts and times_ns, and the
                              columns are x, y, z, intensity, timestamp and
                              points, or what LAS has of these */
+    const lum_writer_extra *extra; /**< CSV, PLY, PCD, LAS, MCAP: extra_count
+                             more columns, whose values lum_line_samples.extra
+                             has; copied. They stand behind those of the
+                             format, or where columns names them, and are left
+                             out if columns does not; not with a preset or
+                             voxels */
+    size_t extra_count;            /**< at most LUM_WRITER_EXTRA_MAX; 0: none */
 } lum_writer_options;
 
 /** Whether this build can compress the chunks of an MCAP file. */
@@ -155,6 +192,18 @@ bool lum_format_has_voxels(lum_format format);
 LUM_MUST_CHECK int lum_writer_check_columns(const char *names,
                                             lum_error *error);
 
+/** Check lum_writer_options.extra, and its columns with it.
+ * @param format  of the file; LUM_FORMATS: only what all formats ask for.
+ * @param columns as in the options; may be NULL.
+ * @return 0, or -1 with what is wrong, and what would be right, in error: a
+ *         name that is not allowed, of another column, or there twice; a type
+ *         that the format cannot hold; a format that has no such columns; too
+ *         many of them; a wrong name in columns. Then errno is EINVAL. */
+LUM_MUST_CHECK int lum_writer_check_extra(lum_format format,
+                                          const char *columns,
+                                          const lum_writer_extra *extra,
+                                          size_t count, lum_error *error);
+
 /** An unknown timestamp, of a line that did not come; NaN in a PCD. */
 #define LUM_TIMESTAMP_NONE INT64_MIN
 
@@ -174,6 +223,10 @@ typedef struct lum_line_samples {
                                     EINVAL if NULL */
     const int64_t *times_ns;   /**< of voxels: the time of each, as
                                     timestamp_us, but nanoseconds; EINVAL if
+                                    NULL */
+    const void *const *extra;  /**< of each of lum_writer_options.extra: its
+                                    values, one a sample, in the host's byte
+                                    order and at any alignment; EINVAL if
                                     NULL */
 } lum_line_samples;
 
