@@ -1,7 +1,8 @@
 /** @file
  * Lines to points, in float (docs/protocol.md, section 7).
  *
- * x forward, y left, z up, in metres, in the frame of the sensor. No heap and
+ * x forward, y left, z up, in metres, in the frame of the sensor, or in that
+ * which lum_projector_place() names. No heap and
  * no I/O; all state belongs to the caller. Once a projector is made it is only
  * read, so threads may share it. */
 #ifndef LUM_POINTS_H
@@ -10,6 +11,7 @@
 #include "lum/assembler.h"
 #include "lum/calibration.h"
 #include "lum/point_losses.h"
+#include "lum/pose.h"
 #include "lum/profile.h"
 #include "lum/result.h"
 #include "lum/returns.h"
@@ -25,20 +27,22 @@ extern "C" {
 /** How one eye's samples become geometry. Private: made by
  * lum_projector_init(). */
 typedef struct lum_eye_projector {
-    double azimuth_rad;      /**< private: radians of a bit */
-    double elevation_rad;    /**< private */
-    double azimuth_deg;      /**< private: degrees of a bit */
-    double elevation_deg;    /**< private */
-    double azimuth_center;   /**< private: degrees */
-    double elevation_center; /**< private: degrees */
-    double range_lsb;        /**< private: metres of a bit */
-    double range_offset;     /**< private: metres */
-    float center_sin;        /**< private: of the elevation's centre */
-    float center_cos;        /**< private */
-    float rotation[9];       /**< private: eye to sensor, row by row */
-    float mount[3];          /**< private: metres */
-    int32_t min_tof;         /**< private */
-    bool narrow;             /**< private: a polynomial reaches all angles */
+    double azimuth_rad;       /**< private: radians of a bit */
+    double elevation_rad;     /**< private */
+    double azimuth_deg;       /**< private: degrees of a bit */
+    double elevation_deg;     /**< private */
+    double azimuth_center;    /**< private: degrees */
+    double elevation_center;  /**< private: degrees */
+    double range_lsb;         /**< private: metres of a bit */
+    double range_offset;      /**< private: metres */
+    float center_sin;         /**< private: of the elevation's centre */
+    float center_cos;         /**< private */
+    float rotation[9];        /**< private: eye to sensor, row by row */
+    float mount[3];           /**< private: metres */
+    int32_t min_tof;          /**< private */
+    bool narrow;              /**< private: a polynomial reaches all angles */
+    double exact_rotation[9]; /**< private: that the floats are made of */
+    double exact_mount[3];    /**< private: likewise */
 } lum_eye_projector;
 
 /** How a sensor's samples become points. */
@@ -56,6 +60,15 @@ typedef struct lum_projector {
 LUM_MUST_CHECK lum_result lum_projector_init(lum_projector *out,
                                              const lum_calibration *calibration,
                                              const lum_layout *layout);
+
+/** Have the points of a projector in another frame, such as the vehicle's: x y
+ * z, the box of a selection and lum_directions_compute() are of that frame
+ * then. Range, azimuth and elevation stay those of the eye.
+ * @param pose where the projector's frame is in the new one; its quaternion is
+ *             of length 1. Composed in double with the mounts of the eyes, so
+ *             points are as exact as without it. Placed again, the poses add
+ *             up. */
+void lum_projector_place(lum_projector *projector, const lum_pose *pose);
 
 /** A unit vector in the frame of the sensor, padded to 16 bytes. */
 typedef struct lum_direction {

@@ -24,6 +24,11 @@ typedef struct lum_pose {
 /** The pose of a frame in itself. */
 lum_pose lum_pose_identity(void);
 
+/** The pose Rz(yaw) Ry(pitch) Rx(roll), then + at: as an eye's mount has it.
+ * @param at metres: x, y, z. Angles in degrees, all finite. */
+lum_pose lum_pose_of_angles(const double at[3], double roll_deg,
+                            double pitch_deg, double yaw_deg);
+
 /** Make the quaternion one of length 1.
  * @return false if a number is not finite or the quaternion is 0; then the pose
  *         is untouched. */

@@ -135,7 +135,7 @@ static int read_plan(const lum_yaml_source *source, lum_sweep *out,
     keys.entries[keys.count++] = (lum_key_entry){"settle", SETTLE, &settle};
     const lum_key_table step = {keys.entries, keys.count};
     const lum_yaml_list list = {"steps",         &step,     values, STEP_VALUES,
-                                LUM_SWEEP_STEPS, take_step, &p};
+                                LUM_SWEEP_STEPS, take_step, &p,     NULL};
     if (lum_yaml_read_list(source, &table, file, &list, error) != 0) {
         return -1;
     }

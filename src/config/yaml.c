@@ -7,10 +7,11 @@
 #include <string.h>
 #include <yaml.h>
 
-#define PATH_BYTES    96  /* of the longest path of the tables' keys */
-#define PREFIX_BYTES  32  /* of a list's key and a number */
-#define NAME_BYTES    208 /* of a file's name in a message */
-#define PAIR_BYTES    64  /* of two numbers; more are cut, and none of it */
+#define PATH_BYTES    96    /* of the longest path of the tables' keys */
+#define PREFIX_BYTES  32    /* of a list's key and a number */
+#define NAME_BYTES    208   /* of a file's name in a message */
+#define PAIR_BYTES    64    /* of two numbers; more are cut, and none of it */
+#define TEXT_BYTES    1024u /* of a value that is handed on as text */
 #define MESSAGE_BYTES LUM_KEY_MESSAGE_BYTES
 
 typedef struct reader {
@@ -21,6 +22,8 @@ typedef struct reader {
     lum_key_value *values;
     lum_error *error;
     const lum_yaml_list *list; /* NULL: none, or it is being read */
+    lum_yaml_take_text take_text;
+    void *context;             /* of that */
     unsigned line;             /* of the key at hand */
     char prefix[PREFIX_BYTES]; /* of paths in messages: "steps.3" */
     char path[PATH_BYTES];
@@ -234,6 +237,24 @@ static int refuse_links(reader *r)
     return 0;
 }
 
+/* Hands a value on as text; none that a rule allows has a NUL. */
+static int hand_on(reader *r, lum_key_given given)
+{
+    char text[TEXT_BYTES];
+    lum_key_refusal why;
+    if (r->take_text == NULL) {
+        return 0;
+    }
+    if (given.len >= sizeof text) {
+        return FAIL(r, "longer than %u bytes", TEXT_BYTES - 1u);
+    }
+    (void)snprintf(text, sizeof text, "%.*s", (int)given.len, given.text);
+    return r->take_text(r->context, r->prefix[0] != '\0', r->path, text,
+                        &why) == LUM_OK
+               ? 0
+               : FAIL(r, "%s", why.text);
+}
+
 static int take(reader *r, const lum_key_entry *entry, lum_key_given given)
 {
     lum_key_value *value = &r->values[entry->index];
@@ -243,7 +264,7 @@ static int take(reader *r, const lum_key_entry *entry, lum_key_given given)
         return FAIL(r, "%s", message);
     }
     value->place = r->line;
-    return 0;
+    return hand_on(r, given);
 }
 
 /* The plain values of a sequence as one text, "[0, 14]". */
@@ -509,6 +530,10 @@ int lum_yaml_read_list(const lum_yaml_source *source,
     r.table = table;
     r.values = values;
     r.list = list;
+    if (list != NULL) {
+        r.take_text = list->take_text;
+        r.context = list->context;
+    }
     r.error = error;
     if (yaml_parser_initialize(&r.parser) == 0) {
         return FAIL(&r, "out of memory");

@@ -12,6 +12,7 @@
 #include "lum/base/error.h"
 #include "lum/result.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /** A text and its name. */
@@ -32,6 +33,14 @@ LUM_MUST_CHECK int lum_yaml_read(const lum_yaml_source *source,
                                  const lum_key_table *table,
                                  lum_key_value *values, lum_error *error);
 
+/** Takes a value that its rule allows, as text. LUM_OK, or `why` says what is
+ * wrong.
+ * @param path  of its key, in the file or in a mapping of its list.
+ * @param value lives until this returns. */
+typedef lum_result (*lum_yaml_take_text)(void *context, bool is_in_list,
+                                         const char *path, const char *value,
+                                         lum_key_refusal *why);
+
 /** A sequence of mappings at a key of a table, such as "steps". */
 typedef struct lum_yaml_list {
     const char *key;            /**< an entry of the file's table */
@@ -42,7 +51,9 @@ typedef struct lum_yaml_list {
     /** Takes the values of a mapping, the number-th from 1 on, that begins at a
      * line. 0, or -1 with the error set. */
     int (*take)(void *context, unsigned number, unsigned line);
-    void *context; /**< its own */
+    void *context;                /**< its own */
+    lum_yaml_take_text take_text; /**< gets all values, also of the file; or
+                                       NULL */
 } lum_yaml_list;
 
 /** As lum_yaml_read(), of a file with a list. In messages, a key of the third

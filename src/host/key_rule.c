@@ -111,6 +111,11 @@ static const char *read_number(const lum_key_rule *rule, lum_key_given given,
 const char *lum_key_rule_read(const lum_key_rule *rule, lum_key_given given,
                               int64_t *out)
 {
+    if (rule->check != NULL) {
+        const char *why = rule->check(given.text, given.len);
+        *out = why == NULL ? 0 : *out;
+        return why;
+    }
     const lum_key_word *word = find_word(rule, given);
     if (word == NULL) {
         return rule->pair ? read_pair(rule, given, out)

@@ -30,6 +30,9 @@ typedef struct lum_key_rule {
     const char *unit;          /**< the text's unit, such as "deg"; or NULL */
     const char *allowed;       /**< the allowed numbers in words, if min and max
                                     do not describe them; or NULL */
+    const char *(*check)(const char *text, size_t len); /**< of a text that is
+                            no number: NULL, or why it is refused; its number
+                            is 0. NULL: this is no such text */
     const char *refusal; /**< why the key may not be given; such a key is not
                             listed as allowed; or NULL */
 } lum_key_rule;

@@ -37,11 +37,9 @@ static const char *follow(const lum_key_table *table, const char *key,
     }
 }
 
-/* Says what is wrong with a key that has no value. */
-static lum_result refuse_key(const lum_keys *keys, const char *key,
-                             uint32_t place, lum_key_refusal *why)
+lum_result lum_key_refuse_key(const lum_key_table *table, const char *key,
+                              uint32_t place, lum_key_refusal *why)
 {
-    const lum_key_table *table = lum_keys_table(keys);
     char path[LUM_KEY_BYTES];
     const char *part = follow(table, key, path);
     lum_key_text text = lum_key_refuse(why, path, place);
@@ -65,7 +63,7 @@ lum_result lum_keys_set(lum_keys *keys, const char *key, const char *value,
     const lum_key_given given = {value, lum_key_text_length(value), false};
     int64_t number = 0;
     if (entry == NULL) {
-        return refuse_key(keys, key, place, why);
+        return lum_key_refuse_key(table, key, place, why);
     }
     lum_key_refusal refused;
     lum_key_text text = lum_key_refuse(&refused, key, place);

@@ -30,6 +30,12 @@ const lum_key_table *lum_keys_table(const lum_keys *keys);
 lum_key_text lum_key_refuse(lum_key_refusal *why, const char *key,
                             uint32_t place);
 
+/** Say what is wrong with a key that has no value.
+ * @param why may be NULL.
+ * @return LUM_E_TYPE. */
+lum_result lum_key_refuse_key(const lum_key_table *table, const char *key,
+                              uint32_t place, lum_key_refusal *why);
+
 /** Text after a value in a message: where it comes from, if it was not set. */
 const char *lum_keys_origin(const lum_keys *keys, uint32_t place);
 

@@ -41,6 +41,23 @@ lum_pose lum_pose_identity(void)
     return identity;
 }
 
+lum_pose lum_pose_of_angles(const double at[3], double roll_deg,
+                            double pitch_deg, double yaw_deg)
+{
+    const double half_degree = 3.14159265358979323846 / 360.0;
+    const double roll = roll_deg * half_degree;
+    const double pitch = pitch_deg * half_degree;
+    const double yaw = yaw_deg * half_degree;
+    const double x[4] = {sin(roll), 0.0, 0.0, cos(roll)};
+    const double y[4] = {0.0, sin(pitch), 0.0, cos(pitch)};
+    const double z[4] = {0.0, 0.0, sin(yaw), cos(yaw)};
+    lum_pose out = {.at = {at[0], at[1], at[2]}};
+    double zy[4];
+    multiply(z, y, zy);
+    multiply(zy, x, out.turn);
+    return out;
+}
+
 bool lum_pose_normalize(lum_pose *pose)
 {
     const double *q = pose->turn;

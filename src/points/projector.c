@@ -1,6 +1,7 @@
 #include "lum/points.h"
 
 #include <math.h>
+#include <string.h>
 
 #define PI          3.14159265358979323846
 #define RAD(degree) ((degree) * (PI / 180.0))
@@ -61,10 +62,21 @@ static void set_rotation(lum_eye_projector *out, const lum_eye_calibration *eye)
     const double sa = sin(RAD(out->azimuth_center));
     for (unsigned row = 0; row < 3; row++) {
         const double *m = &mount[3u * row];
-        out->rotation[3u * row] = (float)(m[0] * ca + m[1] * sa);
-        out->rotation[3u * row + 1u] = (float)(m[1] * ca - m[0] * sa);
-        out->rotation[3u * row + 2u] = (float)m[2];
-        out->mount[row] = (float)((double)eye->mount_um[row] * 1e-6);
+        out->exact_rotation[3u * row] = m[0] * ca + m[1] * sa;
+        out->exact_rotation[3u * row + 1u] = m[1] * ca - m[0] * sa;
+        out->exact_rotation[3u * row + 2u] = m[2];
+        out->exact_mount[row] = (double)eye->mount_um[row] * 1e-6;
+    }
+}
+
+/* The floats that points are made with. */
+static void set_floats(lum_eye_projector *out)
+{
+    for (unsigned i = 0; i < 9; i++) {
+        out->rotation[i] = (float)out->exact_rotation[i];
+    }
+    for (unsigned row = 0; row < 3; row++) {
+        out->mount[row] = (float)out->exact_mount[row];
     }
 }
 
@@ -89,8 +101,32 @@ lum_result lum_projector_init(lum_projector *out,
         set_angles(&out->eye[e], &calibration->eye[e],
                    layout->profile.angle_lsb_pdeg);
         set_rotation(&out->eye[e], &calibration->eye[e]);
+        set_floats(&out->eye[e]);
         set_range(&out->eye[e], calibration, e);
     }
     out->tof_lsb_ns = (double)calibration->tof_lsb_fs * 1e-6;
     return LUM_OK;
+}
+
+static void place_eye(lum_eye_projector *eye, const lum_pose *pose)
+{
+    double turn[12]; /* 3 rows of 4 */
+    double rotation[9];
+    lum_pose_matrix(pose, turn);
+    for (unsigned i = 0; i < 9; i++) {
+        const double *row = &turn[4u * (i / 3u)];
+        const double *column = &eye->exact_rotation[i % 3u];
+        rotation[i] =
+            row[0] * column[0] + row[1] * column[3] + row[2] * column[6];
+    }
+    memcpy(eye->exact_rotation, rotation, sizeof rotation);
+    lum_pose_apply(pose, eye->exact_mount, eye->exact_mount);
+    set_floats(eye);
+}
+
+void lum_projector_place(lum_projector *projector, const lum_pose *pose)
+{
+    for (unsigned e = 0; e < LUM_EYES; e++) {
+        place_eye(&projector->eye[e], pose);
+    }
 }

@@ -28,6 +28,17 @@ extern "C" {
 /** Most sensors in one stream; data of more counts as *other*. */
 #define LUM_DEMUX_SENSORS_MAX 16u
 
+/** A sensor that is wanted. It never grows. */
+typedef struct lum_demux_member {
+    uint32_t address;         /**< host order */
+    const char *interface;    /**< as lum_demux_options.sensor_interface */
+    const lum_layout *layout; /**< of its data packets; NULL: that of the
+                                   options */
+} lum_demux_member;
+
+/** Most sensors that can be wanted by name. */
+#define LUM_DEMUX_MEMBERS_MAX 8u
+
 /** Options of a demultiplexer. */
 typedef struct lum_demux_options {
     size_t struct_size;          /**< sizeof(lum_demux_options) */
@@ -44,6 +55,12 @@ typedef struct lum_demux_options {
     bool records_are_single; /**< no record holds joined datagrams, as those of
                                   lum_capture_next() and of a live sensor: none
                                   is looked through for them */
+    const lum_demux_member *members; /**< only these sensors are wanted: data of
+                               others is not assembled, and nothing of theirs
+                               is counted. No two are the same, and those of one
+                               address have an interface each. has_sensor does
+                               not go with them. NULL: none are named */
+    size_t member_count;             /**< at most LUM_DEMUX_MEMBERS_MAX */
 } lum_demux_options;
 
 /** What was counted, of one address or of all. */

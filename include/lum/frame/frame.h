@@ -171,6 +171,8 @@ typedef struct lum_frame_info {
     uint64_t lines_dark; /**< lines that were handed out before the first one
                               with a word: if the frame before had no word
                               either, the laser may have come on inside */
+    uint32_t member; /**< of a rig: 1 + its place in lum_framer_options.members;
+                          0: there is no rig */
 } lum_frame_info;
 
 /** Read the info of a frame.

@@ -94,6 +94,23 @@ enum lum_eyes {
     LUM_EYES_BOTH = 3   /**< both */
 };
 
+/** A sensor of a rig: how its lines become frames. It never grows. */
+typedef struct lum_rig_member {
+    uint32_t address;         /**< host order */
+    const char *interface;    /**< as lum_capture_interface() names it; NULL:
+                                   the first sensor of that address */
+    const lum_layout *layout; /**< of its data; NULL: that of the options */
+    const lum_calibration *calibration; /**< NULL: that of the options */
+    const lum_projector
+        *projector;       /**< in place of a calibration; NULL: none */
+    const lum_pose *pose; /**< where it is on the vehicle: its points come in
+                             the vehicle's frame; NULL: in its own. The
+                             quaternion is of length 1 */
+} lum_rig_member;
+
+/** Most members of a rig. */
+#define LUM_RIG_MEMBERS_MAX 8u
+
 /** Options of a framer. All bytes 0 except struct_size are the defaults: both
  * eyes of all sensors, every frame, x y z of all rising returns. */
 typedef struct lum_framer_options {
@@ -133,6 +150,10 @@ typedef struct lum_framer_options {
     const char *sensor_interface; /**< as lum_demux_options.sensor_interface;
                                 NULL: the first of its address */
     bool records_are_single; /**< as lum_demux_options.records_are_single */
+    const lum_rig_member *members; /**< the sensors of a rig; of others only
+                               packets are counted. has_sensor and only_first
+                               do not go with them. NULL: no rig */
+    size_t member_count;           /**< at most LUM_RIG_MEMBERS_MAX */
 } lum_framer_options;
 
 /** A framer. */
