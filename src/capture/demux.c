@@ -25,8 +25,12 @@ int lum_demux_new(const lum_demux_options *options, lum_demux **out,
     }
     known.port = known.port != 0 ? known.port : (uint16_t)LUM_PORT;
     demux->options = known;
-    lum_demux_set_text(demux->asked_interface, known.sensor_interface);
-    demux->options.sensor_interface = NULL; /* of the caller */
+    demux->options.sensor_interface = NULL; /* of the caller, both */
+    demux->options.members = NULL;
+    if (lum_demux_take_members(&demux->members, &known, error) != 0) {
+        free(demux);
+        return -1;
+    }
     *out = demux;
     return 0;
 }
@@ -121,9 +125,10 @@ static lum_result count_datagram(lum_demux *demux, const lum_record *record)
 {
     const uint32_t address = sensor_side(demux, record);
     lum_demux_entry *entry = lum_demux_find_address(demux, address);
-    demux->packet.kind =
-        lum_packet_decode(&demux->options.layout, record->payload, record->len,
-                          &demux->packet.group);
+    const lum_layout *layout =
+        entry->layout != NULL ? entry->layout : &demux->options.layout;
+    demux->packet.kind = lum_packet_decode(layout, record->payload, record->len,
+                                           &demux->packet.group);
     if (demux->packet.kind != LUM_PACKET_DATA) {
         lum_demux_count_packet(demux, record, &entry->counters);
         demux->last = entry;

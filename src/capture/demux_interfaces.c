@@ -8,10 +8,23 @@
 #define OFTEN         512u  /* and of these among the first LOOK_PACKETS */
 #define LOOK_PACKETS  LUM_DEMUX_LOOK_PACKETS
 
+/* The first sensor that an entry's data may be of; NULL: there is none. */
+static lum_demux_entry *first_like(const lum_demux *demux,
+                                   const lum_demux_entry *entry)
+{
+    for (size_t i = 0; i < demux->sensor_count; i++) {
+        lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+        if (lum_demux_may_be(entry, sensor)) {
+            return sensor;
+        }
+    }
+    return NULL;
+}
+
 bool lum_demux_is_doubtful(const lum_demux *demux, const lum_demux_entry *entry)
 {
     return entry->sensor == NULL && *entry->interface != '\0' &&
-           lum_demux_find_sensor(demux, entry->address) != NULL;
+           first_like(demux, entry) != NULL;
 }
 
 static void end_trial(lum_demux *demux, lum_demux_entry *entry,
@@ -33,10 +46,10 @@ static void end_trial(lum_demux *demux, lum_demux_entry *entry,
 
 void lum_demux_judge_trials(lum_demux *demux, int64_t now_ns, bool is_over)
 {
-    const lum_measure measure = lum_demux_measure(demux);
     for (size_t i = 0; i < demux->address_count; i++) {
         lum_demux_entry *entry = &demux->addresses[i];
         if (entry->trial != NULL) {
+            const lum_measure measure = lum_demux_measure(demux, entry);
             const lum_verdict verdict =
                 is_over ? lum_trial_settle(entry->trial, &measure)
                         : lum_trial_judge(entry->trial, &measure, now_ns);
@@ -72,7 +85,7 @@ void lum_demux_look_at_sent(const lum_demux *demux, lum_demux_entry *sensor,
     lum_recent_note(sensor->recent, &seen, record->time_ns, demux->record);
     if (turn >= COMPARED_FROM &&
         turn % (turn < LOOK_PACKETS ? OFTEN : RARELY) == 0) {
-        const lum_measure measure = lum_demux_measure(demux);
+        const lum_measure measure = lum_demux_measure(demux, sensor);
         sensor->neighbours.compared++;
         sensor->neighbours.contradicting +=
             lum_recent_contradicts(sensor->recent, &measure);
@@ -83,14 +96,14 @@ bool lum_demux_meet_trials(lum_demux *demux, const lum_record *record,
                            const lum_demux_entry *sensor)
 {
     const lum_seen seen = lum_seen_of(record, &demux->packet.group);
-    const lum_measure measure = lum_demux_measure(demux);
+    const lum_measure measure = lum_demux_measure(demux, sensor);
     bool waits = false;
     for (size_t i = 0; i < demux->address_count; i++) {
         lum_demux_entry *entry = &demux->addresses[i];
         if (entry->address == sensor->address) {
             waits |= entry->is_waiting;
         }
-        if (entry->address == sensor->address && entry->trial != NULL) {
+        if (entry->trial != NULL && lum_demux_may_be(entry, sensor)) {
             lum_trial_meet(entry->trial, &measure, &seen);
         }
     }
@@ -103,12 +116,12 @@ static lum_stand find_place(const lum_demux *demux, const lum_record *record,
                             const lum_seen *seen, lum_demux_entry *entry,
                             lum_place_among *out)
 {
-    const lum_measure measure = lum_demux_measure(demux);
+    const lum_measure measure = lum_demux_measure(demux, entry);
     lum_stand best = LUM_STAND_ELSEWHERE;
     *out = (lum_place_among){.stand = best};
     for (size_t i = 0; i < demux->sensor_count; i++) {
         lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
-        if (sensor->address == entry->address && sensor->recent != NULL) {
+        if (sensor->recent != NULL && lum_demux_may_be(entry, sensor)) {
             const lum_place_among place = lum_recent_place(
                 sensor->recent, &measure, seen, record->time_ns);
             const lum_stand stand = lum_place_stand(&place, &measure, seen);
@@ -130,7 +143,7 @@ static bool look_back(const lum_demux *demux, lum_demux_entry *entry)
     entry->since = demux->record;
     for (size_t i = 0; i < demux->sensor_count; i++) {
         const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
-        if (sensor->address == entry->address && sensor->recent != NULL) {
+        if (sensor->recent != NULL && lum_demux_may_be(entry, sensor)) {
             const uint64_t since = sensor->recent->since;
             entry->since = since < entry->since ? since : entry->since;
             is_whole &= lum_recent_is_whole(sensor->recent);
@@ -141,7 +154,7 @@ static bool look_back(const lum_demux *demux, lum_demux_entry *entry)
 
 static bool begin_trial(lum_demux *demux, lum_demux_entry *entry)
 {
-    entry->like = lum_demux_find_sensor(demux, entry->address);
+    entry->like = first_like(demux, entry);
     entry->trial = calloc(1, sizeof *entry->trial);
     demux->trials.open += entry->trial != NULL;
     return entry->trial != NULL;
@@ -183,8 +196,8 @@ lum_result lum_demux_give_held(lum_demux *demux)
            lum_queue_take(demux->trials.queue, &record, &way)) {
         lum_demux_entry *entry = &demux->addresses[way];
         lum_demux_entry *sensor = entry->sensor;
-        (void)lum_packet_decode(&demux->options.layout, record.payload,
-                                record.len, &demux->packet.group);
+        (void)lum_packet_decode(entry->layout, record.payload, record.len,
+                                &demux->packet.group);
         demux->trials.has_given = true;
         if (sensor != NULL && entry->like != NULL) {
             lum_demux_note_sent(demux, sensor, &record); /* was on trial */

@@ -24,7 +24,8 @@ static void free_assembly(lum_demux_assembly *assembly)
     }
 }
 
-lum_demux_assembly *lum_demux_new_assembly(const lum_demux_options *options)
+lum_demux_assembly *lum_demux_new_assembly(const lum_demux_options *options,
+                                           const lum_layout *layout)
 {
     const lum_assembler_config *c = &options->config;
     lum_assembler_storage s = {
@@ -39,8 +40,7 @@ lum_demux_assembly *lum_demux_new_assembly(const lum_demux_options *options)
     s.words = assembly->words = malloc(s.word_count * sizeof *s.words);
     s.reach = assembly->reach = malloc(s.reach_count * sizeof *s.reach);
     if (s.slots == NULL || s.words == NULL || s.reach == NULL ||
-        lum_assembler_init(&assembly->assembler, c, &options->layout, &s) !=
-            LUM_OK) {
+        lum_assembler_init(&assembly->assembler, c, layout, &s) != LUM_OK) {
         free_assembly(assembly);
         return NULL;
     }
@@ -77,6 +77,17 @@ static bool is_of(const lum_demux_entry *entry, uint32_t address,
             strcmp(entry->interface, interface) == 0);
 }
 
+/* An address on the present interface. */
+static void begin_entry(const lum_demux *demux, lum_demux_entry *out,
+                        uint32_t address)
+{
+    *out = (lum_demux_entry){.address = address,
+                             .layout = lum_demux_layout_for(
+                                 &demux->members, address, demux->interface,
+                                 &demux->options.layout)};
+    lum_demux_set_text(out->interface, demux->interface);
+}
+
 lum_demux_entry *lum_demux_find_address(lum_demux *demux, uint32_t address)
 {
     size_t i = 0;
@@ -85,8 +96,7 @@ lum_demux_entry *lum_demux_find_address(lum_demux *demux, uint32_t address)
         i++;
     }
     if (i == demux->address_count && i < LUM_DEMUX_ADDRESSES_MAX) {
-        demux->addresses[i].address = address;
-        lum_demux_set_text(demux->addresses[i].interface, demux->interface);
+        begin_entry(demux, &demux->addresses[i], address);
         demux->address_count++;
     }
     return &demux->addresses[i];
@@ -133,22 +143,24 @@ static void add_address(lum_demux_counters *to, const lum_demux_entry *entry)
     }
 }
 
-/* Without an interface the first sensor of an address is meant. */
-static bool is_asked_for(const lum_demux *demux, const lum_demux_entry *entry)
+static int member_of(const lum_demux *demux, const lum_demux_entry *entry)
 {
-    const char *interface = demux->asked_interface;
-    return !demux->options.has_sensor ||
-           (entry->address == demux->options.sensor &&
-            (*interface == '\0' ? !entry->is_further
-                                : strcmp(entry->interface, interface) == 0));
+    return lum_demux_find_member(&demux->members, entry->address,
+                                 entry->interface, entry->is_further);
 }
 
-/* How many more sensors fit; the one that was asked for keeps its place. */
-static bool has_room(const lum_demux *demux, const lum_demux_entry *entry)
+static bool is_asked_for(const lum_demux *demux, const lum_demux_entry *entry)
 {
-    const bool reserves = demux->options.has_sensor && !demux->asked_is_there &&
-                          !is_asked_for(demux, entry);
-    return demux->sensor_count + (reserves ? 1u : 0u) < LUM_DEMUX_SENSORS_MAX;
+    return demux->members.count == 0 ||
+           member_of(demux, entry) != LUM_DEMUX_NO_MEMBER;
+}
+
+/* Those that are asked for keep their places. */
+static bool has_room(const lum_demux *demux, int member)
+{
+    return demux->sensor_count +
+               lum_demux_members_absent(&demux->members, member) <
+           LUM_DEMUX_SENSORS_MAX;
 }
 
 void lum_demux_set_sensor(lum_demux *demux, lum_demux_entry *entry,
@@ -159,6 +171,7 @@ void lum_demux_set_sensor(lum_demux *demux, lum_demux_entry *entry,
         entry->since = entry->since != 0 ? entry->since : demux->record;
     }
     entry->sensor = sensor;
+    entry->layout = sensor != NULL ? sensor->layout : entry->layout;
 }
 
 bool lum_demux_admit_sensor(lum_demux *demux, lum_demux_entry *entry)
@@ -167,7 +180,8 @@ bool lum_demux_admit_sensor(lum_demux *demux, lum_demux_entry *entry)
         return true;
     }
     entry->is_further = lum_demux_find_sensor(demux, entry->address) != NULL;
-    if (!has_room(demux, entry)) {
+    const int member = member_of(demux, entry);
+    if (!has_room(demux, member)) {
         return false;
     }
     /* without memory its repeats are not known */
@@ -175,8 +189,9 @@ bool lum_demux_admit_sensor(lum_demux *demux, lum_demux_entry *entry)
     lum_demux_set_sensor(demux, entry, entry);
     entry->sensor_index = demux->sensor_count;
     demux->sensors[demux->sensor_count++] = (size_t)(entry - demux->addresses);
-    demux->asked_is_there |=
-        demux->options.has_sensor && is_asked_for(demux, entry);
+    if (member != LUM_DEMUX_NO_MEMBER) {
+        demux->members.of[member].is_there = true;
+    }
     return true;
 }
 
@@ -189,8 +204,7 @@ lum_demux_entry *lum_demux_claim_address(lum_demux *demux, uint32_t address)
     }
     if (entry < rest) {
         add_address(&rest->counters, entry);
-        *entry = (lum_demux_entry){.address = address};
-        lum_demux_set_text(entry->interface, demux->interface);
+        begin_entry(demux, entry, address);
     }
     return entry;
 }
@@ -225,7 +239,7 @@ static uint64_t count_late(const lum_demux_entry *entry)
 /* The group at hand is to be assembled. */
 static void note_order(lum_demux *demux)
 {
-    const lum_profile *p = &demux->options.layout.profile;
+    const lum_profile *p = &demux->current->layout->profile;
     demux->packet.behind_ns = lum_order_behind_ns(
         &demux->current->order, &p->group[LUM_FIELD_TIMESTAMP],
         p->clock_unit_ns, (int64_t)demux->options.config.gap_us * 1000,
@@ -249,11 +263,12 @@ bool lum_demux_takes(const lum_demux *demux, const lum_demux_entry *sensor)
            (demux->held >> sensor->sensor_index & 1u) == 0;
 }
 
-lum_measure lum_demux_measure(const lum_demux *demux)
+lum_measure lum_demux_measure(const lum_demux *demux,
+                              const lum_demux_entry *entry)
 {
-    const lum_demux_options *o = &demux->options;
-    return lum_measure_of(&o->layout.profile, o->config.gap_us,
-                          o->config.reorder_lines);
+    const lum_assembler_config *config = &demux->options.config;
+    return lum_measure_of(&entry->layout->profile, config->gap_us,
+                          config->reorder_lines);
 }
 
 /* What is so far behind what its sensor sent on its first interface would be
@@ -264,7 +279,7 @@ static bool is_late_copy(const lum_demux *demux, const lum_demux_entry *entry)
     if (entry == sensor || !sensor->has_clock) {
         return false;
     }
-    const lum_measure m = lum_demux_measure(demux);
+    const lum_measure m = lum_demux_measure(demux, sensor);
     const int64_t behind_us =
         lum_measure_us(&m, demux->packet.group.clock_raw, sensor->clock);
     return m.clock_bits != 0 && behind_us > (int64_t)m.gap_us &&
@@ -283,7 +298,8 @@ lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *entry,
         return LUM_OK;
     }
     if (sensor->assembly == NULL) {
-        sensor->assembly = lum_demux_new_assembly(&demux->options);
+        sensor->assembly =
+            lum_demux_new_assembly(&demux->options, sensor->layout);
     }
     if (sensor->assembly == NULL) {
         return LUM_E_SPACE;
@@ -381,21 +397,27 @@ lum_demux_mixture lum_demux_mixed(const lum_demux *demux)
     return all;
 }
 
+int lum_demux_member_of(const lum_demux *demux, size_t i)
+{
+    return member_of(demux, lum_demux_sensor_at(demux, i));
+}
+
 bool lum_demux_leaves_out(const lum_demux *demux, size_t i)
 {
     const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
-    return sensor->address == demux->options.sensor &&
-           *demux->asked_interface == '\0' && !is_asked_for(demux, sensor);
+    return demux->options.has_sensor && !is_asked_for(demux, sensor) &&
+           lum_demux_find_member(&demux->members, sensor->address, "", false) !=
+               LUM_DEMUX_NO_MEMBER;
 }
 
 bool lum_demux_is_wanted(const lum_demux *demux)
 {
     const lum_demux_entry *entry = demux->last;
-    if (!demux->options.has_sensor || entry == NULL) {
-        return !demux->options.has_sensor;
+    if (demux->members.count == 0 || entry == NULL) {
+        return demux->members.count == 0;
     }
-    const bool is_own =
-        entry->sensor == NULL && *demux->asked_interface != '\0';
+    const bool is_own = entry->sensor == NULL &&
+                        lum_demux_members_name(&demux->members, entry->address);
     const lum_demux_entry *sensor = is_own ? entry : counted_with(demux, entry);
     return is_asked_for(demux, sensor != NULL ? sensor : entry) &&
            (entry->trial == NULL || is_own ||

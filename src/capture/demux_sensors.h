@@ -4,6 +4,7 @@
 #ifndef LUM_CAPTURE_DEMUX_SENSORS_H
 #define LUM_CAPTURE_DEMUX_SENSORS_H
 
+#include "demux_members.h"
 #include "demux_state.h"
 #include "joined.h"
 #include "lum/capture/demux.h"
@@ -44,6 +45,7 @@ typedef struct lum_demux_entry {
     uint32_t origin;     /* its number among those that are known, from 1 on */
     uint64_t since;      /* lum_demux_origin.since */
     size_t sensor_index; /* valid if it is one */
+    const lum_layout *layout; /* its data's; that of its sensor, once known */
     lum_demux_counters counters;
     lum_demux_assembly *assembly;
     lum_order order;
@@ -71,8 +73,7 @@ typedef struct lum_demux_trials {
 
 struct lum_demux {
     lum_demux_options options;
-    char asked_interface[LUM_INTERFACE_BYTES]; /* empty: none was asked for */
-    bool asked_is_there; /* the sensor that was asked for is one of them */
+    lum_demux_members members;
     /* the last: all the rest */
     lum_demux_entry addresses[LUM_DEMUX_ADDRESSES_MAX + 1];
     size_t address_count;
@@ -111,7 +112,8 @@ static inline lum_demux_entry *lum_demux_sensor_at(const lum_demux *demux,
 }
 
 /** An assembler with its storage. NULL without memory. */
-lum_demux_assembly *lum_demux_new_assembly(const lum_demux_options *options);
+lum_demux_assembly *lum_demux_new_assembly(const lum_demux_options *options,
+                                           const lum_layout *layout);
 
 /** Free what was held. */
 void lum_demux_free_queue(lum_demux *demux);
@@ -126,6 +128,14 @@ lum_demux_entry *lum_demux_find_address(lum_demux *demux, uint32_t address);
 /** The first sensor with an address; NULL: there is none. */
 lum_demux_entry *lum_demux_find_sensor(const lum_demux *demux,
                                        uint32_t address);
+
+/** Whether the data of an entry may be that of a sensor: their address and
+ * their layout are the same. */
+static inline bool lum_demux_may_be(const lum_demux_entry *entry,
+                                    const lum_demux_entry *sensor)
+{
+    return entry->address == sensor->address && entry->layout == sensor->layout;
+}
 
 /** Say whose data an entry brings; NULL: that of a sensor too many. */
 void lum_demux_set_sensor(lum_demux *demux, lum_demux_entry *entry,
@@ -149,8 +159,9 @@ void lum_demux_count_data(const lum_demux *demux, const lum_record *record,
 /** Whether data of a sensor is assembled. */
 bool lum_demux_takes(const lum_demux *demux, const lum_demux_entry *sensor);
 
-/** What its packets are compared by. */
-lum_measure lum_demux_measure(const lum_demux *demux);
+/** What packets of an entry are compared by. */
+lum_measure lum_demux_measure(const lum_demux *demux,
+                              const lum_demux_entry *entry);
 
 /** The group at hand, from an entry whose sensor is known, waits for its
  * assembler, or is counted as late.

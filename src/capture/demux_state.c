@@ -2,30 +2,11 @@
 
 #include "demux_sensors.h"
 
-static void pack_profile(lum_profile p, lum_pack *pack)
-{
-    lum_pack_u32(pack, &p.data_packet_type);
-    for (unsigned i = 0; i < LUM_GROUP_FIELDS; i++) {
-        lum_pack_u8(pack, &p.group[i].at);
-        lum_pack_u8(pack, &p.group[i].bytes);
-        lum_pack_u8(pack, &p.group[i].order);
-        lum_pack_u8(pack, &p.group[i].low);
-        lum_pack_u8(pack, &p.group[i].bits);
-    }
-    lum_pack_u8(pack, &p.samples_at);
-    lum_pack_u8(pack, &p.angle_order);
-    lum_pack_u8(pack, &p.sample_order);
-    lum_pack_u32(pack, &p.eye_values[LUM_EYE_BLUE]);
-    lum_pack_u32(pack, &p.eye_values[LUM_EYE_GREEN]);
-    lum_pack_u32(pack, &p.line_span_us);
-    lum_pack_u32(pack, &p.clock_unit_ns);
-}
-
 void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack)
 {
     lum_demux_options o = demux->options;
-    char interface[LUM_INTERFACE_BYTES];
-    pack_profile(o.layout.profile, pack);
+    char interface[LUM_INTERFACE_BYTES] = "";
+    lum_demux_pack_profile(o.layout.profile, pack);
     lum_pack_u8(pack, &o.config.open_lines);
     lum_pack_u8(pack, &o.config.reorder_lines);
     lum_pack_u32(pack, &o.config.words_per_line);
@@ -34,19 +15,26 @@ void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack)
     lum_pack_u32(pack, &o.sensor);
     uint32_t port = o.port;
     lum_pack_u32(pack, &port);
-    memcpy(interface, demux->asked_interface, sizeof interface);
+    if (o.has_sensor) {
+        memcpy(interface, demux->members.of[0].interface, sizeof interface);
+    }
     lum_pack_text(pack, interface, sizeof interface);
+    if (!o.has_sensor) {
+        lum_demux_pack_members(&demux->members, pack);
+    }
 }
 
 void lum_demux_restart(lum_demux *demux)
 {
     const lum_demux_options options = demux->options;
-    char asked_interface[LUM_INTERFACE_BYTES];
-    memcpy(asked_interface, demux->asked_interface, sizeof asked_interface);
+    const lum_demux_members members = demux->members;
     lum_demux_clear(demux);
     memset(demux, 0, sizeof *demux);
     demux->options = options;
-    memcpy(demux->asked_interface, asked_interface, sizeof asked_interface);
+    demux->members = members;
+    for (size_t i = 0; i < members.count; i++) {
+        demux->members.of[i].is_there = false;
+    }
     demux->current = demux->addresses;
 }
 
@@ -160,7 +148,8 @@ bool lum_demux_pack_sensor(lum_demux *demux, size_t sensor, uint32_t from,
 {
     lum_demux_entry *entry = lum_demux_sensor_at(demux, sensor);
     if (entry->assembly == NULL) {
-        entry->assembly = lum_demux_new_assembly(&demux->options);
+        entry->assembly =
+            lum_demux_new_assembly(&demux->options, entry->layout);
     }
     if (entry->assembly == NULL) {
         pack->has_failed = true;

@@ -2,6 +2,7 @@
 
 #include "demux_state.h"
 #include "lum/wire.h"
+#include "remarks_members.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -314,7 +315,8 @@ bool lum_remarks_get(const lum_remarks *remarks, const lum_demux *demux,
         mixture = lum_demux_mixed(demux);
         port = lum_demux_port(demux);
     }
-    if (say_shared(demux, &n, out) || (say_order(counters, out) && n-- == 0)) {
+    if ((demux != NULL && lum_remarks_say_members(demux, &n, out)) ||
+        say_shared(demux, &n, out) || (say_order(counters, out) && n-- == 0)) {
         return true;
     }
     return remarks != NULL &&

@@ -164,7 +164,14 @@ bool lum_demux_is_shared(const lum_demux *demux, size_t i);
 const char *lum_demux_name(const lum_demux *demux, size_t i,
                            char out[LUM_SENSOR_NAME_BYTES]);
 
-/** Whether the i-th sensor is the one that was requested, or none was.
+/** Which member the i-th sensor is.
+ * @param i below lum_demux_sensor_count().
+ * @return its place in lum_demux_options.members; 0 of a sensor that was
+ *         requested; -1: it is none. */
+int lum_demux_member_of(const lum_demux *demux, size_t i);
+
+/** Whether the i-th sensor is the one that was requested or a member, or none
+ * was named.
  * @param i below lum_demux_sensor_count(). */
 bool lum_demux_is_requested(const lum_demux *demux, size_t i);
 
@@ -190,8 +197,9 @@ lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
 /** What is odd about a stream, each with its cause and what to do: packets of a
  * G2 that are on another port, in the capture only in part, wrapped in what is
  * not read, or dropped since records stand out of order; and sensors that were
- * left out, as the requested one has their address. Complete at the end of the
- * stream.
+ * left out, as the requested one has their address. Of members: each that sent
+ * no data, and why if that is known, and the sensors that are none. Complete at
+ * the end of the stream.
  * @param capture that was read; NULL: the records were others.
  * @param demux   that took them; NULL: none did, and what it counts is left
  *                out.
