@@ -110,6 +110,11 @@ lum_result lum_frame_get_info(const lum_frame *frame, lum_frame_info *out)
                                                                  : LUM_E_VALUE;
 }
 
+lum_pose lum_frame_pose(const lum_frame *frame)
+{
+    return frame->is_placed ? frame->pose : lum_pose_identity();
+}
+
 size_t lum_frame_line_count(const lum_frame *frame)
 {
     return frame->row_count;

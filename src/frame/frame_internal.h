@@ -72,6 +72,8 @@ struct lum_frame {
     size_t row_count;
     uint32_t rows_before[LUM_EYES]; /* by whole lines, of the frame before */
     lum_frame_store store;
+    bool is_placed; /* x y z are in the frame that this pose is in */
+    lum_pose pose;
     lum_frame_info info;
 };
 

@@ -34,7 +34,8 @@ static lum_sensor_stream *current(lum_framer *f)
 {
     const size_t i = lum_demux_current_index(f->demux);
     const bool is_new = f->sensors[i] == NULL;
-    lum_sensor_stream *s = lum_sensor_stream_at(f, i);
+    lum_sensor_stream *s =
+        lum_sensor_stream_at(f, i, lum_sensor_stream_way(f, i));
     if (s != NULL && is_new && f->is_flushing) {
         lum_under_way_leave(&s->under_way);
     }
@@ -67,7 +68,7 @@ static void take_line(lum_framer *f, lum_sensor_stream *s)
     const lum_line *line = lum_assembler_line(assembler);
     f->in_hand = IN_HAND_NOTHING;
     f->number = line->frame;
-    lum_line_points_begin(&f->line, line);
+    lum_line_points_begin(&f->line, line, &f->ways[s->way].projector);
     lum_sensor_stream_take(s, line, lum_assembler_line_is_decided(assembler));
     if (is_skipped(f, line->frame)) {
         lum_under_way_take(&s->under_way, line, 0);
@@ -416,6 +417,14 @@ int64_t lum_framer_frame_number(const lum_framer *framer)
 size_t lum_framer_sensor(const lum_framer *framer)
 {
     return lum_demux_current_index(framer->demux);
+}
+
+int lum_framer_member(const lum_framer *framer, size_t sensor)
+{
+    return framer->member_count != 0 &&
+                   sensor < lum_demux_sensor_count(framer->demux)
+               ? lum_demux_member_of(framer->demux, sensor)
+               : -1;
 }
 
 const lum_demux *lum_framer_demux(const lum_framer *framer)

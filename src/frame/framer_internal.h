@@ -23,7 +23,7 @@ typedef struct lum_checked_views {
 } lum_checked_views;
 
 typedef struct lum_line_points {
-    lum_projector projector;
+    const lum_projector *projector; /* of the line's sensor */
     const lum_line *line;
     uint64_t rising; /* words that give a point; set by _count() */
     uint64_t falling;
@@ -36,8 +36,10 @@ typedef struct lum_line_points {
     size_t sample_count;
 } lum_line_points;
 
-/* Take another line, which lives until the next one or the end. */
-void lum_line_points_begin(lum_line_points *points, const lum_line *line);
+/* Take another line, which lives until the next one or the end, as its
+ * projector does. */
+void lum_line_points_begin(lum_line_points *points, const lum_line *line,
+                           const lum_projector *projector);
 
 /* Count the points of the line before any selection, and the words that give
  * none. */
@@ -167,8 +169,19 @@ typedef struct lum_lines_before {
     uint32_t next[LUM_EYES];
 } lum_lines_before;
 
+/* How lines of a sensor become frames: that of a member of a rig, or of all
+ * sensors. */
+typedef struct lum_member_way {
+    lum_projector projector;
+    lum_pose pose; /* of its points */
+    bool is_placed;
+    bool has_clock;
+    lum_pause pause; /* of a sensor without lines */
+} lum_member_way;
+
 /* What a framer knows of one sensor. */
 typedef struct lum_sensor_stream {
+    size_t way; /* of the framer's ways */
     lum_drafts drafts;
     bool has_joined; /* a line came */
     int64_t joined;  /* in this frame */
@@ -209,11 +222,11 @@ struct lum_framer {
     lum_demux *demux;
     lum_checked_views views;
     lum_framer_choice choice;
-    bool has_clock;
-    bool has_from; /* frames before one are skipped */
+    lum_member_way *ways; /* as many as members; 1: there is no rig */
+    size_t member_count;  /* 0: there is no rig */
+    bool has_from;        /* frames before one are skipped */
     int64_t from;
     bool is_flushing;
-    lum_pause pause; /* of a sensor without lines */
     lum_frame_pool *pool;
     lum_crew *crew; /* NULL: the caller makes all points */
     lum_sensor_stream *sensors[LUM_DEMUX_SENSORS_MAX];
@@ -232,9 +245,13 @@ static inline bool lum_framer_makes_frames(const lum_framer *framer)
     return (framer->choice.wants & LUM_WANT_FRAMES) != 0;
 }
 
-/* A framer's sensor by its index, made if no line of it came yet. NULL: there
- * is no memory. */
-lum_sensor_stream *lum_sensor_stream_at(lum_framer *framer, size_t i);
+/* Which of the framer's ways a sensor that the demultiplexer knows has. */
+size_t lum_sensor_stream_way(const lum_framer *framer, size_t i);
+
+/* A framer's sensor by its index, made if no line of it came yet: with this
+ * way. NULL: there is no memory. */
+lum_sensor_stream *lum_sensor_stream_at(lum_framer *framer, size_t i,
+                                        size_t way);
 
 /* NULL is allowed. */
 void lum_sensor_stream_free(lum_sensor_stream *sensor);

@@ -95,23 +95,23 @@ static int set_first_views(lum_framer *f, const lum_framer_options *o,
 
 /* --- Other options --- */
 
-static int set_projector(lum_framer *f, const lum_framer_options *o,
-                         const lum_layout *layout, lum_error *error)
+static int make_projector(lum_projector *out, const lum_projector *projector,
+                          const lum_calibration *given,
+                          const lum_layout *layout, lum_error *error)
 {
     lum_calibration calibration;
     lum_calibration_fault fault = LUM_CALIBRATION_FINE;
     unsigned eye = 0;
-    if (o->projector != NULL) {
-        f->line.projector = *o->projector;
+    if (projector != NULL) {
+        *out = *projector;
         return 0;
     }
     lum_calibration_default(&calibration);
-    if (o->calibration != NULL) {
-        calibration = *o->calibration;
+    if (given != NULL) {
+        calibration = *given;
     }
     if (lum_calibration_check(&calibration, &fault, &eye) != LUM_OK ||
-        lum_projector_init(&f->line.projector, &calibration, layout) !=
-            LUM_OK) {
+        lum_projector_init(out, &calibration, layout) != LUM_OK) {
         return lum_error_set(error,
                              "a value of the calibration is out of range: "
                              "lum_calibration_fault %d, eye %u",
@@ -119,6 +119,94 @@ static int set_projector(lum_framer *f, const lum_framer_options *o,
     }
     return 0;
 }
+
+/* What its layout tells. */
+static void set_clock(lum_member_way *way, const lum_demux_options *demux,
+                      const lum_layout *layout)
+{
+    way->pose = lum_pose_identity();
+    way->has_clock = layout->profile.group[LUM_FIELD_TIMESTAMP].bytes != 0;
+    lum_pause_init(&way->pause, demux->config.gap_us, &layout->profile);
+}
+
+/* --- The sensors of a rig --- */
+
+static int set_member(lum_member_way *way, const lum_framer_options *o,
+                      const lum_demux_options *demux, size_t i,
+                      lum_error *error)
+{
+    const lum_rig_member *m = &o->members[i];
+    const lum_layout *layout = m->layout != NULL ? m->layout : &demux->layout;
+    const bool is_own = m->projector != NULL || m->calibration != NULL;
+    lum_error why;
+    set_clock(way, demux, layout);
+    if (make_projector(&way->projector, is_own ? m->projector : o->projector,
+                       is_own ? m->calibration : o->calibration, layout,
+                       &why) != 0) {
+        return lum_error_set(error, "member %zu: %s", i, why.text);
+    }
+    if (m->pose == NULL) {
+        return 0;
+    }
+    way->is_placed = true;
+    way->pose = *m->pose;
+    if (!lum_pose_normalize(&way->pose)) {
+        return lum_error_set(error,
+                             "member %zu: its pose has a number that is not "
+                             "finite, or a quaternion of length 0",
+                             i);
+    }
+    lum_projector_place(&way->projector, &way->pose);
+    return 0;
+}
+
+static int check_members(const lum_framer_options *o, lum_error *error)
+{
+    if (o->member_count > LUM_RIG_MEMBERS_MAX) {
+        return lum_error_set(error, "%zu members; at most %u are accepted",
+                             o->member_count, LUM_RIG_MEMBERS_MAX);
+    }
+    if (o->member_count != 0 && (o->only_first || o->has_sensor)) {
+        return lum_error_set(error, "members are given, and only_first or "
+                                    "has_sensor; give one of these");
+    }
+    return 0;
+}
+
+/* The ways of lines to frames. */
+static int set_ways(lum_framer *f, const lum_framer_options *o,
+                    const lum_demux_options *demux, lum_error *error)
+{
+    const size_t count = o->member_count != 0 ? o->member_count : 1u;
+    f->member_count = o->member_count;
+    f->ways = calloc(count, sizeof *f->ways);
+    if (f->ways == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    if (o->member_count == 0) {
+        set_clock(f->ways, demux, &demux->layout);
+        return make_projector(&f->ways->projector, o->projector, o->calibration,
+                              &demux->layout, error);
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (set_member(&f->ways[i], o, demux, i, error) != 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+static void take_members(const lum_framer_options *o,
+                         lum_demux_member out[LUM_RIG_MEMBERS_MAX])
+{
+    for (size_t i = 0; i < o->member_count; i++) {
+        out[i] = (lum_demux_member){.address = o->members[i].address,
+                                    .interface = o->members[i].interface,
+                                    .layout = o->members[i].layout};
+    }
+}
+
+/* --- All of them --- */
 
 static bool is_possible(const lum_assembler_config *c)
 {
@@ -148,12 +236,19 @@ static int allocate(lum_framer *f, const lum_demux_options *demux,
 
 static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
 {
+    lum_demux_member members[LUM_RIG_MEMBERS_MAX];
     lum_demux_options demux = {.struct_size = sizeof demux,
                                .has_sensor = o->has_sensor,
                                .sensor = o->sensor,
                                .port = o->port,
                                .sensor_interface = o->sensor_interface,
-                               .records_are_single = o->records_are_single};
+                               .records_are_single = o->records_are_single,
+                               .members = members,
+                               .member_count = o->member_count};
+    if (check_members(o, error) != 0) {
+        return -1;
+    }
+    take_members(o, members);
     lum_layout_default(&demux.layout);
     lum_assembler_config_default(&demux.config);
     demux.layout = o->layout != NULL ? *o->layout : demux.layout;
@@ -166,8 +261,6 @@ static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
         return lum_error_set(error, "%lu threads; at most %u are possible",
                              (unsigned long)o->threads, LUM_FRAMER_THREADS_MAX);
     }
-    f->has_clock = demux.layout.profile.group[LUM_FIELD_TIMESTAMP].bytes != 0;
-    lum_pause_init(&f->pause, demux.config.gap_us, &demux.layout.profile);
     f->choice = (lum_framer_choice){
         .wants = o->wants != 0 ? o->wants : (unsigned)LUM_WANT_FRAMES,
         .eyes = o->eyes != 0 ? o->eyes : (unsigned)LUM_EYES_BOTH,
@@ -177,7 +270,7 @@ static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
         .drop_incomplete = o->drop_incomplete,
         .only_first = o->only_first && !o->has_sensor};
     if (set_first_views(f, o, error) != 0 ||
-        set_projector(f, o, &demux.layout, error) != 0) {
+        set_ways(f, o, &demux, error) != 0) {
         return -1;
     }
     return allocate(f, &demux, o, error);
@@ -220,5 +313,6 @@ void lum_framer_free(lum_framer *framer)
     lum_frame_pool_free(framer->pool);
     lum_demux_free(framer->demux);
     lum_column_work_release(&framer->line.work);
+    free(framer->ways);
     free(framer);
 }

@@ -58,9 +58,15 @@ bool lum_framer_pack_clocks(lum_framer *framer, lum_pack *pack)
 {
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX && !pack->has_failed; i++) {
         bool is_known = framer->sensors[i] != NULL;
+        uint32_t way = is_known ? (uint32_t)framer->sensors[i]->way : 0;
         lum_pack_bool(pack, &is_known);
+        if (is_known && framer->member_count != 0) {
+            lum_pack_u32(pack, &way);
+        }
+        is_known = is_known &&
+                   lum_pack_check(pack, way == 0 || way < framer->member_count);
         const lum_sensor_stream *s =
-            is_known ? lum_sensor_stream_at(framer, i) : NULL;
+            is_known ? lum_sensor_stream_at(framer, i, way) : NULL;
         if (is_known && s == NULL) {
             pack->has_failed = true;
         } else if (is_known && s->clock != NULL) {
@@ -134,9 +140,11 @@ static void pack_own(lum_sensor_stream *s, lum_pack *p)
 bool lum_framer_pack_sensor(lum_framer *framer, size_t sensor, uint32_t from,
                             lum_pack *pack)
 {
-    lum_sensor_stream *s = lum_pack_is_reading(pack)
-                               ? lum_sensor_stream_at(framer, sensor)
-                               : framer->sensors[sensor];
+    lum_sensor_stream *s =
+        lum_pack_is_reading(pack)
+            ? lum_sensor_stream_at(framer, sensor,
+                                   lum_sensor_stream_way(framer, sensor))
+            : framer->sensors[sensor];
     if (s == NULL) {
         pack->has_failed = true;
         return false;

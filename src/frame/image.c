@@ -11,6 +11,14 @@
 #define BLOCK  1024u
 #define WINDOW 8192u
 
+/* A block's points as its sensor sees them. */
+struct seen {
+    const float *x;
+    const float *y;
+    const float *z;
+    float moved[3][BLOCK];
+};
+
 /* A picture while it is made. */
 struct picture {
     lum_image_points from;
@@ -21,8 +29,32 @@ struct picture {
     uint64_t asked;   /* points of the eyes */
     uint64_t inside;
     uint64_t filled;
+    const lum_pose *back; /* from the points' frame to the sensor's; or NULL */
+    struct seen seen;
     int32_t ranks[WINDOW]; /* of point i, at i % WINDOW */
 };
+
+/* Look at some points, at most a block. */
+static void see(struct seen *out, const lum_image_points *from,
+                const lum_pose *back, size_t first, size_t n)
+{
+    out->x = from->x + first;
+    out->y = from->y + first;
+    out->z = from->z + first;
+    if (back == NULL) {
+        return;
+    }
+    for (size_t i = 0; i < n; i++) {
+        double at[3] = {out->x[i], out->y[i], out->z[i]};
+        lum_pose_apply(back, at, at);
+        for (int k = 0; k < 3; k++) {
+            out->moved[k][i] = (float)at[k];
+        }
+    }
+    out->x = out->moved[0];
+    out->y = out->moved[1];
+    out->z = out->moved[2];
+}
 
 /* The bits of a number that is not negative: of two, those of the smaller one
  * are the smaller integer. */
@@ -34,12 +66,13 @@ static inline int32_t bits_of(float number)
 }
 
 /* Of two points of a pixel, the one with the smaller rank fills it. */
-static void rank(const lum_image_points *p, lum_image_choice choice,
-                 size_t first, size_t n, int32_t *restrict out)
+static void rank(const lum_image_points *p, const struct seen *seen,
+                 lum_image_choice choice, size_t first, size_t n,
+                 int32_t *restrict out)
 {
-    const float *x = p->x + first;
-    const float *y = p->y + first;
-    const float *z = p->z + first;
+    const float *x = seen->x;
+    const float *y = seen->y;
+    const float *z = seen->z;
     const int32_t sign = choice == LUM_IMAGE_FARTHEST ? -1 : 1;
     switch (choice) {
     case LUM_IMAGE_STRONGEST:
@@ -63,6 +96,16 @@ static void rank(const lum_image_points *p, lum_image_choice choice,
     }
 }
 
+/* The rank of a point that was forgotten. */
+static int32_t rank_again(const struct picture *p, size_t i)
+{
+    struct seen seen;
+    int32_t again = 0;
+    see(&seen, &p->from, p->back, i, 1);
+    rank(&p->from, &seen, p->options.choice, i, 1, &again);
+    return again;
+}
+
 /* Most pixels are filled by this line or the one before, whose ranks are kept.
  */
 static void fill(struct picture *p, size_t first, size_t n,
@@ -79,7 +122,7 @@ static void fill(struct picture *p, size_t first, size_t n,
             const bool is_free = held == LUM_FRAME_MISSING;
             int32_t before = ranks[held % WINDOW];
             if ((uint64_t)held + (WINDOW - BLOCK) < i) {
-                rank(&p->from, p->options.choice, held, 1, &before);
+                before = rank_again(p, held);
             }
             before = is_free ? INT32_MAX : before;
             out[pixel] = ranks[i % WINDOW] < before ? (uint32_t)i : held;
@@ -102,9 +145,9 @@ static void add(struct picture *p, size_t first, size_t count)
         n = BLOCK - at % BLOCK;
         n = left < n ? left : n;
         uint32_t *pixels = p->pixels != NULL ? p->pixels + at : block;
-        lum_image_pixels(&p->scale, from->x + at, from->y + at, from->z + at, n,
-                         pixels);
-        rank(from, p->options.choice, at, n, &p->ranks[at % WINDOW]);
+        see(&p->seen, from, p->back, at, n);
+        lum_image_pixels(&p->scale, p->seen.x, p->seen.y, p->seen.z, n, pixels);
+        rank(from, &p->seen, p->options.choice, at, n, &p->ranks[at % WINDOW]);
         fill(p, at, n, pixels);
     }
     p->asked += count;
@@ -135,6 +178,7 @@ static void clear(struct picture *p, uint32_t *out, uint32_t *pixels)
     p->asked = 0;
     p->inside = 0;
     p->filled = 0;
+    p->back = NULL;
     p->ranks[LUM_FRAME_MISSING % WINDOW] = 0;
 }
 
@@ -205,8 +249,11 @@ lum_result lum_frame_image_index(const lum_frame *frame,
                                  uint32_t *out, uint32_t *pixels,
                                  lum_image_counts *counts)
 {
+    const lum_pose pose = lum_frame_pose(frame);
+    const lum_pose back = lum_pose_inverse(&pose);
     struct picture p;
     clear(&p, out, pixels);
+    p.back = frame->is_placed ? &back : NULL;
     p.from = (lum_image_points){
         .count = frame->count,
         .x = lum_frame_floats(frame, LUM_COLUMN_X),

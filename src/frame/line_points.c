@@ -22,16 +22,18 @@ static void apply_view(lum_line_points *p, const lum_checked_view *view)
     }
 }
 
-void lum_line_points_begin(lum_line_points *p, const lum_line *line)
+void lum_line_points_begin(lum_line_points *p, const lum_line *line,
+                           const lum_projector *projector)
 {
     p->line = line;
+    p->projector = projector;
     lum_line_points_forget(p);
 }
 
 void lum_line_points_count(lum_line_points *p)
 {
     p->losses = (lum_point_losses){0, 0};
-    lum_points_count(&p->projector, p->line, &p->rising, &p->falling,
+    lum_points_count(p->projector, p->line, &p->rising, &p->falling,
                      &p->losses);
 }
 
@@ -49,7 +51,7 @@ size_t lum_line_points_sample(lum_line_points *p, const lum_checked_view *view)
     if (p->sampled_by != view) {
         apply_view(p, view);
         p->sample_count = lum_samples_compute(
-            &p->projector, &p->smoothed, &view->asked.selection,
+            p->projector, &p->smoothed, &view->asked.selection,
             &p->work.samples, p->work.sample, NULL);
         p->sampled_by = view;
     }
@@ -78,7 +80,7 @@ lum_frame_part lum_line_points_part(lum_line_points *p,
         p->sampled_by = NULL; /* its memory is used for the part */
     }
     return (lum_frame_part){
-        .line = {.projector = &p->projector,
+        .line = {.projector = p->projector,
                  .line = is_smoothed ? &p->smoothed : p->line,
                  .rising = p->rising,
                  .falling = p->falling},

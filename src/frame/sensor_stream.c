@@ -10,8 +10,16 @@
 
 /* --- A sensor --- */
 
-lum_sensor_stream *lum_sensor_stream_at(lum_framer *f, size_t i)
+size_t lum_sensor_stream_way(const lum_framer *f, size_t i)
 {
+    const int member =
+        f->member_count != 0 ? lum_demux_member_of(f->demux, i) : 0;
+    return member > 0 ? (size_t)member : 0;
+}
+
+lum_sensor_stream *lum_sensor_stream_at(lum_framer *f, size_t i, size_t way)
+{
+    const bool has_clock = f->ways[way].has_clock;
     lum_sensor_stream *s = f->sensors[i];
     if (s != NULL) {
         return s;
@@ -20,9 +28,10 @@ lum_sensor_stream *lum_sensor_stream_at(lum_framer *f, size_t i)
     if (s == NULL) {
         return NULL;
     }
-    s->pause = f->pause;
-    s->clock = f->has_clock ? lum_clock_fit_new() : NULL;
-    if (f->has_clock && s->clock == NULL) {
+    s->way = way;
+    s->pause = f->ways[way].pause;
+    s->clock = has_clock ? lum_clock_fit_new() : NULL;
+    if (has_clock && s->clock == NULL) {
         free(s);
         return NULL;
     }
@@ -83,9 +92,14 @@ static void count_missing(lum_framer_counters *c, const lum_frame_info *info)
 
 /* What only the framer knows of a frame. */
 static void describe(const lum_framer *f, const lum_sensor_stream *s,
-                     int64_t number, lum_frame_info *out)
+                     int64_t number, lum_frame *frame)
 {
     const size_t sensor = lum_demux_current_index(f->demux);
+    const lum_member_way *way = &f->ways[s->way];
+    lum_frame_info *out = &frame->info;
+    frame->pose = way->pose;
+    frame->is_placed = way->is_placed;
+    out->member = f->member_count != 0 ? (uint32_t)s->way + 1u : 0;
     out->number = number;
     out->sensor = lum_demux_address(f->demux, sensor);
     (void)snprintf(out->sensor_interface, sizeof out->sensor_interface, "%s",
@@ -99,7 +113,7 @@ void lum_sensor_stream_seal(lum_framer *f, lum_sensor_stream *s,
 {
     const lum_frame *first = draft->frames[0];
     const lum_frame_info *info = &first->info;
-    lum_frame_end end = {.has_clock = f->has_clock,
+    lum_frame_end end = {.has_clock = f->ways[s->way].has_clock,
                          .clock = s->clock,
                          .lines_late = s->lines_late};
     lum_crew_settle(f->crew);
@@ -112,7 +126,7 @@ void lum_sensor_stream_seal(lum_framer *f, lum_sensor_stream *s,
     take_next(&s->before, draft->number);
     memcpy(end.lines_max, s->before.lines, sizeof end.lines_max);
     for (size_t i = 0; i < draft->frame_count; i++) {
-        describe(f, s, draft->number, &draft->frames[i]->info);
+        describe(f, s, draft->number, draft->frames[i]);
         lum_frame_seal(draft->frames[i], &end);
     }
     if (lum_framer_makes_frames(f)) {
@@ -197,14 +211,17 @@ int lum_framer_learn_clocks(lum_framer *framer, const lum_framer *from)
 {
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         const lum_clock_fit *learned = lum_framer_clock(from, i);
-        if (learned == NULL || !framer->has_clock) {
+        if (learned == NULL) {
             continue;
         }
-        lum_sensor_stream *s = lum_sensor_stream_at(framer, i);
+        lum_sensor_stream *s =
+            lum_sensor_stream_at(framer, i, from->sensors[i]->way);
         if (s == NULL) {
             return -1;
         }
-        lum_clock_fit_learn(s->clock, learned);
+        if (s->clock != NULL) {
+            lum_clock_fit_learn(s->clock, learned);
+        }
     }
     return 0;
 }

@@ -187,6 +187,11 @@ typedef struct lum_frame_info {
  * @endcode */
 lum_result lum_frame_get_info(const lum_frame *frame, lum_frame_info *out);
 
+/** Where its sensor is on the vehicle, in whose frame x y z are: the pose of
+ * its member of a rig (lum_framer_options.members). The identity if there is
+ * none: then x y z are in the frame of the sensor. */
+lum_pose lum_frame_pose(const lum_frame *frame);
+
 /** Most lines of a frame, of both eyes together; the rest is cut off. */
 #define LUM_FRAME_LINES_MAX 65536u
 

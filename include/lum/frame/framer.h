@@ -234,6 +234,12 @@ int64_t lum_framer_frame_number(const lum_framer *framer);
 /** Which sensor the last event is of: an index for lum_framer_count(). */
 size_t lum_framer_sensor(const lum_framer *framer);
 
+/** Which member of a rig a sensor is.
+ * @param sensor an index of lum_demux_address().
+ * @return its place in lum_framer_options.members; -1: it is none, has sent no
+ *         data, or there is no rig. */
+int lum_framer_member(const lum_framer *framer, size_t sensor);
+
 /** What is missing in lines that were under way when the stream was joined or
  * when it ended. It was not lost. It never grows. */
 typedef struct lum_under_way {

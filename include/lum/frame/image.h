@@ -5,7 +5,8 @@
  * Raw lines (lum_frame_grid_index()) bend, and every second one is scanned from
  * right to left. In a picture, rows are elevations and columns are azimuths,
  * seen from the sensor's origin (lum/image.h), so that a straight edge is
- * straight.
+ * straight. So it is also where lum_frame_pose() has placed the points on a
+ * vehicle; lum_image_index() knows no pose, and sees from the points' origin.
  *
  * @code
  * lum_image_options options = {.struct_size = sizeof options};
