@@ -27,7 +27,7 @@ static const lum_key_rule address = {
 static const lum_key_rule interface = {
     .check = lum_rig_check_interface,
     .allowed = "an interface as the capture names it, such as eth1; 1 to 63 "
-               "bytes"};
+               "visible ASCII characters"};
 static const lum_key_rule path = {
     .check = lum_rig_check_path,
     .allowed = "the name of a YAML file, beside the rig's or with its folder"};

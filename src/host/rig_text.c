@@ -51,24 +51,23 @@ const char *lum_rig_check_name(const char *text, size_t len)
     return check_word(text, len, LUM_RIG_NAME_BYTES, "_");
 }
 
-/* Any text of one line. */
-static const char *check_line(const char *text, size_t len, size_t size)
+static const char *check_length(size_t len, size_t size)
 {
-    for (size_t i = 0; i < len; i++) {
-        const unsigned char c = (unsigned char)text[i];
-        if (c < 0x20 || c == 0x7f) {
-            return "has a control character";
-        }
-    }
     if (len == 0) {
         return "is empty";
     }
     return len < size ? NULL : "is too long";
 }
 
+/* Those of a capture are of these alone. */
 const char *lum_rig_check_interface(const char *text, size_t len)
 {
-    return check_line(text, len, LUM_RIG_INTERFACE_BYTES);
+    for (size_t i = 0; i < len; i++) {
+        if (text[i] <= ' ' || text[i] > '~') {
+            return "has another character";
+        }
+    }
+    return check_length(len, LUM_RIG_INTERFACE_BYTES);
 }
 
 const char *lum_rig_check_path(const char *text, size_t len)
@@ -76,7 +75,13 @@ const char *lum_rig_check_path(const char *text, size_t len)
     if (len == 1 && text[0] == '-') {
         return "is standard input, which is no file";
     }
-    return check_line(text, len, LUM_RIG_PATH_BYTES);
+    for (size_t i = 0; i < len; i++) {
+        const unsigned char c = (unsigned char)text[i];
+        if (c < 0x20 || c == 0x7f) {
+            return "has a control character";
+        }
+    }
+    return check_length(len, LUM_RIG_PATH_BYTES);
 }
 
 const char *lum_rig_check_list(const char *text, size_t len)

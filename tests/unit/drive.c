@@ -13,6 +13,13 @@
 #define ANGLES_MAX 334u
 #define WORDS_MAX  360u
 
+static const lum_layout *used; /* NULL: the default */
+
+void drive_use(const lum_layout *layout)
+{
+    used = layout;
+}
+
 /* The angles of pixels from group.first_sample_index on, or words. */
 static void add_packet(struct drive_line *out, const lum_group *group,
                        const uint32_t *words)
@@ -20,6 +27,7 @@ static void add_packet(struct drive_line *out, const lum_group *group,
     lum_layout layout;
     size_t head = 0;
     lum_layout_default(&layout);
+    layout = used != NULL ? *used : layout;
     assert_true(out->count < DRIVE_PACKETS);
     uint8_t *bytes = out->bytes[out->count];
     assert_int_equal(
@@ -31,7 +39,7 @@ static void add_packet(struct drive_line *out, const lum_group *group,
             (int16_t)(60 * pixel - 30000),
             (int16_t)(300 * (int32_t)(group->line % 64u) - 9000)};
         if (words != NULL) {
-            lum_word_encode(words[i], to);
+            lum_group_word_encode(&layout, words[i], to);
         } else {
             lum_angle_encode(&layout, angle, to);
         }

@@ -20,6 +20,10 @@ struct drive_line {
     uint8_t bytes[DRIVE_PACKETS][DRIVE_BYTES];
 };
 
+/* The layout of lines that are made next, which lives until then; NULL: the
+ * default. */
+void drive_use(const lum_layout *layout);
+
 /* All angles and these words, in their order.
  * Pixel p of line l looks to azimuth 60 p - 30000, elevation 300 l - 9000. */
 void drive_make(struct drive_line *out, unsigned eye, uint32_t line,
