@@ -44,6 +44,15 @@ void lum_demux_free(lum_demux *demux)
     free(demux);
 }
 
+void lum_demux_watch(lum_demux *demux,
+                     void (*take)(void *context, size_t sensor,
+                                  const lum_assembler *assembler,
+                                  const lum_group *group, int64_t time_ns),
+                     void *context)
+{
+    demux->watcher = (lum_demux_watcher){take, context};
+}
+
 /* --- What a record is --- */
 
 static bool is_ours(const lum_demux *demux, const lum_record *record)
@@ -183,12 +192,17 @@ static lum_result assemble(lum_demux *demux)
         if (!demux->packet.is_pending) {
             return LUM_OK;
         }
-        const lum_result r =
-            lum_assembler_push(&demux->current->assembly->assembler,
-                               &demux->packet.group, demux->packet.time_ns);
+        lum_assembler *assembler = &demux->current->assembly->assembler;
+        const lum_result r = lum_assembler_push(
+            assembler, &demux->packet.group, demux->packet.time_ns);
         demux->packet.is_pending = r > 0;
         if (r > 0) {
             return r;
+        }
+        if (r == LUM_OK && demux->watcher.take != NULL) {
+            demux->watcher.take(demux->watcher.context,
+                                demux->current->sensor_index, assembler,
+                                &demux->packet.group, demux->packet.time_ns);
         }
         lum_demux_judge_order(demux);
     }

@@ -98,6 +98,15 @@ bool lum_demux_pack_sensor(lum_demux *demux, size_t sensor, uint32_t from,
  * read. */
 bool lum_assembler_pack(lum_assembler *a, uint32_t from, lum_pack *pack);
 
+/** Be told of each packet that an assembler has accepted, once it has. It costs
+ * a branch a packet where nobody asked.
+ * @param take may be NULL: nobody is told. */
+void lum_demux_watch(lum_demux *demux,
+                     void (*take)(void *context, size_t sensor,
+                                  const lum_assembler *assembler,
+                                  const lum_group *group, int64_t time_ns),
+                     void *context);
+
 /** Whether the frame of the line that an assembler has just handed out was
  * decided: two packets of it were accepted. */
 bool lum_assembler_line_is_decided(const lum_assembler *a);

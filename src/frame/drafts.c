@@ -97,11 +97,15 @@ void lum_drafts_note_sizes(lum_drafts *drafts, const lum_draft *draft)
 /* --- A line --- */
 
 /* While a frame moves, nobody writes into it. */
-static bool reserve(const lum_draft *draft, uint32_t points, lum_crew *crew)
+static bool reserve(const lum_draft *draft, const lum_line_points *line,
+                    lum_crew *crew)
 {
+    const uint32_t points = line->line->word_count;
     for (size_t i = 0; i < draft->frame_count; i++) {
         lum_frame *frame = draft->frames[i];
-        if (!lum_frame_reserve_row(frame)) {
+        if (!lum_frame_reserve_row(frame) ||
+            (frame->raw != NULL &&
+             !lum_raw_store_reserve(frame->raw, line->line, line->packets))) {
             return false;
         }
         if (!lum_frame_claim_room(frame, points)) {
@@ -138,6 +142,15 @@ static bool give_to_crew(lum_crew *crew, lum_line_points *line,
     return true;
 }
 
+/* A line that was cut off is in no row of the frame. */
+static void add_raw(lum_frame *frame, const lum_line_points *line)
+{
+    if (frame->raw != NULL && frame->info.lines_cut == 0) {
+        lum_raw_store_add(frame->raw, line->projector, line->line,
+                          line->packets);
+    }
+}
+
 bool lum_draft_add(lum_draft *draft, lum_line_points *line, lum_crew *crew,
                    bool makes_points)
 {
@@ -151,7 +164,7 @@ bool lum_draft_add(lum_draft *draft, lum_line_points *line, lum_crew *crew,
         lum_frame_add(draft->frames[0], &part);
         return true;
     }
-    if (!reserve(draft, line->line->word_count, crew)) {
+    if (!reserve(draft, line, crew)) {
         return false;
     }
     for (size_t i = 0; i < draft->frame_count; i++) {
@@ -161,6 +174,7 @@ bool lum_draft_add(lum_draft *draft, lum_line_points *line, lum_crew *crew,
             const lum_frame_part part = lum_line_points_part(line, view, true);
             lum_frame_add(draft->frames[i], &part);
         }
+        add_raw(draft->frames[i], line);
     }
     lum_line_points_forget(line); /* the draft's views may go */
     return true;

@@ -6,6 +6,7 @@
 #include "lum/frame/frame.h"
 
 #include "points/columns.h"
+#include "raw.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -23,9 +24,10 @@ size_t lum_column_bytes(lum_column column);
 /* Memory of frames that are no longer needed, for later ones. Any thread. */
 typedef struct lum_frame_pool lum_frame_pool;
 
-/* points_max: of a frame. spare_max: frames whose memory is kept. NULL without
- * memory. */
-lum_frame_pool *lum_frame_pool_new(size_t points_max, unsigned spare_max);
+/* points_max: of a frame. spare_max: frames whose memory is kept. keeps_raw:
+ * frames have a raw part. NULL without memory. */
+lum_frame_pool *lum_frame_pool_new(size_t points_max, unsigned spare_max,
+                                   bool keeps_raw);
 
 /* No new frame can begin; existing ones stay valid. NULL is allowed. */
 void lum_frame_pool_free(lum_frame_pool *pool);
@@ -74,6 +76,7 @@ struct lum_frame {
     lum_frame_store store;
     bool is_placed; /* x y z are in the frame that this pose is in */
     lum_pose pose;
+    lum_raw_store *raw; /* NULL: it has none */
     lum_frame_info info;
 };
 

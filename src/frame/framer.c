@@ -69,6 +69,10 @@ static void take_line(lum_framer *f, lum_sensor_stream *s)
     f->in_hand = IN_HAND_NOTHING;
     f->number = line->frame;
     lum_line_points_begin(&f->line, line, &f->ways[s->way].projector);
+    if (f->watch != NULL) {
+        f->line.packets = lum_raw_watch_take(
+            f->watch, lum_demux_current_index(f->demux), line);
+    }
     lum_sensor_stream_take(s, line, lum_assembler_line_is_decided(assembler));
     if (is_skipped(f, line->frame)) {
         lum_under_way_take(&s->under_way, line, 0);

@@ -226,8 +226,10 @@ static int allocate(lum_framer *f, const lum_demux_options *demux,
     if (lum_demux_new(demux, &f->demux, error) != 0) {
         return -1;
     }
-    f->pool = lum_frame_pool_new(points_max, SPARE_MAX);
-    return f->pool != NULL && lum_column_work_allocate(&f->line.work, words) &&
+    f->pool = lum_frame_pool_new(points_max, SPARE_MAX, o->keeps_raw);
+    f->watch = o->keeps_raw ? lum_raw_watch_new(f->demux) : NULL;
+    return f->pool != NULL && (!o->keeps_raw || f->watch != NULL) &&
+                   lum_column_work_allocate(&f->line.work, words) &&
                    (o->threads < 2u ||
                     lum_crew_new(o->threads - 1u, words, &f->crew))
                ? 0
@@ -312,6 +314,7 @@ void lum_framer_free(lum_framer *framer)
     }
     lum_frame_pool_free(framer->pool);
     lum_demux_free(framer->demux);
+    lum_raw_watch_free(framer->watch);
     lum_column_work_release(&framer->line.work);
     free(framer->ways);
     free(framer);

@@ -34,6 +34,7 @@ void lum_framer_restart(lum_framer *framer)
         framer->sensors[i] = NULL;
     }
     lum_demux_restart(framer->demux);
+    lum_raw_watch_restart(framer->watch);
     framer->in_hand = IN_HAND_NOTHING;
     framer->is_flushing = false;
     framer->has_from = false;

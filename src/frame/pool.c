@@ -22,6 +22,7 @@
 struct lum_frame_pool {
     size_t points_max; /* of a frame */
     unsigned spare_max;
+    bool keeps_raw;
     lum_lock *lock; /* guards what follows */
     lum_frame *spare;
     unsigned spare_count;
@@ -32,7 +33,8 @@ struct lum_frame_pool {
 
 /* --- The pool --- */
 
-lum_frame_pool *lum_frame_pool_new(size_t points_max, unsigned spare_max)
+lum_frame_pool *lum_frame_pool_new(size_t points_max, unsigned spare_max,
+                                   bool keeps_raw)
 {
     lum_frame_pool *pool = calloc(1, sizeof *pool);
     if (pool == NULL) {
@@ -40,6 +42,7 @@ lum_frame_pool *lum_frame_pool_new(size_t points_max, unsigned spare_max)
     }
     pool->points_max = points_max;
     pool->spare_max = spare_max;
+    pool->keeps_raw = keeps_raw;
     pool->lock = lum_lock_new();
     if (pool->lock == NULL) {
         free(pool);
@@ -56,6 +59,7 @@ static void free_frame(lum_frame *frame)
     free(frame->store.xyz);
     free(frame->store.rows);
     free(frame->store.scratch);
+    lum_raw_store_free(frame->raw);
     free(frame);
 }
 
@@ -184,6 +188,23 @@ static void drop_columns(lum_frame *frame, lum_columns mask)
 
 /* --- Frames --- */
 
+/* False, and the frame is gone: there is no memory. */
+static bool begin_raw(const lum_frame_pool *pool, lum_frame *frame)
+{
+    if (!pool->keeps_raw) {
+        return true;
+    }
+    if (frame->raw == NULL) {
+        frame->raw = lum_raw_store_new();
+        if (frame->raw == NULL) {
+            free_frame(frame);
+            return false;
+        }
+    }
+    lum_raw_store_clear(frame->raw);
+    return true;
+}
+
 lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask, size_t usual)
 {
     lum_frame *frame = take_spare(pool, mask, usual, room_for(usual));
@@ -193,7 +214,7 @@ lum_frame *lum_frame_begin(lum_frame_pool *pool, lum_columns mask, size_t usual)
     if (frame == NULL) {
         frame = calloc(1, sizeof *frame);
     }
-    if (frame == NULL) {
+    if (frame == NULL || !begin_raw(pool, frame)) {
         return NULL;
     }
     drop_columns(frame, mask);

@@ -142,6 +142,18 @@ static void count_marked(const lum_line *line, int32_t min_tof,
     }
 }
 
+void lum_points_mark(const lum_projector *projector, const lum_line *line,
+                     uint8_t *out)
+{
+    const int32_t min_tof = projector->eye[line->eye].min_tof;
+    for (uint32_t i = 0; i < line->word_count; i++) {
+        const uint32_t word = line->words[i];
+        const bool has_range = lum_word_tof(word) >= min_tof;
+        const bool has_angles = lum_line_has_angles(line, lum_word_pixel(word));
+        out[i] = has_range && has_angles ? 1u : 0u;
+    }
+}
+
 void lum_points_count(const lum_projector *projector, const lum_line *line,
                       uint64_t *rising, uint64_t *falling,
                       lum_point_losses *losses)

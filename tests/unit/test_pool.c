@@ -15,7 +15,7 @@ static const lum_columns of_two =
 
 static lum_frame_pool *make_pool(void)
 {
-    lum_frame_pool *pool = lum_frame_pool_new(POINTS_MAX, SPARE_MAX);
+    lum_frame_pool *pool = lum_frame_pool_new(POINTS_MAX, SPARE_MAX, false);
     assert_non_null(pool);
     return pool;
 }

@@ -154,6 +154,9 @@ typedef struct lum_framer_options {
                                packets are counted. has_sensor and only_first
                                do not go with them. NULL: no rig */
     size_t member_count;           /**< at most LUM_RIG_MEMBERS_MAX */
+    bool keeps_raw; /**< each frame keeps the words, angles and packets of its
+                         lines (lum/frame/raw.h): about 6 MB a frame, and the
+                         time of copying them */
 } lum_framer_options;
 
 /** A framer. */

@@ -1,0 +1,360 @@
+/* Where a line is cut into packets: as it was, if its packets still fit; else as
+ * the sensor does it. */
+#include "packet_cut.h"
+
+#include "core/field.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define USUAL_BYTES   1472u /* the payload of an Ethernet frame */
+#define PAYLOAD_BYTES 65507u
+
+/* As a sensor cuts the angles of a line. */
+static const uint32_t angle_cuts[] = {334, 334, 332};
+
+/* Stands for a word that was skipped when the line was read. */
+#define BAD_WORD LUM_WORD_ZERO
+
+const char *lum_cut_eye(uint8_t eye)
+{
+    return eye == LUM_EYE_BLUE ? "blue" : "green";
+}
+
+size_t lum_cut_bytes(const lum_layout *layout, const lum_cut_packet *packet)
+{
+    return layout->profile.samples_at +
+           (size_t)LUM_SAMPLE_BYTES * packet->head.num_samples;
+}
+
+static size_t room_of(const lum_layout *layout, size_t bytes)
+{
+    return (bytes - layout->profile.samples_at) / LUM_SAMPLE_BYTES;
+}
+
+/* --- What a line is checked for --- */
+
+static int check_words(const lum_raw_line *line, lum_error *error)
+{
+    for (size_t i = 0; i < line->word_count; i++) {
+        const uint32_t pixel = lum_word_pixel(line->words[i]);
+        if (!lum_word_is_good(line->words[i])) {
+            return lum_error_set(
+                error, "line %lu of the %s eye: word %zu is 0x%08lx; bit 11 is 0 "
+                       "and the pixel 0 to 999 in a good one",
+                (unsigned long)line->number, lum_cut_eye(line->eye), i,
+                (unsigned long)line->words[i]);
+        }
+        if (i > 0 && pixel < lum_word_pixel(line->words[i - 1u])) {
+            return lum_error_set(
+                error,
+                "line %lu of the %s eye: pixel %lu stands behind pixel %lu; words "
+                "of a line are ordered by pixel, and those of a pixel as its "
+                "returns",
+                (unsigned long)line->number, lum_cut_eye(line->eye),
+                (unsigned long)pixel,
+                (unsigned long)lum_word_pixel(line->words[i - 1u]));
+        }
+    }
+    return 0;
+}
+
+static int check_line(const lum_raw_line *line, lum_error *error)
+{
+    if (line->eye >= LUM_EYES) {
+        return lum_error_set(error,
+                             "line %lu: eye is %u; right is 0 for blue or 1 for "
+                             "green",
+                             (unsigned long)line->number, (unsigned)line->eye);
+    }
+    if (line->word_count > LUM_LINE_WORDS_MAX) {
+        return lum_error_set(
+            error, "line %lu of the %s eye: %zu words; at most %u are possible",
+            (unsigned long)line->number, lum_cut_eye(line->eye),
+            line->word_count, LUM_LINE_WORDS_MAX);
+    }
+    return check_words(line, error);
+}
+
+static bool is_marked(const uint32_t *marks, uint32_t pixel)
+{
+    return marks != NULL && (marks[pixel / 32u] >> (pixel % 32u) & 1u) != 0;
+}
+
+/* --- As it was --- */
+
+static lum_cut_packet *add(lum_cut *cut)
+{
+    if (cut->count == cut->room) {
+        const size_t room = cut->room > 0 ? 2u * cut->room : 16u;
+        lum_cut_packet *packets =
+            realloc(cut->packets, room * sizeof *packets);
+        if (packets == NULL) {
+            return NULL;
+        }
+        cut->packets = packets;
+        cut->room = room;
+    }
+    lum_cut_packet *p = &cut->packets[cut->count++];
+    memset(p, 0, sizeof *p);
+    return p;
+}
+
+static int compare_index(const void *a, const void *b)
+{
+    const lum_cut_packet *p = a;
+    const lum_cut_packet *q = b;
+    const uint32_t i = p->head.first_sample_index;
+    const uint32_t k = q->head.first_sample_index;
+    return p->head.tag != q->head.tag ? (p->head.tag < q->head.tag ? -1 : 1)
+           : i != k                   ? (i < k ? -1 : 1)
+           : p->head.arrival_ns != q->head.arrival_ns
+               ? (p->head.arrival_ns < q->head.arrival_ns ? -1 : 1)
+               : 0;
+}
+
+/* In order of arrival; line is where it stood among the packets. */
+static int compare_place(const void *a, const void *b)
+{
+    const lum_cut_packet *p = a;
+    const lum_cut_packet *q = b;
+    return p->head.line < q->head.line ? -1 : p->head.line > q->head.line;
+}
+
+/* Takes the pixels of a packet of angles out of left. */
+static bool takes_angles(const lum_cut_packet *p, uint32_t *left)
+{
+    for (uint32_t i = 0; i < p->head.num_samples; i++) {
+        const uint32_t pixel = p->head.first_sample_index + i;
+        if (pixel >= LUM_LINE_PIXELS || !is_marked(left, pixel)) {
+            return false;
+        }
+        left[pixel / 32u] &= ~(UINT32_C(1) << pixel % 32u);
+    }
+    return true;
+}
+
+/* Takes the next words of the line; a pixel does not cross packets. */
+static bool takes_words(lum_cut_packet *p, const lum_raw_line *line, size_t *at)
+{
+    const uint32_t good = p->head.num_samples - p->head.bad_words;
+    const size_t begin = *at;
+    if (p->head.bad_words > p->head.num_samples ||
+        good > line->word_count - begin) {
+        return false;
+    }
+    p->first = (uint32_t)begin;
+    *at = begin + good;
+    return begin == 0 || begin == line->word_count ||
+           lum_word_pixel(line->words[begin - 1u]) !=
+               lum_word_pixel(line->words[begin]);
+}
+
+static bool fits(lum_cut *cut, const lum_layout *layout,
+                 const lum_raw_line *line)
+{
+    uint32_t left[LUM_PIXEL_MARK_WORDS] = {0};
+    size_t words = 0;
+    if (line->angle_marks != NULL) {
+        memcpy(left, line->angle_marks, sizeof left);
+    }
+    qsort(cut->packets, cut->count, sizeof *cut->packets, compare_index);
+    for (size_t i = 0; i < cut->count; i++) {
+        lum_cut_packet *p = &cut->packets[i];
+        const bool is_possible =
+            p->head.num_samples > 0 &&
+            p->head.num_samples <= room_of(layout, PAYLOAD_BYTES) &&
+            (p->head.tag == LUM_TAG_ANGLES ? takes_angles(p, left)
+             : p->head.tag == LUM_TAG_RANGES
+                 ? takes_words(p, line, &words)
+                 : false);
+        if (!is_possible) {
+            return false;
+        }
+    }
+    uint32_t over = 0;
+    for (size_t i = 0; i < LUM_PIXEL_MARK_WORDS; i++) {
+        over |= left[i];
+    }
+    qsort(cut->packets, cut->count, sizeof *cut->packets, compare_place);
+    return over == 0 && words == line->word_count;
+}
+
+static int cut_as_it_was(lum_cut *cut, const lum_raw_line *line,
+                         lum_error *error)
+{
+    for (size_t i = 0; i < line->packet_count; i++) {
+        lum_cut_packet *p = add(cut);
+        if (p == NULL) {
+            return lum_error_set(error, "out of memory");
+        }
+        p->head = line->packets[i];
+        p->head.line = (uint32_t)i;
+    }
+    return 0;
+}
+
+/* --- As the sensor does it --- */
+
+static lum_cut_packet *add_new(lum_cut *cut, const lum_raw_line *line,
+                               uint32_t tag, uint32_t first, uint32_t n)
+{
+    lum_cut_packet *p = add(cut);
+    if (p != NULL) {
+        p->head.tag = tag;
+        p->head.first_sample_index = first;
+        p->head.num_samples = n;
+        p->head.arrival_ns = line->arrival_ns;
+        p->head.order = line->packet_count > 0 ? line->packets[0].order : 0;
+        p->first = first;
+    }
+    return p;
+}
+
+/* The angles from begin to end, without the pixels that have none. */
+static bool cut_angles(lum_cut *cut, const lum_raw_line *line, uint32_t begin,
+                       uint32_t end)
+{
+    uint32_t at = begin;
+    while (at < end) {
+        uint32_t n = 0;
+        while (at + n < end && is_marked(line->angle_marks, at + n)) {
+            n++;
+        }
+        if (n > 0 && add_new(cut, line, LUM_TAG_ANGLES, at, n) == NULL) {
+            return false;
+        }
+        at += n + 1u;
+    }
+    return true;
+}
+
+/* Where a packet ends that begins with a word: before the first pixel whose
+ * words do not all fit, or behind its first pixel. */
+static size_t end_of(const lum_raw_line *line, size_t begin, size_t room)
+{
+    size_t end = begin;
+    for (size_t i = begin; i < line->word_count; i++) {
+        const bool is_end = i + 1u == line->word_count ||
+                            lum_word_pixel(line->words[i + 1u]) !=
+                                lum_word_pixel(line->words[i]);
+        if (i - begin >= room && end > begin) {
+            break;
+        }
+        end = is_end ? i + 1u : end;
+    }
+    return end;
+}
+
+static int cut_words(lum_cut *cut, const lum_layout *layout,
+                     const lum_raw_line *line, lum_error *error)
+{
+    const size_t usual = room_of(layout, USUAL_BYTES);
+    for (size_t at = 0; at < line->word_count;) {
+        const size_t end = end_of(line, at, usual);
+        if (end - at > room_of(layout, PAYLOAD_BYTES)) {
+            return lum_error_set(
+                error,
+                "line %lu of the %s eye: pixel %lu has %zu words; a packet holds "
+                "at most %zu, and a pixel does not cross packets",
+                (unsigned long)line->number, lum_cut_eye(line->eye),
+                (unsigned long)lum_word_pixel(line->words[at]), end - at,
+                room_of(layout, PAYLOAD_BYTES));
+        }
+        if (add_new(cut, line, LUM_TAG_RANGES, (uint32_t)at,
+                    (uint32_t)(end - at)) == NULL) {
+            return lum_error_set(error, "out of memory");
+        }
+        at = end;
+    }
+    return 0;
+}
+
+static int cut_anew(lum_cut *cut, const lum_layout *layout,
+                    const lum_raw_line *line, lum_error *error)
+{
+    uint32_t at = 0;
+    cut->is_anew = true;
+    cut->count = 0;
+    for (size_t i = 0; i < sizeof angle_cuts / sizeof angle_cuts[0]; i++) {
+        if (!cut_angles(cut, line, at, at + angle_cuts[i])) {
+            return lum_error_set(error, "out of memory");
+        }
+        at += angle_cuts[i];
+    }
+    return cut_words(cut, layout, line, error);
+}
+
+int lum_cut_line(lum_cut *cut, const lum_layout *layout,
+                 const lum_raw_line *line, lum_error *error)
+{
+    cut->count = 0;
+    cut->is_anew = false;
+    if (check_line(line, error) != 0 || cut_as_it_was(cut, line, error) != 0) {
+        return -1;
+    }
+    return cut->count > 0 && fits(cut, layout, line)
+               ? 0
+               : cut_anew(cut, layout, line, error);
+}
+
+/* --- Bytes --- */
+
+static int refuse_value(const lum_layout *layout, const lum_raw_line *line,
+                        const lum_group *group, lum_error *error)
+{
+    static const struct {
+        unsigned field;
+        const char *name;
+    } fields[] = {{LUM_FIELD_LINE, "line number"},
+                  {LUM_FIELD_NUM_SAMPLES, "number of samples"},
+                  {LUM_FIELD_FIRST_SAMPLE_INDEX, "index of the first sample"}};
+    const uint32_t values[] = {group->line, group->num_samples,
+                               group->first_sample_index};
+    for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
+        const unsigned bits =
+            field_bits(&layout->profile.group[fields[i].field]);
+        if (bits > 0 && bits < 32u && values[i] >> bits != 0) {
+            return lum_error_set(
+                error,
+                "line %lu of the %s eye: its %s is %lu; the profile's field of "
+                "%u bits holds at most %lu",
+                (unsigned long)line->number, lum_cut_eye(line->eye),
+                fields[i].name, (unsigned long)values[i], bits,
+                (unsigned long)((UINT32_C(1) << bits) - 1u));
+        }
+    }
+    return lum_error_set(error,
+                         "line %lu of the %s eye: the profile cannot hold a "
+                         "packet of it",
+                         (unsigned long)line->number, lum_cut_eye(line->eye));
+}
+
+int lum_cut_encode(const lum_layout *layout, const lum_raw_line *line,
+                   const lum_cut_packet *packet, uint8_t *out, lum_error *error)
+{
+    const lum_raw_packet *head = &packet->head;
+    const lum_group group = {.line = line->number,
+                             .num_samples = head->num_samples,
+                             .first_sample_index = head->first_sample_index,
+                             .clock_raw = head->clock_raw,
+                             .eye = line->eye,
+                             .tag = (uint8_t)head->tag};
+    const size_t bytes = lum_cut_bytes(layout, packet);
+    size_t len = 0;
+    if (lum_group_encode(layout, &group, out, bytes, &len) != LUM_OK) {
+        return refuse_value(layout, line, &group, error);
+    }
+    const uint32_t good = head->num_samples - head->bad_words;
+    for (uint32_t i = 0; i < head->num_samples; i++) {
+        uint8_t *to = out + len + (size_t)LUM_SAMPLE_BYTES * i;
+        if (head->tag == LUM_TAG_ANGLES) {
+            lum_angle_encode(layout, line->angles[packet->first + i], to);
+        } else {
+            lum_group_word_encode(
+                layout, i < good ? line->words[packet->first + i] : BAD_WORD,
+                to);
+        }
+    }
+    return 0;
+}

@@ -1,0 +1,39 @@
+/* A line to packets. */
+#ifndef LUM_FRAME_PACKET_CUT_H
+#define LUM_FRAME_PACKET_CUT_H
+
+#include "lum/frame/packet_writer.h"
+
+#include <stdbool.h>
+
+/* One packet of a line, which is still to be encoded. */
+typedef struct lum_cut_packet {
+    lum_raw_packet head; /* order: 0 where it is not known */
+    uint32_t first;      /* its first word in the line; angles: the pixel */
+} lum_cut_packet;
+
+/* The packets of a line, in the order in which they are sent. */
+typedef struct lum_cut {
+    lum_cut_packet *packets;
+    size_t count;
+    size_t room;
+    bool is_anew; /* its own packets are not known, or do not fit */
+} lum_cut;
+
+/* Cut a line. layout: of the packets. -1 with the reason in error. */
+LUM_MUST_CHECK int lum_cut_line(lum_cut *cut, const lum_layout *layout,
+                                const lum_raw_line *line, lum_error *error);
+
+/* Encode a packet of it.
+ * out: the bytes that lum_cut_bytes() tells. */
+LUM_MUST_CHECK int lum_cut_encode(const lum_layout *layout,
+                                  const lum_raw_line *line,
+                                  const lum_cut_packet *packet, uint8_t *out,
+                                  lum_error *error);
+
+size_t lum_cut_bytes(const lum_layout *layout, const lum_cut_packet *packet);
+
+/* The name of an eye, for messages. */
+const char *lum_cut_eye(uint8_t eye);
+
+#endif

@@ -1,0 +1,586 @@
+/* Packets of lines, in the order in which a sensor would have sent them, into a
+ * capture; and what a reader makes of them. */
+#include "lum/frame/packet_writer.h"
+
+#include "packet_cut.h"
+
+#include "base/sized.h"
+#include "capture/demux_state.h"
+#include "core/field.h"
+#include "lum/wire.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define CLIENT      0x0a2a0001u /* 10.42.0.1 */
+#define CLIENT_PORT 50000u
+
+/* Frames of a sensor that may overlap. */
+#define FRAMES_KEPT 4u
+
+/* A packet that waits for those before it. */
+typedef struct waiting {
+    uint64_t order;
+    uint64_t sequence; /* in which it was added */
+    uint64_t frame;    /* that it is of, by lum_packet_writer_end_frame() */
+    int64_t arrival_ns;
+    size_t len;
+    uint8_t bytes[];
+} waiting;
+
+typedef struct queue {
+    waiting **at;
+    size_t count;
+    size_t room;
+} queue;
+
+/* Packets of a sensor whose order is known, or those where it is not. */
+typedef struct stream {
+    uint32_t sensor;
+    bool has_order;
+    queue fresh; /* of the frame that is being added */
+    queue older;
+    bool has_low;
+    uint64_t low_order; /* of the first of the frame before */
+    int64_t low_ns;
+    int64_t newest_ns; /* of what was written */
+    bool has_clock;
+    int64_t clock_us; /* of the line before */
+} stream;
+
+#define STREAMS_MAX (2u * LUM_DEMUX_SENSORS_MAX)
+
+struct lum_packet_writer {
+    lum_layout layout;
+    lum_capture_writer *file;
+    lum_demux *reader;
+    bool is_accepted; /* by the reader: the packet at hand */
+    lum_cut cut;
+    stream streams[STREAMS_MAX];
+    size_t stream_count;
+    uint64_t frame;
+    uint64_t sequence;
+    lum_packet_writer_counters counters;
+};
+
+/* --- Queues --- */
+
+static bool push(queue *q, waiting *packet)
+{
+    if (q->count == q->room) {
+        const size_t room = q->room > 0 ? 2u * q->room : 1024u;
+        waiting **at = realloc(q->at, room * sizeof *at);
+        if (at == NULL) {
+            return false;
+        }
+        q->at = at;
+        q->room = room;
+    }
+    q->at[q->count++] = packet;
+    return true;
+}
+
+static void clear(queue *q)
+{
+    for (size_t i = 0; i < q->count; i++) {
+        free(q->at[i]);
+    }
+    free(q->at);
+    *q = (queue){NULL, 0, 0};
+}
+
+static int compare(uint64_t a, uint64_t b)
+{
+    return a < b ? -1 : a > b;
+}
+
+static int compare_order(const void *a, const void *b)
+{
+    const waiting *p = *(waiting *const *)a;
+    const waiting *q = *(waiting *const *)b;
+    return p->order != q->order ? compare(p->order, q->order)
+                                : compare(p->sequence, q->sequence);
+}
+
+static int compare_arrival(const void *a, const void *b)
+{
+    const waiting *p = *(waiting *const *)a;
+    const waiting *q = *(waiting *const *)b;
+    return p->arrival_ns != q->arrival_ns
+               ? (p->arrival_ns < q->arrival_ns ? -1 : 1)
+               : compare(p->sequence, q->sequence);
+}
+
+static int compare_in(const stream *s, const waiting *a, const waiting *b)
+{
+    return s->has_order ? compare_order(&a, &b) : compare_arrival(&a, &b);
+}
+
+/* --- A packet into the file --- */
+
+static void note_accepted(void *context, size_t sensor,
+                          const lum_assembler *assembler,
+                          const lum_group *group, int64_t time_ns)
+{
+    lum_packet_writer *w = context;
+    (void)sensor;
+    (void)assembler;
+    (void)group;
+    (void)time_ns;
+    w->is_accepted = true;
+}
+
+/* What a reader makes of it. */
+static void judge(lum_packet_writer *w, const lum_datagram *d)
+{
+    const lum_record record = {.time_ns = d->time_ns,
+                               .payload = d->payload,
+                               .len = d->len,
+                               .source = d->source,
+                               .destination = d->destination,
+                               .source_port = d->source_port,
+                               .destination_port = d->destination_port,
+                               .kind = LUM_RECORD_DATAGRAM};
+    w->is_accepted = false;
+    while (lum_demux_push(w->reader, &record, NULL) > 0) {
+    }
+}
+
+static void count_dropped(lum_packet_writer *w)
+{
+    lum_demux_counters total = {.struct_size = sizeof total};
+    lum_packet_writer_counters *c = &w->counters;
+    (void)lum_demux_total(w->reader, &total);
+    c->stray = total.assembly.stray - c->repeated;
+    c->late = total.assembly.late;
+    c->duplicate = total.assembly.duplicate;
+    c->conflict = total.assembly.conflict;
+    c->no_room = total.assembly.no_room;
+}
+
+static int write_packet(lum_packet_writer *w, const stream *s,
+                        const waiting *packet, lum_error *error)
+{
+    const lum_datagram d = {.time_ns = packet->arrival_ns,
+                            .payload = packet->bytes,
+                            .len = packet->len,
+                            .source = s->sensor,
+                            .destination = CLIENT,
+                            .source_port = LUM_PORT,
+                            .destination_port = CLIENT_PORT};
+    w->counters.packets++;
+    judge(w, &d);
+    if (w->is_accepted) {
+        return lum_capture_writer_add(w->file, &d, error);
+    }
+    const uint64_t stray = w->counters.stray;
+    count_dropped(w);
+    if (w->counters.stray > stray) { /* the second one may prove the jump */
+        w->counters.packets++;
+        w->counters.repeated++;
+        judge(w, &d);
+        count_dropped(w);
+        if (lum_capture_writer_add(w->file, &d, error) != 0) {
+            return -1;
+        }
+    }
+    return lum_capture_writer_add(w->file, &d, error);
+}
+
+/* --- The order of packets --- */
+
+/* Of all streams the one whose next packet came first. NULL: none is left. */
+static stream *find_next(lum_packet_writer *w, const size_t *next)
+{
+    stream *best = NULL;
+    int64_t best_ns = 0;
+    for (size_t i = 0; i < w->stream_count; i++) {
+        stream *s = &w->streams[i];
+        if (next[i] == s->older.count) {
+            continue;
+        }
+        const int64_t ns = s->older.at[next[i]]->arrival_ns;
+        const int64_t at = ns > s->newest_ns ? ns : s->newest_ns;
+        if (best == NULL || at < best_ns) {
+            best = s;
+            best_ns = at;
+        }
+    }
+    if (best != NULL) {
+        best->newest_ns = best_ns;
+    }
+    return best;
+}
+
+static void sort(stream *s)
+{
+    qsort(s->older.at, s->older.count, sizeof(waiting *),
+          s->has_order ? compare_order : compare_arrival);
+}
+
+/* Packets of frames below one. */
+static size_t count_below(const lum_packet_writer *w, uint64_t frame)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < w->stream_count; i++) {
+        const queue *q = &w->streams[i].older;
+        for (size_t k = 0; k < q->count; k++) {
+            n += q->at[k]->frame < frame ? 1u : 0u;
+        }
+    }
+    return n;
+}
+
+/* What was written goes; the rest moves down. */
+static void drop_written(lum_packet_writer *w, const size_t *next)
+{
+    for (size_t i = 0; i < w->stream_count; i++) {
+        queue *q = &w->streams[i].older;
+        for (size_t k = 0; k < next[i]; k++) {
+            free(q->at[k]);
+        }
+        q->count -= next[i];
+        if (q->count > 0 && next[i] > 0) {
+            memmove(q->at, q->at + next[i], q->count * sizeof(waiting *));
+        }
+    }
+}
+
+/* Write until no packet of a frame below this one is left. */
+static int write_below(lum_packet_writer *w, uint64_t frame, lum_error *error)
+{
+    size_t next[STREAMS_MAX] = {0};
+    size_t left = count_below(w, frame);
+    int result = 0;
+    for (size_t i = 0; i < w->stream_count; i++) {
+        if (w->streams[i].older.count > 0) {
+            sort(&w->streams[i]);
+        }
+    }
+    while (left > 0 && result == 0) {
+        stream *s = find_next(w, next);
+        const waiting *packet = s->older.at[next[s - w->streams]++];
+        left -= packet->frame < frame ? 1u : 0u;
+        result = write_packet(w, s, packet, error);
+    }
+    drop_written(w, next);
+    return result;
+}
+
+/* --- A line --- */
+
+static stream *stream_of(lum_packet_writer *w, uint32_t sensor, bool has_order)
+{
+    for (size_t i = 0; i < w->stream_count; i++) {
+        stream *s = &w->streams[i];
+        if (s->sensor == sensor && s->has_order == has_order) {
+            return s;
+        }
+    }
+    if (w->stream_count == STREAMS_MAX) {
+        return NULL;
+    }
+    stream *s = &w->streams[w->stream_count++];
+    s->sensor = sensor;
+    s->has_order = has_order;
+    s->newest_ns = INT64_MIN;
+    return s;
+}
+
+static const lum_field *clock_of(const lum_layout *layout)
+{
+    return &layout->profile.group[LUM_FIELD_TIMESTAMP];
+}
+
+/* Whether ticks of the line's packets are what this file's packets need. */
+static bool has_own_clock(const lum_layout *to, const lum_layout *from)
+{
+    return from == NULL ||
+           (to->profile.clock_unit_ns == from->profile.clock_unit_ns &&
+            field_bits(clock_of(to)) <= field_bits(clock_of(from)));
+}
+
+/* The lowest tick that is this many microseconds. Where a tick is longer than
+ * one, the last before it. */
+static uint64_t ticks_of(const lum_layout *layout, int64_t clock_us)
+{
+    const int64_t unit = layout->profile.clock_unit_ns;
+    const int64_t whole = clock_us / unit * 1000;
+    const int64_t rest = clock_us % unit * 1000; /* below 1e12 */
+    const int64_t up = unit <= 1000 && rest > 0 && rest % unit != 0 ? 1 : 0;
+    const int64_t down = unit > 1000 && rest < 0 && rest % unit != 0 ? 1 : 0;
+    return (uint64_t)(whole + rest / unit + up - down);
+}
+
+/* Readers take the clock for the nearest one that fits its bits. */
+static int check_clock(lum_packet_writer *w, const stream *s,
+                       const lum_raw_line *line, lum_error *error)
+{
+    const unsigned bits = clock_bits(clock_of(&w->layout));
+    if (line->layout != NULL && bits > 0 && line->clock_us == 0 &&
+        field_bits(clock_of(line->layout)) == 0) {
+        return lum_error_set(
+            error,
+            "line %lu of the %s eye: its profile has no clock, and that of the "
+            "file has one; give the line a clock, or write with a profile whose "
+            "timestamp is none",
+            (unsigned long)line->number, lum_cut_eye(line->eye));
+    }
+    if (bits == 0 || bits > 40u || !s->has_clock) {
+        return 0;
+    }
+    const int64_t half =
+        (INT64_C(1) << (bits - 1u)) * w->layout.profile.clock_unit_ns / 1000;
+    const int64_t step = line->clock_us - s->clock_us;
+    if (step < half && step > -half) {
+        return 0;
+    }
+    return lum_error_set(error,
+                         "line %lu of the %s eye: its clock is %lld us from that "
+                         "of the line before it; the profile's clock of %u bits "
+                         "tells less than %lld us",
+                         (unsigned long)line->number, lum_cut_eye(line->eye),
+                         (long long)step, bits, (long long)half);
+}
+
+static int check_time(const lum_raw_line *line, lum_error *error)
+{
+    int64_t low = line->arrival_ns;
+    for (size_t i = 0; i < line->packet_count; i++) {
+        const int64_t ns = line->packets[i].arrival_ns;
+        low = ns < low ? ns : low;
+    }
+    return low >= 0 ? 0
+                    : lum_error_set(error,
+                                    "line %lu of the %s eye: its arrival is %lld "
+                                    "ns; right is 0 or more, in ns since 1970",
+                                    (unsigned long)line->number,
+                                    lum_cut_eye(line->eye), (long long)low);
+}
+
+static int add_packet(lum_packet_writer *w, stream *s, const lum_raw_line *line,
+                      const lum_cut_packet *packet, lum_error *error)
+{
+    const size_t len = lum_cut_bytes(&w->layout, packet);
+    waiting *p = malloc(sizeof *p + len);
+    if (p == NULL || !push(&s->fresh, p)) {
+        free(p);
+        return lum_error_set(error, "out of memory");
+    }
+    p->order = packet->head.order;
+    p->arrival_ns = packet->head.arrival_ns;
+    p->sequence = w->sequence++;
+    p->frame = w->frame;
+    p->len = len;
+    return lum_cut_encode(&w->layout, line, packet, p->bytes, error);
+}
+
+static void drop_from(queue *q, size_t count)
+{
+    while (q->count > count) {
+        free(q->at[--q->count]);
+    }
+}
+
+static int add_line(lum_packet_writer *w, const lum_raw_line *line,
+                    lum_error *error)
+{
+    const bool is_known = line->packet_count > 0;
+    stream *s = stream_of(w, line->sensor, is_known);
+    if (s == NULL) {
+        return lum_error_set(error, "lines of more than %u sensors",
+                             LUM_DEMUX_SENSORS_MAX);
+    }
+    if (check_time(line, error) != 0 ||
+        lum_cut_line(&w->cut, &w->layout, line, error) != 0) {
+        return -1;
+    }
+    const bool keeps_clock =
+        !w->cut.is_anew && has_own_clock(&w->layout, line->layout);
+    if (!keeps_clock && check_clock(w, s, line, error) != 0) {
+        return -1;
+    }
+    const size_t before = s->fresh.count;
+    for (size_t i = 0; i < w->cut.count; i++) {
+        lum_cut_packet *p = &w->cut.packets[i];
+        if (!keeps_clock) {
+            p->head.clock_raw = ticks_of(&w->layout, line->clock_us);
+        }
+        if (add_packet(w, s, line, p, error) != 0) {
+            drop_from(&s->fresh, before);
+            return -1;
+        }
+    }
+    s->has_clock = true;
+    s->clock_us = line->clock_us;
+    w->counters.lines++;
+    w->counters.lines_cut_anew += w->cut.is_anew ? 1u : 0u;
+    return 0;
+}
+
+int lum_packet_writer_add(lum_packet_writer *writer, const lum_raw_line *line,
+                          lum_error *error)
+{
+    lum_raw_line known;
+    return lum_sized_take(&known, sizeof known, line, "a line", "lum_raw_line",
+                          error) == 0
+               ? add_line(writer, &known, error)
+               : -1;
+}
+
+/* --- A frame --- */
+
+/* Whether it begins before the one before it. */
+static bool goes_back(stream *s)
+{
+    const waiting *low = s->fresh.count > 0 ? s->fresh.at[0] : NULL;
+    for (size_t i = 1; i < s->fresh.count; i++) {
+        low = compare_in(s, s->fresh.at[i], low) < 0 ? s->fresh.at[i] : low;
+    }
+    if (low == NULL) {
+        return false;
+    }
+    const bool is_back = s->has_low && (s->has_order
+                                            ? low->order < s->low_order
+                                            : low->arrival_ns < s->low_ns);
+    s->has_low = true;
+    s->low_order = low->order;
+    s->low_ns = low->arrival_ns;
+    return is_back;
+}
+
+static bool take_fresh(stream *s)
+{
+    while (s->fresh.count > 0) {
+        if (!push(&s->older, s->fresh.at[s->fresh.count - 1u])) {
+            return false;
+        }
+        s->fresh.count--;
+    }
+    return true;
+}
+
+/* Streams begin anew: what was written says nothing of what comes. */
+static int write_all(lum_packet_writer *w, lum_error *error)
+{
+    const int result = write_below(w, UINT64_MAX, error);
+    for (size_t i = 0; i < w->stream_count; i++) {
+        w->streams[i].newest_ns = INT64_MIN;
+    }
+    return result;
+}
+
+int lum_packet_writer_end_frame(lum_packet_writer *writer, lum_error *error)
+{
+    lum_packet_writer *w = writer;
+    bool is_back = false;
+    for (size_t i = 0; i < w->stream_count; i++) {
+        is_back = goes_back(&w->streams[i]) || is_back;
+    }
+    if (is_back && write_all(w, error) != 0) {
+        return -1;
+    }
+    for (size_t i = 0; i < w->stream_count; i++) {
+        if (!take_fresh(&w->streams[i])) {
+            return lum_error_set(error, "out of memory");
+        }
+    }
+    w->frame++;
+    const uint64_t kept = (uint64_t)FRAMES_KEPT * w->stream_count;
+    return w->frame > kept ? write_below(w, w->frame - kept, error) : 0;
+}
+
+/* --- Begin and end --- */
+
+static void release(lum_packet_writer *w)
+{
+    for (size_t i = 0; i < w->stream_count; i++) {
+        clear(&w->streams[i].fresh);
+        clear(&w->streams[i].older);
+    }
+    lum_demux_free(w->reader);
+    free(w->cut.packets);
+    free(w);
+}
+
+static int open_file(lum_packet_writer *w, const char *path,
+                     const lum_packet_writer_options *o, lum_error *error)
+{
+    lum_capture_writer_options file = {.struct_size = sizeof file};
+    lum_demux_options reader = {.struct_size = sizeof reader,
+                                .layout = w->layout};
+    lum_assembler_config_default(&reader.config);
+    if (o->file != NULL &&
+        lum_sized_take(&file, sizeof file, o->file,
+                       "the capture writer's options",
+                       "lum_capture_writer_options", error) != 0) {
+        return -1;
+    }
+    file.is_whole = true;
+    if (lum_demux_new(&reader, &w->reader, error) != 0) {
+        return -1;
+    }
+    lum_demux_watch(w->reader, note_accepted, w);
+    return lum_capture_writer_open_as(path, &file, &w->file, error);
+}
+
+int lum_packet_writer_open(const char *path,
+                           const lum_packet_writer_options *options,
+                           lum_packet_writer **out, lum_error *error)
+{
+    lum_packet_writer_options o;
+    if (lum_sized_take(&o, sizeof o, options, "the packet writer's options",
+                       "lum_packet_writer_options", error) != 0) {
+        return -1;
+    }
+    lum_packet_writer *w = calloc(1, sizeof *w);
+    if (w == NULL) {
+        return lum_error_set(error, "%s: out of memory", path);
+    }
+    lum_layout_default(&w->layout);
+    w->layout = o.layout != NULL ? *o.layout : w->layout;
+    w->counters.struct_size = sizeof w->counters;
+    if (open_file(w, path, &o, error) != 0) {
+        release(w);
+        return -1;
+    }
+    *out = w;
+    return 0;
+}
+
+lum_result lum_packet_writer_count(const lum_packet_writer *writer,
+                                   lum_packet_writer_counters *out)
+{
+    return lum_sized_fill(out, &writer->counters, sizeof writer->counters)
+               ? LUM_OK
+               : LUM_E_VALUE;
+}
+
+int lum_packet_writer_flush(lum_packet_writer *writer, lum_error *error)
+{
+    return lum_packet_writer_end_frame(writer, error) == 0
+               ? write_all(writer, error)
+               : -1;
+}
+
+int lum_packet_writer_close(lum_packet_writer *writer, lum_error *error)
+{
+    if (writer == NULL) {
+        return 0;
+    }
+    if (lum_packet_writer_flush(writer, error) != 0) {
+        lum_packet_writer_abort(writer);
+        return -1;
+    }
+    lum_capture_writer *file = writer->file;
+    release(writer);
+    return lum_capture_writer_close(file, error);
+}
+
+void lum_packet_writer_abort(lum_packet_writer *writer)
+{
+    if (writer != NULL) {
+        lum_capture_writer_abort(writer->file);
+        release(writer);
+    }
+}

@@ -1,0 +1,155 @@
+/* The raw part of a frame: arrays that grow line by line. */
+#include "raw.h"
+
+#include "base/sized.h"
+#include "frame_internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct array {
+    void *at;
+    size_t room;
+} array;
+
+struct lum_raw_store {
+    size_t line_count;
+    size_t lines_without_packets;
+    size_t packet_count;
+    array first_word;
+    array words;
+    array gives_point;
+    array angles;
+    array marks;
+    array packets;
+};
+
+static bool grow(array *a, size_t needed, size_t bytes)
+{
+    if (needed <= a->room) {
+        return true;
+    }
+    size_t room = a->room > 0 ? a->room : 64u;
+    while (room < needed) {
+        room += room / 2u;
+    }
+    void *at = realloc(a->at, room * bytes);
+    if (at == NULL) {
+        return false;
+    }
+    *a = (array){at, room};
+    return true;
+}
+
+static size_t count_words(const lum_raw_store *s)
+{
+    const uint64_t *first = s->first_word.at;
+    return (size_t)first[s->line_count];
+}
+
+lum_raw_store *lum_raw_store_new(void)
+{
+    lum_raw_store *s = calloc(1, sizeof *s);
+    if (s != NULL && !grow(&s->first_word, 1, sizeof(uint64_t))) {
+        free(s);
+        return NULL;
+    }
+    if (s != NULL) {
+        lum_raw_store_clear(s);
+    }
+    return s;
+}
+
+void lum_raw_store_free(lum_raw_store *store)
+{
+    if (store == NULL) {
+        return;
+    }
+    free(store->first_word.at);
+    free(store->words.at);
+    free(store->gives_point.at);
+    free(store->angles.at);
+    free(store->marks.at);
+    free(store->packets.at);
+    free(store);
+}
+
+void lum_raw_store_clear(lum_raw_store *store)
+{
+    uint64_t *first = store->first_word.at;
+    first[0] = 0;
+    store->line_count = 0;
+    store->lines_without_packets = 0;
+    store->packet_count = 0;
+}
+
+bool lum_raw_store_reserve(lum_raw_store *store, const lum_line *line,
+                           const lum_raw_list *packets)
+{
+    const size_t lines = store->line_count + 1u;
+    const size_t words = count_words(store) + line->word_count;
+    return grow(&store->first_word, lines + 1u, sizeof(uint64_t)) &&
+           grow(&store->words, words, sizeof(uint32_t)) &&
+           grow(&store->gives_point, words, sizeof(uint8_t)) &&
+           grow(&store->angles, lines * LUM_LINE_PIXELS, sizeof(lum_angle)) &&
+           grow(&store->marks, lines * LUM_PIXEL_MARK_WORDS,
+                sizeof(uint32_t)) &&
+           grow(&store->packets, store->packet_count + packets->count,
+                sizeof(lum_raw_packet));
+}
+
+static void add_packets(lum_raw_store *s, const lum_raw_list *list)
+{
+    lum_raw_packet *to = s->packets.at;
+    for (size_t i = 0; i < list->count; i++) {
+        to[s->packet_count] = list->packets[i];
+        to[s->packet_count].line = (uint32_t)s->line_count;
+        s->packet_count++;
+    }
+    s->lines_without_packets += list->count == 0 ? 1u : 0u;
+}
+
+void lum_raw_store_add(lum_raw_store *store, const lum_projector *projector,
+                       const lum_line *line, const lum_raw_list *packets)
+{
+    const size_t at = count_words(store);
+    uint64_t *first = store->first_word.at;
+    uint8_t *gives = store->gives_point.at;
+    lum_angle *angles = store->angles.at;
+    uint32_t *marks = store->marks.at;
+    if (line->word_count > 0) {
+        uint32_t *words = store->words.at;
+        memcpy(words + at, line->words, line->word_count * sizeof *words);
+        lum_points_mark(projector, line, gives + at);
+    }
+    memcpy(angles + store->line_count * LUM_LINE_PIXELS, line->angles,
+           LUM_LINE_PIXELS * sizeof *angles);
+    memcpy(marks + store->line_count * LUM_PIXEL_MARK_WORDS, line->angle_marks,
+           LUM_PIXEL_MARK_WORDS * sizeof *marks);
+    add_packets(store, packets);
+    store->line_count++;
+    first[store->line_count] = at + line->word_count;
+}
+
+void lum_raw_store_look(const lum_raw_store *store, lum_frame_raw *out)
+{
+    out->line_count = store->line_count;
+    out->first_word = store->first_word.at;
+    out->words = store->words.at;
+    out->gives_point = store->gives_point.at;
+    out->angles = store->angles.at;
+    out->angle_marks = store->marks.at;
+    out->packet_count = store->packet_count;
+    out->packets = store->packets.at;
+    out->lines_without_packets = store->lines_without_packets;
+}
+
+lum_result lum_frame_get_raw(const lum_frame *frame, lum_frame_raw *out)
+{
+    lum_frame_raw raw = {.struct_size = sizeof raw};
+    if (frame->raw == NULL) {
+        return LUM_E_VALUE;
+    }
+    lum_raw_store_look(frame->raw, &raw);
+    return lum_sized_fill(out, &raw, sizeof raw) ? LUM_OK : LUM_E_VALUE;
+}

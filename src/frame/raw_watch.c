@@ -1,0 +1,175 @@
+/* Which packets the lines under way are made of. A line is known by its number:
+ * an eye has at most one open line of each. */
+#include "raw.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define OPEN_MAX LUM_ASSEMBLER_SLOTS(LUM_OPEN_LINES_MAX)
+#define ROOM_MIN 16u
+
+typedef struct open_line {
+    bool is_used;
+    uint8_t eye;
+    uint32_t number;
+    lum_raw_list list;
+} open_line;
+
+typedef struct watched {
+    open_line open[OPEN_MAX];
+    uint64_t bad_words; /* that its assembler had counted */
+} watched;
+
+struct lum_raw_watch {
+    uint64_t order;
+    watched *sensors[LUM_DEMUX_SENSORS_MAX]; /* NULL: nothing came */
+    lum_raw_list taken;
+};
+
+/* --- Packets come --- */
+
+static open_line *find(watched *s, uint8_t eye, uint32_t number)
+{
+    for (size_t i = 0; i < OPEN_MAX; i++) {
+        open_line *o = &s->open[i];
+        if (o->is_used && o->eye == eye && o->number == number) {
+            return o;
+        }
+    }
+    return NULL;
+}
+
+static open_line *open_one(watched *s, uint8_t eye, uint32_t number)
+{
+    size_t i = 0;
+    while (i < OPEN_MAX && s->open[i].is_used) {
+        i++;
+    }
+    if (i == OPEN_MAX) {
+        return NULL;
+    }
+    open_line *o = &s->open[i];
+    o->is_used = true;
+    o->eye = eye;
+    o->number = number;
+    o->list.count = 0;
+    return o;
+}
+
+static bool reserve(lum_raw_list *list)
+{
+    if (list->count < list->room) {
+        return true;
+    }
+    const size_t room = list->room > 0 ? 2u * list->room : ROOM_MIN;
+    lum_raw_packet *packets = realloc(list->packets, room * sizeof *packets);
+    if (packets == NULL) {
+        return false;
+    }
+    list->packets = packets;
+    list->room = room;
+    return true;
+}
+
+/* Without memory a packet is left out, which is_all() sees. */
+static void take(void *context, size_t sensor, const lum_assembler *assembler,
+                 const lum_group *group, int64_t time_ns)
+{
+    lum_raw_watch *w = context;
+    if (w->sensors[sensor] == NULL) {
+        w->sensors[sensor] = calloc(1, sizeof *w->sensors[sensor]);
+    }
+    watched *s = w->sensors[sensor];
+    if (s == NULL) {
+        return;
+    }
+    const uint64_t all_bad = lum_assembler_counters(assembler)->bad_words;
+    const uint64_t bad = all_bad - s->bad_words;
+    s->bad_words = all_bad;
+    open_line *o = find(s, group->eye, group->line);
+    o = o != NULL ? o : open_one(s, group->eye, group->line);
+    if (o == NULL || !reserve(&o->list)) {
+        return;
+    }
+    o->list.packets[o->list.count++] =
+        (lum_raw_packet){.clock_raw = group->clock_raw,
+                         .arrival_ns = time_ns,
+                         .order = w->order++,
+                         .first_sample_index = group->first_sample_index,
+                         .num_samples = group->num_samples,
+                         .bad_words = (uint32_t)bad,
+                         .tag = group->tag};
+}
+
+/* --- Lines go --- */
+
+/* Whether a line has just what these packets brought: what an open line was
+ * restored with, or what there was no memory for, is in none of them. */
+static bool is_all(const lum_raw_list *list, const lum_line *line)
+{
+    uint64_t angles = 0;
+    uint64_t words = 0;
+    for (size_t i = 0; i < list->count; i++) {
+        const lum_raw_packet *p = &list->packets[i];
+        angles += p->tag == LUM_TAG_ANGLES ? p->num_samples : 0u;
+        words += p->tag == LUM_TAG_RANGES ? p->num_samples - p->bad_words : 0u;
+    }
+    return angles == line->angle_count && words == line->word_count;
+}
+
+const lum_raw_list *lum_raw_watch_take(lum_raw_watch *watch, size_t sensor,
+                                       const lum_line *line)
+{
+    watched *s = watch->sensors[sensor];
+    open_line *o = s != NULL ? find(s, line->eye, line->number) : NULL;
+    watch->taken.count = 0;
+    if (o == NULL) {
+        return &watch->taken;
+    }
+    const lum_raw_list list = o->list;
+    o->list = watch->taken;
+    o->is_used = false;
+    watch->taken = list;
+    if (!is_all(&list, line)) {
+        watch->taken.count = 0;
+    }
+    return &watch->taken;
+}
+
+/* --- Begin and end --- */
+
+lum_raw_watch *lum_raw_watch_new(lum_demux *demux)
+{
+    lum_raw_watch *w = calloc(1, sizeof *w);
+    if (w != NULL) {
+        lum_demux_watch(demux, take, w);
+    }
+    return w;
+}
+
+void lum_raw_watch_restart(lum_raw_watch *watch)
+{
+    for (size_t i = 0; watch != NULL && i < LUM_DEMUX_SENSORS_MAX; i++) {
+        watched *s = watch->sensors[i];
+        for (size_t k = 0; s != NULL && k < OPEN_MAX; k++) {
+            s->open[k].is_used = false;
+            s->bad_words = 0;
+        }
+    }
+}
+
+void lum_raw_watch_free(lum_raw_watch *watch)
+{
+    if (watch == NULL) {
+        return;
+    }
+    for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
+        watched *s = watch->sensors[i];
+        for (size_t k = 0; s != NULL && k < OPEN_MAX; k++) {
+            free(s->open[k].list.packets);
+        }
+        free(s);
+    }
+    free(watch->taken.packets);
+    free(watch);
+}

@@ -1,0 +1,323 @@
+"""Raw frames, and packets written again from them."""
+import pickle
+import struct
+import warnings
+
+import numpy as np
+import pytest
+
+import lumsdk
+
+PROFILES = {
+    "big-endian": {"sample_order": "big", "angle_order": "elevation_azimuth", "eye_values": {"blue": 7, "green": 9}},
+    "no-clock": {"group": {"timestamp": "none"}},
+    "ticks": {"group": {"timestamp": {"at": 20, "bytes": 8, "order": "big", "unit_ns": 100}, "samples": 32}},
+    "bits": {"group": {"tag": {"at": 12, "bytes": 2, "bits": [0, 2]}, "eye": {"at": 12, "bytes": 2, "bits": [3, 5]},
+                       "num_samples": "none"}},
+    "wide": {"group": {"tag": 14, "eye": 15, "line": {"at": 16, "bytes": 4}, "num_samples": {"at": 20, "bytes": 4, "order": "big"},
+                       "first_sample_index": {"at": 24, "bytes": 4}, "timestamp": 28, "samples": 48}},
+}
+FAULTS = {"none": (), "lost": ("--loss", "0.02"), "twice": ("--duplicate", "0.05"), "in another order": ("--reorder", "0.05"),
+          "all": ("--loss", "0.02", "--duplicate", "0.03", "--reorder", "0.03", "--corrupt", "0.002", "--seed", 3)}
+
+
+def packets_of(path):
+    """Time, addresses and payload of each datagram of the sensors."""
+    content, at, found = path.read_bytes(), 24, []
+    while at < len(content):
+        seconds, ns, length, _ = struct.unpack_from("<IIII", content, at)
+        frame = content[at + 16:at + 16 + length]
+        if frame[34:36] == struct.pack(">H", 5517):
+            found.append((seconds * 10 ** 9 + ns, frame[26:30], frame[42:]))
+        at += 16 + length
+    return found
+
+
+def undone(frame):
+    """All words to plain lists and back: nothing of the frame's memory is left."""
+    for line in frame.to_lines():
+        words = np.column_stack([line.pixel, line.tof, line.rising]).tolist()
+        pixel, tof, rising = np.array(words, "i8").reshape(-1, 3).T
+        yield lumsdk.Line(line.number, line.eye, line.clock_us, np.array(line.angles.tolist(), "i2"), pixel, tof, rising,
+                          line.arrival_ns, np.array(line.has_angles.tolist()), np.array(line.packets.tolist(), line.packets.dtype),
+                          line.sensor)
+
+
+def points_of(path, **options):
+    """What is compared: all columns, lines and times."""
+    with lumsdk.open(path, columns="all", edge="both", **options) as source:
+        return [(frame.number, frame.sensor, frame.utc_ns, frame.lines.tobytes(), [frame[name].tobytes() for name in frame.columns])
+                for frame in source]
+
+
+def rewrite(path, out, edit=lambda frame: [frame], options=(), **written):
+    with lumsdk.open(path, raw=True, **dict(options)) as source:
+        return lumsdk.write_capture(out, (item for frame in source for item in edit(frame)), **written)
+
+
+# --- Frames ---
+
+
+@pytest.fixture
+def raw_frame(capture):
+    with lumsdk.open(capture, raw=True, columns="all") as source:
+        return source[1]
+
+
+def test_every_word_is_a_row(capture, raw_frame):
+    with lumsdk.open(capture, columns="all", edge="both") as source:
+        frame = source[1]
+    gives = ~np.isnan(raw_frame["x"])
+    assert len(raw_frame) > len(frame) > 0
+    assert raw_frame.columns == (*frame.columns, "tof", "raw_azimuth", "raw_elevation")
+    for name in frame.columns:
+        assert raw_frame[name][gives].tobytes() == frame[name].tobytes(), name
+    assert np.isnan(raw_frame["range"][~gives]).all()
+    assert (raw_frame["tof"][~gives] <= 0).all()
+    assert raw_frame.lines["point_count"].sum() == len(raw_frame)
+
+
+def test_raw_angles_are_those_of_the_rows(raw_frame):
+    which = np.repeat(np.arange(len(raw_frame.lines)), raw_frame.lines["point_count"])
+    assert raw_frame.angles.shape == (len(raw_frame.lines), 1000, 2)
+    assert raw_frame.angles.dtype == np.int16
+    assert raw_frame.has_angles.all()
+    both = np.stack([raw_frame["raw_azimuth"], raw_frame["raw_elevation"]], axis=-1)
+    assert np.array_equal(both, raw_frame.angles[which, raw_frame["pixel"]])
+    kept = raw_frame.packets
+    assert (kept["num_samples"][kept["tag"] == 2].reshape(-1, 3) == [334, 334, 332]).all()
+    assert kept["num_samples"][kept["tag"] == 3].sum() == len(raw_frame)
+
+
+def test_a_raw_frame_is_pickled_with_all_it_has(raw_frame):
+    again = pickle.loads(pickle.dumps(raw_frame))
+    assert again == raw_frame
+    assert np.array_equal(again.angles, raw_frame.angles)
+    assert np.array_equal(again.packets, raw_frame.packets)
+    assert again.profile == lumsdk.Profile()
+
+
+@pytest.mark.parametrize(("option", "value"), [("edge", "rising"), ("returns", "first"), ("range", (1, 2)), ("box", ":1,:1,:1")])
+def test_what_hides_words_does_not_go_with_raw(capture, option, value):
+    with pytest.raises(lumsdk.OptionError, match=f"{option} does not go with raw=True, where every word is a row"):
+        lumsdk.open(capture, raw=True, **{option: value})
+
+
+def test_a_frame_that_is_not_raw_says_so(capture, tmp_path):
+    with lumsdk.open(capture, columns="all") as source:
+        frame = next(iter(source))
+    with pytest.raises(lumsdk.OptionError, match="has no raw part: open the capture with raw=True"):
+        print(frame.angles)
+    with pytest.raises(lumsdk.OptionError, match=r"frame 1: it has no column 'tof'; right is a frame of open\(raw=True\)"):
+        lumsdk.write_capture(tmp_path / "out.pcap", [frame])
+    assert not list(tmp_path.iterdir())
+
+
+# --- Packets again ---
+
+
+@pytest.mark.parametrize("profile", [None, *PROFILES])
+def test_undamaged_packets_come_again_byte_for_byte(make_capture, tmp_path, profile):
+    options, arguments = {}, ()
+    if profile is not None:
+        made = tmp_path / "profile.yaml"
+        made.write_text(lumsdk.Profile(PROFILES[profile]).to_yaml())
+        options, arguments = {"profile": made}, ("--profile", made)
+    path = make_capture("-n", 6, *arguments, name=f"{profile}.pcap")
+    for edit in lambda frame: [frame], undone:
+        out = tmp_path / "out.pcap"
+        written = rewrite(path, out, edit, options, **options)
+        assert (written.cut_anew, written.repeated, written.dropped) == (0, 0, {})
+        assert packets_of(out) == packets_of(path)
+
+
+@pytest.mark.parametrize("profile", [None, "no-clock", "bits"])
+@pytest.mark.parametrize("faults", [name for name in FAULTS if name != "none"])
+def test_points_and_times_of_damaged_captures_come_again(make_capture, tmp_path, faults, profile):
+    options, arguments = {}, ()
+    if profile is not None:
+        made = tmp_path / "profile.yaml"
+        made.write_text(lumsdk.Profile(PROFILES[profile]).to_yaml())
+        options, arguments = {"profile": made}, ("--profile", made)
+    path = make_capture("-n", 8, *arguments, *FAULTS[faults], name=f"{profile}.pcap")
+    out = tmp_path / "out.pcap"
+    written = rewrite(path, out, undone, options, **options)
+    assert (written.cut_anew, written.dropped) == (0, {})
+    assert points_of(out, **options) == points_of(path, **options)
+
+
+def test_a_part_of_a_drive_is_cut_out(capture, tmp_path):
+    out = tmp_path / "part.pcap"
+    with lumsdk.open(capture, raw=True) as source:
+        lumsdk.write_capture(out, source[3:6])
+    whole, part = points_of(capture), points_of(out)
+    assert [columns for *_, columns in part] == [columns for *_, columns in whole[3:6]]
+
+
+def test_after_a_seek_lines_whose_packets_are_not_known_are_cut_anew(capture, tmp_path):
+    with lumsdk.open(capture, raw=True) as source:
+        source.index()
+        sought = source[7]
+    with lumsdk.open(capture, raw=True) as source:
+        read = [frame for frame in source][7]
+    lumsdk.write_capture(tmp_path / "sought.pcap", [sought])
+    lumsdk.write_capture(tmp_path / "read.pcap", [read])
+    assert points_of(tmp_path / "sought.pcap") == points_of(tmp_path / "read.pcap")
+
+
+def test_an_edit_is_what_readers_see(capture, tmp_path):
+    def edit(frame):
+        for line in frame.to_lines():
+            near = line.tof < 3000
+            yield lumsdk.Line(line.number, line.eye, line.clock_us, line.angles, line.pixel[near], line.tof[near] + 100,
+                              line.rising[near], line.arrival_ns, sensor=line.sensor)
+
+    out = tmp_path / "out.pcap"
+    written = rewrite(capture, out, edit)
+    assert written.cut_anew == written.lines > 0
+    with lumsdk.open(capture, raw=True) as before, lumsdk.open(out, raw=True) as after:
+        for old, new in zip(before, after):
+            assert np.array_equal(new["tof"], old["tof"][old["tof"] < 3000] + 100)
+            assert np.array_equal(new.lines["clock_us"], old.lines["clock_us"])
+
+
+def test_another_profile_has_the_same_points_and_times(capture, tmp_path):
+    for name in "big-endian", "ticks", "wide":
+        profile = lumsdk.Profile(PROFILES[name])
+        out = tmp_path / f"{name}.pcap"
+        written = rewrite(capture, out, profile=profile)
+        assert written.dropped == {}
+        assert points_of(out, profile=profile) == points_of(capture)
+
+
+def test_frames_of_several_sensors_come_into_one_file(make_capture, tmp_path):
+    paths = [make_capture("-n", 4, "--source", f"10.42.0.{i}:5517", name=f"{i}.pcap") for i in (37, 38)]
+    out = tmp_path / "out.pcap"
+    with lumsdk.open(paths[0], raw=True) as one, lumsdk.open(paths[1], raw=True) as other:
+        lumsdk.write_capture(out, (frame for both in zip(one, other) for frame in both))
+    for i, path in zip((37, 38), paths):
+        assert points_of(out, sensor=f"10.42.0.{i}") == points_of(path)
+
+
+def test_a_pcapng_file_says_where_it_comes_from(make_capture, tmp_path):
+    profile = tmp_path / "profile.yaml"
+    profile.write_text(lumsdk.Profile(PROFILES["wide"]).to_yaml())
+    path, out = make_capture("-n", 3, "--profile", profile, name="source.pcap"), tmp_path / "out.pcapng"
+    rewrite(path, out, options={"profile": profile, "set": {"eyes.blue.mount.x_m": 0.5}})
+    with lumsdk.open(out) as source:
+        assert source.profile == lumsdk.Profile(PROFILES["wide"])
+        assert source.calibration["eyes.blue.mount.x_m"] == 0.5
+        assert 'source: "source.pcap"' in source.origin[0]
+    assert points_of(out) == points_of(path, profile=profile, set={"eyes.blue.mount.x_m": 0.5})
+
+
+def made_line(number, eye="blue", clock_us=0, **other):
+    """Ten metres straight ahead, in every pixel."""
+    values = {"number": number, "eye": eye, "clock_us": clock_us, "angles": np.zeros((1000, 2), "i2"), "pixel": np.arange(1000),
+              "tof": np.full(1000, 5128), "rising": np.ones(1000, bool), "arrival_ns": 1_700_000_000 * 10 ** 9 + clock_us * 1000}
+    return lumsdk.Line(**{**values, **other})
+
+
+def test_a_capture_is_made_up_from_nothing(tmp_path):
+    lines = [made_line(number, eye, 1_000_000 + 1500 * number + 200_000 * frame) for frame in range(3) for number in range(40)
+             for eye in ("blue", "green")]
+    out = tmp_path / "out.pcap"
+    assert lumsdk.write_capture(out, lines).lines == 240
+    with lumsdk.open(out) as source:
+        frames = list(source)
+    assert [len(frame) for frame in frames] == [80_000] * 3
+    assert np.allclose(np.concatenate([frame["range"] for frame in frames]), 5128 * 0.00195, atol=1e-3)
+
+
+@pytest.mark.parametrize(("line", "said"), [
+    ({"tof": np.full(1000, 600_000)}, "tof is 600000; right is a whole number from -524288 to 524287"),
+    ({"tof": np.full(1000, 0.5)}, "tof has the type float64, or values that are not whole"),
+    ({"pixel": np.arange(1, 1001)}, "pixel is 1000; right is a whole number from 0 to 999"),
+    ({"pixel": np.arange(999, -1, -1)}, "pixel 998 stands behind pixel 999"),
+    ({"pixel": np.arange(5)}, r"pixel has the shape \(5,\); right is \(1000,\)"),
+    ({"angles": np.zeros((1000, 2), "i4") + 40_000}, "angles is 40000; right is a whole number from -32768 to 32767"),
+    ({"angles": np.zeros((10, 2), "i2")}, r"angles has the shape \(10, 2\); right is \(1000, 2\)"),
+    ({"number": 70_000}, "its line number is 70000; the profile's field of 16 bits holds at most 65535"),
+    ({"eye": "red"}, "eye is 'red'; right is \"blue\" or \"green\""),
+    ({"arrival_ns": -1}, "arrival_ns is -1; right is a whole number from 0"),
+    ({"sensor": "here"}, "sensor is 'here'; right is an address"),
+])
+def test_what_a_packet_cannot_hold_is_refused(tmp_path, line, said):
+    with pytest.raises(lumsdk.OptionError, match=said):
+        lumsdk.write_capture(tmp_path / "out.pcap", [made_line(3, **line)] if "number" not in line else [made_line(**line)])
+    assert not list(tmp_path.iterdir())
+
+
+def test_frames_of_two_profiles_are_refused(capture, make_capture, tmp_path):
+    profile = lumsdk.Profile(PROFILES["big-endian"])
+    (tmp_path / "profile.yaml").write_text(profile.to_yaml())
+    other, out = make_capture("-n", 3, "--profile", tmp_path / "profile.yaml", name="other.pcap"), tmp_path / "out.pcap"
+    with lumsdk.open(capture, raw=True) as one, lumsdk.open(other, raw=True, profile=profile) as two:
+        with pytest.raises(lumsdk.OptionError, match="frames of two profiles, the second of .*other.pcap; profile= names the one"):
+            lumsdk.write_capture(out, [one[0], two[0]])
+        assert not out.exists()
+        assert lumsdk.write_capture(out, [one[0], two[0]], profile=profile).frames == 2
+
+
+def test_a_clock_that_the_profile_cannot_tell_is_refused(capture, tmp_path):
+    short = lumsdk.Profile({"group": {"timestamp": {"at": 20, "bytes": 1}}})
+    with pytest.raises(lumsdk.OptionError, match="the profile's clock of 8 bits tells less than 128 us"):
+        rewrite(capture, tmp_path / "out.pcap", profile=short)
+
+
+def test_frames_without_a_clock_do_not_get_one(make_capture, tmp_path):
+    (tmp_path / "profile.yaml").write_text(lumsdk.Profile(PROFILES["no-clock"]).to_yaml())
+    path = make_capture("-n", 3, "--profile", tmp_path / "profile.yaml", name="dark.pcap")
+    with pytest.raises(lumsdk.OptionError, match="its profile has no clock, and that of the file has one"):
+        rewrite(path, tmp_path / "out.pcap", options={"profile": tmp_path / "profile.yaml"}, profile=lumsdk.Profile())
+
+
+def test_lines_that_readers_drop_are_told(tmp_path):
+    lines = [made_line(number, clock_us=1_000_000 + 1500 * number) for number in range(40)]
+    with pytest.warns(lumsdk.CaptureWarning, match="a reader will drop packets of it: late 6"):
+        written = lumsdk.write_capture(tmp_path / "out.pcap", [*lines, made_line(3, clock_us=1_004_500, arrival_ns=2 * 10 ** 18)])
+    assert written.dropped == {"late": 6}
+
+
+def test_what_is_no_capture_is_refused(tmp_path, raw_frame):
+    with pytest.raises(lumsdk.OptionError, match=r"captures that are written end with .pcap or .pcapng"):
+        lumsdk.write_capture(tmp_path / "out.las", [raw_frame])
+    with pytest.raises(TypeError, match="takes frames and lines, not int"):
+        lumsdk.write_capture(tmp_path / "out.pcap", [raw_frame, 5])
+    assert not list(tmp_path.iterdir())
+
+
+def test_columns_are_what_is_written(raw_frame, tmp_path):
+    columns = raw_frame.to_dict()
+    edited = pickle.loads(pickle.dumps(raw_frame))
+    edited["tof"][:] = np.where(columns["tof"] > 0, columns["tof"] + 7, columns["tof"])
+    edited["raw_azimuth"][:] += 3
+    out = tmp_path / "out.pcap"
+    written = lumsdk.write_capture(out, [edited])
+    assert written.cut_anew == 0
+    with lumsdk.open(out, raw=True) as source:
+        frame = source[0]
+    assert np.array_equal(frame["tof"], edited["tof"])
+    assert np.array_equal(frame["raw_azimuth"], columns["raw_azimuth"] + np.int16(3))
+
+
+def test_rows_that_are_not_of_their_line_are_refused(raw_frame, tmp_path):
+    edited = pickle.loads(pickle.dumps(raw_frame))
+    edited["line"][5] = 17
+    with pytest.raises(lumsdk.OptionError, match="frame 2: row 5 has the line 17, and its line in frame.lines another one"):
+        lumsdk.write_capture(tmp_path / "out.pcap", [edited])
+
+
+def test_with_raw_gives_a_frame_what_it_lacks(raw_frame, tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        again = raw_frame.with_raw(raw_frame.angles.tolist(), raw_frame.has_angles, raw_frame.packets)
+        lumsdk.write_capture(tmp_path / "one.pcap", [raw_frame])
+        lumsdk.write_capture(tmp_path / "two.pcap", [again])
+    assert (tmp_path / "one.pcap").read_bytes() == (tmp_path / "two.pcap").read_bytes()
+    with pytest.raises(lumsdk.OptionError, match=r"angles has the shape \(3, 1000, 2\); right is"):
+        raw_frame.with_raw(np.zeros((3, 1000, 2), "i2"))
+    with pytest.raises(lumsdk.OptionError, match="packets: line is 4000; right is a place in frame.lines"):
+        wrong = raw_frame.packets.copy()
+        wrong["line"][0] = 4000
+        raw_frame.with_raw(raw_frame.angles, packets=wrong)
