@@ -190,6 +190,7 @@ static int cut_as_it_was(lum_cut *cut, const lum_raw_line *line,
         }
         p->head = line->packets[i];
         p->head.line = (uint32_t)i;
+        p->first = p->head.first_sample_index;
     }
     return 0;
 }

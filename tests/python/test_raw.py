@@ -191,7 +191,7 @@ def test_another_profile_has_the_same_points_and_times(capture, tmp_path):
 
 
 def test_frames_of_several_sensors_come_into_one_file(make_capture, tmp_path):
-    paths = [make_capture("-n", 4, "--source", f"10.42.0.{i}:5517", name=f"{i}.pcap") for i in (37, 38)]
+    paths = [make_capture("-n", 4, "--address", f"10.42.0.{i}", name=f"{i}.pcap") for i in (37, 38)]
     out = tmp_path / "out.pcap"
     with lumsdk.open(paths[0], raw=True) as one, lumsdk.open(paths[1], raw=True) as other:
         lumsdk.write_capture(out, (frame for both in zip(one, other) for frame in both))

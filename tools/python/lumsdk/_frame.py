@@ -12,6 +12,9 @@ import numpy as np
 from . import _image
 from ._c import address_of, ffi, lib, sized, text
 from ._errors import UnknownKeyError, warn
+from ._raw import RAW_COLUMNS, Raw, attach
+from ._raw import of as raw_of
+from ._settings import Profile
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped,unused-ignore]
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
 
     from ._poses import Outside, Poses
     from ._project import Projection
+    from ._write import Line
 
     Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -114,7 +118,7 @@ class Frame:
     source. A frame can be pickled: what comes back has the same values in memory of its own.
     """
 
-    __slots__ = ("__weakref__", "_arrays", "_c", "_count", "_info_made", "_lines_made", "_moved")
+    __slots__ = ("__weakref__", "_arrays", "_c", "_count", "_info_made", "_lines_made", "_moved", "_raw")
 
     def __init__(self, pointer: Any) -> None:
         """Keep a frame of the library. Programs get frames from a source or a sensor."""
@@ -123,6 +127,7 @@ class Frame:
         self._arrays: dict[str, Array] = {}
         self._info_made: Optional[_Info] = None
         self._lines_made: Optional[Array] = None
+        self._raw: Optional[Raw] = None
         self._moved = ""  # to where its points were moved; "": they are as the sensor saw them
 
     # What is known of it as a whole.
@@ -231,7 +236,7 @@ class Frame:
     def columns(self) -> tuple[str, ...]:
         """The names of its columns, as open(columns=...) chose them."""
         if self._c is None:
-            return tuple(name for name in _NUMBERS if name in self._arrays)
+            return tuple(name for name in (*_NUMBERS, *RAW_COLUMNS) if name in self._arrays)
         mask = lib.lum_frame_columns(self._c)
         return tuple(name for name, c in _NUMBERS.items() if mask >> c & 1)
 
@@ -379,6 +384,53 @@ class Frame:
             kept = rank < returns
             out[number, pixels[kept], rank[kept]] = self[column][part][kept]
 
+    # What it was made of.
+
+    @property
+    def angles(self) -> Array:
+        """The raw angles of its lines, azimuth and elevation of each pixel: (lines, 1000, 2) int16. Of open(raw=True)."""
+        return raw_of(self).angles
+
+    @property
+    def has_angles(self) -> Array:
+        """Which pixels of its lines have angles: (lines, 1000) bool; the others are 0 in angles. Of open(raw=True)."""
+        return raw_of(self).has_angles()
+
+    @property
+    def packets(self) -> Array:
+        """The packets that its lines were made of, a structured array. Of open(raw=True).
+
+        line (its place in frame.lines), tag (2 angles, 3 ranges), first_sample_index, num_samples, bad_words (of these, words that
+        were skipped), clock_raw (ticks as sent), arrival_ns, order (in which packets were accepted). A line has all that were
+        accepted; or none, where not all are known: after a seek, if it began before the place where reading went on.
+        """
+        return raw_of(self).packets
+
+    @property
+    def profile(self) -> Profile:
+        """The profile that it was read with. Of open(raw=True)."""
+        origin = raw_of(self).origin
+        return Profile() if origin is None else origin.profile
+
+    def with_raw(self, angles: Any, has_angles: Any = None, packets: Any = None, profile: Any = None) -> Frame:
+        """The frame with other angles and packets, for write_capture().
+
+        Args:
+            angles: as the property has them, for the lines of this frame.
+            has_angles: likewise; without it, all pixels have angles.
+            packets: likewise; without them, lines are cut as the sensor does it.
+            profile: of the clocks of these packets; without it, that which the frame has.
+        """
+        made = _restore(vars(self._info), self.to_dict(), self.lines, self._moved)
+        made._raw = attach(self, angles, has_angles, packets, profile)
+        return made
+
+    def to_lines(self) -> list[Line]:
+        """Its lines as values, in copies. Of open(raw=True)."""
+        from ._write import to_lines
+
+        return to_lines(self)
+
     # The sensor's motion.
 
     def deskew(self, poses: Poses, to: Literal["start", "middle"] = "start", outside: Outside = "nan") -> Frame:
@@ -504,7 +556,7 @@ class Frame:
     def to_structured(self) -> Array:
         """A copy as a structured array: (n,), with a field for each column."""
         names = self.columns
-        out = np.empty(self._count, np.dtype([(name, COLUMNS[name]) for name in names]))
+        out = np.empty(self._count, np.dtype([(name, self[name].dtype) for name in names]))
         for name in names:
             out[name] = self[name]
         return out
@@ -549,7 +601,7 @@ class Frame:
     __hash__ = None  # type: ignore[assignment]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restore, (vars(self._info), self.to_dict(), self.lines, self._moved)
+        return _restore, (vars(self._info), self.to_dict(), self.lines, self._moved, self._raw)
 
 
 def _count(value: Any, name: str) -> int:
@@ -561,13 +613,15 @@ def _count(value: Any, name: str) -> int:
     return int(value)
 
 
-def _restore(info: Mapping[str, Any], arrays: Mapping[str, Array], lines: Array, moved: str = "") -> Frame:
+def _restore(info: Mapping[str, Any], arrays: Mapping[str, Array], lines: Array, moved: str = "",
+             raw: Optional[Raw] = None) -> Frame:
     """A frame of values, in memory of its own."""
     made = Frame.__new__(Frame)
     made._c = None
     made._info_made = _Info(**info)
     made._lines_made = lines
     made._moved = moved
+    made._raw = raw
     made._arrays = dict(arrays)
     made._count = len(next(iter(arrays.values()))) if arrays else 0
     if all(name in arrays for name in "xyz"):

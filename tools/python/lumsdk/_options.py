@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union, cast
 from ._c import ffi, lib, sized
 from ._errors import OptionError
 from ._frame import COLUMNS
+from ._raw import NEEDED
 from ._settings import Calibration, Profile, setting_of
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
         profile: Union[str, os.PathLike[str], Mapping[str, Any], Profile]
         set: Union[Mapping[str, Any], Iterable[str]]
         broken: Literal["raise", "warn"]
+        raw: bool
         threads: Optional[int]
         progress: Optional[Progress]
 
@@ -64,7 +66,7 @@ _WORDS: dict[str, dict[str, int]] = {
 _RETURNS = {"all": lib.LUM_RETURNS_ALL, "first": lib.LUM_RETURNS_FIRST, "last": lib.LUM_RETURNS_LAST,
             "strongest": lib.LUM_RETURNS_STRONGEST}
 _NAMES = ("columns", "returns", "edge", "eye", "sensor", "port", "frames", "range", "box", "incomplete", "smooth",
-          "calibration", "profile", "set", "broken", "threads", "progress")
+          "calibration", "profile", "set", "broken", "raw", "threads", "progress")
 _INT64 = (-2 ** 63, 2 ** 63 - 1)
 # More do not help: the one that reads and assembles takes most of the time, and lines have to be copied to the others.
 _THREADS = 2
@@ -269,6 +271,18 @@ def _fill_selection(selection: Any, options: Mapping[str, Any]) -> None:
             selection.box_min[i], selection.box_max[i] = _limits("box", axis, box)
 
 
+def _raw(options: Mapping[str, Any]) -> bool:
+    """Whether every word is a row; then nothing may hide some."""
+    raw = options.get("raw", False)
+    if not isinstance(raw, bool):
+        raise _wrong_type("raw", raw, "True or False")
+    for name, usual in ("edge", "both"), ("returns", "all"), ("range", None), ("box", None):
+        if raw and options.get(name, usual) != usual:
+            raise OptionError(f"{name} does not go with raw=True, where every word is a row: leave it out, and choose rows of the "
+                              "frames")
+    return raw
+
+
 class Choice:
     """What open() was asked for, checked, as the library takes it."""
 
@@ -285,6 +299,7 @@ class Choice:
         if self.progress is not None and not callable(self.progress):
             raise _wrong_type("progress", self.progress, "a function of two numbers: bytes read, and all of them")
         self.warns = bool(_word("broken", options.get("broken", "raise")))
+        self.raw = _raw(options)
         self.given = {name: value for name, value in options.items() if name != "progress"}
         self.calibration, self.profile = self._settings(options)
         self.range = _frames(options["frames"]) if "frames" in options else FrameRange()
@@ -316,10 +331,13 @@ class Choice:
 
     @staticmethod
     def _view(options: Mapping[str, Any]) -> Any:
+        is_raw = bool(options.get("raw", False))
+        if is_raw:
+            options = {**options, "edge": "both"}
         view = sized("lum_view")
         lib.lum_selection_default(ffi.addressof(view, "selection"))
         _fill_selection(view.selection, options)
-        view.columns = _columns(options.get("columns", DEFAULT_COLUMNS))
+        view.columns = _columns(options.get("columns", DEFAULT_COLUMNS)) | (_columns(NEEDED) if is_raw else 0)
         view.smooth_window, view.smooth_order = _smooth(options.get("smooth", 0))
         return view
 
@@ -330,7 +348,8 @@ class Choice:
             raise OptionError("the calibration or the profile is out of range")
         geometry = calibration._to_c()
         made = sized("lum_framer_options", layout=layout, calibration=geometry, views=self.view, view_count=1,
-                     eyes=self.eyes, drop_incomplete=self.drops_incomplete, threads=self.threads, port=self.port)
+                     eyes=self.eyes, drop_incomplete=self.drops_incomplete, threads=self.threads, port=self.port,
+                     keeps_raw=self.raw)
         kept = [layout, geometry, self.view]
         if self.sensor is not None:
             kept.append(ffi.new("char[]", self.sensor.interface.encode()))

@@ -6,12 +6,13 @@ import os
 import threading
 import time
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Optional
 
 from ._c import check, ffi, lib, sized, text
 from ._errors import CaptureError, ClosedError, Error, warn
 from ._frame import Frame
+from ._raw import Origin, frame_of
 
 if TYPE_CHECKING:
     from ._inputs import Functions, Input
@@ -147,8 +148,10 @@ if hasattr(os, "register_at_fork"):
 class Reading:
     """One pass, used by one thread at a time, in the process that began it."""
 
-    def __init__(self, source: Input, choice: Choice, settings: tuple[Calibration, Profile]) -> None:
+    def __init__(self, source: Input, choice: Choice, settings: tuple[Calibration, Profile],
+                 origins: Sequence[str]) -> None:
         self._choice, self._name = choice, source.name
+        self._origin = Origin(source.name, *settings, tuple(origins))
         self._busy = threading.Lock()
         self._reader: Any = None
         self._error, self._out = ffi.new("lum_error *"), ffi.new("const lum_frame **")
@@ -230,10 +233,13 @@ class Reading:
             except StopIteration as problem:  # a loop would take it for the end
                 raise RuntimeError(f"{self._name}: a function of the program that was called raised StopIteration") from problem
 
+    def _make(self, pointer: Any) -> Frame:
+        return frame_of(pointer, self._origin) if self._choice.raw else Frame(pointer)
+
     def _next(self) -> Optional[Frame]:
         status = lib.lum_reader_next_frame(self._reader, self._out, self._error)
         self._raise_problem()
-        frame = Frame(self._out[0]) if status > 0 else None
+        frame = self._make(self._out[0]) if status > 0 else None
         if frame is not None:
             self.frames += not self.was_sought
             self.place = None if self.place is None else self.place + 1

@@ -289,7 +289,7 @@ class Sensor:
         """
         for name, why in (("profile", "the profile is that of the session: lumsdk.Sensor(profile=...)"),
                           ("sensor", "frames are those of this sensor alone"),
-                          ("broken", "it is for captures"), ("threads", "it is for captures"),
+                          ("broken", "it is for captures"), ("threads", "it is for captures"), ("raw", "it is for captures"),
                           ("progress", "it is for captures")):
             if name in options:
                 raise TypeError(f"{name} does not go with frames() of a sensor: {why}")
