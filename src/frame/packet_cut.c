@@ -100,17 +100,17 @@ static lum_cut_packet *add(lum_cut *cut)
     return p;
 }
 
-static int compare_index(const void *a, const void *b)
+/* In the order of their samples: words of a line are ordered by pixel. A packet
+ * without a good word takes none, wherever it stands. */
+static int compare_pixel(const void *a, const void *b)
 {
     const lum_cut_packet *p = a;
     const lum_cut_packet *q = b;
-    const uint32_t i = p->head.first_sample_index;
-    const uint32_t k = q->head.first_sample_index;
-    return p->head.tag != q->head.tag ? (p->head.tag < q->head.tag ? -1 : 1)
-           : i != k                   ? (i < k ? -1 : 1)
-           : p->head.arrival_ns != q->head.arrival_ns
-               ? (p->head.arrival_ns < q->head.arrival_ns ? -1 : 1)
-               : 0;
+    const uint32_t i = p->head.first_pixel;
+    const uint32_t k = q->head.first_pixel;
+    return i != k ? (i < k ? -1 : 1)
+                  : (p->head.line < q->head.line ? -1
+                                                 : p->head.line > q->head.line);
 }
 
 /* In order of arrival; line is where it stood among the packets. */
@@ -158,7 +158,7 @@ static bool fits(lum_cut *cut, const lum_layout *layout,
     if (line->angle_marks != NULL) {
         memcpy(left, line->angle_marks, sizeof left);
     }
-    qsort(cut->packets, cut->count, sizeof *cut->packets, compare_index);
+    qsort(cut->packets, cut->count, sizeof *cut->packets, compare_pixel);
     for (size_t i = 0; i < cut->count; i++) {
         lum_cut_packet *p = &cut->packets[i];
         const bool is_possible =

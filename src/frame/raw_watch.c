@@ -71,6 +71,20 @@ static bool reserve(lum_raw_list *list)
     return true;
 }
 
+static uint32_t first_pixel(const lum_group *group)
+{
+    if (group->tag == LUM_TAG_ANGLES) {
+        return group->first_sample_index;
+    }
+    for (uint32_t i = 0; i < group->num_samples; i++) {
+        const uint32_t word = lum_group_word(group, i);
+        if (lum_word_is_good(word)) {
+            return lum_word_pixel(word);
+        }
+    }
+    return 0;
+}
+
 /* Without memory a packet is left out, which is_all() sees. */
 static void take(void *context, size_t sensor, const lum_assembler *assembler,
                  const lum_group *group, int64_t time_ns)
@@ -98,7 +112,8 @@ static void take(void *context, size_t sensor, const lum_assembler *assembler,
                          .first_sample_index = group->first_sample_index,
                          .num_samples = group->num_samples,
                          .bad_words = (uint32_t)bad,
-                         .tag = group->tag};
+                         .tag = group->tag,
+                         .first_pixel = first_pixel(group)};
 }
 
 /* --- Lines go --- */

@@ -31,6 +31,7 @@ typedef struct lum_raw_packet {
     uint32_t num_samples;        /**< likewise, with the bad words */
     uint32_t bad_words;          /**< words of it that were skipped */
     uint32_t tag;                /**< LUM_TAG_ANGLES or LUM_TAG_RANGES */
+    uint32_t first_pixel;        /**< of its first good sample; 0: it has none */
 } lum_raw_packet;
 
 /** The raw part of a frame. Its arrays live as long as the frame. */
