@@ -193,8 +193,8 @@ static lum_result assemble(lum_demux *demux)
             return LUM_OK;
         }
         lum_assembler *assembler = &demux->current->assembly->assembler;
-        const lum_result r = lum_assembler_push(
-            assembler, &demux->packet.group, demux->packet.time_ns);
+        const lum_result r = lum_assembler_push(assembler, &demux->packet.group,
+                                                demux->packet.time_ns);
         demux->packet.is_pending = r > 0;
         if (r > 0) {
             return r;

@@ -26,7 +26,7 @@ typedef struct lum_line_points {
     const lum_projector *projector; /* of the line's sensor */
     const lum_line *line;
     const lum_raw_list *packets; /* NULL: frames keep nothing raw */
-    uint64_t rising; /* words that give a point; set by _count() */
+    uint64_t rising;             /* words that give a point; set by _count() */
     uint64_t falling;
     lum_point_losses losses;
     lum_line smoothed;                   /* the line, as a view smooths it */
@@ -229,7 +229,7 @@ struct lum_framer {
     int64_t from;
     bool is_flushing;
     lum_frame_pool *pool;
-    lum_crew *crew; /* NULL: the caller makes all points */
+    lum_crew *crew;       /* NULL: the caller makes all points */
     lum_raw_watch *watch; /* NULL: frames keep nothing raw */
     lum_sensor_stream *sensors[LUM_DEMUX_SENSORS_MAX];
 

@@ -1,8 +1,9 @@
-/* Where a line is cut into packets: as it was, if its packets still fit; else as
- * the sensor does it. */
+/* Where a line is cut into packets: as it was, if its packets still fit; else
+ * as the sensor does it. */
 #include "packet_cut.h"
 
 #include "core/field.h"
+#include "lum/wire.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -40,15 +41,17 @@ static int check_words(const lum_raw_line *line, lum_error *error)
         const uint32_t pixel = lum_word_pixel(line->words[i]);
         if (!lum_word_is_good(line->words[i])) {
             return lum_error_set(
-                error, "line %lu of the %s eye: word %zu is 0x%08lx; bit 11 is 0 "
-                       "and the pixel 0 to 999 in a good one",
+                error,
+                "line %lu of the %s eye: word %zu is 0x%08lx; bit 11 is 0 "
+                "and the pixel 0 to 999 in a good one",
                 (unsigned long)line->number, lum_cut_eye(line->eye), i,
                 (unsigned long)line->words[i]);
         }
         if (i > 0 && pixel < lum_word_pixel(line->words[i - 1u])) {
             return lum_error_set(
                 error,
-                "line %lu of the %s eye: pixel %lu stands behind pixel %lu; words "
+                "line %lu of the %s eye: pixel %lu stands behind pixel %lu; "
+                "words "
                 "of a line are ordered by pixel, and those of a pixel as its "
                 "returns",
                 (unsigned long)line->number, lum_cut_eye(line->eye),
@@ -62,10 +65,11 @@ static int check_words(const lum_raw_line *line, lum_error *error)
 static int check_line(const lum_raw_line *line, lum_error *error)
 {
     if (line->eye >= LUM_EYES) {
-        return lum_error_set(error,
-                             "line %lu: eye is %u; right is 0 for blue or 1 for "
-                             "green",
-                             (unsigned long)line->number, (unsigned)line->eye);
+        return lum_error_set(
+            error,
+            "line %lu: eye is %u; right is 0 for blue or 1 for "
+            "green",
+            (unsigned long)line->number, (unsigned)line->eye);
     }
     if (line->word_count > LUM_LINE_WORDS_MAX) {
         return lum_error_set(
@@ -87,8 +91,7 @@ static lum_cut_packet *add(lum_cut *cut)
 {
     if (cut->count == cut->room) {
         const size_t room = cut->room > 0 ? 2u * cut->room : 16u;
-        lum_cut_packet *packets =
-            realloc(cut->packets, room * sizeof *packets);
+        lum_cut_packet *packets = realloc(cut->packets, room * sizeof *packets);
         if (packets == NULL) {
             return NULL;
         }
@@ -164,10 +167,9 @@ static bool fits(lum_cut *cut, const lum_layout *layout,
         const bool is_possible =
             p->head.num_samples > 0 &&
             p->head.num_samples <= room_of(layout, PAYLOAD_BYTES) &&
-            (p->head.tag == LUM_TAG_ANGLES ? takes_angles(p, left)
-             : p->head.tag == LUM_TAG_RANGES
-                 ? takes_words(p, line, &words)
-                 : false);
+            (p->head.tag == LUM_TAG_ANGLES   ? takes_angles(p, left)
+             : p->head.tag == LUM_TAG_RANGES ? takes_words(p, line, &words)
+                                             : false);
         if (!is_possible) {
             return false;
         }
@@ -236,9 +238,9 @@ static size_t end_of(const lum_raw_line *line, size_t begin, size_t room)
 {
     size_t end = begin;
     for (size_t i = begin; i < line->word_count; i++) {
-        const bool is_end = i + 1u == line->word_count ||
-                            lum_word_pixel(line->words[i + 1u]) !=
-                                lum_word_pixel(line->words[i]);
+        const bool is_end =
+            i + 1u == line->word_count || lum_word_pixel(line->words[i + 1u]) !=
+                                              lum_word_pixel(line->words[i]);
         if (i - begin >= room && end > begin) {
             break;
         }
@@ -256,7 +258,8 @@ static int cut_words(lum_cut *cut, const lum_layout *layout,
         if (end - at > room_of(layout, PAYLOAD_BYTES)) {
             return lum_error_set(
                 error,
-                "line %lu of the %s eye: pixel %lu has %zu words; a packet holds "
+                "line %lu of the %s eye: pixel %lu has %zu words; a packet "
+                "holds "
                 "at most %zu, and a pixel does not cross packets",
                 (unsigned long)line->number, lum_cut_eye(line->eye),
                 (unsigned long)lum_word_pixel(line->words[at]), end - at,
@@ -331,6 +334,33 @@ static int refuse_value(const lum_layout *layout, const lum_raw_line *line,
                          (unsigned long)line->number, lum_cut_eye(line->eye));
 }
 
+/* The bits of a head that belong to fields. */
+static void find_fields(const lum_layout *layout,
+                        uint8_t out[LUM_GROUP_HEAD_MAX])
+{
+    memset(out, 0, LUM_GROUP_HEAD_MAX);
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        const lum_field *field = &layout->profile.group[f];
+        for (unsigned i = 0; i < field_bits(field); i++) {
+            const unsigned bit = field->low + i;
+            out[field->at + (bit / 8u ^ field_flip(field))] |=
+                (uint8_t)(1u << bit % 8u);
+        }
+    }
+    memset(out, 0xff, LUM_HEADER_BYTES);
+}
+
+/* What a sensor sends beside the fields that are known. */
+static void put_rest(const lum_layout *layout, const uint8_t *head,
+                     uint8_t *out)
+{
+    uint8_t fields[LUM_GROUP_HEAD_MAX];
+    find_fields(layout, fields);
+    for (size_t i = LUM_HEADER_BYTES; i < layout->profile.samples_at; i++) {
+        out[i] |= (uint8_t)(head[i] & ~fields[i]);
+    }
+}
+
 int lum_cut_encode(const lum_layout *layout, const lum_raw_line *line,
                    const lum_cut_packet *packet, uint8_t *out, lum_error *error)
 {
@@ -347,6 +377,7 @@ int lum_cut_encode(const lum_layout *layout, const lum_raw_line *line,
         return refuse_value(layout, line, &group, error);
     }
     const uint32_t good = head->num_samples - head->bad_words;
+    put_rest(layout, head->head, out);
     for (uint32_t i = 0; i < head->num_samples; i++) {
         uint8_t *to = out + len + (size_t)LUM_SAMPLE_BYTES * i;
         if (head->tag == LUM_TAG_ANGLES) {

@@ -33,6 +33,30 @@ LUM_MUST_CHECK int lum_cut_encode(const lum_layout *layout,
 
 size_t lum_cut_bytes(const lum_layout *layout, const lum_cut_packet *packet);
 
+/* --- Clocks: packet_clock.c. from: the layout that a line came with; NULL:
+ * that of the file. --- */
+
+/* Whether ticks of its packets are what the file's packets need. */
+bool lum_cut_keeps_clock(const lum_layout *to, const lum_layout *from);
+
+/* Whether its fields stand where those of the file do. */
+bool lum_cut_keeps_head(const lum_layout *to, const lum_layout *from);
+
+/* The lowest tick that is this many microseconds. Where a tick is longer than
+ * one, the last before it. */
+uint64_t lum_cut_ticks(const lum_layout *layout, int64_t clock_us);
+
+/* Whether a reader can tell its clock. before_us: of the line before; NULL:
+ * there is none. */
+LUM_MUST_CHECK int lum_cut_check_clock(const lum_layout *layout,
+                                       const lum_raw_line *line,
+                                       const int64_t *before_us,
+                                       lum_error *error);
+
+/* Whether a capture can hold when its packets came. */
+LUM_MUST_CHECK int lum_cut_check_time(const lum_raw_line *line,
+                                      lum_error *error);
+
 /* The name of an eye, for messages. */
 const char *lum_cut_eye(uint8_t eye);
 

@@ -6,7 +6,6 @@
 
 #include "base/sized.h"
 #include "capture/demux_state.h"
-#include "core/field.h"
 #include "lum/wire.h"
 
 #include <stdlib.h>
@@ -69,7 +68,7 @@ static bool push(queue *q, waiting *packet)
 {
     if (q->count == q->room) {
         const size_t room = q->room > 0 ? 2u * q->room : 1024u;
-        waiting **at = realloc(q->at, room * sizeof *at);
+        waiting **at = realloc(q->at, room * sizeof(waiting *));
         if (at == NULL) {
             return false;
         }
@@ -287,77 +286,6 @@ static stream *stream_of(lum_packet_writer *w, uint32_t sensor, bool has_order)
     return s;
 }
 
-static const lum_field *clock_of(const lum_layout *layout)
-{
-    return &layout->profile.group[LUM_FIELD_TIMESTAMP];
-}
-
-/* Whether ticks of the line's packets are what this file's packets need. */
-static bool has_own_clock(const lum_layout *to, const lum_layout *from)
-{
-    return from == NULL ||
-           (to->profile.clock_unit_ns == from->profile.clock_unit_ns &&
-            field_bits(clock_of(to)) <= field_bits(clock_of(from)));
-}
-
-/* The lowest tick that is this many microseconds. Where a tick is longer than
- * one, the last before it. */
-static uint64_t ticks_of(const lum_layout *layout, int64_t clock_us)
-{
-    const int64_t unit = layout->profile.clock_unit_ns;
-    const int64_t whole = clock_us / unit * 1000;
-    const int64_t rest = clock_us % unit * 1000; /* below 1e12 */
-    const int64_t up = unit <= 1000 && rest > 0 && rest % unit != 0 ? 1 : 0;
-    const int64_t down = unit > 1000 && rest < 0 && rest % unit != 0 ? 1 : 0;
-    return (uint64_t)(whole + rest / unit + up - down);
-}
-
-/* Readers take the clock for the nearest one that fits its bits. */
-static int check_clock(lum_packet_writer *w, const stream *s,
-                       const lum_raw_line *line, lum_error *error)
-{
-    const unsigned bits = clock_bits(clock_of(&w->layout));
-    if (line->layout != NULL && bits > 0 && line->clock_us == 0 &&
-        field_bits(clock_of(line->layout)) == 0) {
-        return lum_error_set(
-            error,
-            "line %lu of the %s eye: its profile has no clock, and that of the "
-            "file has one; give the line a clock, or write with a profile whose "
-            "timestamp is none",
-            (unsigned long)line->number, lum_cut_eye(line->eye));
-    }
-    if (bits == 0 || bits > 40u || !s->has_clock) {
-        return 0;
-    }
-    const int64_t half =
-        (INT64_C(1) << (bits - 1u)) * w->layout.profile.clock_unit_ns / 1000;
-    const int64_t step = line->clock_us - s->clock_us;
-    if (step < half && step > -half) {
-        return 0;
-    }
-    return lum_error_set(error,
-                         "line %lu of the %s eye: its clock is %lld us from that "
-                         "of the line before it; the profile's clock of %u bits "
-                         "tells less than %lld us",
-                         (unsigned long)line->number, lum_cut_eye(line->eye),
-                         (long long)step, bits, (long long)half);
-}
-
-static int check_time(const lum_raw_line *line, lum_error *error)
-{
-    int64_t low = line->arrival_ns;
-    for (size_t i = 0; i < line->packet_count; i++) {
-        const int64_t ns = line->packets[i].arrival_ns;
-        low = ns < low ? ns : low;
-    }
-    return low >= 0 ? 0
-                    : lum_error_set(error,
-                                    "line %lu of the %s eye: its arrival is %lld "
-                                    "ns; right is 0 or more, in ns since 1970",
-                                    (unsigned long)line->number,
-                                    lum_cut_eye(line->eye), (long long)low);
-}
-
 static int add_packet(lum_packet_writer *w, stream *s, const lum_raw_line *line,
                       const lum_cut_packet *packet, lum_error *error)
 {
@@ -391,20 +319,25 @@ static int add_line(lum_packet_writer *w, const lum_raw_line *line,
         return lum_error_set(error, "lines of more than %u sensors",
                              LUM_DEMUX_SENSORS_MAX);
     }
-    if (check_time(line, error) != 0 ||
+    if (lum_cut_check_time(line, error) != 0 ||
         lum_cut_line(&w->cut, &w->layout, line, error) != 0) {
         return -1;
     }
     const bool keeps_clock =
-        !w->cut.is_anew && has_own_clock(&w->layout, line->layout);
-    if (!keeps_clock && check_clock(w, s, line, error) != 0) {
+        !w->cut.is_anew && lum_cut_keeps_clock(&w->layout, line->layout);
+    if (!keeps_clock &&
+        lum_cut_check_clock(&w->layout, line,
+                            s->has_clock ? &s->clock_us : NULL, error) != 0) {
         return -1;
     }
     const size_t before = s->fresh.count;
     for (size_t i = 0; i < w->cut.count; i++) {
         lum_cut_packet *p = &w->cut.packets[i];
         if (!keeps_clock) {
-            p->head.clock_raw = ticks_of(&w->layout, line->clock_us);
+            p->head.clock_raw = lum_cut_ticks(&w->layout, line->clock_us);
+        }
+        if (!lum_cut_keeps_head(&w->layout, line->layout)) {
+            memset(p->head.head, 0, sizeof p->head.head);
         }
         if (add_packet(w, s, line, p, error) != 0) {
             drop_from(&s->fresh, before);
@@ -440,9 +373,9 @@ static bool goes_back(stream *s)
     if (low == NULL) {
         return false;
     }
-    const bool is_back = s->has_low && (s->has_order
-                                            ? low->order < s->low_order
-                                            : low->arrival_ns < s->low_ns);
+    const bool is_back =
+        s->has_low && (s->has_order ? low->order < s->low_order
+                                    : low->arrival_ns < s->low_ns);
     s->has_low = true;
     s->low_order = low->order;
     s->low_ns = low->arrival_ns;

@@ -22,6 +22,7 @@ typedef struct watched {
 
 struct lum_raw_watch {
     uint64_t order;
+    size_t samples_at;                       /* of packets */
     watched *sensors[LUM_DEMUX_SENSORS_MAX]; /* NULL: nothing came */
     lum_raw_list taken;
 };
@@ -105,15 +106,16 @@ static void take(void *context, size_t sensor, const lum_assembler *assembler,
     if (o == NULL || !reserve(&o->list)) {
         return;
     }
-    o->list.packets[o->list.count++] =
-        (lum_raw_packet){.clock_raw = group->clock_raw,
-                         .arrival_ns = time_ns,
-                         .order = w->order++,
-                         .first_sample_index = group->first_sample_index,
-                         .num_samples = group->num_samples,
-                         .bad_words = (uint32_t)bad,
-                         .tag = group->tag,
-                         .first_pixel = first_pixel(group)};
+    lum_raw_packet *p = &o->list.packets[o->list.count++];
+    *p = (lum_raw_packet){.clock_raw = group->clock_raw,
+                          .arrival_ns = time_ns,
+                          .order = w->order++,
+                          .first_sample_index = group->first_sample_index,
+                          .num_samples = group->num_samples,
+                          .bad_words = (uint32_t)bad,
+                          .tag = group->tag,
+                          .first_pixel = first_pixel(group)};
+    memcpy(p->head, group->samples - w->samples_at, w->samples_at);
 }
 
 /* --- Lines go --- */
@@ -153,10 +155,11 @@ const lum_raw_list *lum_raw_watch_take(lum_raw_watch *watch, size_t sensor,
 
 /* --- Begin and end --- */
 
-lum_raw_watch *lum_raw_watch_new(lum_demux *demux)
+lum_raw_watch *lum_raw_watch_new(lum_demux *demux, const lum_layout *layout)
 {
     lum_raw_watch *w = calloc(1, sizeof *w);
     if (w != NULL) {
+        w->samples_at = layout->profile.samples_at;
         lum_demux_watch(demux, take, w);
     }
     return w;

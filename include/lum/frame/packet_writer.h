@@ -1,6 +1,6 @@
 /** @file
- * Lines to packets in a capture, as the sensor would have sent them: for a drive
- * that is cut, edited, disturbed or made up.
+ * Lines to packets in a capture, as the sensor would have sent them: for a
+ * drive that is cut, edited, disturbed or made up.
  *
  * @code
  * for each frame {
@@ -11,9 +11,9 @@
  * @endcode
  *
  * Where a line's packets are known and still fit its angles and words, they are
- * cut, stamped and ordered as they were. Otherwise the line is cut as the sensor
- * does it: 334, 334 and 332 angles, then words, whole pixels in packets of up to
- * 1472 bytes, each with the line's clock and arrival.
+ * cut, stamped and ordered as they were. Otherwise the line is cut as the
+ * sensor does it: 334, 334 and 332 angles, then words, whole pixels in packets
+ * of up to 1472 bytes, each with the line's clock and arrival.
  *
  * Each packet also goes through the reassembly of a reader. Where that takes it
  * for a stray, which is so at each jump of the clock, it is written twice: a
@@ -39,28 +39,29 @@ extern "C" {
 
 /** How packets are written. */
 typedef struct lum_packet_writer_options {
-    size_t struct_size; /**< sizeof(lum_packet_writer_options) */
+    size_t struct_size;       /**< sizeof(lum_packet_writer_options) */
     const lum_layout *layout; /**< of the packets; NULL: lum_layout_default() */
-    const lum_capture_writer_options *file; /**< format and comments; NULL: pcap.
-                                                 The file gets its name when it
-                                                 is closed, whatever is_whole
+    const lum_capture_writer_options *file; /**< format and comments; NULL:
+                                               pcap. The file gets its name when
+                                               it is closed, whatever is_whole
                                                  says */
 } lum_packet_writer_options;
 
 /** A line to be written. All bytes 0 except struct_size are an empty line. */
 typedef struct lum_raw_line {
-    size_t struct_size;   /**< sizeof(lum_raw_line) */
-    const lum_layout *layout; /**< that its packets' clocks are of; NULL: the
-                                   writer's. Where its clock has another unit or
-                                   fewer bits, each packet has the line's clock */
+    size_t struct_size; /**< sizeof(lum_raw_line) */
+    const lum_layout
+        *layout;        /**< that its packets' clocks are of; NULL: the
+                             writer's. Where its clock has another unit or
+                             fewer bits, each packet has the line's clock */
     int64_t clock_us;   /**< sensor clock; cut to the width of the profile's
                              field, as the clock itself goes round */
     int64_t arrival_ns; /**< ns since 1970 UTC, 0 or above */
-    const lum_angle *angles;     /**< LUM_LINE_PIXELS of them; NULL: none */
-    const uint32_t *angle_marks; /**< LUM_PIXEL_MARK_WORDS: which pixels have
-                                      angles; NULL: none */
-    const uint32_t *words; /**< good ones, ordered by pixel */
-    size_t word_count;     /**< how many */
+    const lum_angle *angles;       /**< LUM_LINE_PIXELS of them; NULL: none */
+    const uint32_t *angle_marks;   /**< LUM_PIXEL_MARK_WORDS: which pixels have
+                                        angles; NULL: none */
+    const uint32_t *words;         /**< good ones, ordered by pixel */
+    size_t word_count;             /**< how many */
     const lum_raw_packet *packets; /**< that it was made of, in the order of
                                         arrival; their line is not looked at */
     size_t packet_count;           /**< 0: not known */
@@ -71,10 +72,10 @@ typedef struct lum_raw_line {
 
 /** What was written. */
 typedef struct lum_packet_writer_counters {
-    size_t struct_size; /**< set by the caller */
-    uint64_t packets;   /**< written, with those written twice */
-    uint64_t repeated;  /**< written twice, since the clock jumps there */
-    uint64_t lines;     /**< added */
+    size_t struct_size;      /**< set by the caller */
+    uint64_t packets;        /**< written, with those written twice */
+    uint64_t repeated;       /**< written twice, since the clock jumps there */
+    uint64_t lines;          /**< added */
     uint64_t lines_cut_anew; /**< of them cut as the sensor does it: their
                                   packets are not known, or do not fit any
                                   more */
@@ -93,16 +94,15 @@ typedef struct lum_packet_writer lum_packet_writer;
  *                lum_packet_writer_close().
  * @param options read, with all that it points to, and not kept.
  * @return 0, or -1 with the reason in error; errno as there. */
-LUM_MUST_CHECK int
-lum_packet_writer_open(const char *path,
-                       const lum_packet_writer_options *options,
-                       lum_packet_writer **out, lum_error *error);
+LUM_MUST_CHECK int lum_packet_writer_open(
+    const char *path, const lum_packet_writer_options *options,
+    lum_packet_writer **out, lum_error *error);
 
 /** Add a line.
  * @param line read, with all that it points to, and not kept.
- * @return 0, or -1 with the reason in error, and nothing of the line is written:
- *         an eye or a word that is none, words that are not ordered by pixel, a
- *         value that the profile's field cannot hold, a clock that the profile's
+ * @return 0, or -1 with the reason in error, and nothing of the line is
+ * written: an eye or a word that is none, words that are not ordered by pixel,
+ * a value that the profile's field cannot hold, a clock that the profile's
  *         cannot tell from another one, more words of a pixel than a packet can
  *         hold, or there is no memory. Linear. */
 LUM_MUST_CHECK int lum_packet_writer_add(lum_packet_writer *writer,
@@ -110,10 +110,10 @@ LUM_MUST_CHECK int lum_packet_writer_add(lum_packet_writer *writer,
                                          lum_error *error);
 
 /** The lines added since the last call were a frame. Packets of the frames of a
- * sensor overlap: those of at most four frames of each sensor are kept in memory
- * until their order is known. Frames that begin before the one before them, by
- * order or by arrival, are another drive: what was added before is written
- * first.
+ * sensor overlap: those of at most four frames of each sensor are kept in
+ * memory until their order is known. Frames that begin before the one before
+ * them, by order or by arrival, are another drive: what was added before is
+ * written first.
  * @return 0, or -1 with the reason in error. */
 LUM_MUST_CHECK int lum_packet_writer_end_frame(lum_packet_writer *writer,
                                                lum_error *error);
@@ -130,8 +130,8 @@ LUM_MUST_CHECK int lum_packet_writer_flush(lum_packet_writer *writer,
                                            lum_error *error);
 
 /** Write all that is left, give the file its name, and close. NULL is allowed.
- * @return 0, or -1 with the reason in error, and there is no file; closed either
- *         way. */
+ * @return 0, or -1 with the reason in error, and there is no file; closed
+ * either way. */
 LUM_MUST_CHECK int lum_packet_writer_close(lum_packet_writer *writer,
                                            lum_error *error);
 

@@ -21,41 +21,45 @@ extern "C" {
 
 /** A packet that a line was made of. It never grows. */
 typedef struct lum_raw_packet {
-    uint64_t clock_raw;          /**< sensor clock as sent, in ticks */
-    int64_t arrival_ns;          /**< when it came, ns since 1970 UTC */
-    uint64_t order;              /**< rises from packet to packet in the order in
-                                      which a framer accepted them, whatever their
-                                      line and sensor; begins at 0 */
-    uint32_t line;               /**< its line's place in the frame */
+    uint64_t clock_raw; /**< sensor clock as sent, in ticks */
+    int64_t arrival_ns; /**< when it came, ns since 1970 UTC */
+    uint64_t order;     /**< rises from packet to packet in the order in
+                             which a framer accepted them, whatever their
+                             line and sensor; begins at 0 */
+    uint32_t line;      /**< its line's place in the frame */
     uint32_t first_sample_index; /**< as in lum_group */
     uint32_t num_samples;        /**< likewise, with the bad words */
     uint32_t bad_words;          /**< words of it that were skipped */
     uint32_t tag;                /**< LUM_TAG_ANGLES or LUM_TAG_RANGES */
-    uint32_t first_pixel;        /**< of its first good sample; 0: it has none */
+    uint32_t first_pixel; /**< of its first good sample; 0: it has none */
+    uint8_t head[LUM_GROUP_HEAD_MAX]; /**< the bytes before its first sample, as
+                                           they came, then 0: a sensor may send
+                                           more than the profile's fields */
 } lum_raw_packet;
 
 /** The raw part of a frame. Its arrays live as long as the frame. */
 typedef struct lum_frame_raw {
-    size_t struct_size;    /**< sizeof(lum_frame_raw), set by the caller */
-    size_t line_count;     /**< as lum_frame_line_count() */
+    size_t struct_size;         /**< sizeof(lum_frame_raw), set by the caller */
+    size_t line_count;          /**< as lum_frame_line_count() */
     const uint64_t *first_word; /**< line_count + 1 of them: the words of line i
                                      are from first_word[i] on, up to the first
                                      of the next */
     const uint32_t *words; /**< all good words, in the order of the lines, then
                                 as in lum_line */
-    const uint8_t *gives_point; /**< a byte for each word: 1 if its pixel has
-                                     angles and its range is above 0. Views that
-                                     select points, and lum_framer_options.points_max,
-                                     do not matter */
+    const uint8_t
+        *gives_point;            /**< a byte for each word: 1 if its pixel has
+                                      angles and its range is above 0. Views that
+                                      select points, and lum_framer_options.points_max,
+                                      do not matter */
     const lum_angle *angles;     /**< LUM_LINE_PIXELS for each line; 0 if
                                       unmarked */
     const uint32_t *angle_marks; /**< LUM_PIXEL_MARK_WORDS for each line, as in
                                       lum_line */
-    size_t packet_count;           /**< how many packets are known */
+    size_t packet_count;         /**< how many packets are known */
     const lum_raw_packet *packets; /**< in the order of the lines, and of a line
                                         in the order of arrival. A line has
-                                        either all that were accepted, or, if not
-                                        all are known, none: after a seek for
+                                        either all that were accepted, or, if
+                                      not all are known, none: after a seek for
                                         lines that had begun before the place
                                         where reading went on */
     size_t lines_without_packets;  /**< lines whose packets are not known */
