@@ -44,13 +44,10 @@ void lum_demux_free(lum_demux *demux)
     free(demux);
 }
 
-void lum_demux_watch(lum_demux *demux,
-                     void (*take)(void *context, size_t sensor,
-                                  const lum_assembler *assembler,
-                                  const lum_group *group, int64_t time_ns),
-                     void *context)
+void lum_demux_watch(lum_demux *demux, lum_demux_watcher watcher, void *context)
 {
-    demux->watcher = (lum_demux_watcher){take, context};
+    demux->watcher = watcher;
+    demux->watcher_context = context;
 }
 
 /* --- What a record is --- */
@@ -178,6 +175,18 @@ static lum_result count_record(lum_demux *demux, const lum_record *record)
 
 /* --- Events --- */
 
+static void tell(const lum_demux *demux, lum_result result)
+{
+    const lum_demux_taken packet = {.result = result,
+                                    .sensor = demux->current->sensor_index,
+                                    .assembler =
+                                        &demux->current->assembly->assembler,
+                                    .layout = demux->current->layout,
+                                    .group = &demux->packet.group,
+                                    .time_ns = demux->packet.time_ns};
+    demux->watcher(demux->watcher_context, &packet);
+}
+
 /* What waits for an assembler: the datagram at hand, or all that was held. */
 static lum_result assemble(lum_demux *demux)
 {
@@ -199,10 +208,8 @@ static lum_result assemble(lum_demux *demux)
         if (r > 0) {
             return r;
         }
-        if (r == LUM_OK && demux->watcher.take != NULL) {
-            demux->watcher.take(demux->watcher.context,
-                                demux->current->sensor_index, assembler,
-                                &demux->packet.group, demux->packet.time_ns);
+        if (demux->watcher != NULL) {
+            tell(demux, r);
         }
         lum_demux_judge_order(demux);
     }

@@ -71,13 +71,6 @@ typedef struct lum_demux_trials {
     lum_stand stand;  /* of the last record, if it is on trial */
 } lum_demux_trials;
 
-/** Who is told of packets that were accepted. */
-typedef struct lum_demux_watcher {
-    void (*take)(void *context, size_t sensor, const lum_assembler *assembler,
-                 const lum_group *group, int64_t time_ns); /* NULL: nobody */
-    void *context;
-} lum_demux_watcher;
-
 struct lum_demux {
     lum_demux_options options;
     lum_demux_members members;
@@ -99,7 +92,8 @@ struct lum_demux {
     lum_demux_entry *last; /* whose record was pushed last; NULL: nobody's */
     bool is_flushing;
     size_t flushing;
-    lum_demux_watcher watcher;
+    lum_demux_watcher watcher; /* NULL: nobody is told */
+    void *watcher_context;
 };
 
 static inline void lum_demux_set_text(char *to, const char *text)

@@ -98,13 +98,22 @@ bool lum_demux_pack_sensor(lum_demux *demux, size_t sensor, uint32_t from,
  * read. */
 bool lum_assembler_pack(lum_assembler *a, uint32_t from, lum_pack *pack);
 
-/** Be told of each packet that an assembler has accepted, once it has. It costs
- * a branch a packet where nobody asked.
- * @param take may be NULL: nobody is told. */
-void lum_demux_watch(lum_demux *demux,
-                     void (*take)(void *context, size_t sensor,
-                                  const lum_assembler *assembler,
-                                  const lum_group *group, int64_t time_ns),
+/** A packet that an assembler has taken or dropped. */
+typedef struct lum_demux_taken {
+    lum_result result; /**< of lum_assembler_push(); LUM_OK: it was accepted */
+    size_t sensor;     /**< its index */
+    const lum_assembler *assembler; /**< its sensor's */
+    const lum_layout *layout;       /**< that it was decoded with */
+    const lum_group *group;         /**< with its samples */
+    int64_t time_ns;                /**< when it came */
+} lum_demux_taken;
+
+typedef void (*lum_demux_watcher)(void *context, const lum_demux_taken *packet);
+
+/** Be told of each packet once its assembler has taken or dropped it. Where
+ * nobody asked it costs a branch a packet.
+ * @param watcher may be NULL: nobody is told. */
+void lum_demux_watch(lum_demux *demux, lum_demux_watcher watcher,
                      void *context);
 
 /** Whether the frame of the line that an assembler has just handed out was

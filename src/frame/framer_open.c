@@ -227,8 +227,7 @@ static int allocate(lum_framer *f, const lum_demux_options *demux,
         return -1;
     }
     f->pool = lum_frame_pool_new(points_max, SPARE_MAX, o->keeps_raw);
-    f->watch =
-        o->keeps_raw ? lum_raw_watch_new(f->demux, &demux->layout) : NULL;
+    f->watch = o->keeps_raw ? lum_raw_watch_new(f->demux) : NULL;
     return f->pool != NULL && (!o->keeps_raw || f->watch != NULL) &&
                    lum_column_work_allocate(&f->line.work, words) &&
                    (o->threads < 2u ||

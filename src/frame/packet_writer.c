@@ -117,16 +117,10 @@ static int compare_in(const stream *s, const waiting *a, const waiting *b)
 
 /* --- A packet into the file --- */
 
-static void note_accepted(void *context, size_t sensor,
-                          const lum_assembler *assembler,
-                          const lum_group *group, int64_t time_ns)
+static void note_accepted(void *context, const lum_demux_taken *packet)
 {
     lum_packet_writer *w = context;
-    (void)sensor;
-    (void)assembler;
-    (void)group;
-    (void)time_ns;
-    w->is_accepted = true;
+    w->is_accepted = w->is_accepted || packet->result == LUM_OK;
 }
 
 /* What a reader makes of it. */

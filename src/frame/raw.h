@@ -19,9 +19,9 @@ typedef struct lum_raw_list {
 
 typedef struct lum_raw_watch lum_raw_watch;
 
-/* Watch what a demultiplexer accepts, whose packets have this layout. NULL
+/* Watch what a demultiplexer accepts. NULL
  * without memory. It is freed after the last push. */
-lum_raw_watch *lum_raw_watch_new(lum_demux *demux, const lum_layout *layout);
+lum_raw_watch *lum_raw_watch_new(lum_demux *demux);
 
 /* NULL is allowed. */
 void lum_raw_watch_free(lum_raw_watch *watch);

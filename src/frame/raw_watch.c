@@ -86,36 +86,45 @@ static uint32_t first_pixel(const lum_group *group)
     return 0;
 }
 
+static void add(lum_raw_list *list, const lum_demux_taken *packet,
+                uint64_t order, uint32_t bad_words)
+{
+    const lum_group *group = packet->group;
+    const size_t head = packet->layout->profile.samples_at;
+    lum_raw_packet *p = &list->packets[list->count++];
+    *p = (lum_raw_packet){.clock_raw = group->clock_raw,
+                          .arrival_ns = packet->time_ns,
+                          .order = order,
+                          .first_sample_index = group->first_sample_index,
+                          .num_samples = group->num_samples,
+                          .bad_words = bad_words,
+                          .tag = group->tag,
+                          .first_pixel = first_pixel(group)};
+    memcpy(p->head, group->samples - head, head);
+}
+
 /* Without memory a packet is left out, which is_all() sees. */
-static void take(void *context, size_t sensor, const lum_assembler *assembler,
-                 const lum_group *group, int64_t time_ns)
+static void take(void *context, const lum_demux_taken *packet)
 {
     lum_raw_watch *w = context;
-    if (w->sensors[sensor] == NULL) {
-        w->sensors[sensor] = calloc(1, sizeof *w->sensors[sensor]);
+    const lum_group *group = packet->group;
+    if (packet->result != LUM_OK) {
+        return;
     }
-    watched *s = w->sensors[sensor];
+    if (w->sensors[packet->sensor] == NULL) {
+        w->sensors[packet->sensor] = calloc(1, sizeof *w->sensors[0]);
+    }
+    watched *s = w->sensors[packet->sensor];
     if (s == NULL) {
         return;
     }
-    const uint64_t all_bad = lum_assembler_counters(assembler)->bad_words;
-    const uint64_t bad = all_bad - s->bad_words;
-    s->bad_words = all_bad;
+    const uint64_t bad = lum_assembler_counters(packet->assembler)->bad_words;
     open_line *o = find(s, group->eye, group->line);
     o = o != NULL ? o : open_one(s, group->eye, group->line);
-    if (o == NULL || !reserve(&o->list)) {
-        return;
+    if (o != NULL && reserve(&o->list)) {
+        add(&o->list, packet, w->order++, (uint32_t)(bad - s->bad_words));
     }
-    lum_raw_packet *p = &o->list.packets[o->list.count++];
-    *p = (lum_raw_packet){.clock_raw = group->clock_raw,
-                          .arrival_ns = time_ns,
-                          .order = w->order++,
-                          .first_sample_index = group->first_sample_index,
-                          .num_samples = group->num_samples,
-                          .bad_words = (uint32_t)bad,
-                          .tag = group->tag,
-                          .first_pixel = first_pixel(group)};
-    memcpy(p->head, group->samples - w->samples_at, w->samples_at);
+    s->bad_words = bad;
 }
 
 /* --- Lines go --- */
@@ -155,11 +164,10 @@ const lum_raw_list *lum_raw_watch_take(lum_raw_watch *watch, size_t sensor,
 
 /* --- Begin and end --- */
 
-lum_raw_watch *lum_raw_watch_new(lum_demux *demux, const lum_layout *layout)
+lum_raw_watch *lum_raw_watch_new(lum_demux *demux)
 {
     lum_raw_watch *w = calloc(1, sizeof *w);
     if (w != NULL) {
-        w->samples_at = layout->profile.samples_at;
         lum_demux_watch(demux, take, w);
     }
     return w;
