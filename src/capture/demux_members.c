@@ -12,23 +12,20 @@ static void take(lum_demux_wanted *out, const lum_demux_member *member,
     out->layout = member->layout != NULL ? *member->layout : *usual;
 }
 
-/* Without an interface each may be any sensor of its address. */
-static bool may_be_same(const lum_demux_wanted *a, const lum_demux_wanted *b)
+static bool is_same(const lum_demux_wanted *a, const lum_demux_wanted *b)
 {
-    return a->address == b->address &&
-           (*a->interface == '\0' || *b->interface == '\0' ||
-            strcmp(a->interface, b->interface) == 0);
+    return a->address == b->address && strcmp(a->interface, b->interface) == 0;
 }
 
 static int check(const lum_demux_members *members, lum_error *error)
 {
     for (size_t i = 0; i < members->count; i++) {
         for (size_t k = 0; k < i; k++) {
-            if (may_be_same(&members->of[k], &members->of[i])) {
+            if (is_same(&members->of[k], &members->of[i])) {
                 return lum_error_set(
                     error,
-                    "members %zu and %zu may be the same sensor; those of one "
-                    "address need an interface each, and another one",
+                    "members %zu and %zu are the same sensor; those of one "
+                    "address need other interfaces",
                     k, i);
             }
         }
@@ -60,17 +57,21 @@ int lum_demux_take_members(lum_demux_members *out,
 }
 
 int lum_demux_find_member(const lum_demux_members *members, uint32_t address,
-                          const char *interface, bool is_further)
+                          const char *interface, bool is_beside)
 {
+    int found = LUM_DEMUX_NO_MEMBER;
     for (size_t i = 0; i < members->count; i++) {
         const lum_demux_wanted *m = &members->of[i];
-        if (m->address == address &&
-            (*m->interface == '\0' ? !is_further
-                                   : strcmp(m->interface, interface) == 0)) {
+        const bool is_any = *m->interface == '\0';
+        if (m->address == address && !is_any &&
+            strcmp(m->interface, interface) == 0) {
             return (int)i;
         }
+        if (m->address == address && is_any && !is_beside) {
+            found = (int)i;
+        }
     }
-    return LUM_DEMUX_NO_MEMBER;
+    return found;
 }
 
 static bool is_same_layout(const lum_layout *a, const lum_layout *b)
@@ -106,15 +107,18 @@ const lum_layout *lum_demux_layout_for(const lum_demux_members *members,
                                        uint32_t address, const char *interface,
                                        const lum_layout *usual)
 {
-    const lum_layout *of_address = NULL;
-    for (size_t i = 0; i < members->count; i++) {
-        const lum_demux_wanted *m = &members->of[i];
-        if (m->address == address) {
-            const bool is_own = strcmp(m->interface, interface) == 0;
-            of_address = of_address == NULL || is_own ? &m->layout : of_address;
+    const lum_layout *other = NULL;
+    const int member =
+        lum_demux_find_member(members, address, interface, false);
+    for (size_t i = members->count; i-- > 0;) {
+        if (members->of[i].address == address) {
+            other = &members->of[i].layout;
         }
     }
-    return of_address != NULL ? first_like(members, of_address, usual) : usual;
+    if (member != LUM_DEMUX_NO_MEMBER) {
+        other = &members->of[member].layout;
+    }
+    return other != NULL ? first_like(members, other, usual) : usual;
 }
 
 bool lum_demux_members_name(const lum_demux_members *members, uint32_t address)

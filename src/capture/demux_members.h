@@ -14,7 +14,8 @@
 /** A sensor that is wanted. */
 typedef struct lum_demux_wanted {
     uint32_t address;
-    char interface[LUM_INTERFACE_BYTES]; /* empty: the first of its address */
+    char interface[LUM_INTERFACE_BYTES]; /* empty: the first of its address that
+                                            is no other's */
     lum_layout layout;
     bool is_there; /* it is one of the sensors */
 } lum_demux_wanted;
@@ -31,9 +32,10 @@ int lum_demux_take_members(lum_demux_members *out,
                            const lum_demux_options *options, lum_error *error);
 
 /** Which member an address on an interface is, or LUM_DEMUX_NO_MEMBER.
- * @param is_further another sensor with this address came before. */
+ * @param is_beside another sensor with this address, whose interface no member
+ *                  has, came before. */
 int lum_demux_find_member(const lum_demux_members *members, uint32_t address,
-                          const char *interface, bool is_further);
+                          const char *interface, bool is_beside);
 
 /** What the data of an address on an interface is decoded by, before it is
  * known whose it is: it may be that of a member on another interface. The same

@@ -102,6 +102,20 @@ lum_demux_entry *lum_demux_find_address(lum_demux *demux, uint32_t address)
     return &demux->addresses[i];
 }
 
+/* Whether a sensor with an address came whose interface no member has. */
+static bool has_unnamed(const lum_demux *demux, uint32_t address)
+{
+    for (size_t i = 0; i < demux->sensor_count; i++) {
+        const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+        if (sensor->address == address &&
+            lum_demux_find_member(&demux->members, address, sensor->interface,
+                                  true) == LUM_DEMUX_NO_MEMBER) {
+            return true;
+        }
+    }
+    return false;
+}
+
 lum_demux_entry *lum_demux_find_sensor(const lum_demux *demux, uint32_t address)
 {
     for (size_t i = 0; i < demux->sensor_count; i++) {
@@ -146,7 +160,7 @@ static void add_address(lum_demux_counters *to, const lum_demux_entry *entry)
 static int member_of(const lum_demux *demux, const lum_demux_entry *entry)
 {
     return lum_demux_find_member(&demux->members, entry->address,
-                                 entry->interface, entry->is_further);
+                                 entry->interface, entry->is_beside);
 }
 
 static bool is_asked_for(const lum_demux *demux, const lum_demux_entry *entry)
@@ -180,6 +194,7 @@ bool lum_demux_admit_sensor(lum_demux *demux, lum_demux_entry *entry)
         return true;
     }
     entry->is_further = lum_demux_find_sensor(demux, entry->address) != NULL;
+    entry->is_beside = has_unnamed(demux, entry->address);
     const int member = member_of(demux, entry);
     if (!has_room(demux, member)) {
         return false;

@@ -42,6 +42,7 @@ typedef struct lum_demux_entry {
     lum_demux_mixture neighbours; /* of these, with those next to them */
     bool is_waiting;              /* data of it is held */
     bool is_further;     /* another sensor with this address came before */
+    bool is_beside;      /* one whose interface no member has */
     uint32_t origin;     /* its number among those that are known, from 1 on */
     uint64_t since;      /* lum_demux_origin.since */
     size_t sensor_index; /* valid if it is one */

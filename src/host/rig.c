@@ -213,13 +213,6 @@ static bool is_same_name(const char *a, const char *b)
     return lower(*a) == lower(*b);
 }
 
-static bool is_apart(const lum_rig_sensor *a, const lum_rig_sensor *b)
-{
-    return a->interface[0] != '\0' && b->interface[0] != '\0' &&
-           !is_same(a->interface, lum_key_text_length(a->interface),
-                    b->interface);
-}
-
 static void add_address(lum_key_text *text, uint32_t address)
 {
     for (unsigned i = 0; i < 4u; i++) {
@@ -235,8 +228,8 @@ static lum_result refuse_address(const lum_rig *rig, size_t i, size_t before,
     add_address(&text, rig->sensor[i].address);
     lum_key_text_add(&text, " is already that of '");
     lum_key_text_add(&text, rig->sensor[before].name);
-    lum_key_text_add(&text, "'; sensors with one address need an interface "
-                            "each, and another one");
+    lum_key_text_add(&text, "'; to tell them apart, give each an interface of "
+                            "its own");
     return LUM_E_VALUE;
 }
 
@@ -250,9 +243,10 @@ static lum_result check_pair(const lum_rig *rig, size_t i, size_t before,
                               "another sensor has this name; upper and lower "
                               "case count as the same");
     }
-    return a->address != b->address || is_apart(a, b)
-               ? LUM_OK
-               : refuse_address(rig, i, before, why);
+    const bool is_apart =
+        a->address != b->address ||
+        !is_same(a->interface, lum_key_text_length(a->interface), b->interface);
+    return is_apart ? LUM_OK : refuse_address(rig, i, before, why);
 }
 
 static lum_result check_sensor(const lum_rig *rig, size_t i,

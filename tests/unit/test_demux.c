@@ -451,6 +451,93 @@ static void what_stands_behind_by_both_clocks_is_out_of_order(void **state)
     assert_int_equal(behind(&order, &none, 0, 0), 1 * MS);
 }
 
+/* --- Members --- */
+
+static const lum_demux_member members[] = {
+    {.address = DRIVE_SENSOR, .interface = "eth0"},
+    {.address = DRIVE_SENSOR, .interface = "eth1"},
+    {.address = DRIVE_SENSOR + 99u},
+};
+
+static lum_demux *begin_members(void)
+{
+    lum_demux_options options = {
+        .struct_size = sizeof options, .members = members, .member_count = 3};
+    lum_demux *demux = NULL;
+    lum_layout_default(&options.layout);
+    lum_assembler_config_default(&options.config);
+    assert_int_equal(lum_demux_new(&options, &demux, NULL), 0);
+    return demux;
+}
+
+static void assert_remark(const lum_demux *demux, size_t i, const char *text)
+{
+    lum_error remark = {""};
+    assert_true(lum_capture_remark(NULL, demux, 0, i, &remark));
+    assert_string_equal(remark.text, text);
+}
+
+static void members_that_sent_nothing_are_told(void **state)
+{
+    lum_demux *demux = begin_members();
+    (void)state;
+    assert_remark(demux, 0,
+                  "the rig's sensor 10.42.0.37%eth0 sent no data; no "
+                  "sensor did");
+    lum_demux_set_interface(demux, "eth1");
+    push_line(demux, DRIVE_SENSOR);
+    assert_true(lum_demux_is_wanted(demux));
+    assert_int_equal(lum_demux_member_of(demux, 0), 1);
+    assert_remark(demux, 0,
+                  "the rig's sensor 10.42.0.37%eth0 sent no data; "
+                  "these did: 10.42.0.37%eth1");
+    assert_remark(demux, 1,
+                  "the rig's sensor 10.42.0.136 sent no data; these "
+                  "did: 10.42.0.37%eth1");
+    push_line(demux, OTHER_SENSOR);
+    assert_false(lum_demux_is_wanted(demux));
+    push_line(demux, OTHER_SENSOR + 1u);
+    assert_remark(demux, 2,
+                  "2 sensors sent data and are not in the rig, so "
+                  "they were left out; to have them, name in the "
+                  "rig: 10.42.0.38%eth1, 10.42.0.39%eth1");
+    lum_demux_free(demux);
+}
+
+static void a_member_whose_data_is_anothers_is_told(void **state)
+{
+    lum_demux *demux = begin_members();
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        lum_demux_set_interface(demux, i == 0 ? "eth0" : "eth1");
+        push_line(demux, DRIVE_SENSOR);
+    }
+    while (lum_demux_flush(demux) > 0) {
+    }
+    assert_int_equal(lum_demux_sensor_count(demux), 1);
+    assert_remark(demux, 0,
+                  "the rig's sensor 10.42.0.37%eth1 is no sensor of "
+                  "its own: its data is that of 10.42.0.37%eth0 once "
+                  "more; leave one of them out of the rig");
+    lum_demux_free(demux);
+}
+
+static void members_keep_their_places(void **state)
+{
+    lum_demux *demux = begin_members();
+    (void)state;
+    for (uint32_t i = 1; i <= LUM_DEMUX_SENSORS_MAX; i++) {
+        push_line(demux, DRIVE_SENSOR + i);
+    }
+    assert_int_equal(lum_demux_sensor_count(demux), LUM_DEMUX_SENSORS_MAX - 3u);
+    push_line(demux, DRIVE_SENSOR + 99u);
+    assert_int_equal(lum_demux_sensor_count(demux), LUM_DEMUX_SENSORS_MAX - 2u);
+    assert_int_equal(lum_demux_member_of(demux, LUM_DEMUX_SENSORS_MAX - 3u), 2);
+    push_line(demux, DRIVE_SENSOR + 98u);
+    assert_int_equal(lum_demux_sensor_count(demux), LUM_DEMUX_SENSORS_MAX - 2u);
+    lum_demux_free(demux);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -462,6 +549,9 @@ int main(void)
         cmocka_unit_test(joined_datagrams_are_those_that_were_sent),
         cmocka_unit_test(what_stands_behind_by_both_clocks_is_out_of_order),
         cmocka_unit_test(the_fewer_of_two_that_stand_apart_are_out_of_order),
+        cmocka_unit_test(members_that_sent_nothing_are_told),
+        cmocka_unit_test(a_member_whose_data_is_anothers_is_told),
+        cmocka_unit_test(members_keep_their_places),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

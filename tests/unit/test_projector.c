@@ -354,6 +354,60 @@ static void a_calibration_out_of_range_is_refused(void **state)
     assert_memory_equal(&p, &before, sizeof p);
 }
 
+static void assert_same_place(const lum_projector *a, const lum_projector *b)
+{
+    for (unsigned e = 0; e < LUM_EYES; e++) {
+        for (unsigned i = 0; i < 9; i++) {
+            assert_true(fabs(a->eye[e].exact_rotation[i] -
+                             b->eye[e].exact_rotation[i]) < 1e-14);
+            assert_true(a->eye[e].rotation[i] ==
+                        (float)a->eye[e].exact_rotation[i]);
+        }
+        for (unsigned i = 0; i < 3; i++) {
+            assert_true(fabs(a->eye[e].exact_mount[i] -
+                             b->eye[e].exact_mount[i]) < 1e-13);
+            assert_true(a->eye[e].mount[i] == (float)a->eye[e].exact_mount[i]);
+        }
+    }
+}
+
+/* What a pose does to a projector without mounts, the mounts do themselves; and
+ * poses add up. */
+static void a_pose_does_what_a_mount_does(void **state)
+{
+    static const double at[3] = {1.25, -0.5, 2.0};
+    const lum_pose pose = lum_pose_of_angles(at, 10.0, -20.0, 130.0);
+    lum_calibration c;
+    lum_layout layout;
+    lum_projector placed;
+    lum_projector mounted;
+    (void)state;
+    lum_calibration_default(&c);
+    lum_layout_default(&layout);
+    for (unsigned e = 0; e < LUM_EYES; e++) {
+        c.eye[e].azimuth_center_udeg = 7 * DEGREE;
+        c.eye[e].mount_yaw_udeg = 0;
+    }
+    assert_int_equal(lum_projector_init(&placed, &c, &layout), LUM_OK);
+    lum_projector_place(&placed, &pose);
+    for (unsigned e = 0; e < LUM_EYES; e++) {
+        c.eye[e].mount_um[0] = 1250000;
+        c.eye[e].mount_um[1] = -500000;
+        c.eye[e].mount_um[2] = 2000000;
+        c.eye[e].mount_roll_udeg = 10 * DEGREE;
+        c.eye[e].mount_pitch_udeg = -20 * DEGREE;
+        c.eye[e].mount_yaw_udeg = 130 * DEGREE;
+    }
+    assert_int_equal(lum_projector_init(&mounted, &c, &layout), LUM_OK);
+    assert_same_place(&placed, &mounted);
+    const lum_pose twice = lum_pose_compose(&pose, &pose);
+    const lum_pose back = lum_pose_inverse(&pose);
+    lum_projector_place(&placed, &pose);
+    lum_projector_place(&mounted, &back);
+    lum_projector_place(&mounted, &twice);
+    assert_same_place(&placed, &mounted);
+}
+
 static const struct CMUnitTest tests[] = {
     cmocka_unit_test(every_raw_azimuth_is_within_the_bound),
     cmocka_unit_test(every_raw_elevation_is_within_the_bound),
@@ -366,6 +420,7 @@ static const struct CMUnitTest tests[] = {
     cmocka_unit_test(each_eye_has_its_own_calibration),
     cmocka_unit_test(directions_are_unit_vectors),
     cmocka_unit_test(a_calibration_out_of_range_is_refused),
+    cmocka_unit_test(a_pose_does_what_a_mount_does),
 };
 
 int main(void)

@@ -458,11 +458,18 @@ static void the_one_that_no_member_names_is_known_and_not_assembled(
     free(b.at);
 }
 
-/* Counts the frames of each member, and returns the first remark. */
-static lum_error count_frames(struct rig *rig, size_t out[MEMBERS])
+/* Counts the frames of each member, and returns the first remark.
+ * without: a member that names no interface. */
+static lum_error count_frames(struct rig *rig, size_t without,
+                              size_t out[MEMBERS])
 {
     struct bytes b = make_capture(rig);
-    lum_reader *reader = open_rig(rig, &b, 1);
+    (void)members_of(rig);
+    rig->members[without].interface = NULL;
+    const lum_framer_options options = {.struct_size = sizeof options,
+                                        .members = rig->members,
+                                        .member_count = MEMBERS};
+    lum_reader *reader = open_reader(&options, &b);
     const lum_frame *frame = NULL;
     lum_error remark = {""};
     memset(out, 0, MEMBERS * sizeof out[0]);
@@ -482,13 +489,28 @@ static void without_names_of_interfaces_members_on_them_are_not_found(
     size_t frames[MEMBERS];
     (void)state;
     rig.names_interfaces = false;
-    const lum_error remark = count_frames(&rig, frames);
+    const lum_error remark = count_frames(&rig, 2, frames);
     assert_int_equal(frames[0], 0);
     assert_int_equal(frames[1], 0);
     assert_int_equal(frames[2], FRAMES);
     assert_non_null(strstr(remark.text, "the rig's sensor 10.42.0.37%eth0 sent "
                                         "no data; 10.42.0.37 did, but on which "
                                         "interface is not known"));
+}
+
+static void one_without_an_interface_is_the_first_that_no_other_names(
+    void **state)
+{
+    (void)state;
+    for (size_t without = 0; without < 2; without++) {
+        struct rig rig = rig_of(true);
+        size_t frames[MEMBERS];
+        const lum_error remark = count_frames(&rig, without, frames);
+        for (size_t i = 0; i < MEMBERS; i++) {
+            assert_int_equal(frames[i], FRAMES);
+        }
+        assert_non_null(strstr(remark.text, "10.42.0.46%eth1"));
+    }
 }
 
 /* --- Other ways to the same frames --- */
@@ -631,12 +653,13 @@ static void what_does_not_go_together_is_refused(void **state)
     o.member_count = LUM_RIG_MEMBERS_MAX + 1u;
     assert_refused(&o, "9 members; at most 8 are accepted");
     o.member_count = MEMBERS;
-    m[1].interface = NULL;
-    assert_refused(&o, "members 0 and 1 may be the same sensor; those of one "
-                       "address need an interface each, and another one");
     m[1].interface = m[0].interface;
-    assert_refused(&o, "members 0 and 1 may be the same sensor; those of one "
-                       "address need an interface each, and another one");
+    assert_refused(&o, "members 0 and 1 are the same sensor; those of one "
+                       "address need other interfaces");
+    m[0].interface = NULL;
+    m[1].interface = NULL;
+    assert_refused(&o, "members 0 and 1 are the same sensor; those of one "
+                       "address need other interfaces");
     (void)members_of(&rig);
     rig.poses[2].turn[0] = NAN;
     assert_refused(&o, "member 2: its pose has a number that is not finite, or "
@@ -656,6 +679,8 @@ int main(void)
             the_one_that_no_member_names_is_known_and_not_assembled),
         cmocka_unit_test(
             without_names_of_interfaces_members_on_them_are_not_found),
+        cmocka_unit_test(
+            one_without_an_interface_is_the_first_that_no_other_names),
         cmocka_unit_test(a_frame_that_is_sought_is_the_same),
         cmocka_unit_test(an_index_of_other_members_is_not_used),
         cmocka_unit_test(a_picture_is_seen_from_the_sensor),

@@ -31,7 +31,9 @@ extern "C" {
 /** A sensor that is wanted. It never grows. */
 typedef struct lum_demux_member {
     uint32_t address;         /**< host order */
-    const char *interface;    /**< as lum_demux_options.sensor_interface */
+    const char *interface;    /**< as lum_capture_interface() names it; NULL:
+                                   the first sensor of that address that no
+                                   other member names */
     const lum_layout *layout; /**< of its data packets; NULL: that of the
                                    options */
 } lum_demux_member;
@@ -57,8 +59,8 @@ typedef struct lum_demux_options {
                                   is looked through for them */
     const lum_demux_member *members; /**< only these sensors are wanted: data of
                                others is not assembled, and nothing of theirs
-                               is counted. No two are the same, and those of one
-                               address have an interface each. has_sensor does
+                               is counted. No two have the same address and
+                               interface. has_sensor does
                                not go with them. NULL: none are named */
     size_t member_count;             /**< at most LUM_DEMUX_MEMBERS_MAX */
 } lum_demux_options;

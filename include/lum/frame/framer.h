@@ -97,8 +97,7 @@ enum lum_eyes {
 /** A sensor of a rig: how its lines become frames. It never grows. */
 typedef struct lum_rig_member {
     uint32_t address;         /**< host order */
-    const char *interface;    /**< as lum_capture_interface() names it; NULL:
-                                   the first sensor of that address */
+    const char *interface;    /**< as lum_demux_member.interface */
     const lum_layout *layout; /**< of its data; NULL: that of the options */
     const lum_calibration *calibration; /**< NULL: that of the options */
     const lum_projector

@@ -49,7 +49,8 @@ typedef struct lum_rig_sensor {
     char name[LUM_RIG_NAME_BYTES]; /**< 1 to 31 letters, digits and '_', a
                                         letter first */
     char interface[LUM_RIG_INTERFACE_BYTES]; /**< as lum_capture_interface()
-                              names it; empty: the first of its address */
+                              names it; empty: the first of its address
+                              that no other sensor of the rig names */
     uint32_t address;   /**< host order; 0: it was not set */
     int32_t at_um[3];   /**< x, y, z in micrometres; within +-1 km */
     int32_t roll_udeg;  /**< about x, microdegrees; -360..360 degrees */
@@ -95,7 +96,7 @@ LUM_MUST_CHECK lum_result lum_rig_set_sensor(lum_rig *rig, size_t i,
 
 /** Check all values together: there is a sensor, each has a name and an
  * address, no two have the same name (nor the vehicle's frame it), and those
- * that share an address have an interface each, of its own.
+ * that share an address have other interfaces.
  * @param why may be NULL; written only on failure; its place is the sensor's
  *            number from 1 on, 0: none.
  * @return LUM_OK, or LUM_E_VALUE. */
