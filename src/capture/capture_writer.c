@@ -33,7 +33,8 @@ struct lum_capture_writer {
     bool is_open;  /* out is */
     bool is_shown; /* or need not be */
     bool is_pcapng;
-    char *buffer; /* of file */
+    size_t interface_count; /* at least 1 */
+    char *buffer;           /* of file */
     uint64_t bytes;
     uint8_t record[LUM_PCAPNG_HEAD_BYTES + HEADER_BYTES + PAYLOAD_BYTES_MAX +
                    LUM_PCAPNG_TAIL_BYTES];
@@ -187,18 +188,26 @@ static int check_options(const char *path, const lum_capture_writer_options *o,
                          lum_error *error)
 {
     const bool has_text = o->application != NULL || o->comment_count > 0;
+    const bool is_pcap = o->format == LUM_CAPTURE_PCAP;
     if (o->format != LUM_CAPTURE_PCAP && o->format != LUM_CAPTURE_PCAPNG) {
         (void)lum_error_set(error, "%s: there is no format %u of captures",
                             path, (unsigned)o->format);
-    } else if (o->format == LUM_CAPTURE_PCAP && has_text) {
+    } else if (is_pcap && has_text) {
         (void)lum_error_set(error, "%s: a pcap file has no comments", path);
+    } else if (is_pcap && o->interface_count > 0) {
+        (void)lum_error_set(error,
+                            "%s: a pcap file has no names of interfaces; a "
+                            "pcapng file has",
+                            path);
     } else if (o->format == LUM_CAPTURE_PCAPNG &&
                lum_pcapng_start_bytes(o) == 0) {
-        (void)lum_error_set(error,
-                            "%s: a pcapng file has at most %u comments; each, "
-                            "and the application, at most %u bytes",
-                            path, LUM_CAPTURE_COMMENTS_MAX,
-                            LUM_CAPTURE_COMMENT_BYTES_MAX);
+        (void)lum_error_set(
+            error,
+            "%s: a pcapng file has at most %u comments; each, "
+            "and the application, at most %u bytes; and at "
+            "most %u interfaces with names of at most %u bytes",
+            path, LUM_CAPTURE_COMMENTS_MAX, LUM_CAPTURE_COMMENT_BYTES_MAX,
+            LUM_CAPTURE_INTERFACES_MAX, LUM_INTERFACE_BYTES - 1u);
     } else {
         return 0;
     }
@@ -221,6 +230,7 @@ static int open_writer(const char *path, const lum_capture_writer_options *o,
     w->buffer = buffer;
     w->is_shown = o->is_whole;
     w->is_pcapng = o->format == LUM_CAPTURE_PCAPNG;
+    w->interface_count = o->interface_count > 0 ? o->interface_count : 1u;
     w->is_open = lum_outfile_open(path, kind, &w->out, error) == 0;
     if (!w->is_open || begin(w, o, error) != 0) {
         const int code = errno;
@@ -303,22 +313,37 @@ static size_t put_record(uint8_t *p, const lum_datagram *d)
     return RECORD_HEADER_BYTES + len;
 }
 
-static size_t put_block(uint8_t *p, const lum_datagram *d)
+static size_t put_block(uint8_t *p, size_t interface, const lum_datagram *d)
 {
     put_packet(p + LUM_PCAPNG_HEAD_BYTES, d);
-    return lum_pcapng_put_around(p, d->time_ns,
+    return lum_pcapng_put_around(p, (uint32_t)interface, d->time_ns,
                                  (uint32_t)(HEADER_BYTES + d->len));
 }
 
 int lum_capture_writer_add(lum_capture_writer *writer,
                            const lum_datagram *datagram, lum_error *error)
 {
+    return lum_capture_writer_add_from(writer, 0, datagram, error);
+}
+
+int lum_capture_writer_add_from(lum_capture_writer *writer, size_t interface,
+                                const lum_datagram *datagram, lum_error *error)
+{
+    if (interface >= writer->interface_count) {
+        return lum_error_set(error,
+                             "%s: interface %zu of %zu; right is one "
+                             "from 0 to %zu",
+                             writer->out.name, interface,
+                             writer->interface_count,
+                             writer->interface_count - 1u);
+    }
     if (check_datagram(writer, datagram, error) != 0 ||
         (!writer->is_shown && show(writer, error) != 0)) {
         return -1;
     }
-    const size_t len = writer->is_pcapng ? put_block(writer->record, datagram)
-                                         : put_record(writer->record, datagram);
+    const size_t len = writer->is_pcapng
+                           ? put_block(writer->record, interface, datagram)
+                           : put_record(writer->record, datagram);
     const bool is_good = fwrite(writer->record, len, 1, writer->file) == 1;
     writer->bytes += len;
     lum_outfile_wrote(&writer->out, len);

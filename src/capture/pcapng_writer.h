@@ -1,6 +1,6 @@
 /** @file
- * Blocks of a pcapng file as it is written: little-endian, one section, one
- * interface of Ethernet in nanoseconds. Internal to the capture room. */
+ * Blocks of a pcapng file as it is written: little-endian, one section, its
+ * interfaces of Ethernet in nanoseconds. Internal to the capture room. */
 #ifndef LUM_CAPTURE_PCAPNG_WRITER_H
 #define LUM_CAPTURE_PCAPNG_WRITER_H
 
@@ -24,8 +24,10 @@ void lum_pcapng_put_start(uint8_t *out,
                           uint32_t snap);
 
 /** Write the block about a packet that is in its place already.
- * @param block has room for the head, len bytes and the tail.
+ * @param block     has room for the head, len bytes and the tail.
+ * @param interface that it came from.
  * @return bytes of the block. */
-size_t lum_pcapng_put_around(uint8_t *block, int64_t time_ns, uint32_t len);
+size_t lum_pcapng_put_around(uint8_t *block, uint32_t interface,
+                             int64_t time_ns, uint32_t len);
 
 #endif

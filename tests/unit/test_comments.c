@@ -151,6 +151,76 @@ static void the_longest_packet_comes_back(void **state)
     lum_capture_close(c);
 }
 
+static lum_capture_writer *open_interfaces(const char *const *names,
+                                           size_t count)
+{
+    const lum_capture_writer_options o = {.struct_size = sizeof o,
+                                          .format = LUM_CAPTURE_PCAPNG,
+                                          .is_whole = true,
+                                          .interfaces = names,
+                                          .interface_count = count};
+    lum_capture_writer *w = NULL;
+    lum_error error = {""};
+    assert_int_equal(lum_capture_writer_open_as(path, &o, &w, &error), 0);
+    return w;
+}
+
+static void datagrams_come_back_from_their_interfaces(void **state)
+{
+    enum {
+        LAST = LUM_CAPTURE_INTERFACES_MAX - 1
+    };
+    static uint8_t bytes[8192];
+    static char longest[LUM_INTERFACE_BYTES];
+    const char *names[LUM_CAPTURE_INTERFACES_MAX];
+    lum_error error = {""};
+    lum_record r;
+    (void)state;
+    memset(longest, 'i', sizeof longest - 1u);
+    for (size_t i = 0; i < LAST; i++) {
+        names[i] = i % 2u == 0 ? "eth0" : "enp3s0";
+    }
+    names[0] = "";
+    names[LAST] = longest;
+    lum_capture_writer *w = open_interfaces(names, LUM_CAPTURE_INTERFACES_MAX);
+    const lum_datagram d = datagram_of("abc", 3);
+    for (size_t i = LUM_CAPTURE_INTERFACES_MAX; i-- > 0;) {
+        assert_int_equal(lum_capture_writer_add_from(w, i, &d, NULL), 0);
+    }
+    assert_int_equal(lum_capture_writer_add(w, &d, NULL), 0);
+    assert_int_equal(
+        lum_capture_writer_add_from(w, LUM_CAPTURE_INTERFACES_MAX, &d, &error),
+        -1);
+    assert_non_null(strstr(error.text, "from 0 to 15"));
+    assert_int_equal(lum_capture_writer_close(w, NULL), 0);
+    lum_capture *c = open_bytes(bytes, read_file(bytes, sizeof bytes));
+    for (size_t i = LUM_CAPTURE_INTERFACES_MAX; i-- > 0;) {
+        assert_int_equal(lum_capture_next(c, &r, NULL), 1);
+        assert_int_equal(r.len, 3);
+        assert_string_equal(lum_capture_interface(c), i == 0 ? "0" : names[i]);
+    }
+    assert_int_equal(lum_capture_next(c, &r, NULL), 1);
+    assert_string_equal(lum_capture_interface(c), "0");
+    assert_int_equal(lum_capture_next(c, &r, NULL), 0);
+    lum_capture_close(c);
+}
+
+static void without_names_there_is_one_interface(void **state)
+{
+    uint8_t bytes[512];
+    lum_record r;
+    (void)state;
+    lum_capture_writer *w = open_pcapng(NULL, 0);
+    const lum_datagram d = datagram_of("abc", 3);
+    assert_int_equal(lum_capture_writer_add_from(w, 0, &d, NULL), 0);
+    assert_int_equal(lum_capture_writer_add_from(w, 1, &d, NULL), -1);
+    assert_int_equal(lum_capture_writer_close(w, NULL), 0);
+    lum_capture *c = open_bytes(bytes, read_file(bytes, sizeof bytes));
+    assert_int_equal(lum_capture_next(c, &r, NULL), 1);
+    assert_string_equal(lum_capture_interface(c), "0"); /* its number */
+    lum_capture_close(c);
+}
+
 static void comments_come_back(void **state)
 {
     static uint8_t bytes[LUM_CAPTURE_COMMENT_BYTES_MAX + 1024u];
@@ -211,6 +281,25 @@ static void what_a_file_has_no_room_for_is_refused(void **state)
     refuse(&o);
     o.format = LUM_CAPTURE_PCAPNG;
     o.struct_size = 0;
+    refuse(&o);
+}
+
+static void interfaces_without_a_good_name_are_refused(void **state)
+{
+    static char longer[LUM_INTERFACE_BYTES + 1u];
+    const char *names[LUM_CAPTURE_INTERFACES_MAX + 1u] = {"eth0", longer};
+    lum_capture_writer_options o = {
+        .struct_size = sizeof o, .interfaces = names, .interface_count = 1};
+    (void)state;
+    refuse(&o); /* pcap */
+    o.format = LUM_CAPTURE_PCAPNG;
+    o.interface_count = 2;
+    memset(longer, 'i', sizeof longer - 1u);
+    refuse(&o);
+    for (size_t i = 0; i <= LUM_CAPTURE_INTERFACES_MAX; i++) {
+        names[i] = "eth0";
+    }
+    o.interface_count = LUM_CAPTURE_INTERFACES_MAX + 1u;
     refuse(&o);
 }
 
@@ -291,8 +380,11 @@ int main(void)
         cmocka_unit_test(a_pcapng_is_as_written_here),
         cmocka_unit_test(packets_of_any_length_come_back),
         cmocka_unit_test(the_longest_packet_comes_back),
+        cmocka_unit_test(datagrams_come_back_from_their_interfaces),
+        cmocka_unit_test(without_names_there_is_one_interface),
         cmocka_unit_test(comments_come_back),
         cmocka_unit_test(what_a_file_has_no_room_for_is_refused),
+        cmocka_unit_test(interfaces_without_a_good_name_are_refused),
         cmocka_unit_test(comments_of_later_sections_come_when_they_are_read),
         cmocka_unit_test(more_comments_than_are_kept_are_counted),
         cmocka_unit_test(a_comment_may_hold_any_bytes),

@@ -157,6 +157,9 @@ void lum_capture_progress(const lum_capture *capture, uint64_t *done,
 /** Close. NULL is allowed. */
 void lum_capture_close(lum_capture *capture);
 
+/** Most interfaces of a capture that is written. */
+#define LUM_CAPTURE_INTERFACES_MAX 16u
+
 /** Formats of captures. */
 typedef enum lum_capture_format {
     LUM_CAPTURE_PCAP,  /**< pcap; has no comments */
@@ -175,6 +178,12 @@ typedef struct lum_capture_writer_options {
                                       none NULL */
     size_t comment_count; /**< at most LUM_CAPTURE_COMMENTS_MAX, each of at most
                              LUM_CAPTURE_COMMENT_BYTES_MAX bytes */
+    const char *const *interfaces; /**< pcapng: names of the interfaces that
+                                        datagrams come from, UTF-8; none NULL;
+                                        empty: without a name */
+    size_t interface_count; /**< at most LUM_CAPTURE_INTERFACES_MAX, each of
+                               fewer than LUM_INTERFACE_BYTES bytes; 0: one,
+                               without a name */
 } lum_capture_writer_options;
 
 /** A capture being written: Ethernet, nanoseconds. */
@@ -215,8 +224,8 @@ LUM_MUST_CHECK int lum_capture_writer_open_whole(const char *path,
  * lum_capture_writer_open_whole().
  * @param options read, with all that it points to, and not kept.
  * @return as lum_capture_writer_open(); errno is EINVAL if there is no such
- *         format, if a pcap file is to have comments or an application, or if
- *         there are too many comments or too long ones. */
+ *         format, if a pcap file is to have comments, an application or
+ *         interfaces, or if there are too many of these or too long ones. */
 LUM_MUST_CHECK int lum_capture_writer_open_as(
     const char *path, const lum_capture_writer_options *options,
     lum_capture_writer **out, lum_error *error);
@@ -227,6 +236,16 @@ LUM_MUST_CHECK int lum_capture_writer_open_as(
 LUM_MUST_CHECK int lum_capture_writer_add(lum_capture_writer *writer,
                                           const lum_datagram *datagram,
                                           lum_error *error);
+
+/** As lum_capture_writer_add(), with the interface that the datagram came from;
+ * lum_capture_writer_add() takes the first.
+ * @param interface its place in lum_capture_writer_options.interfaces; 0 if
+ *                  there are none.
+ * @return 0, or -1 with the reason in error: also if there is none such. */
+LUM_MUST_CHECK int lum_capture_writer_add_from(lum_capture_writer *writer,
+                                               size_t interface,
+                                               const lum_datagram *datagram,
+                                               lum_error *error);
 
 /** Bytes of the file so far, including those that are still buffered. */
 uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer);
