@@ -190,14 +190,14 @@ static double along_of(const lum_street_moment *at, const mover *m)
 }
 
 /* One that comes round again is another one. */
-static void add_movers(lum_things *s, const lum_street_moment *at)
+static void add_movers(lum_things *s, const lum_street_moment *at, float eye_x)
 {
     const int64_t count = (int64_t)(sizeof movers / sizeof movers[0]);
     for (int64_t i = 0; i < count; i++) {
         const mover *m = &movers[i];
         const double x = (double)m->x + along_of(at, m);
         const double round = floor((x + BEHIND_M) / (AHEAD_M + BEHIND_M));
-        s->x = lum_things_wrap(x, -BEHIND_M, AHEAD_M);
+        s->x = lum_things_wrap(x, -BEHIND_M, AHEAD_M) - eye_x;
         s->velocity[0] = keeps_distance(at, m) ? (float)at->speed : m->speed;
         s->object =
             number_of(FIRST_VEHICLE, (int64_t)round, count) + (uint32_t)i;
@@ -249,5 +249,5 @@ void lum_street_lay_out(uint64_t seed, const lum_street_moment *at,
     ground->marks_x = lum_things_wrap(-x, -6.0, 0.0) - eye[0];
     ground->crossing_x = lum_things_wrap(21.0 - x, 0.0, block) - eye[0];
     add_crossing(&s, ground->crossing_x, (int64_t)floor((x - 21.0) / block));
-    add_movers(&s, at);
+    add_movers(&s, at, eye[0]);
 }
