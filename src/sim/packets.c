@@ -65,7 +65,7 @@ int64_t lum_packets_clock_us(const lum_layout *layout, const lum_sim_line *line)
     if (bits == 0) {
         return 0;
     }
-    const uint64_t first = ticks_of(layout, LUM_RENDER_CLOCK_US);
+    const uint64_t first = ticks_of(layout, line->first_us);
     const uint64_t since = ticks_of(layout, line->clock_us) - first;
     const uint64_t mask = bits < 64 ? (UINT64_C(1) << bits) - 1u : UINT64_MAX;
     return lum_clock_us((first & mask) + since, layout->profile.clock_unit_ns);
@@ -83,6 +83,7 @@ static lum_sim_packet *begin(const lum_layout *layout, const lum_sim_line *line,
         return NULL;
     }
     p->time_ns = line->clock_us * 1000;
+    p->sender = 0;
     out->count++;
     return p;
 }

@@ -21,6 +21,7 @@
 typedef struct lum_sim_packet {
     int64_t time_ns; /**< when it leaves, on the sensor clock */
     size_t len;      /**< of bytes */
+    unsigned sender; /**< for the caller: lum_packets_build() sets it to 0 */
     uint8_t bytes[LUM_PACKET_BYTES_MAX]; /**< UDP payload */
 } lum_sim_packet;
 

@@ -109,15 +109,29 @@ static double distance(const lum_pose *a, const lum_pose *b)
  * turns of up to half a round. */
 #define SCREW 1.6
 
-static double fastest_of(const lum_path *p)
+static double fastest_of(const lum_path *p, double lever_m)
 {
     double fastest = 0.0;
     for (size_t i = 1; i < p->count; i++) {
-        const double speed = SCREW * distance(&p->poses[i - 1], &p->poses[i]) /
-                             (p->times_s[i] - p->times_s[i - 1]);
+        const lum_pose *a = &p->poses[i - 1];
+        const lum_pose *b = &p->poses[i];
+        const double way =
+            SCREW * distance(a, b) + lever_m * lum_pose_angle(a, b);
+        const double speed = way / (p->times_s[i] - p->times_s[i - 1]);
         fastest = speed > fastest ? speed : fastest;
     }
     return fastest;
+}
+
+/* Radians for each metre. */
+static double sharpest_of(const lum_course *course)
+{
+    double sharpest = 0.0;
+    for (size_t i = 0; i < course->count; i++) {
+        const double radius = fabs(course->pieces[i].radius_m);
+        sharpest = radius > 0.0 ? fmax(sharpest, 1.0 / radius) : sharpest;
+    }
+    return sharpest;
 }
 
 /* --- Both --- */
@@ -135,7 +149,10 @@ lum_pose lum_path_at(const lum_path *path, double time_s)
                       {0.0, 0.0, sin(0.5 * h.yaw), cos(0.5 * h.yaw)}};
 }
 
-double lum_path_fastest(const lum_path *path)
+double lum_path_fastest(const lum_path *path, double lever_m)
 {
-    return path->kind == LUM_PATH_POSES ? fastest_of(path) : path->velocity_m_s;
+    return path->kind == LUM_PATH_POSES
+               ? fastest_of(path, lever_m)
+               : path->velocity_m_s *
+                     (1.0 + lever_m * sharpest_of(&path->course));
 }

@@ -54,12 +54,13 @@ typedef struct lum_path {
 /** How long one round of a course is, metres; 0: it has no end. */
 double lum_course_length(const lum_course *course);
 
-/** Where the sensor is. Before and after given poses it is at the first and at
- * the last.
+/** Where what follows the path is. Before and after given poses it is at the
+ * first and at the last.
  * @param time_s since the beginning of the drive. */
 lum_pose lum_path_at(const lum_path *path, double time_s);
 
-/** No part of it is faster; m/s. */
-double lum_path_fastest(const lum_path *path);
+/** No part of it is faster; m/s.
+ * @param lever_m how far what moves is from what follows the path. */
+double lum_path_fastest(const lum_path *path, double lever_m);
 
 #endif

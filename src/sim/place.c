@@ -130,13 +130,18 @@ static lum_course course_of(lum_place_kind kind, lum_path_kind path)
     }
 }
 
+static double degrees(double radians)
+{
+    return radians * (360.0 / LUM_FULL_TURN);
+}
+
 /* Rz Ry Rx. */
 static lum_pose pose_of(const lum_stance *p)
 {
     lum_pose pose = lum_pose_identity();
-    const double degrees[3] = {p->yaw_deg, p->pitch_deg, p->roll_deg};
+    const double turns[3] = {p->yaw_deg, p->pitch_deg, p->roll_deg};
     for (int i = 0; i < 3; i++) {
-        const double half = 0.5 * lum_radians(degrees[i]);
+        const double half = 0.5 * lum_radians(turns[i]);
         lum_pose turn = lum_pose_identity();
         turn.turn[2 - i] = sin(half);
         turn.turn[3] = cos(half);
@@ -146,17 +151,41 @@ static lum_pose pose_of(const lum_stance *p)
     return pose;
 }
 
-lum_pose lum_place_pose(const lum_place *place, double time_s)
+/* Turned by a quarter up or down, roll and yaw are one: it is all yaw. */
+#define UPRIGHT 1e-7
+
+static lum_stance stance_of(const lum_pose *pose)
+{
+    double m[12];
+    lum_pose_matrix(pose, m);
+    const double level = hypot(m[9], m[10]);
+    const bool is_steep = level < UPRIGHT;
+    return (lum_stance){
+        .at = {pose->at[0], pose->at[1], pose->at[2]},
+        .roll_deg = is_steep ? 0.0 : degrees(atan2(m[9], m[10])),
+        .pitch_deg = degrees(atan2(-m[8], level)),
+        .yaw_deg = degrees(is_steep ? atan2(-m[1], m[5]) : atan2(m[4], m[0]))};
+}
+
+lum_pose lum_place_vehicle_pose(const lum_place *place, double time_s)
 {
     if (lum_place_moves(place)) {
         return lum_path_at(&place->options.path, time_s);
     }
-    lum_stance p = place->options.pose;
+    lum_stance p = place->vehicle;
     if (!place->options.has_pose) {
         p = lum_place_usual_pose(place->options.kind);
         p.at[0] += LUM_STREET_SENSOR_SPEED * time_s;
     }
     return pose_of(&p);
+}
+
+lum_pose lum_place_pose(const lum_place *place, double time_s)
+{
+    const lum_pose pose = lum_place_vehicle_pose(place, time_s);
+    return place->options.is_on_vehicle
+               ? lum_pose_compose(&pose, &place->options.on_vehicle)
+               : pose;
 }
 
 /* --- Faces --- */
@@ -239,6 +268,11 @@ void lum_place_init(lum_place *out, const lum_place_options *options,
         out->options.has_pose = true;
         out->options.pose = lum_place_usual_pose(options->kind);
     }
+    out->vehicle = out->options.pose;
+    if (out->options.has_pose && options->is_on_vehicle) {
+        const lum_pose pose = lum_place_pose(out, 0.0);
+        out->options.pose = stance_of(&pose);
+    }
     const lum_stance *p = &out->options.pose;
     lum_rotation_make(p->roll_deg, p->pitch_deg, p->yaw_deg, out->rotation);
     for (size_t i = 0; i < blocks.count; i++) {
@@ -307,7 +341,8 @@ bool lum_place_is_open_at(const lum_place *place, double time_s,
     return is_open(place, eye);
 }
 
-/* One that stands does so at the beginning of the drive, or ahead of it. */
+/* One that stands does so at the beginning of the drive, or ahead of it. What
+ * is there goes by the vehicle, so that all sensors on it see the same. */
 static void lay_out_street(const lum_place *place, double time_s,
                            const float mount[3], lum_shape_list *out,
                            lum_ground *ground)
@@ -320,9 +355,10 @@ static void lay_out_street(const lum_place *place, double time_s,
         return;
     }
     lum_place_turn(place, mount, eye);
+    eye[0] = (float)((double)eye[0] + (p->at[0] - place->vehicle.at[0]));
     eye[1] = (float)((double)eye[1] + p->at[1]);
     eye[2] = (float)((double)eye[2] + p->at[2] - LUM_STREET_SENSOR_HEIGHT);
-    const lum_street_moment moment = {.ahead_m = p->at[0]};
+    const lum_street_moment moment = {.ahead_m = place->vehicle.at[0]};
     lum_street_lay_out(place->seed, &moment, eye, out, ground);
 }
 
@@ -344,14 +380,15 @@ static void lay_out_moving_street(const lum_place *place, double time_s,
                                   const double at[3], lum_shape_list *out,
                                   lum_ground *ground)
 {
-    const lum_pose before = lum_place_pose(place, time_s - STEP_S);
-    const lum_pose after = lum_place_pose(place, time_s + STEP_S);
+    const lum_pose before = lum_place_vehicle_pose(place, time_s - STEP_S);
+    const lum_pose now = lum_place_vehicle_pose(place, time_s);
+    const lum_pose after = lum_place_vehicle_pose(place, time_s + STEP_S);
     const lum_street_moment moment = {
         .time_s = time_s,
-        .ahead_m = at[0] - LUM_STREET_SENSOR_SPEED * time_s,
+        .ahead_m = now.at[0] - LUM_STREET_SENSOR_SPEED * time_s,
         .leads = true,
         .speed = (after.at[0] - before.at[0]) / (2.0 * STEP_S)};
-    const float eye[3] = {0.0f, (float)at[1],
+    const float eye[3] = {(float)(at[0] - now.at[0]), (float)at[1],
                           (float)(at[2] - LUM_STREET_SENSOR_HEIGHT)};
     lum_street_lay_out(place->seed, &moment, eye, out, ground);
 }

@@ -55,13 +55,16 @@ typedef struct lum_stance {
 /** What to lay out. All 0: the drive along the street. */
 typedef struct lum_place_options {
     lum_place_kind kind;
-    lum_walls walls; /**< of a street ::LUM_WALLS_FLAT */
-    bool has_pose;   /**< else a room and a yard have lum_place_usual_pose(),
-                          and the street is driven along */
-    lum_stance pose; /**< where has_pose */
-    lum_path path;   /**< but LUM_PATH_NONE: it moves, all the time; then
-                          has_pose is false, and course is set by
-                          lum_place_init() */
+    lum_walls walls;    /**< of a street ::LUM_WALLS_FLAT */
+    bool has_pose;      /**< else a room and a yard have lum_place_usual_pose(),
+                             and the street is driven along */
+    lum_stance pose;    /**< where has_pose */
+    lum_path path;      /**< but LUM_PATH_NONE: it moves, all the time; then
+                             has_pose is false, and course is set by
+                             lum_place_init() */
+    bool is_on_vehicle; /**< pose and path are those of a vehicle, and the
+                             sensor is on it; a street has one of both */
+    lum_pose on_vehicle; /**< where it is on it */
 } lum_place_options;
 
 /** Most faces of a place. */
@@ -69,7 +72,9 @@ typedef struct lum_place_options {
 
 /** A place. Private except its size; shapes that it laid out point into it. */
 typedef struct lum_place {
-    lum_place_options options;               /**< private */
+    lum_place_options options;               /**< private: pose is the
+                                                  sensor's */
+    lum_stance vehicle;                      /**< private: of one that stands */
     uint64_t seed;                           /**< private */
     float rotation[9];                       /**< private: sensor to place */
     float middle[LUM_PLACE_FACES_MAX][3];    /**< private: of each face */
@@ -97,6 +102,9 @@ bool lum_place_moves(const lum_place *place);
  * @param time_s since the beginning of the drive; of a street without a path,
  *               that of a frame. */
 lum_pose lum_place_pose(const lum_place *place, double time_s);
+
+/** Where its vehicle is; the sensor, if it is on none. */
+lum_pose lum_place_vehicle_pose(const lum_place *place, double time_s);
 
 /** Whether the place and the sensor stand still: every moment is the same. */
 bool lum_place_is_still(const lum_place *place);

@@ -28,6 +28,9 @@
  * and threshold, so that all else of the line stays the same. */
 #define FAINT_STREAM 3u
 
+/* Seeds of further sensors. */
+#define SENSOR_STREAM 7u
+
 typedef struct pulse {
     float range;
     float width_ns;
@@ -44,6 +47,7 @@ void lum_render_options_default(lum_render_options *out)
     lum_layout_default(&out->layout);
     out->lines = 64;
     out->rate_hz = 10.0;
+    out->start.clock_us = LUM_RENDER_CLOCK_US;
     out->returns_max = 4;
     out->gain = 1.0f;
     out->threshold = 1.0f;
@@ -60,6 +64,13 @@ static float recovery_of(const lum_render_options *options)
         recovery = needed > recovery ? needed : recovery;
     }
     return recovery;
+}
+
+static uint64_t own_seed(uint64_t seed, uint32_t number)
+{
+    lum_random random;
+    lum_random_init(&random, seed, ((uint64_t)number << 8) | SENSOR_STREAM);
+    return number == 0 ? seed : lum_random_next(&random);
 }
 
 lum_result lum_render_init(lum_render *out, const lum_render_options *options)
@@ -82,11 +93,14 @@ lum_result lum_render_init(lum_render *out, const lum_render_options *options)
     out->tof_per_m = 2.0 / (double)c->speed_of_light / lsb_s;
     out->tof_per_ns = 1e-9 / lsb_s;
     out->recovery_m = recovery_of(options);
+    const lum_render_start *start = &options->start;
     lum_sight_init(&out->sight, &options->place, options->seed, &out->scan,
-                   options->rate_hz);
+                   options->rate_hz / (1.0 + start->slow_ppm * 1e-6),
+                   (double)start->late_us * 1e-6);
     const lum_place *place = lum_sight_place(&out->sight);
-    out->noise_seed = lum_place_noise_seed(place);
-    lum_scan_distort(&out->scan, lum_place_encoder_deg(place), options->seed);
+    out->noise_seed = own_seed(lum_place_noise_seed(place), start->number);
+    lum_scan_distort(&out->scan, lum_place_encoder_deg(place),
+                     own_seed(options->seed, start->number));
     return LUM_OK;
 }
 
@@ -102,23 +116,33 @@ int64_t lum_render_clock_us(const lum_render *render, int64_t frame,
         (double)(frame - 1) * (double)render->options.lines + (double)line;
     const double period_us =
         1e6 / render->options.rate_hz / (double)render->options.lines;
-    return LUM_RENDER_CLOCK_US + (int64_t)(lines * period_us);
+    return render->options.start.clock_us + (int64_t)(lines * period_us);
 }
 
-/* Since the beginning of the drive, as the sensor's clock has it. */
+int64_t lum_render_drive_ns(const lum_render *render, int64_t clock_ns)
+{
+    const lum_render_start *start = &render->options.start;
+    const int64_t since_ns = clock_ns - start->clock_us * 1000;
+    return start->late_us * 1000 + since_ns +
+           (int64_t)((double)since_ns * start->slow_ppm * 1e-6);
+}
+
+/* Since the beginning of the drive. */
 static double time_of(const lum_render *r, int64_t frame, uint32_t line)
 {
-    const int64_t us = lum_render_clock_us(r, frame, line);
-    return (double)(us - LUM_RENDER_CLOCK_US) * 1e-6;
+    const lum_render_start *start = &r->options.start;
+    const int64_t us = lum_render_clock_us(r, frame, line) - start->clock_us;
+    return (double)start->late_us * 1e-6 +
+           (double)us * 1e-6 * (1.0 + start->slow_ppm * 1e-6);
 }
 
 lum_pose lum_render_pose(const lum_render *render, int64_t frame, uint32_t line)
 {
     const lum_place *place = lum_sight_place(&render->sight);
-    return lum_place_pose(place,
-                          lum_place_moves(place)
-                              ? time_of(render, frame, line)
-                              : (double)(frame - 1) / render->options.rate_hz);
+    return lum_place_vehicle_pose(place, lum_place_moves(place)
+                                             ? time_of(render, frame, line)
+                                             : (double)(frame - 1) /
+                                                   render->options.rate_hz);
 }
 
 /* --- Echoes of a beam --- */
@@ -286,6 +310,7 @@ lum_result lum_render_line(lum_render *render, int64_t frame, uint32_t line,
     }
     out->frame = frame;
     out->clock_us = lum_render_clock_us(render, frame, line);
+    out->first_us = render->options.start.clock_us;
     out->number = line;
     out->eye = (uint8_t)eye;
     out->word_count = 0;

@@ -31,6 +31,16 @@
 /** Sensor clock at the beginning of the drive: some time after boot. */
 #define LUM_RENDER_CLOCK_US INT64_C(5000000)
 
+/** How a sensor runs among others. */
+typedef struct lum_render_start {
+    int64_t clock_us; /**< its clock when its first frame begins */
+    int64_t late_us;  /**< this is so much after the beginning of the drive */
+    double slow_ppm;  /**< its clock, and with it its frames, are slower by so
+                           many millionths */
+    uint32_t number;  /**< gives its noise and the errors of its encoders; 0:
+                           those of a sensor alone */
+} lum_render_start;
+
 /** What to render. */
 typedef struct lum_render_options {
     lum_calibration calibration; /**< checked */
@@ -39,6 +49,7 @@ typedef struct lum_render_options {
     uint64_t seed;               /**< of everything */
     uint32_t lines;              /**< of a frame, at least 1 */
     double rate_hz;              /**< frames a second, above 0 */
+    lum_render_start start;      /**< usual: a sensor alone */
     unsigned returns_max;        /**< of a pixel, 1..LUM_RENDER_RETURNS_MAX */
     float noise_m[LUM_RENDER_RETURNS_MAX]; /**< standard deviation of the range
                                                 of each return, metres */
@@ -55,12 +66,13 @@ typedef struct lum_render_options {
 
 /** A rendered line. */
 typedef struct lum_sim_line {
-    int64_t frame;                        /**< from 1 */
-    int64_t clock_us;                     /**< sensor clock at its beginning */
-    uint32_t number;                      /**< within the frame */
-    uint8_t eye;                          /**< an ::lum_eye */
-    size_t word_count;                    /**< of words */
-    size_t truth_count;                   /**< of truth */
+    int64_t frame;      /**< from 1 */
+    int64_t clock_us;   /**< sensor clock at its beginning */
+    int64_t first_us;   /**< that of the first line of the drive */
+    uint32_t number;    /**< within the frame */
+    uint8_t eye;        /**< an ::lum_eye */
+    size_t word_count;  /**< of words */
+    size_t truth_count; /**< of truth */
     lum_angle angles[LUM_LINE_PIXELS];    /**< readings */
     uint32_t words[LUM_RENDER_WORDS_MAX]; /**< by pixel; for each return a
                                           rising word, then a falling one */
@@ -125,8 +137,13 @@ void lum_render_free(lum_render *render);
 int64_t lum_render_clock_us(const lum_render *render, int64_t frame,
                             uint32_t line);
 
-/** Where the sensor is in the frame of the place when a line begins, as it is
- * rendered; lum_pose_between() two lines is where each pixel is cast from. */
+/** When the sensor's clock shows this, since the beginning of the drive;
+ * nanoseconds. */
+int64_t lum_render_drive_ns(const lum_render *render, int64_t clock_ns);
+
+/** Where the sensor's vehicle, or the sensor if it is on none, is in the frame
+ * of the place when a line begins, as it is rendered; lum_pose_between() two
+ * lines is where each pixel is cast from. */
 lum_pose lum_render_pose(const lum_render *render, int64_t frame,
                          uint32_t line);
 

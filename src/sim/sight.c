@@ -54,12 +54,21 @@ static double find_half_view(const lum_scan *scan)
     return most;
 }
 
+/* How far the sensor is from what follows the path. */
+static double lever_of(const lum_place_options *options)
+{
+    const double *at = options->on_vehicle.at;
+    return options->is_on_vehicle ? hypot(hypot(at[0], at[1]), at[2]) : 0.0;
+}
+
 void lum_sight_init(lum_sight *out, const lum_place_options *options,
-                    uint64_t seed, const lum_scan *scan, double rate_hz)
+                    uint64_t seed, const lum_scan *scan, double rate_hz,
+                    double begin_s)
 {
     memset(out, 0, sizeof *out);
     out->lines = scan->lines;
     out->rate_hz = rate_hz;
+    out->begin_s = begin_s;
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         memcpy(out->mounts[eye], lum_scan_mount(scan, eye),
                sizeof out->mounts[eye]);
@@ -68,7 +77,8 @@ void lum_sight_init(lum_sight *out, const lum_place_options *options,
     lum_place_init(&out->place, options, seed);
     if (lum_place_moves(&out->place)) {
         out->half_view = find_half_view(scan);
-        out->fastest = lum_path_fastest(&out->place.options.path);
+        out->fastest =
+            lum_path_fastest(&out->place.options.path, lever_of(options));
     }
 }
 
@@ -119,7 +129,7 @@ static lum_result set_scenes(lum_sight *s, int64_t frame)
     if (s->frame == frame || (s->frame != 0 && lum_place_is_still(&s->place))) {
         return LUM_OK;
     }
-    const double time_s = (double)(frame - 1) / s->rate_hz;
+    const double time_s = s->begin_s + (double)(frame - 1) / s->rate_hz;
     s->frame = 0;
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         if (s->scene_of[eye] == eye &&
@@ -228,8 +238,9 @@ static lum_result set_section(lum_sight *s, int64_t frame, uint32_t line)
     const double part = floor((double)line * count / lines);
     const int64_t number = (frame - 1) * (int64_t)s->lines + (int64_t)part + 1;
     const double line_s = line_duration(s);
-    lum_section now = {.time_s = ((double)(frame - 1) + (part + 0.5) / count) /
-                                 s->rate_hz,
+    lum_section now = {.time_s = s->begin_s +
+                                 ((double)(frame - 1) + (part + 0.5) / count) /
+                                     s->rate_hz,
                        .half_s = (0.5 / count + 1.0 / lines) / s->rate_hz};
     if (s->section_number == number) {
         return LUM_OK;

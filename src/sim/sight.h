@@ -27,6 +27,7 @@ typedef struct lum_sight {
     float mounts[LUM_EYES][3];      /**< private */
     uint32_t lines;                 /**< private */
     double rate_hz;                 /**< private */
+    double begin_s;                 /**< private: of the first frame */
     int64_t frame;                  /**< private: that the scenes are set for */
     lum_section section;            /**< private: of the first scene, if the
                                          place moves */
@@ -42,9 +43,11 @@ typedef struct lum_sight {
 /** Begin.
  * @param out     to be freed with lum_sight_free().
  * @param scan    gives the places of the eyes and the number of lines.
- * @param rate_hz frames a second, above 0. */
+ * @param rate_hz frames a second, above 0.
+ * @param begin_s when the first frame begins, since that of the drive. */
 void lum_sight_init(lum_sight *out, const lum_place_options *options,
-                    uint64_t seed, const lum_scan *scan, double rate_hz);
+                    uint64_t seed, const lum_scan *scan, double rate_hz,
+                    double begin_s);
 
 /** Free what it holds. */
 void lum_sight_free(lum_sight *sight);
@@ -54,7 +57,8 @@ const lum_place *lum_sight_place(const lum_sight *sight);
 
 /** Look along a line. Fast when lines of one frame come after each other.
  * @param frame from 1.
- * @param time_s when the line begins; of a place that moves.
+ * @param time_s when the line begins, since the beginning of the drive; of a
+ *               place that moves.
  * @param scan  the line, as lum_scan_compute() makes it for this number and
  *              eye.
  * @param out   lives until the next call.

@@ -64,8 +64,18 @@ static void render(struct fixture *f, int64_t frame, uint32_t line,
                      LUM_OK);
 }
 
-/* A point of the line by the poses that are written: of this line and of the
- * next one. */
+/* A point of the line in the frame that is on the path. */
+static void to_vehicle(const struct fixture *f, const lum_sample *s,
+                       double out[3])
+{
+    const lum_place_options *place = &f->options.place;
+    const lum_pose pose =
+        place->is_on_vehicle ? place->on_vehicle : lum_pose_identity();
+    const double in[3] = {(double)s->x, (double)s->y, (double)s->z};
+    lum_pose_apply(&pose, in, out);
+}
+
+/* The same by the poses that are written: of this line and of the next one. */
 static void to_place(const struct fixture *f, const lum_sample *s,
                      double out[3])
 {
@@ -77,7 +87,8 @@ static void to_place(const struct fixture *f, const lum_sample *s,
                         is_last ? 0 : l->number + 1);
     const lum_pose pose =
         lum_pose_between(&now, &next, (double)s->pixel / LUM_LINE_PIXELS);
-    const double in[3] = {(double)s->x, (double)s->y, (double)s->z};
+    double in[3];
+    to_vehicle(f, s, in);
     lum_pose_apply(&pose, in, out);
 }
 
@@ -144,7 +155,7 @@ static void test_given_poses_are_gone_through(void **state)
     assert_true(fabs(lum_path_at(&path, 2.25).at[1] - 0.5) < 1e-12);
     assert_true(lum_path_at(&path, -1.0).at[0] == 0.0);
     assert_true(lum_path_at(&path, 9.0).at[1] == 1.0);
-    assert_true(lum_path_fastest(&path) >= 2.0);
+    assert_true(lum_path_fastest(&path, 0.0) >= 2.0);
 }
 
 /* --- What a moving sensor sees --- */
@@ -157,9 +168,8 @@ static double from_yard(const double at[3])
     return fmin(fmin(x, y), fabs(at[2]));
 }
 
-static void test_walls_are_flat_by_the_poses_alone(void **state)
+static void see_walls(struct fixture *f)
 {
-    struct fixture *f = *state;
     size_t count = 0;
     size_t bent = 0;
     begin(f, LUM_PLACE_YARD, LUM_PATH_EIGHT, 12.0);
@@ -168,7 +178,7 @@ static void test_walls_are_flat_by_the_poses_alone(void **state)
         render(f, 3, n, n % LUM_EYES);
         for (size_t i = 0; i < f->line.truth_count; i++) {
             const lum_sample *s = &f->line.truth[i];
-            const double in[3] = {(double)s->x, (double)s->y, (double)s->z};
+            double in[3];
             double at[3];
             const unsigned thing = f->line.labels[i].thing;
             if (thing != LUM_THING_GROUND && thing != LUM_THING_BUILDING) {
@@ -179,6 +189,7 @@ static void test_walls_are_flat_by_the_poses_alone(void **state)
             if (thing == LUM_THING_GROUND) {
                 continue;
             }
+            to_vehicle(f, s, in);
             lum_pose_apply(&frame, in, at);
             bent += from_yard(at) > 10.0 * EXACT_M;
             count++;
@@ -186,6 +197,75 @@ static void test_walls_are_flat_by_the_poses_alone(void **state)
     }
     assert_true(count > 1000);
     assert_true(bent > count / 2);
+}
+
+static void test_walls_are_flat_by_the_poses_alone(void **state)
+{
+    see_walls(*state);
+}
+
+/* Half of a turn about the sensor's x, and a quarter to the left. */
+static const lum_pose aside = {{1.2, -0.4, 0.3}, {0.5, 0.5, 0.5, 0.5}};
+
+static void test_so_they_are_by_the_poses_of_a_vehicle(void **state)
+{
+    struct fixture *f = *state;
+    f->options.place.is_on_vehicle = true;
+    f->options.place.on_vehicle = aside;
+    f->options.start = (lum_render_start){
+        .clock_us = 123456, .late_us = 41000, .slow_ppm = 900.0, .number = 1};
+    see_walls(f);
+    assert_true(f->line.clock_us == 123456 + 223437);
+    assert_true(f->line.first_us == 123456);
+    assert_true(lum_render_drive_ns(&f->render, 123456000) == 41000000);
+    assert_true(lum_render_drive_ns(&f->render, 1123456000) == 1041900000);
+}
+
+/* By the screw between any two poses. */
+static void test_a_lever_is_no_faster_than_said(void **state)
+{
+    (void)state;
+    const lum_pose poses[2] = {{{0.0, 0.0, 1.0}, {0.0, 0.0, 0.0, 1.0}},
+                               {{0.5, 0.2, 1.0}, {0.0, 0.0, 0.6, 0.8}}};
+    const double times_s[2] = {0.0, 0.25};
+    lum_path path = {
+        .kind = LUM_PATH_POSES, .poses = poses, .times_s = times_s, .count = 2};
+    for (int i = 0; i < 2; i++) {
+        const double most = lum_path_fastest(&path, 1.3);
+        double fastest = 0.0;
+        for (double t = 0.0; t < 0.249; t += 0.001) {
+            const double lever[3] = {0.3, 1.25, 0.0};
+            double at[2][3];
+            const lum_pose now = lum_path_at(&path, t);
+            const lum_pose next = lum_path_at(&path, t + 0.001);
+            lum_pose_apply(&now, lever, at[0]);
+            lum_pose_apply(&next, lever, at[1]);
+            fastest =
+                fmax(fastest,
+                     hypot(at[1][0] - at[0][0], at[1][1] - at[0][1]) / 0.001);
+        }
+        assert_true(fastest < most && fastest > most / 3.0);
+        path = (lum_path){.kind = LUM_PATH_CIRCLE,
+                          .velocity_m_s = 3.0,
+                          .course = lum_town_circuit()};
+    }
+}
+
+/* Two that are at one place at one time. */
+static void test_each_sensor_has_its_own_noise(void **state)
+{
+    struct fixture *f = *state;
+    begin(f, LUM_PLACE_YARD, LUM_PATH_EIGHT, 2.0);
+    render(f, 1, 5, LUM_EYE_BLUE);
+    f->other = f->line;
+    f->options.start.number = 1;
+    begin(f, LUM_PLACE_YARD, LUM_PATH_EIGHT, 2.0);
+    render(f, 1, 5, LUM_EYE_BLUE);
+    assert_true(f->line.truth[0].range == f->other.truth[0].range);
+    assert_memory_not_equal(f->line.angles, f->other.angles,
+                            sizeof f->line.angles);
+    assert_memory_not_equal(f->line.words, f->other.words,
+                            100 * sizeof f->line.words[0]);
 }
 
 static void test_a_line_does_not_depend_on_those_before_it(void **state)
@@ -306,14 +386,56 @@ static void test_a_car_that_moves_is_one_object(void **state)
     assert_true(fabs(now.low[1] - later.low[1]) < 0.1);
 }
 
+/* The first vehicle of its lane, which keeps its distance to it. */
+#define LEADER UINT32_C(0x28000001)
+
+/* How far ahead of the vehicle the leader's end is, by one frame. */
+static double find_leader(struct fixture *f, unsigned eye)
+{
+    double nearest = 100.0;
+    begin(f, LUM_PLACE_STREET, LUM_PATH_STRAIGHT, 8.0);
+    for (uint32_t n = 0; n < f->options.lines; n++) {
+        render(f, 2, n, eye);
+        for (size_t i = 0; i < f->line.truth_count; i++) {
+            double at[3];
+            to_vehicle(f, &f->line.truth[i], at);
+            if (f->line.labels[i].object == LEADER) {
+                nearest = fmin(nearest, at[0]);
+            }
+        }
+    }
+    return nearest;
+}
+
+static void test_sensors_of_a_vehicle_see_one_street(void **state)
+{
+    struct fixture *f = *state;
+    const double alone = find_leader(f, LUM_EYE_BLUE);
+    f->options.place.is_on_vehicle = true;
+    f->options.place.on_vehicle = lum_pose_identity();
+    f->options.place.on_vehicle.at[0] = -1.5;
+    f->options.place.on_vehicle.at[2] = 0.2;
+    f->options.start.late_us = 43000;
+    const double behind = find_leader(f, LUM_EYE_GREEN);
+    assert_true(alone > 5.0 && alone < 20.0);
+    assert_true(fabs(alone - behind) < 0.01);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_circuit_closes),
         cmocka_unit_test(test_it_stops_and_goes),
         cmocka_unit_test(test_given_poses_are_gone_through),
+        cmocka_unit_test(test_a_lever_is_no_faster_than_said),
         cmocka_unit_test_setup_teardown(test_walls_are_flat_by_the_poses_alone,
                                         set_up, tear_down),
+        cmocka_unit_test_setup_teardown(
+            test_so_they_are_by_the_poses_of_a_vehicle, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_each_sensor_has_its_own_noise,
+                                        set_up, tear_down),
+        cmocka_unit_test_setup_teardown(
+            test_sensors_of_a_vehicle_see_one_street, set_up, tear_down),
         cmocka_unit_test_setup_teardown(
             test_a_line_does_not_depend_on_those_before_it, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_the_ground_of_a_town_is_flat,

@@ -557,6 +557,74 @@ static void walls_are_the_same_from_each_pose_and_differ_by_seed(void **state)
     assert_true(lum_place_noise_seed(&a) != lum_place_noise_seed(&b));
 }
 
+/* Whether a line of a sensor on a vehicle is that of one alone, byte for byte,
+ * where it stands then. */
+static void compare_with_alone(struct fixture *f, lum_stance vehicle,
+                               lum_pose on, lum_stance alone)
+{
+    static lum_sim_line line;
+    const size_t n = LUM_LINE_PIXELS / 2;
+    look_at(f, LUM_PLACE_ROOM, alone);
+    render(f, 1, 30, LUM_EYE_BLUE);
+    line = f->line;
+    f->options.place = (lum_place_options){.kind = LUM_PLACE_ROOM,
+                                           .has_pose = true,
+                                           .pose = vehicle,
+                                           .is_on_vehicle = true,
+                                           .on_vehicle = on};
+    begin(f);
+    render(f, 1, 30, LUM_EYE_BLUE);
+    assert_true(line.word_count > n);
+    assert_int_equal(line.word_count, f->line.word_count);
+    assert_memory_equal(line.words, f->line.words, n * sizeof line.words[0]);
+    assert_memory_equal(line.angles, f->line.angles, sizeof line.angles);
+    const lum_pose pose = lum_render_pose(&f->render, 1, 30);
+    assert_true(fabs(pose.at[0] - vehicle.at[0]) < 1e-12);
+}
+
+static void one_on_a_vehicle_sees_what_one_alone_sees_there(void **state)
+{
+    const double half = sqrt(0.5);
+    const lum_pose left = {{1.0, 0.5, 0.25}, {0.0, 0.0, half, half}};
+    const lum_pose down = {{1.0, 0.5, 0.25}, {0.0, half, 0.0, half}};
+    const lum_stance vehicle = {.at = {-2.0, 1.0, 1.5}, .yaw_deg = -90.0};
+    const lum_stance turned = {.at = {0.0, 0.0, 1.5}, .roll_deg = 90.0};
+    compare_with_alone(*state, vehicle, left,
+                       (lum_stance){.at = {-1.5, 0.0, 1.75}});
+    compare_with_alone(*state, vehicle, down,
+                       (lum_stance){.at = {-1.5, 0.0, 1.75},
+                                    .pitch_deg = 90.0,
+                                    .yaw_deg = -90.0});
+    /* Its left is up: to its left is a turn by pitch. */
+    compare_with_alone(*state, turned, left,
+                       (lum_stance){.at = {1.0, -0.25, 2.0},
+                                    .pitch_deg = -90.0,
+                                    .yaw_deg = 90.0});
+}
+
+/* A vehicle of the street is the same one from both eyes, however far one is in
+ * front of the other. */
+static void a_mount_ahead_sees_vehicles_where_they_are(void **state)
+{
+    struct fixture *f = *state;
+    double nearest[2] = {100.0, 100.0};
+    for (int i = 0; i < 2; i++) {
+        lum_render_options_default(&f->options);
+        f->options.calibration.eye[LUM_EYE_BLUE].mount_um[0] = i * 800000;
+        begin(f);
+        for (uint32_t n = 0; n < 64; n++) {
+            render(f, 1, n, LUM_EYE_BLUE);
+            for (size_t k = 0; k < f->line.truth_count; k++) {
+                if (f->line.labels[k].object == 0x28000001u) {
+                    nearest[i] = fmin(nearest[i], (double)f->line.truth[k].x);
+                }
+            }
+        }
+    }
+    assert_true(nearest[0] < 20.0);
+    assert_true(fabs(nearest[1] - nearest[0]) < 0.01);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -581,6 +649,10 @@ int main(void)
         cmocka_unit_test_setup_teardown(encoders_are_wrong_by_a_sine, set_up,
                                         tear_down),
         cmocka_unit_test(walls_are_the_same_from_each_pose_and_differ_by_seed),
+        cmocka_unit_test_setup_teardown(
+            one_on_a_vehicle_sees_what_one_alone_sees_there, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(
+            a_mount_ahead_sees_vehicles_where_they_are, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
