@@ -11,32 +11,49 @@ bool capture_file_is_in_place(const char *path)
            (file_look(path, &look) && look.kind != FILE_REGULAR);
 }
 
-static int open_as(const char *path, const struct provenance *about,
-                   bool is_whole, lum_capture_writer **out, lum_error *error)
+bool capture_file_is_pcapng(const char *path)
 {
-    lum_capture_writer_options o = {.struct_size = sizeof o,
-                                    .is_whole = is_whole};
+    const size_t n = strlen(path);
+    return n > 7 && strcmp(path + n - 7, ".pcapng") == 0;
+}
+
+static lum_capture_writer_options options_of(const struct provenance *about)
+{
+    lum_capture_writer_options o = {.struct_size = sizeof o};
     if (about != NULL) {
         o.format = LUM_CAPTURE_PCAPNG;
         o.application = about->program;
         o.comments = about->comments;
         o.comment_count = about->comment_count;
     }
-    *out = NULL;
-    return lum_capture_writer_open_as(path, &o, out, error);
+    return o;
 }
 
 int capture_file_open(const char *path, const struct provenance *about,
                       lum_capture_writer **out, lum_error *error)
 {
-    return open_as(path, about, true, out, error);
+    return capture_file_open_from(path, about, NULL, 0, out, error);
+}
+
+int capture_file_open_from(const char *path, const struct provenance *about,
+                           const char *const *interfaces, size_t count,
+                           lum_capture_writer **out, lum_error *error)
+{
+    lum_capture_writer_options o = options_of(about);
+    o.is_whole = true;
+    o.interfaces = interfaces;
+    o.interface_count = count;
+    *out = NULL;
+    return lum_capture_writer_open_as(path, &o, out, error);
 }
 
 /* A disk that cannot be written to is reported at once. */
 int capture_file_record(const char *path, const struct provenance *about,
                         lum_capture_writer **out, lum_error *error)
 {
-    if (open_as(path, about, false, out, error) != 0) {
+    const lum_capture_writer_options o = options_of(about);
+    *out = NULL;
+    if (lum_capture_writer_open_as(path, &o, out, error) != 0) {
         return -1;
     }
     if (lum_capture_writer_flush(*out, error) != 0) {

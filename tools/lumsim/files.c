@@ -17,6 +17,7 @@ static bool check_inputs(const struct options *o, const char *option,
     const struct input_file inputs[] = {
         {o->calibration, "the calibration"},
         {o->profile, "the profile"},
+        {o->rig.path, "the rig"},
         {o->replay.path, "the capture to be replayed"},
         {o->render.place.path.kind == LUM_PATH_POSES ? o->moving.path : NULL,
          "the path"}};

@@ -2,6 +2,7 @@
 
 #include "layout.h"
 #include "moving.h"
+#include "rig.h"
 
 #include <stdio.h>
 
@@ -47,6 +48,28 @@ bool moving_load(struct options *o)
 {
     return o->render.place.path.kind != LUM_PATH_POSES ||
            refuse("--path", "pose");
+}
+
+bool rig_check(struct options *o)
+{
+    return o->rig.path == NULL || refuse("--rig", "capture");
+}
+
+bool rig_load(struct options *o)
+{
+    (void)o;
+    return false;
+}
+
+bool rig_spread(struct options *o)
+{
+    (void)o;
+    return false;
+}
+
+void rig_free(struct options *o)
+{
+    (void)o;
 }
 
 int offline_run(const struct options *o)

@@ -1,5 +1,6 @@
 #include "live.h"
 #include "moving.h"
+#include "rig.h"
 
 int main(int argc, char **argv)
 {
@@ -9,6 +10,7 @@ int main(int argc, char **argv)
         status = options.mode == MODE_FILE ? offline_run(&options)
                                            : live_run(&options);
     }
+    rig_free(&options);
     moving_free(&options);
     return status;
 }

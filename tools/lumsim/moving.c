@@ -127,10 +127,11 @@ bool moving_is_open(const struct options *o)
     const int64_t frames = o->frames > 0 ? o->frames : FRAMES_USUAL;
     const int64_t looks = frames > LOOKS ? frames : LOOKS;
     const double last_s = (double)frames / r->rate_hz;
+    const double begin_s = (double)r->start.late_us * 1e-6;
     lum_place place;
     lum_place_init(&place, &r->place, r->seed);
     for (int64_t i = 0; i <= looks; i++) {
-        const double time_s = last_s * (double)i / (double)looks;
+        const double time_s = begin_s + last_s * (double)i / (double)looks;
         if (!standing_see_eyes(o, &place, &time_s)) {
             return false;
         }

@@ -3,12 +3,11 @@
 #include "../common/interrupt.h"
 #include "../common/terminal.h"
 #include "files.h"
-#include "labels.h"
 #include "layout.h"
 #include "lum/wire.h"
+#include "rig.h"
 #include "sim/fault.h"
-#include "sim/packets.h"
-#include "sim/render.h"
+#include "simulated.h"
 #include "standing.h"
 #include "truth.h"
 
@@ -20,9 +19,6 @@
 
 /* A system is woken up to so much too late. */
 #define WAKING_NS 9973
-
-/* The recording begins on the first of January 2026, UTC. */
-#define EPOCH_NS (INT64_C(1767225600) * 1000000000)
 
 /* What a receiving Linux joins at most. */
 #define JOINED_MAX       64u
@@ -36,41 +32,25 @@ struct joined {
     uint8_t bytes[JOINED_BYTES_MAX];
 };
 
-/* Too large for a stack. */
 struct run {
     const struct options *options;
-    lum_render render;
-    lum_sim_line line;
-    lum_packet_batch batches[LUM_EYES];
+    struct simulated *sensors;
+    size_t count; /* of these */
     lum_fault fault;
     struct joined joined;
     lum_capture_writer *output;
-    struct truth *truth;          /* NULL: not requested */
-    lum_outfile true_calibration; /* likewise; a fd of -1 */
-    lum_sink *poses;              /* likewise */
-    struct labels *labels;        /* likewise */
+    lum_sink *poses; /* NULL: not requested */
     lum_error error;
     int64_t frames;
-    uint64_t packets;
-    uint64_t points;
     bool progress; /* shown */
 };
 
-/* --- Times --- */
-
-/* The capture's clock after the sensor's clock has advanced by this much. */
-static int64_t utc_of(const struct options *o, int64_t sensor_ns)
-{
-    return EPOCH_NS + sensor_ns +
-           (int64_t)((double)sensor_ns * o->capture.drift_ppm * 1e-6);
-}
-
 /* A system that looks at its packets now and then stamps all at once; nobody is
  * woken to the microsecond. */
-static int64_t stamp_of(const struct options *o, int64_t sensor_ns)
+static int64_t stamp_of(const struct options *o, int64_t time_ns)
 {
     const int64_t batch_ns = (int64_t)(o->capture.batch_ms * 1e6);
-    const int64_t utc_ns = utc_of(o, sensor_ns);
+    const int64_t utc_ns = simulated_utc(o, time_ns);
     if (batch_ns <= 0) {
         return utc_ns;
     }
@@ -114,17 +94,19 @@ static int join(struct run *run, const lum_datagram *datagram)
 static int write_packet(struct run *run, const lum_sim_packet *packet)
 {
     const struct options *o = run->options;
+    struct simulated *sensor = &run->sensors[packet->sender];
     const lum_datagram datagram = {.time_ns = stamp_of(o, packet->time_ns),
                                    .payload = packet->bytes,
                                    .len = packet->len,
-                                   .source = o->sensor,
+                                   .source = sensor->options->sensor,
                                    .destination = o->capture.client,
                                    .source_port = LUM_PORT,
                                    .destination_port = o->capture.client_port};
-    run->packets++;
+    sensor->packets++;
     return o->delivery.joined
                ? join(run, &datagram)
-               : lum_capture_writer_add(run->output, &datagram, &run->error);
+               : lum_capture_writer_add_from(run->output, sensor->interface,
+                                             &datagram, &run->error);
 }
 
 static int write_what_leaves(struct run *run)
@@ -138,86 +120,70 @@ static int write_what_leaves(struct run *run)
     return 0;
 }
 
-static int send_line(struct run *run)
+/* What befalls a packet is drawn when it is put in. */
+static void push(struct run *run, struct simulated *sensor,
+                 const lum_sim_packet *packet)
 {
-    const lum_render_options *r = &run->options->render;
-    lum_sim_packet *order[LUM_EYES * LUM_PACKETS_LINE_MAX];
-    const size_t n =
-        lum_packets_spread(run->batches, 1e9 / r->rate_hz / r->lines, order);
-    for (size_t i = 0; i < n; i++) {
-        lum_fault_push(&run->fault, order[i]);
-        if (write_what_leaves(run) != 0) {
-            return -1;
-        }
+    uint64_t before[LUM_FAULT_KINDS];
+    memcpy(before, run->fault.count, sizeof before);
+    lum_fault_push(&run->fault, packet);
+    for (unsigned k = 0; k < LUM_FAULT_KINDS; k++) {
+        sensor->faults[k] += run->fault.count[k] - before[k];
     }
-    return write_joined(run);
 }
 
-/* --- Simulating --- */
-
-static int simulate_eye(struct run *run, int64_t frame, uint32_t number,
-                        unsigned eye)
+static int send_next(struct run *run, struct simulated *sensor)
 {
-    lum_sim_line *line = &run->line;
-    if (lum_render_line(&run->render, frame, number, eye, line) != LUM_OK) {
-        return lum_error_set(&run->error, "not enough memory for the scene");
-    }
-    run->points += line->truth_count;
-    if (lum_packets_build(&run->options->render.layout, line,
-                          &run->batches[eye]) != LUM_OK) {
-        return lum_error_set(&run->error,
-                             "a line does not fit the profile's packets");
-    }
-    if (run->labels != NULL &&
-        labels_add(run->labels, line, &run->error) != 0) {
+    push(run, sensor, sensor->order[sensor->next++]);
+    if (write_what_leaves(run) != 0) {
         return -1;
     }
-    const int64_t utc_us = utc_of(run->options, line->clock_us * 1000) / 1000;
-    return run->truth != NULL ? truth_add(run->truth, line, utc_us, &run->error)
-                              : 0;
+    return sensor->next == sensor->count ? write_joined(run) : 0;
 }
 
-/* Of the start of a line, if requested; both eyes' start at once. */
+/* --- Poses --- */
+
+/* Of the start of a line of the first sensor, if requested; both eyes' start at
+ * once. */
 static int write_pose(struct run *run, const lum_sim_line *line)
 {
     const struct options *o = run->options;
+    const struct simulated *s = &run->sensors[0];
+    const int64_t clock_ns = line->clock_us * 1000;
     if (run->poses == NULL) {
         return 0;
     }
     const lum_pose pose =
-        lum_render_pose(&run->render, line->frame, line->number);
+        lum_render_pose(&s->render, line->frame, line->number);
     const int64_t time_ns =
-        o->truth.is_utc ? utc_of(o, line->clock_us * 1000)
+        o->truth.is_utc ? simulated_utc(o, simulated_time_ns(s, clock_ns))
                         : lum_packets_clock_us(&o->render.layout, line) * 1000;
     return truth_poses_add(run->poses, time_ns, &pose, &run->error);
 }
 
-static int simulate_line(struct run *run, int64_t frame, uint32_t number)
-{
-    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        if (simulate_eye(run, frame, number, eye) != 0) {
-            return -1;
-        }
-    }
-    return write_pose(run, &run->line) == 0 ? send_line(run) : -1;
-}
-
 /* Without the first, the pixels of the last line would have no pose; without
  * the second, those of its last pixels whose UTC a reader estimates some
- * microseconds too late. */
+ * microseconds too late. Other sensors may end later. */
 static int write_last_poses(struct run *run)
 {
-    const uint32_t lines = run->options->render.lines;
-    lum_sim_line *end = &run->line;
+    const struct options *o = run->options;
+    const uint32_t lines = o->render.lines;
+    const double late_s = rig_late_s(o, run->frames);
+    const uint32_t more = (uint32_t)(late_s * o->render.rate_hz * lines + 1.0);
+    const uint32_t last = lines + 1 + (late_s > 0.0 ? more : 0);
+    struct simulated *s = &run->sensors[0];
+    lum_sim_line *end = &s->line;
     int result = 0;
-    for (end->number = lines; end->number <= lines + 1 && result == 0;
+    for (end->number = lines; end->number <= last && result == 0;
          end->number++) {
         end->clock_us =
-            lum_render_clock_us(&run->render, end->frame, end->number);
+            lum_render_clock_us(&s->render, end->frame, end->number);
         result = write_pose(run, end);
     }
     return result;
 }
+
+/* --- Simulating --- */
 
 static void show_progress(const struct run *run, int64_t frame)
 {
@@ -234,17 +200,62 @@ static void clear_progress(const struct run *run)
     }
 }
 
+static int render(struct run *run, struct simulated *sensor)
+{
+    const bool is_first = sensor == &run->sensors[0];
+    if (is_first && sensor->number == 0) {
+        show_progress(run, sensor->frame);
+    }
+    if (simulated_render(sensor, (unsigned)(sensor - run->sensors),
+                         &run->error) != 0 ||
+        (is_first && write_pose(run, &sensor->line) != 0)) {
+        return -1;
+    }
+    return interrupt_signal() == 0 ? 0 : -1;
+}
+
+/* The one whose next packet leaves first; of several, the first of the rig.
+ * NULL: all have ended. */
+static struct simulated *find_next(const struct run *run)
+{
+    struct simulated *found = NULL;
+    for (size_t i = 0; i < run->count; i++) {
+        struct simulated *s = &run->sensors[i];
+        if (s->next < s->count &&
+            (found == NULL ||
+             s->order[s->next]->time_ns < found->order[found->next]->time_ns)) {
+            found = s;
+        }
+    }
+    return found;
+}
+
+/* So that each has a packet to come, up to its end. */
+static int render_all(struct run *run)
+{
+    for (size_t i = 0; i < run->count; i++) {
+        struct simulated *s = &run->sensors[i];
+        if (s->next == s->count && s->frame <= run->frames &&
+            render(run, s) != 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
 /* 0, or -1 when it failed or a signal came. */
 static int simulate(struct run *run)
 {
-    for (int64_t frame = 1; frame <= run->frames; frame++) {
-        show_progress(run, frame);
-        for (uint32_t i = 0; i < run->options->render.lines; i++) {
-            if (simulate_line(run, frame, i) != 0 || interrupt_signal() != 0) {
-                return -1;
-            }
+    struct simulated *next = NULL;
+    do {
+        if (render_all(run) != 0) {
+            return -1;
         }
-    }
+        next = find_next(run);
+        if (next != NULL && send_next(run, next) != 0) {
+            return -1;
+        }
+    } while (next != NULL);
     lum_fault_flush(&run->fault);
     return write_what_leaves(run) == 0 && write_joined(run) == 0
                ? write_last_poses(run)
@@ -271,9 +282,20 @@ static int fail(const struct run *run, int reason)
 
 static void abort_truth(struct run *run)
 {
-    truth_abort(run->truth);
+    for (size_t i = 0; i < run->count; i++) {
+        simulated_abort(&run->sensors[i]);
+    }
     lum_sink_abort(run->poses);
-    labels_abort(run->labels);
+}
+
+static void free_sensors(struct run *run)
+{
+    for (size_t i = 0; i < run->count; i++) {
+        simulated_free(&run->sensors[i]);
+    }
+    free(run->sensors);
+    run->sensors = NULL;
+    run->count = 0;
 }
 
 static int give_up(struct run *run)
@@ -283,55 +305,61 @@ static int give_up(struct run *run)
     abort_truth(run);
     lum_capture_writer_abort(run->output);
     if (interrupt_signal() != 0) {
-        lum_outfile_discard(&run->true_calibration);
+        free_sensors(run);
         interrupt_die();
     }
     return fail(run, reason);
 }
 
-static void sum_up(const struct run *run)
+static void sum_faults(const struct options *o,
+                       const uint64_t faults[LUM_FAULT_KINDS])
 {
     static const char *const names[LUM_FAULT_KINDS] = {
         "lost", "repeated", "reordered", "corrupted"};
-    const struct options *o = run->options;
-    if (o->quiet) {
-        return;
-    }
-    (void)fprintf(stderr,
-                  "%s: %" PRId64 " frames of %" PRIu32 " lines, %" PRIu64
-                  " points in %" PRIu64 " packets",
-                  strcmp(o->capture.output, "-") == 0 ? "standard output"
-                                                      : o->capture.output,
-                  run->frames, o->render.lines, run->points, run->packets);
     for (unsigned k = 0; k < LUM_FAULT_KINDS; k++) {
         if (o->delivery.faults[k] > 0.0) {
-            (void)fprintf(stderr, "; %" PRIu64 " %s", run->fault.count[k],
-                          names[k]);
+            (void)fprintf(stderr, "; %" PRIu64 " %s", faults[k], names[k]);
         }
     }
     (void)fputc('\n', stderr);
 }
 
+static void sum_up(const struct run *run)
+{
+    const struct options *o = run->options;
+    uint64_t points = 0;
+    uint64_t packets = 0;
+    for (size_t i = 0; i < run->count; i++) {
+        points += run->sensors[i].points;
+        packets += run->sensors[i].packets;
+    }
+    (void)fprintf(stderr,
+                  "%s: %" PRId64 " frames of %" PRIu32 " lines%s, %" PRIu64
+                  " points in %" PRIu64 " packets",
+                  strcmp(o->capture.output, "-") == 0 ? "standard output"
+                                                      : o->capture.output,
+                  run->frames, o->render.lines,
+                  o->rig.path != NULL ? " of each sensor" : "", points,
+                  packets);
+    sum_faults(o, run->fault.count);
+    for (size_t i = 0; o->rig.path != NULL && i < run->count; i++) {
+        const struct simulated *s = &run->sensors[i];
+        (void)fprintf(stderr, "  %s: %" PRIu64 " points in %" PRIu64 " packets",
+                      s->options->rig.name, s->points, s->packets);
+        sum_faults(o, s->faults);
+    }
+}
+
 static int close_truth(struct run *run)
 {
-    struct truth *truth = run->truth;
     lum_sink *poses = run->poses;
-    run->truth = NULL;
-    if (truth != NULL && truth_close(truth, &run->error) != 0) {
-        return -1;
-    }
-    struct labels *labels = run->labels;
-    run->labels = NULL;
-    if (labels != NULL && labels_close(labels, &run->error) != 0) {
-        return -1;
+    for (size_t i = 0; i < run->count; i++) {
+        if (simulated_close(&run->sensors[i], &run->error) != 0) {
+            return -1;
+        }
     }
     run->poses = NULL;
-    if (poses != NULL && lum_sink_close(poses, &run->error) != 0) {
-        return -1;
-    }
-    return run->options->truth.calibration != NULL
-               ? lum_outfile_finish(&run->true_calibration, &run->error)
-               : 0;
+    return poses != NULL ? lum_sink_close(poses, &run->error) : 0;
 }
 
 static int finish(struct run *run)
@@ -346,18 +374,42 @@ static int finish(struct run *run)
     if (lum_capture_writer_close(run->output, &run->error) != 0) {
         return fail(run, errno);
     }
-    sum_up(run);
+    if (!run->options->quiet) {
+        sum_up(run);
+    }
     return EXIT_SUCCESS;
 }
 
 /* --- Beginning --- */
 
+/* The names of the rig's interfaces, "" among them for sensors without one, and
+ * the place of each sensor's; 0: no sensor has one. */
+static size_t find_interfaces(struct run *run,
+                              const char *names[LUM_RIG_SENSORS_MAX])
+{
+    bool has_name = false;
+    size_t count = 0;
+    for (size_t i = 0; run->options->rig.path != NULL && i < run->count; i++) {
+        struct simulated *s = &run->sensors[i];
+        s->interface = 0;
+        while (s->interface < count &&
+               strcmp(names[s->interface], s->options->rig.interface) != 0) {
+            s->interface++;
+        }
+        names[s->interface] = s->options->rig.interface;
+        count += s->interface == count;
+        has_name = has_name || names[s->interface][0] != '\0';
+    }
+    return has_name ? count : 0;
+}
+
 /* A scene is its own source. */
-static int open_capture(struct run *run)
+static void describe(const struct run *run, struct provenance *out)
 {
     const struct options *o = run->options;
     char source[32];
-    const struct provenance_run about = {.program = "lumsim", .source = source};
+    const char *sensors[LUM_RIG_SENSORS_MAX];
+    struct provenance_run about = {.program = "lumsim", .source = source};
     const struct geometry geometry = {
         .calibration = o->render.calibration,
         .profile = o->render.layout.profile,
@@ -365,18 +417,30 @@ static int open_capture(struct run *run)
             o->calibration != NULL || set_keys_first(&o->set, false) != NULL,
         .has_profile =
             o->profile != NULL || set_keys_first(&o->set, true) != NULL};
-    struct provenance *said = NULL;
     (void)snprintf(source, sizeof source, "a simulated %s", standing_scene(o));
-    const size_t n = strlen(o->capture.output);
-    if (n > 7 && strcmp(o->capture.output + n - 7, ".pcapng") == 0) {
+    for (size_t i = 0; o->rig.path != NULL && i < run->count; i++) {
+        sensors[i] = run->sensors[i].options->rig.name;
+        about.sensors = sensors;
+        about.sensor_count = run->count;
+    }
+    provenance_make(&about, &geometry, NULL, out);
+}
+
+static int open_capture(struct run *run)
+{
+    const struct options *o = run->options;
+    const char *names[LUM_RIG_SENSORS_MAX];
+    struct provenance *said = NULL;
+    if (capture_file_is_pcapng(o->capture.output)) {
         said = malloc(sizeof *said);
         if (said == NULL) {
             return lum_error_set(&run->error, "not enough memory");
         }
-        provenance_make(&about, &geometry, NULL, said);
+        describe(run, said);
     }
-    const int result =
-        capture_file_open(o->capture.output, said, &run->output, &run->error);
+    const size_t count = find_interfaces(run, names);
+    const int result = capture_file_open_from(o->capture.output, said, names,
+                                              count, &run->output, &run->error);
     const int code = errno;
     free(said);
     errno = code;
@@ -386,21 +450,13 @@ static int open_capture(struct run *run)
 static int open_truth(struct run *run)
 {
     const struct options *o = run->options;
-    if (o->truth.points != NULL &&
-        truth_open(o->truth.points, &o->render.layout, o->truth.is_utc,
-                   &run->truth, &run->error) != 0) {
-        return -1;
+    for (size_t i = 0; i < run->count; i++) {
+        if (simulated_open(&run->sensors[i], &run->error) != 0) {
+            return -1;
+        }
     }
-    if (o->moving.poses != NULL &&
-        truth_poses_open(o->moving.poses, &run->poses, &run->error) != 0) {
-        return -1;
-    }
-    if (o->moving.labels != NULL &&
-        labels_open(o->moving.labels, &run->labels, &run->error) != 0) {
-        return -1;
-    }
-    return o->truth.calibration != NULL
-               ? truth_yaml_begin(o, &run->true_calibration, &run->error)
+    return o->moving.poses != NULL
+               ? truth_poses_open(o, &run->poses, &run->error)
                : 0;
 }
 
@@ -417,15 +473,36 @@ static int open_outputs(struct run *run)
     return 0;
 }
 
+/* 0, or the exit status. */
+static int init_sensors(struct run *run)
+{
+    const struct options *o = run->options;
+    const size_t count = o->rig.path != NULL ? o->rig.count : 1;
+    run->sensors = calloc(count, sizeof *run->sensors);
+    if (run->sensors == NULL) {
+        (void)fputs("lumsim: not enough memory\n", stderr);
+        return EXIT_FAILURE;
+    }
+    while (run->count < count) {
+        const struct options *one =
+            o->rig.path != NULL ? &o->rig.sensors[run->count] : o;
+        if (simulated_init(&run->sensors[run->count++], one) != 0) {
+            (void)fprintf(stderr,
+                          "lumsim: %s: angle_lsb_deg is too small: 16 bits do "
+                          "not reach the ends of the calibrated span\n",
+                          layout_source(one));
+            return 2;
+        }
+    }
+    return 0;
+}
+
 static int execute(struct run *run)
 {
     const struct options *o = run->options;
-    if (lum_render_init(&run->render, &o->render) != LUM_OK) {
-        (void)fprintf(stderr,
-                      "lumsim: %s: angle_lsb_deg is too small: 16 bits do not "
-                      "reach the ends of the calibrated span\n",
-                      layout_source(o));
-        return 2;
+    const int status = init_sensors(run);
+    if (status != 0) {
+        return status;
     }
     lum_fault_init(&run->fault, o->delivery.faults, o->render.seed);
     if (open_outputs(run) != 0) {
@@ -454,12 +531,10 @@ int offline_run(const struct options *o)
         return EXIT_FAILURE;
     }
     run->options = o;
-    run->true_calibration = (lum_outfile){.fd = -1, .claim = LUM_CLAIM_NONE};
     run->frames = o->frames > 0 ? o->frames : FRAMES_USUAL;
     prepare_for_signals(o);
     const int status = execute(run);
-    lum_outfile_discard(&run->true_calibration);
-    lum_render_free(&run->render);
+    free_sensors(run);
     free(run);
     return status;
 }

@@ -9,6 +9,7 @@
 #include "lum/version.h"
 #include "lum/wire.h"
 #include "moving.h"
+#include "rig.h"
 #include "sim/device.h"
 #include "standing.h"
 
@@ -167,6 +168,7 @@ static bool take_fault(void *options, const char *text, lum_error *why)
 #define ALL   (MODE_FILE | MODE_SCENE | MODE_REPLAY)
 #define LIVE  (MODE_SCENE | MODE_REPLAY)
 #define DRIVE (MODE_FILE | MODE_SCENE)
+#define ALONE 8u /* not with --rig */
 #define HOST  "an address of a host, such as 10.42.0.37"
 
 #define INTO(field)  OPTION_INTO(struct options, field)
@@ -224,10 +226,11 @@ static const struct option_spec specs[] = {
     {"answer-loss", .group = LIVE, PROBABILITY(answers.loss)},
     {"joined", .group = ALL, FLAG(delivery.joined)},
     {"fault", .group = LIVE, CALL(take_fault), .allowed = "KIND@TIME"},
-    {"calibration", .group = DRIVE, TEXT(calibration)},
-    {"profile", .group = ALL, TEXT(profile)},
-    {"set", .group = ALL, CALL(take_set), .allowed = SET_KEYS_ALLOWED},
-    {"address", .group = ALL, CALL(take_address), .allowed = HOST},
+    {"rig", .group = ALL, TEXT(rig.path)},
+    {"calibration", .group = DRIVE | ALONE, TEXT(calibration)},
+    {"profile", .group = ALL | ALONE, TEXT(profile)},
+    {"set", .group = ALL | ALONE, CALL(take_set), .allowed = SET_KEYS_ALLOWED},
+    {"address", .group = ALL | ALONE, CALL(take_address), .allowed = HOST},
     {"port", .group = LIVE, WHOLE(live.port, 1, UINT16_MAX)},
     {"interface", .group = LIVE, CALL(take_interface),
      .allowed = "the name of an interface"},
@@ -288,10 +291,14 @@ static bool check_modes(const struct options *o,
                         const struct option_result *result)
 {
     for (size_t i = 0; i < SPECS; i++) {
+        const unsigned group = specs[i].group;
+        const bool is_alone = (group & ALONE) != 0 && o->rig.path != NULL;
         if (option_table_has(result, i) &&
-            (specs[i].group & (unsigned)o->mode) == 0) {
+            (is_alone || (group & (unsigned)o->mode) == 0)) {
             (void)fprintf(stderr, "lumsim: --%s %s\n", specs[i].name,
-                          reason(specs[i].group));
+                          is_alone ? "does not go with --rig, whose file says "
+                                     "that of each sensor"
+                                   : reason(group & ~ALONE));
             return false;
         }
     }
@@ -356,6 +363,15 @@ static void set_defaults(struct options *out)
     out->render.seed = 1;
 }
 
+static bool load(struct options *o)
+{
+    if (o->rig.path != NULL) {
+        return rig_load(o) && moving_load(o) && rig_spread(o);
+    }
+    return files_load(o) && moving_load(o) &&
+           (o->moving.path != NULL ? moving_is_open(o) : standing_is_open(o));
+}
+
 int options_parse(int argc, char **argv, struct options *out)
 {
     static const struct option_table table = {"lumsim", "lumsim --help", specs,
@@ -379,12 +395,9 @@ int options_parse(int argc, char **argv, struct options *out)
     }
     choose_mode(out);
     if (!check_choice(out) || !check_modes(out, &result) || !check_set(out) ||
-        !standing_check(out) || !moving_check(out) || !files_check(out)) {
+        !standing_check(out) || !rig_check(out) || !moving_check(out) ||
+        !files_check(out)) {
         return see_help();
     }
-    return files_load(out) && moving_load(out) &&
-                   (out->moving.path != NULL ? moving_is_open(out)
-                                             : standing_is_open(out))
-               ? -1
-               : EXIT_USAGE;
+    return load(out) ? -1 : EXIT_USAGE;
 }

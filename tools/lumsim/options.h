@@ -85,6 +85,16 @@ struct replay_options {
     bool loops;
 };
 
+/* The sensors of a vehicle, whose file names them. */
+struct rig_options {
+    const char *path;        /* of the file */
+    struct rig_files *files; /* what was read; rig_free() frees it */
+    struct options *sensors; /* of each those of its own; likewise */
+    size_t count;            /* of sensors */
+    const char *name;        /* in the options of one: its own */
+    const char *interface;   /* likewise; empty: it has none */
+};
+
 /* Texts are NULL where the option was not given. */
 struct options {
     enum mode mode;
@@ -96,6 +106,7 @@ struct options {
     struct delivery_options delivery;
     struct answer_options answers;
     struct replay_options replay;
+    struct rig_options rig;
     struct timeline timeline;
     const char *calibration;
     const char *profile;

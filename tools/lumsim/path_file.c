@@ -1,5 +1,6 @@
 #include "lum/frame/poses.h"
 #include "moving.h"
+#include "rig.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -64,7 +65,9 @@ static bool check_poses(const struct options *o, const lum_poses_info *info)
 static bool check_length(struct options *o)
 {
     const lum_path *path = &o->render.place.path;
-    const double lasts_s = path->times_s[path->count - 1];
+    const double all_s = path->times_s[path->count - 1];
+    const double lasts_s =
+        all_s - rig_late_s(o, (int64_t)(all_s * o->render.rate_hz));
     const double most = floor((lasts_s + SLACK_S) * o->render.rate_hz);
     if (o->frames == 0) {
         const double usual = o->mode == MODE_FILE ? FRAMES_MAX : FRAMES;
@@ -79,13 +82,15 @@ static bool check_length(struct options *o)
                       "lumsim: --path %s: its poses last %.6g s, and one frame "
                       "%.6g s; right are poses that last longer, or a higher "
                       "--rate\n",
-                      o->moving.path, lasts_s, 1.0 / o->render.rate_hz);
+                      o->moving.path, all_s,
+                      1.0 / o->render.rate_hz + all_s - lasts_s);
         return false;
     }
     (void)fprintf(stderr,
                   "lumsim: --path %s: its poses last %.6g s, and %" PRId64
                   " frames %.6g s; right is --frames %.0f at most\n",
-                  o->moving.path, lasts_s, o->frames, needed_s, most);
+                  o->moving.path, all_s, o->frames, needed_s + all_s - lasts_s,
+                  most);
     return false;
 }
 

@@ -12,6 +12,7 @@
 #define TURN_MAX_DEG 360.0
 #define NOISE_MAX_M  1.0
 #define TEXT_MAX     64
+#define CAUSE_MAX    160
 
 const struct option_word standing_scenes[] = {{"street", LUM_PLACE_STREET},
                                               {"room", LUM_PLACE_ROOM},
@@ -135,21 +136,30 @@ static void name_bounds(lum_blocks blocks)
     (void)fputc('\n', stderr);
 }
 
-static const char *cause(const struct options *o, char text[TEXT_MAX],
+static const char *cause(const struct options *o, char text[CAUSE_MAX],
                          const double *time_s)
 {
-    if (time_s != NULL) {
-        (void)snprintf(text, TEXT_MAX, "--path, %.3f s after the beginning",
-                       *time_s);
-        return text;
+    int n = 0;
+    if (o->rig.name != NULL) {
+        n = snprintf(text, CAUSE_MAX, "--rig: the sensor '%s', with ",
+                     o->rig.name);
     }
-    return o->render.place.has_pose ? "--pose" : "the mount of an eye";
+    if (time_s != NULL) {
+        (void)snprintf(text + n, CAUSE_MAX - (size_t)n,
+                       "--path, %.3f s after the beginning", *time_s);
+    } else {
+        (void)snprintf(text + n, CAUSE_MAX - (size_t)n, "%s",
+                       o->render.place.has_pose || n > 0
+                           ? "--pose"
+                           : "the mount of an eye");
+    }
+    return text;
 }
 
 static bool refuse(const struct options *o, const char *eye,
                    const double *time_s)
 {
-    char text[TEXT_MAX];
+    char text[CAUSE_MAX];
     (void)fprintf(stderr,
                   "lumsim: %s: the %s eye would be outside the %s or less than "
                   "%g m from something in it; ",

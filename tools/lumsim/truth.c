@@ -21,19 +21,19 @@ struct held {
 
 struct truth {
     lum_writer *writer;
-    lum_layout layout;
-    bool is_utc;
+    const struct options *options;
     unsigned open_lines; /* of each eye: one more closes the oldest */
     unsigned first[LUM_EYES];
     unsigned count[LUM_EYES];
     struct held held[LUM_EYES][LUM_OPEN_LINES_MAX];
 };
 
-int truth_open(const char *path, const lum_layout *layout, bool is_utc,
-               struct truth **out, lum_error *error)
+int truth_open(const struct options *o, struct truth **out, lum_error *error)
 {
-    const lum_writer_options options = {
-        .struct_size = sizeof options, .format = LUM_FORMAT_CSV, .utc = is_utc};
+    const char *path = o->truth.points;
+    const lum_writer_options options = {.struct_size = sizeof options,
+                                        .format = LUM_FORMAT_CSV,
+                                        .utc = o->truth.is_utc};
     lum_assembler_config config;
     struct truth *t = calloc(1, sizeof *t);
     if (t == NULL) {
@@ -45,8 +45,7 @@ int truth_open(const char *path, const lum_layout *layout, bool is_utc,
     }
     lum_assembler_config_default(&config);
     t->open_lines = config.open_lines;
-    t->layout = *layout;
-    t->is_utc = is_utc;
+    t->options = o;
     *out = t;
     return 0;
 }
@@ -57,6 +56,18 @@ static int write_oldest(struct truth *t, unsigned eye, lum_error *error)
     t->first[eye] = (t->first[eye] + 1) % t->open_lines;
     t->count[eye]--;
     return lum_writer_add(t->writer, &h->line, error);
+}
+
+static void place(const lum_pose *pose, lum_sample *samples, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        lum_sample *s = &samples[i];
+        double at[3] = {(double)s->x, (double)s->y, (double)s->z};
+        lum_pose_apply(pose, at, at);
+        s->x = (float)at[0];
+        s->y = (float)at[1];
+        s->z = (float)at[2];
+    }
 }
 
 int truth_add(struct truth *truth, const lum_sim_line *line, int64_t utc_us,
@@ -70,16 +81,20 @@ int truth_add(struct truth *truth, const lum_sim_line *line, int64_t utc_us,
     struct held *h = &truth->held[eye][(truth->first[eye] + truth->count[eye]) %
                                        truth->open_lines];
     truth->count[eye]++;
-    const int64_t clock_us = lum_packets_clock_us(&truth->layout, line);
-    h->line =
-        (lum_line_samples){.struct_size = sizeof h->line,
-                           .samples = h->samples,
-                           .count = line->truth_count,
-                           .frame = line->frame,
-                           .timestamp_us = truth->is_utc ? utc_us : clock_us,
-                           .line = line->number,
-                           .eye = line->eye};
+    const lum_render_options *r = &truth->options->render;
+    const int64_t clock_us = lum_packets_clock_us(&r->layout, line);
+    const bool is_utc = truth->options->truth.is_utc;
+    h->line = (lum_line_samples){.struct_size = sizeof h->line,
+                                 .samples = h->samples,
+                                 .count = line->truth_count,
+                                 .frame = line->frame,
+                                 .timestamp_us = is_utc ? utc_us : clock_us,
+                                 .line = line->number,
+                                 .eye = line->eye};
     memcpy(h->samples, line->truth, line->truth_count * sizeof h->samples[0]);
+    if (r->place.is_on_vehicle) {
+        place(&r->place.on_vehicle, h->samples, line->truth_count);
+    }
     return 0;
 }
 
@@ -108,15 +123,23 @@ void truth_abort(struct truth *truth)
 
 /* --- Poses --- */
 
-int truth_poses_open(const char *path, lum_sink **out, lum_error *error)
+#define WHERE   "# Where the "
+#define COLUMNS "# seconds x y z qx qy qz qw\n"
+
+int truth_poses_open(const struct options *o, lum_sink **out, lum_error *error)
 {
-    static const char head[] =
-        "# Where the sensor is in the frame of the scene when each line "
-        "begins, at the end, and a line later.\n# seconds x y z qx qy qz qw\n";
-    if (lum_sink_open(path, out, error) != 0) {
+    static const char alone[] =
+        WHERE "sensor is in the frame of the scene when each line begins, at "
+              "the end, and a line later.\n" COLUMNS;
+    static const char rig[] = WHERE
+        "vehicle is in the frame of the scene when each line of its first "
+        "sensor begins, and on to a line after the last sensor's "
+        "end.\n" COLUMNS;
+    const char *head = o->rig.path != NULL ? rig : alone;
+    if (lum_sink_open(o->moving.poses, out, error) != 0) {
         return -1;
     }
-    if (lum_sink_write(*out, head, sizeof head - 1, error) != 0) {
+    if (lum_sink_write(*out, head, strlen(head), error) != 0) {
         lum_sink_abort(*out);
         *out = NULL;
         return -1;

@@ -16,10 +16,10 @@
 
 struct truth;
 
-/* is_utc: times are those that the capture's clock shows, and not the sensor's.
- * 0, or -1 with the reason in error. layout is copied. */
-int truth_open(const char *path, const lum_layout *layout, bool is_utc,
-               struct truth **out, lum_error *error);
+/* Begin the file of the exact points of a sensor: in its frame, or in that of
+ * its vehicle if it is on one; with the times that the capture's clock shows,
+ * or the sensor's. 0, or -1 with the reason in error. The options are kept. */
+int truth_open(const struct options *o, struct truth **out, lum_error *error);
 
 /* The next line of an eye, with the time at which it began; copied. 0, or -1
  * with the reason in error. */
@@ -34,7 +34,7 @@ void truth_abort(struct truth *truth);
 
 /* Begin a TUM file of the true poses, to which lum_sink_close() or
  * lum_sink_abort() puts an end. 0, or -1 with the reason in error. */
-int truth_poses_open(const char *path, lum_sink **out, lum_error *error);
+int truth_poses_open(const struct options *o, lum_sink **out, lum_error *error);
 
 /* The next one. 0, or -1 with the reason in error. */
 int truth_poses_add(lum_sink *poses, int64_t time_ns, const lum_pose *pose,

@@ -25,7 +25,8 @@ static size_t make_text(const struct options *o, char out[TEXT_BYTES])
         const lum_stance pose =
             place->has_pose ? place->pose : lum_place_usual_pose(place->kind);
         n += snprintf(out + n, TEXT_BYTES - (size_t)n,
-                      "# Pose: %.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", pose.at[0],
+                      "# Pose%s: %.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n",
+                      place->is_on_vehicle ? " of its vehicle" : "", pose.at[0],
                       pose.at[1], pose.at[2], pose.roll_deg, pose.pitch_deg,
                       pose.yaw_deg);
     }
