@@ -40,6 +40,7 @@ int lum_demux_take_members(lum_demux_members *out,
                                         .interface = options->sensor_interface};
     const lum_demux_member *members =
         options->has_sensor ? &requested : options->members;
+    const size_t count = options->has_sensor ? 1u : options->member_count;
     if (options->has_sensor && options->member_count != 0) {
         return lum_error_set(error, "a requested sensor and members are given; "
                                     "give one of them");
@@ -48,9 +49,8 @@ int lum_demux_take_members(lum_demux_members *out,
         return lum_error_set(error, "%zu members; at most %u are accepted",
                              options->member_count, LUM_DEMUX_MEMBERS_MAX);
     }
-    *out = (lum_demux_members){
-        .count = options->has_sensor ? 1u : options->member_count};
-    for (size_t i = 0; i < out->count; i++) {
+    *out = (lum_demux_members){.count = count};
+    for (size_t i = 0; i < count; i++) {
         take(&out->of[i], &members[i], &options->layout);
     }
     return check(out, error);

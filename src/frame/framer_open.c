@@ -238,7 +238,7 @@ static int allocate(lum_framer *f, const lum_demux_options *demux,
 
 static int set_up(lum_framer *f, const lum_framer_options *o, lum_error *error)
 {
-    lum_demux_member members[LUM_RIG_MEMBERS_MAX];
+    lum_demux_member members[LUM_RIG_MEMBERS_MAX] = {{.address = 0}};
     lum_demux_options demux = {.struct_size = sizeof demux,
                                .has_sensor = o->has_sensor,
                                .sensor = o->sensor,

@@ -54,24 +54,33 @@ void lum_framer_pack_options(const lum_framer *framer, lum_pack *pack)
     lum_pack_bool(pack, &c.only_first);
 }
 
+/* Of a rig also which member it is: no data has shown it yet. */
+static void pack_clock(lum_framer *framer, size_t i, lum_pack *pack)
+{
+    uint32_t way =
+        framer->sensors[i] != NULL ? (uint32_t)framer->sensors[i]->way : 0;
+    if (framer->member_count != 0) {
+        lum_pack_u32(pack, &way);
+    }
+    if (!lum_pack_check(pack, way == 0 || way < framer->member_count)) {
+        return;
+    }
+    const lum_sensor_stream *s = lum_sensor_stream_at(framer, i, way);
+    if (s == NULL) {
+        pack->has_failed = true;
+    } else if (s->clock != NULL) {
+        (void)lum_clock_fit_pack(s->clock, pack);
+    }
+}
+
 /* Before the first record only sensors are known whose clock was given. */
 bool lum_framer_pack_clocks(lum_framer *framer, lum_pack *pack)
 {
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX && !pack->has_failed; i++) {
         bool is_known = framer->sensors[i] != NULL;
-        uint32_t way = is_known ? (uint32_t)framer->sensors[i]->way : 0;
         lum_pack_bool(pack, &is_known);
-        if (is_known && framer->member_count != 0) {
-            lum_pack_u32(pack, &way);
-        }
-        is_known = is_known &&
-                   lum_pack_check(pack, way == 0 || way < framer->member_count);
-        const lum_sensor_stream *s =
-            is_known ? lum_sensor_stream_at(framer, i, way) : NULL;
-        if (is_known && s == NULL) {
-            pack->has_failed = true;
-        } else if (is_known && s->clock != NULL) {
-            (void)lum_clock_fit_pack(s->clock, pack);
+        if (is_known) {
+            pack_clock(framer, i, pack);
         }
     }
     return !pack->has_failed;
