@@ -9,6 +9,14 @@ static const lum_field *clock_of(const lum_layout *layout)
     return &layout->profile.group[LUM_FIELD_TIMESTAMP];
 }
 
+/* A line that came with this clock goes round with it. */
+static bool is_same_clock(const lum_layout *to, const lum_layout *from)
+{
+    return from == NULL ||
+           (to->profile.clock_unit_ns == from->profile.clock_unit_ns &&
+            field_bits(clock_of(to)) == field_bits(clock_of(from)));
+}
+
 bool lum_cut_keeps_clock(const lum_layout *to, const lum_layout *from)
 {
     return from == NULL ||
@@ -57,7 +65,8 @@ int lum_cut_check_clock(const lum_layout *layout, const lum_raw_line *line,
             "timestamp is none",
             (unsigned long)line->number, lum_cut_eye(line->eye));
     }
-    if (bits == 0 || bits > 40u || before_us == NULL) {
+    if (bits == 0 || bits > 40u || before_us == NULL ||
+        (line->packet_count > 0 && is_same_clock(layout, line->layout))) {
         return 0;
     }
     const int64_t half =

@@ -319,8 +319,7 @@ static int add_line(lum_packet_writer *w, const lum_raw_line *line,
     }
     const bool keeps_clock =
         !w->cut.is_anew && lum_cut_keeps_clock(&w->layout, line->layout);
-    if (!keeps_clock &&
-        lum_cut_check_clock(&w->layout, line,
+    if (lum_cut_check_clock(&w->layout, line,
                             s->has_clock ? &s->clock_us : NULL, error) != 0) {
         return -1;
     }
