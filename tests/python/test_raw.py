@@ -37,13 +37,12 @@ def packets_of(path):
 
 
 def undone(frame):
-    """All words to plain lists and back: nothing of the frame's memory is left."""
+    """All words to arrays and back: nothing of the frame's memory is left."""
     for line in frame.to_lines():
-        words = np.column_stack([line.pixel, line.tof, line.rising]).tolist()
-        pixel, tof, rising = np.array(words, "i8").reshape(-1, 3).T
-        yield lumsdk.Line(line.number, line.eye, line.clock_us, np.array(line.angles.tolist(), "i2"), pixel, tof, rising,
-                          line.arrival_ns, np.array(line.has_angles.tolist()), np.array(line.packets.tolist(), line.packets.dtype),
-                          line.sensor)
+        pixel, tof, rising = np.column_stack([line.pixel, line.tof, line.rising]).T
+        packets = np.array(line.packets.tolist(), line.packets.dtype)
+        yield lumsdk.Line(line.number, line.eye, line.clock_us, line.angles.astype("f8"), pixel, tof, rising, line.arrival_ns,
+                          line.has_angles.copy(), packets, line.sensor)
 
 
 def points_of(path, fields=lumsdk._frame.LINE_DTYPE.names, **options):
@@ -63,8 +62,8 @@ def rewrite(path, out, edit=lambda frame: [frame], options=(), **written):
 
 @pytest.fixture(scope="module")
 def capture(make_capture):
-    """Small, since all words become lists."""
-    return make_capture("-n", 5, "--lines", 16)
+    """Small."""
+    return make_capture("-n", 5)
 
 
 @pytest.fixture
@@ -133,7 +132,7 @@ def test_undamaged_packets_come_again_byte_for_byte(make_capture, tmp_path, prof
         made = tmp_path / "profile.yaml"
         made.write_text(lumsdk.Profile(PROFILES[profile]).to_yaml())
         options, arguments = {"profile": made}, ("--profile", made)
-    path = make_capture("-n", 3, "--lines", 16, *arguments, name=f"{profile}.pcap")
+    path = make_capture("-n", 3, *arguments, name=f"{profile}.pcap")
     for edit in lambda frame: [frame], undone:
         out = tmp_path / "out.pcap"
         written = rewrite(path, out, edit, options, **options)
@@ -149,7 +148,7 @@ def test_points_and_times_of_damaged_captures_come_again(make_capture, tmp_path,
         made = tmp_path / "profile.yaml"
         made.write_text(lumsdk.Profile(PROFILES[profile]).to_yaml())
         options, arguments = {"profile": made}, ("--profile", made)
-    path = make_capture("-n", 6, "--lines", 16, *arguments, *FAULTS[faults], name=f"{profile}.pcap")
+    path = make_capture("-n", 4, *arguments, *FAULTS[faults], name=f"{profile}.pcap")
     out = tmp_path / "out.pcap"
     written = rewrite(path, out, undone, options, **options)
     assert written.dropped == {}
@@ -207,7 +206,7 @@ def test_another_profile_has_the_same_points_and_times(capture, tmp_path):
 
 
 def test_frames_of_several_sensors_come_into_one_file(make_capture, tmp_path):
-    paths = [make_capture("-n", 4, "--lines", 16, "--address", f"10.42.0.{i}", name=f"{i}.pcap") for i in (37, 38)]
+    paths = [make_capture("-n", 4, "--address", f"10.42.0.{i}", name=f"{i}.pcap") for i in (37, 38)]
     out = tmp_path / "out.pcap"
     with lumsdk.open(paths[0], raw=True) as one, lumsdk.open(paths[1], raw=True) as other:
         lumsdk.write_capture(out, (frame for both in zip(one, other) for frame in both))
@@ -218,7 +217,7 @@ def test_frames_of_several_sensors_come_into_one_file(make_capture, tmp_path):
 def test_a_pcapng_file_says_where_it_comes_from(make_capture, tmp_path):
     profile = tmp_path / "profile.yaml"
     profile.write_text(lumsdk.Profile(PROFILES["wide"]).to_yaml())
-    path, out = make_capture("-n", 3, "--lines", 16, "--profile", profile, name="source.pcap"), tmp_path / "out.pcapng"
+    path, out = make_capture("-n", 3, "--profile", profile, name="source.pcap"), tmp_path / "out.pcapng"
     rewrite(path, out, options={"profile": profile, "set": {"eyes.blue.mount.x_m": 0.5}})
     with lumsdk.open(out) as source:
         assert source.profile == lumsdk.Profile(PROFILES["wide"])
@@ -267,7 +266,7 @@ def test_what_a_packet_cannot_hold_is_refused(tmp_path, line, said):
 def test_frames_of_two_profiles_are_refused(capture, make_capture, tmp_path):
     profile = lumsdk.Profile(PROFILES["big-endian"])
     (tmp_path / "profile.yaml").write_text(profile.to_yaml())
-    other, out = make_capture("-n", 3, "--lines", 16, "--profile", tmp_path / "profile.yaml", name="other.pcap"), tmp_path / "out.pcap"
+    other, out = make_capture("-n", 3, "--profile", tmp_path / "profile.yaml", name="other.pcap"), tmp_path / "out.pcap"
     with lumsdk.open(capture, raw=True) as one, lumsdk.open(other, raw=True, profile=profile) as two:
         with pytest.raises(lumsdk.OptionError, match="frames of two profiles, the second of .*other.pcap; profile= names the one"):
             lumsdk.write_capture(out, [one[0], two[0]])
@@ -284,7 +283,7 @@ def test_a_clock_that_the_profile_cannot_tell_is_refused(capture, tmp_path):
 
 def test_frames_without_a_clock_do_not_get_one(make_capture, tmp_path):
     (tmp_path / "profile.yaml").write_text(lumsdk.Profile(PROFILES["no-clock"]).to_yaml())
-    path = make_capture("-n", 3, "--lines", 16, "--profile", tmp_path / "profile.yaml", name="dark.pcap")
+    path = make_capture("-n", 3, "--profile", tmp_path / "profile.yaml", name="dark.pcap")
     with pytest.raises(lumsdk.OptionError, match="its profile has no clock, and that of the file has one"):
         rewrite(path, tmp_path / "out.pcap", options={"profile": tmp_path / "profile.yaml"}, profile=lumsdk.Profile())
 

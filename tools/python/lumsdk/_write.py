@@ -259,8 +259,8 @@ class _File:
         found = parse_sensor(sensor)
         known = self._interfaces.setdefault(found.address, found.interface)
         if known != found.interface:
-            raise OptionError(f"{self._name}: frames of {sensor} and of another sensor with its address; a capture that is written has "
-                              "one interface: write a file for each")
+            raise OptionError(f"{self._name}: frames of {sensor} and of another sensor with its address; a capture that is written "
+                              "has one interface: write a file for each")
         return found.address
 
     def add(self, lines: _Lines, where: str) -> None:
