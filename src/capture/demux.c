@@ -46,8 +46,7 @@ void lum_demux_free(lum_demux *demux)
 
 void lum_demux_watch(lum_demux *demux, lum_demux_watcher watcher, void *context)
 {
-    demux->watcher = watcher;
-    demux->watcher_context = context;
+    demux->watch = (lum_demux_watch_state){watcher, context};
 }
 
 /* --- What a record is --- */
@@ -184,7 +183,7 @@ static void tell(const lum_demux *demux, lum_result result)
                                     .layout = demux->current->layout,
                                     .group = &demux->packet.group,
                                     .time_ns = demux->packet.time_ns};
-    demux->watcher(demux->watcher_context, &packet);
+    demux->watch.watcher(demux->watch.context, &packet);
 }
 
 /* What waits for an assembler: the datagram at hand, or all that was held. */
@@ -208,7 +207,7 @@ static lum_result assemble(lum_demux *demux)
         if (r > 0) {
             return r;
         }
-        if (demux->watcher != NULL) {
+        if (demux->watch.watcher != NULL) {
             tell(demux, r);
         }
         lum_demux_judge_order(demux);

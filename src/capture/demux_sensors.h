@@ -72,6 +72,12 @@ typedef struct lum_demux_trials {
     lum_stand stand;  /* of the last record, if it is on trial */
 } lum_demux_trials;
 
+/** Who is told of packets that were taken or dropped. */
+typedef struct lum_demux_watch_state {
+    lum_demux_watcher watcher; /* NULL: nobody */
+    void *context;
+} lum_demux_watch_state;
+
 struct lum_demux {
     lum_demux_options options;
     lum_demux_members members;
@@ -93,8 +99,7 @@ struct lum_demux {
     lum_demux_entry *last; /* whose record was pushed last; NULL: nobody's */
     bool is_flushing;
     size_t flushing;
-    lum_demux_watcher watcher; /* NULL: nobody is told */
-    void *watcher_context;
+    lum_demux_watch_state watch;
 };
 
 static inline void lum_demux_set_text(char *to, const char *text)

@@ -28,13 +28,12 @@ void lum_demux_restart(lum_demux *demux)
 {
     const lum_demux_options options = demux->options;
     const lum_demux_members members = demux->members;
-    const lum_demux_watcher watcher = demux->watcher;
-    void *watcher_context = demux->watcher_context;
+    const lum_demux_watch_state watch = demux->watch;
     lum_demux_clear(demux);
     memset(demux, 0, sizeof *demux);
     demux->options = options;
     demux->members = members;
-    lum_demux_watch(demux, watcher, watcher_context);
+    demux->watch = watch;
     for (size_t i = 0; i < members.count; i++) {
         demux->members.of[i].is_there = false;
     }
