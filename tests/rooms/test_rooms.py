@@ -197,7 +197,8 @@ class Frames(unittest.TestCase):
     MAKERS = {
         "lum_assembler": {"src/core/assembler.c", "src/capture/demux.c", "src/capture/demux_sensors.c",
                           "examples/firmware/gateway.c", "examples/porting/main.c"},
-        "lum_demux": {"src/capture/demux.c", "src/frame/framer.c", "src/frame/framer_open.c", "tools/lumsim/recording.c"},
+        "lum_demux": {"src/capture/demux.c", "src/frame/framer.c", "src/frame/framer_open.c", "src/frame/packet_writer.c",
+                      "tools/lumsim/recording.c"},
     }
 
     def test_no_other_source_calls_an_assembler(self):
