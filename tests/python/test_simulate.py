@@ -81,6 +81,18 @@ def test_a_room_is_simulated_with_its_true_calibration(tmp_path):
         assert sum(len(frame) for frame in source) == len(points.read_text().splitlines()) - 1
 
 
+def test_a_rig_is_simulated(tmp_path):
+    rig = tmp_path / "rig.yaml"
+    rig.write_text("version: 1\nsensors:\n  - {name: a, address: 10.42.0.37, interface: eth0}\n"
+                   "  - {name: b, address: 10.42.0.37, interface: eth1, pose: {x_m: -1, yaw_deg: 180}}\n")
+    made = lumsdk.simulate(tmp_path / "a.pcapng", frames=1, rig=rig, truth=tmp_path / "%s.csv")
+    with lumsdk.open(made) as source:
+        points = [len(frame) for frame in source]
+    assert sum(points) == sum(len((tmp_path / f"{name}.csv").read_text().splitlines()) - 1 for name in "ab")
+    with pytest.raises(lumsdk.OptionError, match=r"'a' has an interface, and a pcap file .*; right is"):
+        lumsdk.simulate(frames=1, rig=rig)
+
+
 def test_noise_is_one_number_or_several():
     assert lumsdk.simulate(frames=1, noise=0.01) == lumsdk.simulate(frames=1, noise=[0.01, 0.01])
     assert lumsdk.simulate(frames=1, noise=0.02) == lumsdk.simulate(frames=1) != lumsdk.simulate(frames=1, noise=0)

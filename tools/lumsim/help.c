@@ -55,6 +55,10 @@ const char options_help_outputs[] =
     "  -o, --output FILE       pcap, or pcapng if it ends in .pcapng; - for "
     "standard\n"
     "                          output\n"
+    "      --rig FILE          all sensors of a rig, which YAML names, up to 8; "
+    "%s in\n"
+    "                          names of --truth and --labels is the sensor's "
+    "name\n"
     "      --truth FILE        CSV of the exact points: true angles, ranges\n"
     "                          without noise; the columns and the order of "
     "rows\n"
@@ -147,5 +151,6 @@ const char options_help_scene[] =
     "  lumsim -o street.pcap --frames 100 --seed 7 --truth truth.csv\n"
     "  lumsim -o room.pcap --scene room --frames 20 --pose 0,0,1.2,0,0,25\n"
     "  lumsim -o town.pcap --scene town --path circle --poses poses.txt\n"
+    "  lumsim -o rig.pcapng --rig rig.yaml --truth true-%s.csv\n"
     "  lumsim -o bad.pcap --loss 0.01 --reorder 0.05 --corrupt 0.001\n"
     "  lumsim -o - --lines 640 --frames 1 | lumdump - -o street.png\n";

@@ -123,7 +123,7 @@ def simulate(path: Path, frames: int = ..., lines: Literal[64, 640] = ..., seed:
              poses: Optional[Path] = ..., labels: Optional[Path] = ...,
              drift: float = ..., batch: float = ..., calibration: Optional[Settings] = ...,
              profile: Optional[Settings] = ..., set: Union[Mapping[str, Value], Iterable[str], None] = ...,
-             address: Optional[str] = ..., client: Optional[str] = ...) -> str: ...
+             address: Optional[str] = ..., client: Optional[str] = ..., rig: Optional[Path] = ...) -> str: ...
 @overload
 def simulate(path: None = ..., frames: int = ..., lines: Literal[64, 640] = ..., seed: int = ..., *, rate: float = ...,
              returns_max: int = ..., loss: float = ..., duplicate: float = ..., reorder: float = ...,
@@ -134,7 +134,7 @@ def simulate(path: None = ..., frames: int = ..., lines: Literal[64, 640] = ...,
              poses: Optional[Path] = ..., labels: Optional[Path] = ...,
              drift: float = ..., batch: float = ..., calibration: Optional[Settings] = ...,
              profile: Optional[Settings] = ..., set: Union[Mapping[str, Value], Iterable[str], None] = ...,
-             address: Optional[str] = ..., client: Optional[str] = ...) -> bytes: ...
+             address: Optional[str] = ..., client: Optional[str] = ..., rig: Optional[Path] = ...) -> bytes: ...
 
 
 def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 640] = 64, seed: int = 1, *,
@@ -146,7 +146,8 @@ def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 64
              poses: Optional[Path] = None, labels: Optional[Path] = None,
              drift: float = 0.0, batch: float = 0.0, calibration: Optional[Settings] = None,
              profile: Optional[Settings] = None, set: Union[Mapping[str, Value], Iterable[str], None] = None,
-             address: Optional[str] = None, client: Optional[str] = None) -> Union[str, bytes]:
+             address: Optional[str] = None, client: Optional[str] = None,
+             rig: Optional[Path] = None) -> Union[str, bytes]:
     """A capture of a sensor that drives along a simulated street or round a town, or is in a room or a yard, written to
     a path, which is returned; without a path, its bytes, for lumsdk.open().
 
@@ -166,6 +167,9 @@ def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 64
     calibration and profile are a path, a mapping or an object of lumsdk, set has single keys of them. address is the
     sensor's, client the receiver's HOST or HOST:PORT.
 
+    rig is the path of a rig: then all its sensors are in the capture, pose and motion are the vehicle's, and truth and
+    labels have %s in their names, for the name of the sensor. Sensors with an interface need a name that ends in .pcapng.
+
     Raises OptionError for what lumsim refuses, and Error where it fails, both with its sentence.
     """
     if path is not None and not isinstance(path, (str, os.PathLike)):
@@ -175,7 +179,8 @@ def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 64
                "duplicate": duplicate, "reorder": reorder, "corrupt": corrupt, "scene": scene, "pose": pose,
                "walls": walls, "path": motion, "velocity": velocity, "noise": noise, "truth": truth, "poses": poses,
                "labels": labels, "time": time, "drift": drift, "batch": batch,
-               "calibration": calibration, "profile": profile, "set": set, "address": address, "client": client}
+               "calibration": calibration, "profile": profile, "set": set, "address": address, "client": client,
+               "rig": rig}
     # A name such as -x is a path too.
     output = "-" if name is None else os.path.join(os.curdir, name) if name.startswith("-") else name
     with tempfile.TemporaryDirectory(prefix="lumsdk-") as folder:
