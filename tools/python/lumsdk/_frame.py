@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
 
-from . import _image
+from . import _grid, _image, _lines
 from ._c import address_of, ffi, lib, sized, text
-from ._errors import UnknownKeyError, warn
+from ._errors import UnknownKeyError
+from ._grid import EYES
 from ._raw import RAW_COLUMNS, Raw, attach
 from ._raw import of as raw_of
 from ._settings import Profile
@@ -36,14 +37,6 @@ COLUMNS: Mapping[str, np.dtype[Any]] = MappingProxyType(
     {name: _TYPES[lib.lum_column_get_type(c)] for name, c in _NUMBERS.items()})
 """Every column that a frame can have, and the type of its numbers."""
 
-EYES = ("blue", "green")
-
-PIXELS = int(lib.LUM_LINE_PIXELS)
-
-LINE_DTYPE = np.dtype([("number", "u4"), ("eye", "u1"), ("first_point", "u4"), ("point_count", "u4"),
-                       ("angle_count", "u2"), ("lost_words", "u4"), ("clock_us", "i8"), ("arrival_ns", "i8")])
-"""The fields of Frame.lines."""
-
 _FLOAT = np.dtype("f4")
 
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
@@ -59,19 +52,6 @@ class _Memory:
         self.owner = owner
         self.__array_interface__ = {"version": 3, "data": (address, False), "shape": shape, "strides": strides,
                                     "typestr": dtype.str}
-
-
-def _c_lines() -> np.dtype[Any]:
-    """The layout of lum_frame_line, which is filled in C."""
-    fields = [name for name, _ in ffi.typeof("lum_frame_line").fields]
-    types = {"struct_size": np.dtype(f"u{ffi.sizeof('size_t')}")}
-    types.update({name: np.dtype(LINE_DTYPE[name]) for name in LINE_DTYPE.names or ()})
-    return np.dtype({"names": fields, "formats": [types[name] for name in fields],
-                     "offsets": [ffi.offsetof("lum_frame_line", name) for name in fields],
-                     "itemsize": ffi.sizeof("lum_frame_line")})
-
-
-_C_LINES = _c_lines()
 
 
 @dataclasses.dataclass
@@ -240,6 +220,10 @@ class Frame:
         mask = lib.lum_frame_columns(self._c)
         return tuple(name for name, c in _NUMBERS.items() if mask >> c & 1)
 
+    def _number_of(self, name: str) -> Optional[int]:
+        """The library's number of a column that is in its memory; None: it is an array."""
+        return None if self._c is None else _NUMBERS.get(name)
+
     def _refuse(self, name: object) -> UnknownKeyError:
         if name in COLUMNS:
             return UnknownKeyError(f"the frame has no column {name!r}: name it in columns= when the source is opened, or "
@@ -303,28 +287,8 @@ class Frame:
         angle_count (pixels with angles, of 1000), lost_words, clock_us (the sensor's clock), arrival_ns (since 1970).
         """
         if self._lines_made is None:
-            made = np.zeros(lib.lum_frame_line_count(self._c), _C_LINES)
-            made["struct_size"] = _C_LINES.itemsize
-            if len(made):
-                first = ffi.cast("lum_frame_line *", ffi.from_buffer(made))
-                get, frame = lib.lum_frame_get_line, self._c
-                for i in range(len(made)):
-                    get(frame, i, first + i)
-            out = np.empty(len(made), LINE_DTYPE)
-            for name in LINE_DTYPE.names or ():
-                out[name] = made[name]
-            self._lines_made = out
+            self._lines_made = _lines.of_library(self._c)
         return self._lines_made
-
-    def _eye(self, eye: Union[str, int, None]) -> int:
-        if eye is None:
-            present = [i for i, count in enumerate(self._info.lines) if count]
-            if len(present) > 1:
-                raise ValueError('the frame has lines of both eyes: use eye="blue" or eye="green"')
-            return present[0] if present else 0
-        if isinstance(eye, str) and eye in EYES:
-            return EYES.index(eye)
-        raise ValueError(f'eye is {eye!r}; right is "blue" or "green"')
 
     def grid(self, column: str, eye: Union[str, None] = None, returns: int = 1, lines: Optional[int] = None) -> Array:
         """A column as a grid: (lines, 1000) float32, or (lines, 1000, returns) where returns is above 1.
@@ -336,53 +300,7 @@ class Frame:
         number of rows; without it, there are as many as the line numbers of this eye show, by those that can be
         believed: a damaged packet can claim any. A warning says which lines with points have no row.
         """
-        which = self._eye(eye)
-        if column == "xyz":
-            return np.stack([self.grid(name, eye, returns, lines) for name in column], axis=-1)
-        if column not in self.columns:
-            raise self._refuse(column)
-        if "pixel" not in self.columns:
-            raise self._refuse("pixel")
-        rows = self._believed_rows(which) if lines is None else _count(lines, "lines")
-        if _count(returns, "returns") < 1:
-            raise ValueError("returns is 0; right is a whole number from 1")
-        out = np.empty((rows, PIXELS, returns), "f4")
-        if self._c is None:
-            self._fill(column, which, out)
-        elif out.size:
-            lib.lum_frame_grid_floats(self._c, _NUMBERS[column], which, rows, returns,
-                                      ffi.cast("float *", ffi.from_buffer(out)))
-        return out if returns > 1 else out[:, :, 0]
-
-    def _believed_rows(self, eye: int) -> int:
-        rows = self._info.rows[eye]
-        beyond = self.lines[(self.lines["eye"] == eye) & (self.lines["number"] >= rows) & (self.lines["point_count"] > 0)]
-        if len(beyond):
-            numbers = ", ".join(str(number) for number in beyond["number"][:3])
-            warn(f"frame {self.number}: lines of the {EYES[eye]} eye without a row in the grid: {len(beyond)}, with "
-                 f"{beyond['point_count'].sum()} points: numbers as far from those of whole lines as {numbers} come from "
-                 "damaged packets; lines= sets how many rows there are")
-        return rows
-
-    def _fill(self, column: str, eye: int, out: Array) -> None:
-        """As lum_frame_grid_floats(), of arrays."""
-        out.fill(np.nan)
-        rows, _, returns = out.shape
-        seen = set()
-        for line in self.lines:
-            number = int(line["number"])
-            if line["eye"] != eye or number >= rows or number in seen:
-                continue
-            seen.add(number)
-            part = slice(int(line["first_point"]), int(line["first_point"]) + int(line["point_count"]))
-            pixels = self["pixel"][part].astype(np.intp)
-            if not len(pixels):
-                continue
-            starts = np.r_[True, pixels[1:] != pixels[:-1]]
-            indices = np.arange(len(pixels))
-            rank = indices - np.maximum.accumulate(np.where(starts, indices, 0))
-            kept = rank < returns
-            out[number, pixels[kept], rank[kept]] = self[column][part][kept]
+        return _grid.grid(self, column, eye, returns, lines)
 
     # What it was made of.
 
@@ -421,7 +339,9 @@ class Frame:
             packets: likewise; without them, lines are cut as the sensor does it.
             profile: of the clocks of these packets; without it, that which the frame has.
         """
-        made = _restore(vars(self._info), self.to_dict(), self.lines, self._moved)
+        from ._build import restore
+
+        made = restore(vars(self._info), self.to_dict(), self.lines, self._moved)
         made._raw = attach(self, angles, has_angles, packets, profile)
         return made
 
@@ -601,33 +521,6 @@ class Frame:
     __hash__ = None  # type: ignore[assignment]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restore, (vars(self._info), self.to_dict(), self.lines, self._moved, self._raw)
+        from ._build import restore
 
-
-def _count(value: Any, name: str) -> int:
-    """A whole number from 0 on."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-        raise TypeError(f"{name} is {value!r}; right is a whole number")
-    if value < 0:
-        raise ValueError(f"{name} is {value}; right is a whole number from 0")
-    return int(value)
-
-
-def _restore(info: Mapping[str, Any], arrays: Mapping[str, Array], lines: Array, moved: str = "",
-             raw: Optional[Raw] = None) -> Frame:
-    """A frame of values, in memory of its own."""
-    made = Frame.__new__(Frame)
-    made._c = None
-    made._info_made = _Info(**info)
-    made._lines_made = lines
-    made._moved = moved
-    made._raw = raw
-    made._arrays = dict(arrays)
-    made._count = len(next(iter(arrays.values()))) if arrays else 0
-    if all(name in arrays for name in "xyz"):
-        block = np.empty((3, made._count), "f4")
-        for i, name in enumerate("xyz"):
-            block[i] = arrays[name]
-            made._arrays[name] = block[i]
-        made._arrays["xyz"] = block.T
-    return made
+        return restore, (vars(self._info), self.to_dict(), self.lines, self._moved, self._raw)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ._c import check, ffi, lib, sized, text
 from ._errors import CaptureError, CaptureWarning, Error, OptionError, UnknownKeyError, warn
+from ._build import assemble
 from ._frame import Frame, _Info
 
 if TYPE_CHECKING:
@@ -316,15 +317,7 @@ def move(frame: Frame, poses: Poses, to: str, origin: Union[Sequence[float], Arr
             raise CaptureError(told)
         if told:
             warn(told + ("; the nearest pose moved them" if outside == "nearest" else "; they are NaN"))
-    return _made(frame, frame.to_dict(), block, frame.lines, to)
-
-
-def _made(frame: Frame, columns: dict[str, Array], block: Array, lines: Array, moved: str) -> Frame:
-    made = Frame.__new__(Frame)
-    made._c, made._count = None, block.shape[1]
-    made._info_made, made._lines_made, made._moved = frame._info, lines, moved
-    made._arrays = {**columns, **{name: block[i] for i, name in enumerate("xyz")}, "xyz": block.T}
-    return made
+    return assemble(frame._info, frame.to_dict(), frame.lines, to, block.T, frame._raw)
 
 
 def _without_missing(frame: Frame) -> Frame:
@@ -337,7 +330,7 @@ def _without_missing(frame: Frame) -> Frame:
     first, end = lines["first_point"].astype("i8"), lines["first_point"].astype("i8") + lines["point_count"]
     lines["first_point"], lines["point_count"] = before[first], before[end] - before[first]
     block = np.ascontiguousarray(frame.xyz.T[:, kept])
-    return _made(frame, {name: frame[name][kept] for name in frame.columns}, block, lines, frame._moved)
+    return assemble(frame._info, {name: frame[name][kept] for name in frame.columns}, lines, frame._moved, block.T, frame._raw)
 
 
 class Motion:
@@ -368,10 +361,10 @@ class Motion:
         """The points of a frame that have a pose."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaptureWarning)
-            made = _without_missing(move(frame, self.poses, self._to, self.origin if self._to == "world" else None))
+            moved = _without_missing(move(frame, self.poses, self._to, self.origin if self._to == "world" else None))
         self.points += len(frame)
-        self.without += len(frame) - len(made)
-        return made
+        self.without += len(frame) - len(moved)
+        return moved
 
     def finish(self) -> None:
         """Raises CaptureError if no point has a pose; warns if some have none."""

@@ -106,7 +106,8 @@ def _gives_point(raw: Any, base: Frame, first: Array) -> Array:
 
 def frame_of(pointer: Any, origin: Origin) -> Frame:
     """A frame of the library with a raw part: every word of it is a row."""
-    from ._frame import Frame, _restore
+    from ._build import restore
+    from ._frame import Frame
 
     base = Frame(pointer)
     raw = sized("lum_frame_raw")
@@ -129,7 +130,7 @@ def frame_of(pointer: Any, origin: Origin) -> Frame:
     columns.update(line=lines["number"][which], eye=lines["eye"][which], pixel=pixel,
                    edge=(words >> 10 & 1).astype("u1"), tof=words.view("i4") >> 12,
                    raw_azimuth=angles[which, pixel, 0], raw_elevation=angles[which, pixel, 1])
-    made_frame = _restore(vars(base._info), columns, lines)
+    made_frame = restore(vars(base._info), columns, lines)
     made_frame._raw = Raw(angles, _view(owner, raw.angle_marks, (count, MARKS), "u4"), packets, origin)
     return made_frame
 

@@ -9,7 +9,7 @@ from typing import Any, Optional
 import numpy as np
 
 from .._errors import CaptureError, OptionError
-from .._frame import EYES
+from .._grid import EYES
 from .._settings import Calibration, Profile, setting_of
 from .._source import open as open_source
 from ._check import check_grid, has_wall

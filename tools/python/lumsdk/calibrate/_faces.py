@@ -6,7 +6,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from .._frame import EYES
+from .._grid import EYES
 from .._settings import Calibration
 from ._edges import collect
 from ._match import Pose, Seen, View, assign

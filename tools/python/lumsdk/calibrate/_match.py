@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from .._errors import CaptureError
-from .._frame import EYES
+from .._grid import EYES
 from .._settings import Calibration
 from ._planes import Grid, Patch, find_planes, points
 from ._result import Array

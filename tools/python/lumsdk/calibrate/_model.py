@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._frame import EYES
+from .._grid import EYES
 from .._settings import Calibration
 from ._match import Pose
 from ._planes import Grid, metres_a_ps, mount, rotation

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.ndimage import label, uniform_filter1d
 
 from .._errors import CaptureError
-from .._frame import EYES, PIXELS, Frame
+from .._frame import Frame
+from .._grid import EYES, PIXELS
 from .._settings import Calibration
 from .._source import open as open_source
 from ._result import MOUNT_KEYS, Array

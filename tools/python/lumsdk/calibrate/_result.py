@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .._frame import EYES
+from .._grid import EYES
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

@@ -1,0 +1,89 @@
+"""Columns of a frame as grids: lines by pixels."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+import numpy as np
+
+from ._c import ffi, lib
+from ._errors import warn
+
+if TYPE_CHECKING:
+    from ._frame import Array, Frame
+
+EYES = ("blue", "green")
+
+PIXELS = int(lib.LUM_LINE_PIXELS)
+
+
+def _count(value: Any, name: str) -> int:
+    """A whole number from 0 on."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name} is {value!r}; right is a whole number")
+    if value < 0:
+        raise ValueError(f"{name} is {value}; right is a whole number from 0")
+    return int(value)
+
+
+def _eye(frame: Frame, eye: Union[str, int, None]) -> int:
+    if eye is None:
+        present = [i for i, count in enumerate(frame._info.lines) if count]
+        if len(present) > 1:
+            raise ValueError('the frame has lines of both eyes: use eye="blue" or eye="green"')
+        return present[0] if present else 0
+    if isinstance(eye, str) and eye in EYES:
+        return EYES.index(eye)
+    raise ValueError(f'eye is {eye!r}; right is "blue" or "green"')
+
+
+def _believed_rows(frame: Frame, eye: int) -> int:
+    rows = frame._info.rows[eye]
+    lines = frame.lines
+    beyond = lines[(lines["eye"] == eye) & (lines["number"] >= rows) & (lines["point_count"] > 0)]
+    if len(beyond):
+        numbers = ", ".join(str(number) for number in beyond["number"][:3])
+        warn(f"frame {frame.number}: lines of the {EYES[eye]} eye without a row in the grid: {len(beyond)}, with "
+             f"{beyond['point_count'].sum()} points: numbers as far from those of whole lines as {numbers} come from "
+             "damaged packets; lines= sets how many rows there are")
+    return rows
+
+
+def grid(frame: Frame, column: str, eye: Optional[str], returns: int, lines: Optional[int]) -> Array:
+    """As Frame.grid() has it."""
+    which = _eye(frame, eye)
+    if column == "xyz":
+        return np.stack([grid(frame, name, eye, returns, lines) for name in column], axis=-1)
+    for name in (column, "pixel"):
+        if name not in frame.columns:
+            raise frame._refuse(name)
+    rows = _believed_rows(frame, which) if lines is None else _count(lines, "lines")
+    if _count(returns, "returns") < 1:
+        raise ValueError("returns is 0; right is a whole number from 1")
+    out = np.empty((rows, PIXELS, returns), "f4")
+    number = frame._number_of(column)
+    if number is None:
+        _fill(frame, column, which, out)
+    elif out.size:
+        lib.lum_frame_grid_floats(frame._c, number, which, rows, returns, ffi.cast("float *", ffi.from_buffer(out)))
+    return out if returns > 1 else out[:, :, 0]
+
+
+def _fill(frame: Frame, column: str, eye: int, out: Array) -> None:
+    """As lum_frame_grid_floats(), of arrays."""
+    out.fill(np.nan)
+    rows, _, returns = out.shape
+    seen = set()
+    for line in frame.lines:
+        number = int(line["number"])
+        if line["eye"] != eye or number >= rows or number in seen:
+            continue
+        seen.add(number)
+        part = slice(int(line["first_point"]), int(line["first_point"]) + int(line["point_count"]))
+        pixels = frame["pixel"][part].astype(np.intp)
+        if not len(pixels):
+            continue
+        starts = np.r_[True, pixels[1:] != pixels[:-1]]
+        indices = np.arange(len(pixels))
+        rank = indices - np.maximum.accumulate(np.where(starts, indices, 0))
+        kept = rank < returns
+        out[number, pixels[kept], rank[kept]] = frame[column][part][kept]
