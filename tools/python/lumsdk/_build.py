@@ -1,16 +1,35 @@
-"""Frames of arrays: what was pickled, moved or chosen."""
+"""Frames of arrays: those that a program makes, some points of a frame, frames with other columns, what was pickled."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+import difflib
+import ipaddress
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
-from ._frame import Frame, _Info
+from . import _lines
+from ._c import lib
+from ._errors import OptionError, UnknownKeyError
+from ._frame import COLUMNS, LOSSES, Frame, _Info
+from ._grid import EYES, PIXELS
+from ._lines import LINE_DTYPE
+from ._raw import RAW_COLUMNS
 
 if TYPE_CHECKING:
     from ._frame import Array
     from ._raw import Raw
+
+KNOWN: Mapping[str, np.dtype[Any]] = {**COLUMNS, **RAW_COLUMNS}
+"""Columns that are not a program's own, and their types."""
+
+_MOST = {"pixel": PIXELS - 1, "eye": 1, "edge": 1, "strongest": 1}
+"""The greatest value of columns whose type could hold more."""
+
+_OF_TABLES = ("timestamp", "frame", "sensor")
+_RESERVED = (*_OF_TABLES, "xyz", "columns", "lines", "number", "utc_ns", "utc_error_ns", "clock_us")
+"""Names that a column of one's own cannot have: tables make columns of them, and from_arrays() has arguments of them."""
 
 
 def assemble(info: _Info, columns: Mapping[str, Array], lines: Array, moved: str, xyz: Optional[Array] = None,
@@ -19,9 +38,10 @@ def assemble(info: _Info, columns: Mapping[str, Array], lines: Array, moved: str
     frame = Frame.__new__(Frame)
     frame._c, frame._count = None, len(next(iter(columns.values()))) if columns else 0
     frame._info_made, frame._lines_made, frame._moved, frame._raw = info, lines, moved, raw
-    frame._arrays = dict(columns)
+    frame._own = tuple(name for name in columns if name not in KNOWN)
+    frame._arrays, frame._block = dict(columns), xyz
     if xyz is not None:
-        frame._arrays.update(zip("xyz", xyz.T), xyz=xyz)
+        frame._arrays.update(zip("xyz", xyz.T))
     return frame
 
 
@@ -30,3 +50,276 @@ def restore(info: Mapping[str, Any], arrays: Mapping[str, Array], lines: Array, 
     """A frame that was pickled."""
     xyz = np.array([arrays[name] for name in "xyz"], "f4").T if all(name in arrays for name in "xyz") else None
     return assemble(_Info(**info), arrays, lines, moved, xyz, raw)
+
+
+# --- Arrays as columns ---
+
+
+def _numbers(name: str, given: Any, shape: str = "(n,)") -> Array:
+    """An array of numbers, without a copy where it is one already."""
+    array = np.asarray(given)
+    if array.dtype.kind not in "biuf" or array.dtype.itemsize > 8:
+        raise TypeError(f"{name}: values of type {array.dtype}; right are bool, integers, or floats of up to 64 bits")
+    if np.ma.is_masked(given):
+        raise TypeError(f"{name}: a masked array; right is one without a mask, such as {name}.filled(0)")
+    if array.ndim != (1 if shape == "(n,)" else 2) or array.shape[1:] not in ((), (3,)):
+        raise OptionError(f"{name}: an array of the shape {array.shape}; right is {shape}, n the number of points")
+    return array if array.dtype.isnative else array.astype(array.dtype.newbyteorder("="))
+
+
+def _fitted(name: str, array: Array, dtype: np.dtype[Any]) -> Array:
+    """Numbers as this type, which has to hold each of them exactly; not copied if they are of that type."""
+    if array.dtype == dtype:
+        return array
+    with np.errstate(all="ignore"):
+        made: Array = array.astype(dtype)
+        if np.can_cast(array.dtype, dtype, "safe"):
+            return made
+        differs = (made.astype(array.dtype) != array) | ((made < 0) != (array < 0))
+    if dtype.kind == array.dtype.kind == "f":
+        differs &= ~np.isnan(array)
+    if differs.any():
+        at = np.flatnonzero(differs.ravel())[0]
+        right = (f'{name}.astype("{dtype}"), which rounds' if dtype.kind == "f" else
+                 f"whole numbers from {np.iinfo(dtype).min} to {np.iinfo(dtype).max}")
+        raise OptionError(f"{name}: {array.ravel()[at]} at {at} cannot be a number of type {dtype}; right is {right}")
+    return made
+
+
+def _known(given: Mapping[str, Any]) -> tuple[dict[str, Array], Optional[Array]]:
+    """The columns that every frame can have, in their types; and x, y and z, if they come as one array."""
+    columns = {name: _fitted(name, _numbers(name, given[name]), dtype) for name, dtype in KNOWN.items() if name in given}
+    for name, most in _MOST.items():
+        above = np.flatnonzero(columns[name] > most) if name in columns else ()
+        if len(above):
+            raise OptionError(f"{name}: {columns[name][above[0]]} at point {above[0]}; right is 0 to {most}")
+    if "xyz" not in given:
+        return columns, None
+    both = [name for name in "xyz" if name in columns]
+    if both:
+        raise OptionError(f"xyz and {', '.join(both)} are given; right is xyz, or x, y and z")
+    xyz = _fitted("xyz", _numbers("xyz", given["xyz"], "(n, 3)"), np.dtype("f4"))
+    return {**columns, **dict(zip("xyz", xyz.T))}, xyz
+
+
+def _check_name(name: Any) -> None:
+    if not isinstance(name, str) or not (name.isascii() and name.isidentifier()) or len(name) > lib.LUM_WRITER_EXTRA_NAME_MAX:
+        raise OptionError(f"{name!r} cannot be the name of a column; right are at most {lib.LUM_WRITER_EXTRA_NAME_MAX} letters of "
+                          "ASCII, digits and _, a letter or _ first")
+    if name in KNOWN or name == "xyz":
+        raise OptionError(f"{name} is a column that frames have by themselves: replace({name}=...) sets it; columns of your own "
+                          "need other names")
+    if name in _OF_TABLES:
+        raise OptionError(f"{name} is a column that tables and files make of the frame; a column of your own needs another name")
+    if name in _RESERVED:
+        raise OptionError(f"{name} is an argument of Frame.from_arrays(); a column of your own needs another name")
+
+
+def _check_lengths(columns: Mapping[str, Array], count: int, of: str) -> None:
+    for name, array in columns.items():
+        if len(array) != count:
+            raise OptionError(f"{name} has {len(array)} values; right are {count}, one a point, as {of}")
+
+
+def _collect(columns: Any, more: Mapping[str, Any]) -> dict[str, Any]:
+    """What was given as a mapping, as a structured array or by keywords."""
+    if isinstance(columns, np.ndarray) and columns.dtype.names is not None:
+        columns = {name: columns[name] for name in columns.dtype.names}
+    if columns is None:
+        columns = {}
+    if not isinstance(columns, Mapping) and not hasattr(columns, "keys"):
+        raise TypeError(f"columns are given as {type(columns).__name__}; right is a mapping of names and arrays, a structured "
+                        "array, or keywords: x=...")
+    given = {name: columns[name] for name in list(columns)}
+    twice = [name for name in given if name in more]
+    if twice:
+        raise OptionError(f"{twice[0]} is given twice; right is once")
+    return {**given, **more}
+
+
+# --- From arrays ---
+
+
+def _own_of(given: Mapping[str, Any]) -> dict[str, Array]:
+    """The columns of one's own among all of a frame."""
+    own = {name: array for name, array in given.items() if name not in KNOWN and name != "xyz"}
+    for name in own:
+        _check_name(name)
+        near = difflib.get_close_matches(name.lower(), KNOWN, 1, 0.8)
+        if near and len(name) <= len(near[0]):
+            raise OptionError(f"there is no column {name}; is it {near[0]}? A column of your own that is to have this name is "
+                              "added by with_columns()")
+    return {name: _numbers(name, array) for name, array in own.items()}
+
+
+def _given_lines(given: Any, columns: Mapping[str, Array], count: int) -> Array:
+    lines = np.asarray(given)
+    names = lines.dtype.names or ()
+    needs = ("number", "eye", "first_point", "point_count")
+    if lines.ndim != 1 or not set(needs) <= set(names) <= set(LINE_DTYPE.names or ()):
+        raise OptionError(f"lines: an array of type {lines.dtype}; right is a structured array such as Frame.lines, with the fields "
+                          f"{', '.join(needs)}, and of the others those that are known: {', '.join((LINE_DTYPE.names or ())[4:])}")
+    if lines.dtype != LINE_DTYPE:
+        made = np.zeros(len(lines), LINE_DTYPE)
+        made["angle_count"] = PIXELS
+        for name in names:
+            made[name] = _fitted(f"lines: {name}", lines[name], LINE_DTYPE[name])
+        lines = made
+    if (lines["eye"] > 1).any():
+        raise OptionError("lines: eye is above 1; right is 0 for blue, 1 for green")
+    _lines.check(lines, count)
+    if _lines.renumber(lines, columns) is not lines:
+        raise OptionError("lines: the columns line and eye tell other numbers than the lines; right are the same, or lines alone")
+    return lines
+
+
+def _line_info(lines: Array) -> tuple[tuple[int, int], tuple[int, int]]:
+    """How many lines each eye has, and how many rows they make."""
+    of = [lines[lines["eye"] == eye] for eye in range(len(EYES))]
+    rows = [min(int((one["number"][one["point_count"] > 0] + np.int64(1)).max(initial=0)), lib.LUM_FRAME_ROWS_MAX) for one in of]
+    return (len(of[0]), len(of[1])), (rows[0], rows[1])
+
+
+def _address(sensor: Any) -> tuple[int, str]:
+    address, _, interface = str(sensor).partition("%")
+    try:
+        return int(ipaddress.IPv4Address(address)), interface
+    except ValueError:
+        raise OptionError(f'sensor is {sensor!r}; right is its address, such as "10.42.0.37"') from None
+
+
+def _whole(name: str, value: Any, least: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value < 2 ** 63:
+        raise OptionError(f"{name} is {value!r}; right is a whole number from {least}")
+    return int(value)
+
+
+def _end_us(columns: Mapping[str, Array], lines: Array, begin_us: int) -> int:
+    """The sensor's clock at the latest line."""
+    times = columns["time"][np.isfinite(columns["time"])] if "time" in columns else np.zeros(0)
+    return max(begin_us, int(lines["clock_us"].max(initial=begin_us)), begin_us + round(float(times.max(initial=0)) * 1e6))
+
+
+def from_arrays(given: Any, more: Mapping[str, Any], lines: Any, number: int, sensor: str, utc_ns: int, utc_error_ns: Optional[int],
+                clock_us: Optional[int]) -> Frame:
+    """As Frame.from_arrays() has it."""
+    given = _collect(given, more)
+    known, xyz = _known(given)
+    columns = {**known, **_own_of(given)}
+    if not columns:
+        raise OptionError("a frame of no columns; right is at least one, such as x=...")
+    first, count = next((name, len(array)) for name, array in columns.items())
+    _check_lengths(columns, count, f"{first} has them")
+    begin_us = 0 if clock_us is None else _whole("clock_us", clock_us, 0)
+    if lines is not None:
+        lines = _given_lines(lines, columns, count)
+        begin_us = int(lines["clock_us"].min()) if clock_us is None and len(lines) else begin_us
+    elif "line" in columns and "eye" in columns:
+        seconds = columns["time"].astype("f8") if "time" in columns else np.zeros(count)
+        clocks_us = begin_us + np.rint(np.nan_to_num(seconds, posinf=0, neginf=0) * 1e6).astype("i8")
+        lines = _lines.of_columns(columns["line"], columns["eye"], clocks_us)
+    else:
+        lines = np.zeros(0, LINE_DTYPE)
+    address, interface = _address(sensor)
+    arrivals, (of, rows) = lines["arrival_ns"], _line_info(lines)
+    info = _Info(number=_whole("number", number, 0), sensor=address, interface=interface, is_complete=True, is_first=False,
+                 is_last=False, begin_clock_us=begin_us, end_clock_us=_end_us(columns, lines, begin_us),
+                 begin_arrival_ns=int(arrivals.min()) if len(lines) else 0, end_arrival_ns=int(arrivals.max()) if len(lines) else 0,
+                 begin_utc_ns=_whole("utc_ns", utc_ns, 0),
+                 utc_error_ns=lib.LUM_CLOCK_ERROR_UNKNOWN if utc_error_ns is None else _whole("utc_error_ns", utc_error_ns, 0),
+                 has_pause=False, losses=dict.fromkeys(LOSSES, 0), lines=of, rows=rows)
+    return assemble(info, columns, lines, "", xyz)
+
+
+# --- Of another frame ---
+
+
+def _indices(key: Any, count: int) -> Array:
+    """The places that a mask or an array of places stands for."""
+    found = np.asarray(key)
+    if found.dtype.kind not in "biu" and found.size or found.ndim == 0:
+        raise TypeError(f"frame[...] takes a column's name, a mask, a slice, or an array of places, not {type(key).__name__}"
+                        + ("; frame[i:i + 1] is the frame of one point" if found.dtype.kind in "iu" else ""))
+    if found.dtype.kind == "b":
+        if found.shape != (count,):
+            raise OptionError(f"frame[mask]: a mask of the shape {found.shape}; right is ({count},), one a point of the frame")
+        return np.flatnonzero(found)
+    if found.ndim != 1:
+        raise OptionError(f"frame[places]: an array of the shape {found.shape}; right is one of one dimension")
+    found = found.astype(np.intp)
+    if len(found) and not 0 <= found.min() <= found.max() < count:
+        wrong = found[(found < 0) | (found >= count)][0]
+        raise OptionError(f"frame[places]: {wrong} is no point of the frame; right is 0 to {count - 1}"
+                          + ("; -1 in an image_index() is a pixel without a point" if wrong == -1 else ""))
+    if (found[1:] < found[:-1]).any():
+        raise OptionError("frame[places]: they go back, and points of a frame stay in the order of its lines; right is "
+                          'frame[numpy.sort(places)], or in any order frame["x"][places]')
+    return found
+
+
+def _part(frame: Frame, key: slice) -> tuple[dict[str, Array], Optional[Array], Callable[[Array], Array]]:
+    start, stop, step = key.indices(len(frame))
+    if step < 0:
+        raise OptionError('frame[a:b:step]: the step is below 0, and points of a frame stay in the order of its lines; right is a '
+                          'step from 1, or frame["x"][::-1]')
+    block = frame._joined()
+
+    def before(places: Array) -> Array:
+        return np.asarray((np.clip(places, start, max(start, stop)) - start + step - 1) // step)
+
+    return {name: frame[name][key] for name in frame.columns}, None if block is None else block[key], before
+
+
+def _taken(frame: Frame, key: Any) -> tuple[dict[str, Array], Optional[Array], Callable[[Array], Array]]:
+    places = _indices(key, len(frame))
+    has_xyz = all(name in frame for name in "xyz")
+    columns = {name: frame[name].take(places) for name in frame.columns if not has_xyz or name not in ("x", "y", "z")}
+    block = np.empty((3, len(places)), "f4")
+    if has_xyz:
+        for row, name in zip(block, "xyz"):
+            columns[name] = frame[name].take(places, out=row, mode="clip")
+    return columns, block.T if has_xyz else None, lambda at: np.searchsorted(places, at)
+
+
+def select(frame: Frame, key: Any) -> Frame:
+    """Some points of a frame: as views for a slice, else a copy."""
+    columns, xyz, before = _part(frame, key) if isinstance(key, slice) else _taken(frame, key)
+    ordered = {name: columns[name] for name in frame.columns}
+    return assemble(frame._info, ordered, _lines.cut(frame.lines, before), frame._moved, xyz, frame._raw)
+
+
+def replace(frame: Frame, given: Any, more: Mapping[str, Any]) -> Frame:
+    """As Frame.replace() has it."""
+    given = _collect(given, more)
+    for name in given:
+        if name not in KNOWN and name != "xyz" and name not in frame._own:
+            raise UnknownKeyError(f"the frame has no column {name!r} to replace, only {', '.join(frame.columns)}; with_columns() adds "
+                                  "one of your own")
+    known, xyz = _known(given)
+    columns = {**known, **{name: _numbers(name, given[name]) for name in frame._own if name in given}}
+    _check_lengths(columns, len(frame), "the frame has them")
+    if xyz is None and not {"x", "y", "z"} & set(columns):
+        xyz = frame._joined()
+    columns = {**frame.to_dict(), **columns}
+    lines, info = frame.lines, frame._info
+    if {"line", "eye"} & set(known) and len(lines):
+        lines = _lines.renumber(lines, known)
+        of, rows = _line_info(lines)
+        info = dataclasses.replace(info, lines=of, rows=rows)
+    return assemble(info, columns, lines, frame._moved, xyz, frame._raw)
+
+
+def with_columns(frame: Frame, given: Any, more: Mapping[str, Any]) -> Frame:
+    """As Frame.with_columns() has it."""
+    given = _collect(given, more)
+    for name in given:
+        _check_name(name)
+    own = {name: _numbers(name, array) for name, array in given.items()}
+    _check_lengths(own, len(frame), "the frame has them")
+    made = Frame.__new__(Frame)
+    for slot in Frame.__slots__:
+        if slot != "__weakref__":
+            setattr(made, slot, getattr(frame, slot))
+    made._arrays = {**frame._arrays, **own}
+    made._own = tuple(dict.fromkeys((*frame._own, *own)))
+    return made

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import os
 import queue
 import re
@@ -10,6 +11,8 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Optional, Union
+
+import numpy as np
 
 from . import _lumdump
 from ._c import VERSION
@@ -24,7 +27,7 @@ from ._settings import Calibration, Profile
 from ._source import Source, open
 from ._plan import APPLIES, OF_TABLES, PATTERN, Plan, name_for
 from ._summary import Summary
-from ._table import Layout, check_names, extra
+from ._table import Layout, extra, own_types
 from ._target import Target, UrlTarget, failed, is_url, local_for
 
 _POINTS_AT_ONCE = 500_000
@@ -154,7 +157,7 @@ class _File:
         self._target: Optional[AnyTarget] = None
         self.bytes = 0
         if plan.format in FORMATS:
-            self._begin_points(plan, about)
+            self._begin_points(plan, about, layout)
         else:
             self._begin(plan, about, layout)
 
@@ -172,14 +175,14 @@ class _File:
             self._target.discard()
             raise
 
-    def _begin_points(self, plan: Plan, about: About) -> None:
+    def _begin_points(self, plan: Plan, about: About, layout: Layout) -> None:
         self._url = contextlib.ExitStack()
         self._local = self._url.enter_context(local_for(self.name, plan.storage))
         has_comment = plan.format not in APPLIES["comments"] or bool(plan.output.get("comments"))
-        columns = check_names(plan.output["columns"], ()) if "columns" in plan.output else None
+        columns = layout.columns if "columns" in plan.output else None
         try:
             self._writer = PointsFile(self._local, plan.format, about.text() if has_comment else "", columns,
-                                      bool(plan.output.get("ascii")), plan.time)
+                                      bool(plan.output.get("ascii")), plan.time, layout.own)
         except BaseException:
             self._forget()
             raise
@@ -235,8 +238,8 @@ class _File:
 class _Output:
     """The file, or the file of each frame."""
 
-    def __init__(self, plan: Plan, about: About) -> None:
-        self._plan, self._about, self._layout = plan, about, plan.layout()
+    def __init__(self, plan: Plan, about: About, own: Mapping[str, np.dtype[Any]]) -> None:
+        self._plan, self._about, self._layout, self._own = plan, about, plan.layout(own), own
         self.motion = plan.motion()
         if self.motion is not None:
             about.options += self.motion.notes
@@ -259,6 +262,14 @@ class _Output:
                               f"{frame.sensor}" + ("; a table can have a column \"sensor\""
                                                    if self._plan.format in OF_TABLES else ""))
 
+    def _check_own(self, frame: Frame) -> None:
+        """A file has one set of columns."""
+        own = own_types(frame)
+        if own != self._own:
+            first, other = (", ".join(f"{name} ({dtype})" for name, dtype in of.items()) or "none" for of in (self._own, own))
+            raise OptionError(f"frame {frame.number} has other columns of its own than the first one: {other} and not {first}; right "
+                              "are the same ones for all, in the same types")
+
     def _check_cancelled(self) -> None:
         if self.cancelled:
             raise _Cancelled
@@ -267,6 +278,7 @@ class _Output:
         """Append a frame."""
         self._check_cancelled()
         self._check_sensor(frame)
+        self._check_own(frame)
         if self.motion is not None:
             frame = self.motion.move(frame)
         if self._plan.is_pattern:
@@ -371,12 +383,22 @@ def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
                  calibration == Calibration(), profile == Profile(), source.provenance)
 
 
+def _peek(frames: Iterable[Any]) -> tuple[Any, Iterable[Any]]:
+    """The first frame, whose columns of one's own the file has, and all of them; a source gives none such, and is not begun."""
+    if isinstance(frames, Source):
+        return None, frames
+    rest = iter(frames)
+    first = list(itertools.islice(rest, 1))
+    return (first or [None])[0], itertools.chain(first, rest)
+
+
 def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Summary:
     moved: dict[str, Any] = {name: plan.output[name] for name in ("poses", "pose_times", "to") if name in plan.output}
     if isinstance(moved.get("poses"), Poses):
         moved["poses"] = moved["poses"].name
     about = _about(source, {**(plan.read if source is None else source._choice.given), **moved})
-    output = _Output(plan, about)
+    first, frames = _peek(frames)
+    output = _Output(plan, about, own_types(first) if isinstance(first, Frame) else {})
     thread = _Thread(output)
     try:
         thread.start()

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, ClassVar, Optional, Union
 import numpy as np
 
 from ._errors import Error, OptionError, install
+from ._points_file import check_own, file_type
 from ._table import Array, Layout, about_frame, arrow_batch, arrow_schema, extra, value
 from ._target import Target, UrlTarget
 
@@ -146,7 +147,10 @@ class Laz(Writer):
     def _header(self) -> Any:
         laspy = self._laspy
         header = laspy.LasHeader(point_format=6, version="1.4")
-        header.add_extra_dims([laspy.ExtraBytesParams(name, dtype, about) for name, dtype, about in _EXTRAS])
+        own = self._job.layout.own
+        check_own("las", None, own)
+        header.add_extra_dims([laspy.ExtraBytesParams(name, dtype, about) for name, dtype, about in _EXTRAS]
+                              + [laspy.ExtraBytesParams(name, file_type(own[name]), "") for name in own])
         header.scales, header.offsets = np.full(3, _SCALE), np.zeros(3)
         header.system_identifier = "Luminar Model G2"
         header.generating_software = self._job.about.program
@@ -179,6 +183,8 @@ class Laz(Writer):
         out["gps_time"] = self._seconds(value(frame, "timestamp", self._job.time))
         for name, _, _ in _EXTRAS:
             out[name] = value(frame, name[5:] if name.startswith("full_") else name)
+        for name in self._job.layout.own:
+            out[name] = frame[name]
         return out
 
     def _seconds(self, us: Array) -> Array:

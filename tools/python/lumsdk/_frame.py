@@ -5,7 +5,7 @@ import dataclasses
 import datetime
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Optional, Union
+from typing import TYPE_CHECKING, Any, Optional, Union, overload
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ._settings import Profile
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped,unused-ignore]
     import pyarrow  # type: ignore[import-untyped,unused-ignore]
+    from numpy.typing import ArrayLike
     from typing_extensions import Literal
 
     from ._poses import Outside, Poses
@@ -36,6 +37,10 @@ _NUMBERS: dict[str, int] = {text(lib.lum_column_name(c)): c for c in range(lib.L
 COLUMNS: Mapping[str, np.dtype[Any]] = MappingProxyType(
     {name: _TYPES[lib.lum_column_get_type(c)] for name, c in _NUMBERS.items()})
 """Every column that a frame can have, and the type of its numbers."""
+
+LOSSES = ("lost_words", "lines_missing_angles", "lines_missing", "lines_in_pauses", "lines_cut", "lines_late", "points_cut",
+          "no_angle", "no_range")
+"""The causes in Frame.losses."""
 
 _FLOAT = np.dtype("f4")
 
@@ -80,10 +85,8 @@ class _Info:
         """That of a frame of the library."""
         i = sized("lum_frame_info")
         lib.lum_frame_get_info(frame, i)
-        losses = {"lost_words": i.lost_words, "lines_missing_angles": i.lines_missing_angles,
-                  "lines_missing": sum(i.lines_missing), "lines_in_pauses": i.lines_in_pauses, "lines_cut": i.lines_cut,
-                  "lines_late": i.lines_late,
-                  "points_cut": i.points_cut, "no_angle": i.losses.no_angle, "no_range": i.losses.no_range}
+        counts = {"lines_missing": sum(i.lines_missing), "no_angle": i.losses.no_angle, "no_range": i.losses.no_range}
+        losses = {name: counts[name] if name in counts else getattr(i, name) for name in LOSSES}
         values = {name: getattr(i.times if name.endswith(("_us", "_ns")) else i, name) for name in list(cls.__annotations__)[:12]}
         values.update(interface=text(i.sensor_interface), lines=tuple(i.lines), losses=losses,
                       rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
@@ -98,13 +101,15 @@ class Frame:
     source. A frame can be pickled: what comes back has the same values in memory of its own.
     """
 
-    __slots__ = ("__weakref__", "_arrays", "_c", "_count", "_info_made", "_lines_made", "_moved", "_raw")
+    __slots__ = ("__weakref__", "_arrays", "_block", "_c", "_count", "_info_made", "_lines_made", "_moved", "_own", "_raw")
 
     def __init__(self, pointer: Any) -> None:
         """Keep a frame of the library. Programs get frames from a source or a sensor."""
         self._c = ffi.gc(lib.lum_frame_keep(pointer), lib.lum_frame_release)
         self._count: int = lib.lum_frame_count(self._c)
         self._arrays: dict[str, Array] = {}
+        self._block: Optional[Array] = None  # x, y and z where they lie together in memory
+        self._own: tuple[str, ...] = ()  # names of columns that with_columns() added
         self._info_made: Optional[_Info] = None
         self._lines_made: Optional[Array] = None
         self._raw: Optional[Raw] = None
@@ -214,11 +219,11 @@ class Frame:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names of its columns, as open(columns=...) chose them."""
+        """The names of its columns, as open(columns=...) chose them; behind them those of with_columns()."""
         if self._c is None:
-            return tuple(name for name in (*_NUMBERS, *RAW_COLUMNS) if name in self._arrays)
+            return (*(name for name in (*_NUMBERS, *RAW_COLUMNS) if name in self._arrays), *self._own)
         mask = lib.lum_frame_columns(self._c)
-        return tuple(name for name, c in _NUMBERS.items() if mask >> c & 1)
+        return (*(name for name, c in _NUMBERS.items() if mask >> c & 1), *self._own)
 
     def _number_of(self, name: str) -> Optional[int]:
         """The library's number of a column that is in its memory; None: it is an array."""
@@ -228,24 +233,42 @@ class Frame:
         if name in COLUMNS:
             return UnknownKeyError(f"the frame has no column {name!r}: name it in columns= when the source is opened, or "
                                    f'say columns="all"; it has {", ".join(self.columns) or "none"}')
-        return UnknownKeyError(f"there is no column {name!r}; there are {', '.join(COLUMNS)}")
+        return UnknownKeyError(f"there is no column {name!r}; there are {', '.join((*COLUMNS, *self._own))}")
 
-    def __getitem__(self, name: str) -> Array:
-        """A column: (n,), of the type that COLUMNS tells. A view of the frame's memory."""
+    @overload
+    def __getitem__(self, key: str) -> Array: ...
+    @overload
+    def __getitem__(self, key: Union[slice, Array, list[bool], list[int]]) -> Frame: ...
+
+    def __getitem__(self, key: Any) -> Union[Array, Frame]:
+        """A column, or a frame of some of the points.
+
+            frame["range"]                   # (n,), of the type that COLUMNS tells: a view of the frame's memory
+            frame[frame["range"] < 50]       # the points of a mask, copied
+            frame[1000:2000], frame[::4]     # a slice: views
+            frame[places]                    # an array of places in ascending order, copied
+
+        Of some of the points, lines tells where each line's are now; number, clocks and losses are those of the whole frame.
+
+        Raises:
+            UnknownKeyError: the frame has no such column.
+            OptionError: a mask is of a wrong length, or places are not right.
+        """
         try:
-            return self._arrays[name]
+            return self._arrays[key]
         except (KeyError, TypeError):
             pass
-        if not isinstance(name, str):
-            raise TypeError(f"frame[...] takes a column's name, not {type(name).__name__}; points are taken from columns, as "
-                            'frame["x"][mask], from frame.xyz[mask], or with all columns from frame.to_structured()[mask]')
-        if self._c is None or name not in _NUMBERS:
-            raise self._refuse(name)
-        address = int(ffi.cast("uintptr_t", lib.lum_frame_column(self._c, _NUMBERS[name])))
+        if not isinstance(key, str):
+            from ._build import select
+
+            return select(self, key)
+        if self._c is None or key not in _NUMBERS:
+            raise self._refuse(key)
+        address = int(ffi.cast("uintptr_t", lib.lum_frame_column(self._c, _NUMBERS[key])))
         if not address:
-            raise self._refuse(name)
-        made = np.asarray(_Memory(self._c, address, (self._count,), None, COLUMNS[name]))
-        self._arrays[name] = made
+            raise self._refuse(key)
+        made = np.asarray(_Memory(self._c, address, (self._count,), None, COLUMNS[key]))
+        self._arrays[key] = made
         return made
 
     def __contains__(self, name: object) -> bool:
@@ -262,22 +285,25 @@ class Frame:
 
     @property
     def xyz(self) -> Array:
-        """x, y and z in metres: (n, 3) float32, a view of the frame's memory. x forward, y left, z up."""
-        if "xyz" not in self._arrays:
-            self._arrays["xyz"] = self._make_xyz()
-        return self._arrays["xyz"]
+        """x, y and z in metres: (n, 3) float32, a view of the frame's memory. x forward, y left, z up.
 
-    def _make_xyz(self) -> Array:
-        if self._c is not None:
+        Where x, y and z are arrays of a program that do not lie together, it is a copy that cannot be written to.
+        """
+        block = self._joined()
+        if block is None:
+            block = np.array([self[name] for name in "xyz"], "f4").T
+            block.flags.writeable = False
+        return block
+
+    def _joined(self) -> Optional[Array]:
+        """x, y and z as one view; None: they do not lie together."""
+        if self._block is None and self._c is not None:
             spacing = ffi.new("size_t *")
             first = lib.lum_frame_xyz(self._c, spacing)
             if first:
-                address = int(ffi.cast("uintptr_t", first))
-                return np.asarray(_Memory(self._c, address, (self._count, 3), (4, 4 * max(spacing[0], 1)), _FLOAT))
-        block = np.empty((3, self._count), "f4")
-        for i, name in enumerate("xyz"):
-            block[i] = self[name]
-        return block.T
+                memory = _Memory(self._c, int(ffi.cast("uintptr_t", first)), (self._count, 3), (4, 4 * max(spacing[0], 1)), _FLOAT)
+                self._block = np.asarray(memory)
+        return self._block
 
     @property
     def lines(self) -> Array:
@@ -350,6 +376,57 @@ class Frame:
         from ._write import to_lines
 
         return to_lines(self)
+
+    # Other frames of it, and frames of arrays.
+
+    @classmethod
+    def from_arrays(cls, columns: Optional[Mapping[str, ArrayLike]] = None, /, *, lines: Optional[Array] = None, number: int = 0,
+                    sensor: str = "0.0.0.0", utc_ns: int = 0, utc_error_ns: Optional[int] = None,
+                    clock_us: Optional[int] = None, **more: ArrayLike) -> Frame:
+        """A frame of a program's own arrays, which it keeps: they are not copied if they have the columns' types.
+
+            lumsdk.Frame.from_arrays(xyz=points, intensity=intensity)
+            lumsdk.Frame.from_arrays(table.to_dict(), lines=frame.lines, number=frame.number, utc_ns=frame.utc_ns)
+
+        Args:
+            columns: arrays by their names, or a structured array; keywords do the same. Those of COLUMNS are converted to its
+                types where no number changes. xyz, (n, 3), stands for x, y and z. Others are columns of one's own.
+            lines: as Frame.lines; without it they are made from the columns line and eye. Without both there are none, and
+                no grid, and files without the columns line, eye and timestamp.
+            number: the frame's.
+            sensor: the address of its sensor.
+            utc_ns: when its earliest line was measured, nanoseconds since 1970 UTC; 0: not known.
+            utc_error_ns: how far off that may be; None: not known.
+            clock_us: the same moment on the sensor's clock; without it, that of the earliest line, else 0.
+
+        Raises:
+            OptionError: values do not fit, lengths differ, or lines are not those of the columns.
+            TypeError: what is given is no array of numbers.
+        """
+        from ._build import from_arrays
+
+        return from_arrays(columns, more, lines, number, sensor, utc_ns, utc_error_ns, clock_us)
+
+    def replace(self, columns: Optional[Mapping[str, ArrayLike]] = None, /, **more: ArrayLike) -> Frame:
+        """The frame with other values in some columns: frame.replace(x=..., range=...). It shares all others.
+
+        Takes columns of COLUMNS, also those that the frame lacks, xyz, and the frame's own ones. As from_arrays(), it keeps
+        arrays of the right type. If all points of each line get a new line or eye, lines has it, too.
+        """
+        from ._build import replace
+
+        return replace(self, columns, more)
+
+    def with_columns(self, columns: Optional[Mapping[str, ArrayLike]] = None, /, **more: ArrayLike) -> Frame:
+        """The frame with columns of one's own: frame.with_columns(label=labels). It shares all others.
+
+        A column is one number a point: bool, integers or floats. The array is kept as it is, and can be written to if it could
+        be before. Names are letters of ASCII, digits and _, and none of COLUMNS. convert() writes them into all formats that
+        have named columns.
+        """
+        from ._build import with_columns
+
+        return with_columns(self, columns, more)
 
     # The sensor's motion.
 
@@ -464,10 +541,23 @@ class Frame:
 
     # Into other forms.
 
-    def __array__(self, *_: Any, **__: Any) -> Array:
-        """A frame is several columns: each way to make one array or table of them has a name."""
-        raise TypeError("a frame is not a single array: frame.xyz has the coordinates, (n, 3), frame.to_structured() all columns, "
-                        'frame["x"] one of them, and frame.to_pandas() and frame.to_arrow() make a table')
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> Array:
+        """numpy.asarray(frame): as to_structured()."""
+        if copy is False:
+            raise ValueError("a frame is several arrays, and a structured array is a copy of them: right is copy=None, or one "
+                             'column as frame["x"], or frame.xyz')
+        if dtype is not None and np.dtype(dtype).names is None and np.dtype(dtype) != object:
+            raise TypeError(f"a frame is not one array of {np.dtype(dtype)}: frame.xyz has the coordinates, (n, 3), and "
+                            'frame["x"] is one column')
+        made = self.to_structured()
+        return made if dtype is None else made.astype(dtype)
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """For libraries that take Arrow's C stream, such as pyarrow.table(frame) and polars.DataFrame(frame): as to_arrow().
+
+        One record batch, without a copy where Arrow has the type. Needs pyarrow.
+        """
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
 
     def to_dict(self) -> dict[str, Array]:
         """Its columns by their names, as views."""
@@ -516,7 +606,8 @@ class Frame:
             return NotImplemented
         return (self.columns == other.columns and self._info == other._info
                 and np.array_equal(self.lines, other.lines)
-                and all(self[name].tobytes() == other[name].tobytes() for name in self.columns))
+                and all(self[name].dtype == other[name].dtype and self[name].tobytes() == other[name].tobytes()
+                        for name in self.columns))
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 import numpy as np
 
 from ._c import ffi, lib
-from ._errors import warn
+from ._errors import OptionError, warn
 
 if TYPE_CHECKING:
     from ._frame import Array, Frame
@@ -60,6 +60,9 @@ def grid(frame: Frame, column: str, eye: Optional[str], returns: int, lines: Opt
     if _count(returns, "returns") < 1:
         raise ValueError("returns is 0; right is a whole number from 1")
     out = np.empty((rows, PIXELS, returns), "f4")
+    if len(frame) and not len(frame.lines):
+        raise OptionError(f"frame {frame.number} has no lines, so there is no grid of it: give Frame.from_arrays() the columns line "
+                          "and eye, or lines=")
     number = frame._number_of(column)
     if number is None:
         _fill(frame, column, which, out)
@@ -68,11 +71,25 @@ def grid(frame: Frame, column: str, eye: Optional[str], returns: int, lines: Opt
     return out if returns > 1 else out[:, :, 0]
 
 
+def floats(frame: Frame, column: str) -> Array:
+    """A column as float32.
+
+    Raises:
+        OptionError: whole numbers of a column of one's own that float32 cannot hold.
+    """
+    numbers = frame[column]
+    made = np.asarray(numbers, "f4")
+    if column in frame._own and numbers.dtype.kind in "iu" and (made.astype("f8") != numbers).any():
+        raise OptionError(f"{column}: float32, which grids and pictures are of, cannot hold all its numbers exactly; right are whole "
+                          "numbers up to 16777216, or the numbers of points by image_index()")
+    return made
+
+
 def _fill(frame: Frame, column: str, eye: int, out: Array) -> None:
     """As lum_frame_grid_floats(), of arrays."""
     out.fill(np.nan)
     rows, _, returns = out.shape
-    seen = set()
+    values, seen = floats(frame, column), set()
     for line in frame.lines:
         number = int(line["number"])
         if line["eye"] != eye or number >= rows or number in seen:
@@ -86,4 +103,4 @@ def _fill(frame: Frame, column: str, eye: int, out: Array) -> None:
         indices = np.arange(len(pixels))
         rank = indices - np.maximum.accumulate(np.where(starts, indices, 0))
         kept = rank < returns
-        out[number, pixels[kept], rank[kept]] = frame[column][part][kept]
+        out[number, pixels[kept], rank[kept]] = values[part][kept]

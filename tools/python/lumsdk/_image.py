@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, Optional
 import numpy as np
 
 from ._c import ffi, lib, sized
-from ._errors import warn
+from ._errors import OptionError, warn
+from ._grid import floats
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,6 +48,16 @@ def _floats(array: Any) -> Any:
     return ffi.from_buffer("float[]", np.ascontiguousarray(array, "f4"))
 
 
+def _eyes(frame: Frame) -> Array:
+    """The eye of each point."""
+    if len(frame.lines) or not len(frame):
+        return np.repeat(frame.lines["eye"], frame.lines["point_count"])
+    if "eye" not in frame.columns:
+        raise OptionError(f"frame {frame.number} has neither lines nor the column eye, so it is not known which points are of an "
+                          'eye; right is eye="both"')
+    return np.ascontiguousarray(frame["eye"])
+
+
 def index(frame: Frame, eye: str, returns: str, view: Optional[Sequence[float]], rows: Optional[int], columns: Optional[int],
           pixels: bool) -> Array:
     """The point of each pixel, or with pixels the pixel of each point."""
@@ -58,7 +69,7 @@ def index(frame: Frame, eye: str, returns: str, view: Optional[Sequence[float]],
     names = ["x", "y", "z"] + (["pulse_width"] if returns == "strongest" else [])
     kept = {name: _floats(frame[name]) for name in names}
     if len(asked) == 1:
-        kept["eye"] = ffi.from_buffer("uint8_t[]", np.repeat(frame.lines["eye"], frame.lines["point_count"]))
+        kept["eye"] = ffi.from_buffer("uint8_t[]", _eyes(frame))
     points.count = len(frame)
     for name, array in kept.items():
         setattr(points, name, array)
@@ -79,7 +90,7 @@ def index(frame: Frame, eye: str, returns: str, view: Optional[Sequence[float]],
 def take(frame: Frame, column: str, chosen: Array) -> Array:
     """A column in the pixels of an index: NaN for -1."""
     out: Array = np.empty(chosen.shape, "f4")
-    numbers = np.ascontiguousarray(frame[column], "f4")
+    numbers = np.ascontiguousarray(floats(frame, column))
     if lib.lum_image_take(ffi.from_buffer("float[]", numbers), len(frame), ffi.from_buffer("uint32_t[]", chosen.view("u4")),
                           chosen.size, ffi.from_buffer("float[]", out, require_writable=True)) != lib.LUM_OK:
         raise RuntimeError("lum_image_take() refused an index: this is a fault of lumsdk")

@@ -5,9 +5,12 @@ import os
 import re
 import reprlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Any, Optional
 
-from ._errors import OptionError
+import numpy as np
+
+from ._errors import OptionError, warn
 from ._formats import WRITERS
 from ._frame import Frame
 from ._inputs import check_storage, urls_of
@@ -40,6 +43,9 @@ APPLIES: Mapping[str, tuple[str, ...]] = {
     "voxel": ("csv", "ply", "pcd", "las", "laz"),
 }
 """The options of outputs, and the formats that have them."""
+
+_NAMED = (*APPLIES["columns"], "las", "laz")
+"""Formats that take columns of one's own."""
 
 _ONLY_BY_LUMDUMP = ("duration", "organized", "packets", "rotate", "voxel")
 
@@ -177,17 +183,23 @@ class Plan:
         return Motion(self.output["poses"], self.output.get("pose_times"), str(self.output.get("to", "world")),
                       self.format if is_bare else "")
 
-    def layout(self) -> Layout:
-        """The columns of a table."""
+    def layout(self, own: Mapping[str, np.dtype[Any]] = MappingProxyType({})) -> Layout:
+        """The columns of a table; own are those that the frames have besides."""
         preset = self.output.get("preset")
         columns = self.output.get("columns")
         if preset is not None:
             check_preset(preset, columns)
+        if own and (preset is not None or self.format not in _NAMED):
+            warn(f"the frames have columns of their own, {', '.join(own)}, which are left out: "
+                 + (f"the preset {preset}" if preset is not None else self.format)
+                 + f" has no place for them; {', '.join(_NAMED)} have")
+            own = {}
+        if preset is not None:
             return Layout((), preset)
         kind = WRITERS.get(self.format)
         if kind is not None and kind.needs is not None:
-            return Layout(kind.needs)
-        names = check_names(columns, ("x", "y", "z") if self.format == "xyz" else FILE_COLUMNS)
-        if self.format in FORMATS and not set(names) <= {*FILE_COLUMNS, "time"}:
-            raise OptionError(f"columns: {self.format} has {', '.join(FILE_COLUMNS)} and time")
-        return Layout(names, time=self.time)
+            return Layout((*kind.needs, *own), own=own)
+        names = check_names(columns, ("x", "y", "z") if self.format == "xyz" else (*FILE_COLUMNS, *own), own)
+        if self.format in FORMATS and not set(names) <= {*FILE_COLUMNS, "time", *own}:
+            raise OptionError(f"columns: {self.format} has {', '.join((*FILE_COLUMNS, 'time', *own))}")
+        return Layout(names, time=self.time, own=own)

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
@@ -18,6 +19,9 @@ FORMATS = {"csv": lib.LUM_FORMAT_CSV, "ply": lib.LUM_FORMAT_PLY, "pcd": lib.LUM_
            "xyz": lib.LUM_FORMAT_XYZ}
 """The formats, by name."""
 
+_NUMBERS: dict[str, int] = {name: getattr(lib, f"LUM_NUMBER_{name.upper()}")
+                            for name in ("u8", "u16", "u32", "u64", "i8", "i16", "i32", "i64", "f32", "f64")}
+
 _OF_SAMPLE = ("x", "y", "z", "range", "azimuth", "elevation", "pulse_width", "pixel", "return_number",
               "number_of_returns", "edge")
 _TYPES = {"float": "f4", "uint16_t": "u2", "uint8_t": "u1"}
@@ -32,11 +36,32 @@ def _sample_dtype() -> np.dtype[Any]:
 _SAMPLE = _sample_dtype()
 
 
+def file_type(dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """The type in which files of the library have numbers of a column of one's own."""
+    return np.dtype("u1") if dtype.kind == "b" else np.dtype("f4") if dtype == np.dtype("f2") else dtype
+
+
+def _extras(own: Mapping[str, np.dtype[Any]]) -> tuple[Any, list[Any]]:
+    """The columns of one's own as the library takes them, and what has to live as long."""
+    kept = [ffi.new("char[]", name.encode()) for name in own]
+    out = ffi.new("lum_writer_extra[]", len(own))
+    for one, name, dtype in zip(out, kept, map(file_type, own.values())):
+        one.name, one.type = name, _NUMBERS[f"{dtype.kind}{dtype.itemsize * 8}"]
+    return out, kept
+
+
+def check_own(kind: str, columns: Optional[tuple[str, ...]], own: Mapping[str, np.dtype[Any]]) -> None:
+    """OptionError: a format has no such columns, or has one of that name itself, or not the type."""
+    error, (extras, _names) = ffi.new("lum_error *"), _extras(own)
+    asked = ffi.NULL if columns is None else ffi.new("char[]", ",".join(columns).encode())
+    check(lib.lum_writer_check_extra(FORMATS[kind], asked, extras, len(own), error), error, OptionError)
+
+
 class PointsFile:
     """A file that the library writes. It has its name after finish(); until then nothing of it is seen."""
 
     def __init__(self, name: str, kind: str, comment: str, columns: Optional[tuple[str, ...]], is_ascii: bool,
-                 time: str) -> None:
+                 time: str, own: Mapping[str, np.dtype[Any]]) -> None:
         """Begin.
 
         Args:
@@ -46,10 +71,13 @@ class PointsFile:
             columns: of csv, ply and pcd; None: those of the format.
             is_ascii: ply, pcd: text.
             time: what timestamps are: "sensor", "utc" or "arrival".
+            own: the columns of one's own that it has, and their types.
         """
         self._error = ffi.new("lum_error *")
         self._time = time
         self._has_time = columns is not None and "time" in columns
+        self._has_lines = kind != "xyz" and (columns is None or not {"line", "eye", "timestamp"}.isdisjoint(columns))
+        self._own = {name: file_type(dtype) for name, dtype in own.items()}
         self._names = ("x", "y", "z") if kind == "xyz" else tuple(
             c for c in _OF_SAMPLE if columns is None or c in columns or c in "xyz" and kind == "las")
         kept = [ffi.new("char[]", comment.encode())] if comment else []
@@ -58,30 +86,42 @@ class PointsFile:
         options = sized("lum_writer_options", format=FORMATS[kind], ascii=is_ascii, utc=time != "sensor")
         options.comment = kept[0] if comment else ffi.NULL
         options.columns = kept[-1] if columns is not None else ffi.NULL
-        if columns is not None:
-            check(lib.lum_writer_check_columns(options.columns, self._error), self._error, OptionError)
+        check_own(kind, columns, own)
+        extras, _names = _extras(own)
+        options.extra, options.extra_count = extras, len(own)
         out = ffi.new("lum_writer **")
         check(lib.lum_writer_open(os.fsencode(name), options, out, self._error), self._error, TargetError)
         self._writer: Any = out[0]
 
     def add(self, frame: Frame) -> None:
         """Append the points of a frame, line by line."""
+        if self._has_lines and len(frame) and not len(frame.lines):
+            raise OptionError(f"frame {frame.number} has no lines, of which files have the columns line, eye and timestamp: give "
+                              "Frame.from_arrays() the columns line and eye, or lines=, or choose other columns by columns=")
         samples = self._samples(frame)
         base = ffi.cast("char *", ffi.from_buffer(samples)) if len(samples) else ffi.NULL
         times = value(frame, "time") if self._has_time else None
         at = ffi.cast("char *", ffi.from_buffer(np.ascontiguousarray(times))) if times is not None and len(times) else None
-        stamps = value(frame, "timestamp", self._time)
-        line = sized("lum_line_samples", frame=frame.number)
-        found: Any
-        for found in frame.lines:
-            first, count = int(found["first_point"]), int(found["point_count"])
-            if not count:
-                continue
+        own = [ffi.from_buffer(np.ascontiguousarray(frame[name], dtype)) for name, dtype in self._own.items()]
+        sizes, extra = [dtype.itemsize for dtype in self._own.values()], ffi.new("void *[]", len(own))
+        line = sized("lum_line_samples", frame=frame.number, extra=extra)
+        for first, count, stamp, number, eye in self._lines(frame):
             line.samples = ffi.cast("lum_sample *", base + first * _SAMPLE.itemsize)
-            line.count, line.timestamp_us = count, int(stamps[first])
-            line.line, line.eye = int(found["number"]), int(found["eye"])
+            line.count, line.timestamp_us, line.line, line.eye = count, stamp, number, eye
             line.times = ffi.NULL if at is None else ffi.cast("float *", at + 4 * first)
+            for i, array in enumerate(own):
+                extra[i] = ffi.cast("char *", array) + sizes[i] * first
             check(lib.lum_writer_add(self._writer, line, self._error), self._error, TargetError)
+
+    def _lines(self, frame: Frame) -> Iterator[tuple[int, int, int, int, int]]:
+        """Of each line with points the first, how many, its timestamp, number and eye."""
+        if len(frame) and not len(frame.lines):
+            yield 0, len(frame), 0, 0, 0
+            return
+        stamps = value(frame, "timestamp", self._time)
+        for number, eye, first, count, *_ in frame.lines.tolist():
+            if count:
+                yield first, count, int(stamps[first]), number, eye
 
     def _samples(self, frame: Frame) -> Array:
         out = np.zeros(len(frame), _SAMPLE)

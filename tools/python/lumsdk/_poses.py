@@ -9,7 +9,7 @@ import numpy as np
 
 from ._c import check, ffi, lib, sized, text
 from ._errors import CaptureError, CaptureWarning, Error, OptionError, UnknownKeyError, warn
-from ._build import assemble
+from ._build import assemble, select
 from ._frame import Frame, _Info
 
 if TYPE_CHECKING:
@@ -323,14 +323,7 @@ def move(frame: Frame, poses: Poses, to: str, origin: Union[Sequence[float], Arr
 def _without_missing(frame: Frame) -> Frame:
     """Without points that are NaN."""
     kept = ~np.isnan(frame["x"])
-    if kept.all():
-        return frame
-    before = np.concatenate([[0], np.cumsum(kept)])
-    lines = frame.lines.copy()
-    first, end = lines["first_point"].astype("i8"), lines["first_point"].astype("i8") + lines["point_count"]
-    lines["first_point"], lines["point_count"] = before[first], before[end] - before[first]
-    block = np.ascontiguousarray(frame.xyz.T[:, kept])
-    return assemble(frame._info, {name: frame[name][kept] for name in frame.columns}, lines, frame._moved, block.T, frame._raw)
+    return frame if kept.all() else select(frame, kept)
 
 
 class Motion:

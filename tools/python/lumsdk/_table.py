@@ -4,7 +4,8 @@ from __future__ import annotations
 import importlib
 import ipaddress
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 import numpy as np
@@ -73,21 +74,28 @@ def needed(columns: Sequence[str]) -> list[str]:
 
 def available(frame: Frame) -> tuple[str, ...]:
     """The columns that a table of a frame can have, without being asked for more than lumdump's."""
-    return tuple(name for name in COLUMNS if name in frame.columns or name in ("timestamp", "frame"))
+    made = ("frame",) if len(frame) and not len(frame.lines) else ("timestamp", "frame")
+    return (*(name for name in COLUMNS if name in frame.columns or name in made), *frame._own)
 
 
-def check_names(columns: Names, default: Sequence[str]) -> tuple[str, ...]:
-    """Names as the user gives them: a sequence, or one text with commas."""
+def own_types(frame: Frame) -> dict[str, np.dtype[Any]]:
+    """The columns that a program added to a frame, and their types."""
+    return {name: frame[name].dtype for name in frame._own}
+
+
+def check_names(columns: Names, default: Sequence[str], own: Iterable[str] = ()) -> tuple[str, ...]:
+    """Names as the user gives them: a sequence, or one text with commas. own are known besides."""
     if columns is None:
         return tuple(default)
+    known = (*COLUMNS, *own)
     if columns == "all":
-        return tuple(COLUMNS)
+        return known
     names = tuple(columns.split(",")) if isinstance(columns, str) else tuple(columns)
     for name in names:
         if not isinstance(name, str):
             raise TypeError(f"columns: {name!r} is not a name; give names such as [\"x\", \"range\"]")
-        if name not in COLUMNS:
-            raise OptionError(f"columns: '{name}' is not a column; columns are {', '.join(COLUMNS)}")
+        if name not in known:
+            raise OptionError(f"columns: '{name}' is not a column; columns are {', '.join(known)}")
         if names.count(name) > 1:
             raise OptionError(f"columns: '{name}' is there twice; give each column once")
     if not names:
@@ -124,13 +132,16 @@ def value(frame: Frame, name: str, time: str = "sensor") -> Array:
 
     Args:
         frame: the frame.
-        name: one of COLUMNS.
+        name: one of COLUMNS, or a column of one's own.
         time: what the column timestamp is, one of TIMES.
 
     Raises:
         OptionError: the frame lacks the column.
     """
     if name == "timestamp":
+        if len(frame) and not len(frame.lines):
+            raise OptionError(f"frame {frame.number} has no lines, of which timestamps are: give Frame.from_arrays() the columns line "
+                              "and eye, or lines=, or leave out the column timestamp")
         return np.repeat(_line_times(frame, time).astype("i8"), frame.lines["point_count"])
     if name == "frame":
         return np.full(len(frame), frame.number, "i8")
@@ -209,16 +220,21 @@ def check_preset(preset: str, columns: Names) -> None:
 class Layout:
     """The columns of a table, and how they are made of a frame."""
 
-    def __init__(self, columns: Sequence[str], preset: str | None = None, time: str = "sensor") -> None:
+    def __init__(self, columns: Sequence[str], preset: str | None = None, time: str = "sensor",
+                 own: Mapping[str, np.dtype[Any]] = MappingProxyType({})) -> None:
         self._time = time
         self._preset = PRESETS[preset] if preset is not None else None
         self.columns = tuple(self._preset) if self._preset is not None else tuple(columns)
+        self.own = {name: own[name] for name in self.columns if name in own}
+        """Its columns that a program added to the frames, and their types."""
         self.needs = PRESET_NEEDS[preset] if preset is not None else tuple(needed(columns))
 
     def about(self, name: str) -> tuple[np.dtype[Any], str, str]:
         """Type, unit and description of a column."""
         if self._preset is not None:
             return self._preset[name][:3]
+        if name in self.own:
+            return self.own[name], "", "a column of the program that wrote this"
         column = COLUMNS[name]
         if name != "timestamp":
             return column.dtype, column.unit, column.description
@@ -281,7 +297,7 @@ def _layout_for(frame: Frame, columns: Names, preset: str | None) -> Layout:
     if preset is not None:
         check_preset(preset, columns)
         return Layout((), preset)
-    return Layout(check_names(columns, available(frame)))
+    return Layout(check_names(columns, available(frame), frame._own), own=own_types(frame))
 
 
 def to_arrow(frame: Frame, columns: Names = None, preset: str | None = None) -> Any:

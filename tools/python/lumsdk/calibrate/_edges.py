@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import binary_dilation, binary_propagation
 
-from .._frame import PIXELS
+from .._grid import PIXELS
 from ._model import Eye, Fixed, State, cells_of
 from ._planes import Grid, block_of
 from ._result import Array
