@@ -139,21 +139,6 @@ def test_a_column_that_is_not_there_is_told(path):
         frame.grid("x", "blue")
 
 
-def test_what_is_no_array_of_a_frame_says_what_is(frame):
-    for key in 3, slice(2), frame["range"] > 2, [0, 1]:
-        with pytest.raises(TypeError, match=r'as frame\["x"\]\[mask\], from frame.xyz\[mask\].*frame.to_structured\(\)\[mask\]'):
-            frame[key]
-    for call in np.asarray, np.array, np.mean:
-        with pytest.raises(TypeError, match=r"frame.xyz has the coordinates, \(n, 3\), frame.to_structured\(\) all columns"):
-            call(frame)
-
-
-def test_a_frame_is_no_argument_of_a_table(frame):
-    pandas = pytest.importorskip("pandas")
-    with pytest.raises(TypeError, match="frame.to_pandas"):
-        pandas.DataFrame(frame)
-
-
 @pytest.fixture(scope="module")
 def exact():
     """A capture with a drift of 50 ppm and exact stamps in nanoseconds."""

@@ -57,12 +57,12 @@ def restore(info: Mapping[str, Any], arrays: Mapping[str, Array], lines: Array, 
 
 def _numbers(name: str, given: Any, shape: str = "(n,)") -> Array:
     """An array of numbers, without a copy where it is one already."""
-    array = np.asarray(given)
+    array: Array = np.asarray(given)
     if array.dtype.kind not in "biuf" or array.dtype.itemsize > 8:
         raise TypeError(f"{name}: values of type {array.dtype}; right are bool, integers, or floats of up to 64 bits")
     if np.ma.is_masked(given):
         raise TypeError(f"{name}: a masked array; right is one without a mask, such as {name}.filled(0)")
-    if array.ndim != (1 if shape == "(n,)" else 2) or array.shape[1:] not in ((), (3,)):
+    if array.ndim != (1 if shape == "(n,)" else 2) or array.ndim == 2 and array.shape[1] != 3:
         raise OptionError(f"{name}: an array of the shape {array.shape}; right is {shape}, n the number of points")
     return array if array.dtype.isnative else array.astype(array.dtype.newbyteorder("="))
 
@@ -82,17 +82,17 @@ def _fitted(name: str, array: Array, dtype: np.dtype[Any]) -> Array:
         at = np.flatnonzero(differs.ravel())[0]
         right = (f'{name}.astype("{dtype}"), which rounds' if dtype.kind == "f" else
                  f"whole numbers from {np.iinfo(dtype).min} to {np.iinfo(dtype).max}")
-        raise OptionError(f"{name}: {array.ravel()[at]} at {at} cannot be a number of type {dtype}; right is {right}")
+        raise OptionError(f"{name}: {array.ravel()[at]} at {at} cannot be a number of type {dtype}; right: {right}")
     return made
 
 
 def _known(given: Mapping[str, Any]) -> tuple[dict[str, Array], Optional[Array]]:
     """The columns that every frame can have, in their types; and x, y and z, if they come as one array."""
     columns = {name: _fitted(name, _numbers(name, given[name]), dtype) for name, dtype in KNOWN.items() if name in given}
-    for name, most in _MOST.items():
-        above = np.flatnonzero(columns[name] > most) if name in columns else ()
+    for name in _MOST.keys() & columns.keys():
+        above = np.flatnonzero(columns[name] > _MOST[name])
         if len(above):
-            raise OptionError(f"{name}: {columns[name][above[0]]} at point {above[0]}; right is 0 to {most}")
+            raise OptionError(f"{name}: {columns[name][above[0]]} at {above[0]}; right is 0 to {_MOST[name]}")
     if "xyz" not in given:
         return columns, None
     both = [name for name in "xyz" if name in columns]

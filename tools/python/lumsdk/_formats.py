@@ -150,7 +150,7 @@ class Laz(Writer):
         own = self._job.layout.own
         check_own("las", None, own)
         header.add_extra_dims([laspy.ExtraBytesParams(name, dtype, about) for name, dtype, about in _EXTRAS]
-                              + [laspy.ExtraBytesParams(name, file_type(own[name]), "") for name in own])
+                              + [laspy.ExtraBytesParams(name, file_type("las", own[name]), "") for name in own])
         header.scales, header.offsets = np.full(3, _SCALE), np.zeros(3)
         header.system_identifier = "Luminar Model G2"
         header.generating_software = self._job.about.program

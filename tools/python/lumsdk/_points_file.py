@@ -36,23 +36,38 @@ def _sample_dtype() -> np.dtype[Any]:
 _SAMPLE = _sample_dtype()
 
 
-def file_type(dtype: np.dtype[Any]) -> np.dtype[Any]:
-    """The type in which files of the library have numbers of a column of one's own."""
-    return np.dtype("u1") if dtype.kind == "b" else np.dtype("f4") if dtype == np.dtype("f2") else dtype
+_WHOLE_64 = ("csv", "las")
+"""Formats with integers of 64 bits."""
+
+
+def file_type(kind: str, dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """The type in which a file has numbers of a column of one's own."""
+    if dtype.kind == "b" or dtype == np.dtype("f2"):
+        return np.dtype("u1" if dtype.kind == "b" else "f4")
+    return np.dtype(f"{dtype.kind}4") if dtype.kind in "iu" and dtype.itemsize == 8 and kind not in _WHOLE_64 else dtype
+
+
+def _as_written(frame: Frame, name: str, dtype: np.dtype[Any]) -> Array:
+    """A column of one's own in the type of the file."""
+    numbers, limits = frame[name], np.iinfo(dtype) if dtype.kind in "iu" else None
+    if limits is not None and len(numbers) and not limits.min <= numbers.min() <= numbers.max() <= limits.max:
+        raise OptionError(f"frame {frame.number}: {name} is from {numbers.min()} to {numbers.max()}, and this format has integers of "
+                          "32 bits; right are such, or float64, or another format, as csv, las or parquet")
+    return np.ascontiguousarray(numbers, dtype)
 
 
 def _extras(own: Mapping[str, np.dtype[Any]]) -> tuple[Any, list[Any]]:
     """The columns of one's own as the library takes them, and what has to live as long."""
     kept = [ffi.new("char[]", name.encode()) for name in own]
     out = ffi.new("lum_writer_extra[]", len(own))
-    for one, name, dtype in zip(out, kept, map(file_type, own.values())):
+    for one, name, dtype in zip(out, kept, own.values()):
         one.name, one.type = name, _NUMBERS[f"{dtype.kind}{dtype.itemsize * 8}"]
     return out, kept
 
 
 def check_own(kind: str, columns: Optional[tuple[str, ...]], own: Mapping[str, np.dtype[Any]]) -> None:
     """OptionError: a format has no such columns, or has one of that name itself, or not the type."""
-    error, (extras, _names) = ffi.new("lum_error *"), _extras(own)
+    error, (extras, _names) = ffi.new("lum_error *"), _extras({name: file_type(kind, dtype) for name, dtype in own.items()})
     asked = ffi.NULL if columns is None else ffi.new("char[]", ",".join(columns).encode())
     check(lib.lum_writer_check_extra(FORMATS[kind], asked, extras, len(own), error), error, OptionError)
 
@@ -77,7 +92,7 @@ class PointsFile:
         self._time = time
         self._has_time = columns is not None and "time" in columns
         self._has_lines = kind != "xyz" and (columns is None or not {"line", "eye", "timestamp"}.isdisjoint(columns))
-        self._own = {name: file_type(dtype) for name, dtype in own.items()}
+        self._own = {name: file_type(kind, dtype) for name, dtype in own.items()}
         self._names = ("x", "y", "z") if kind == "xyz" else tuple(
             c for c in _OF_SAMPLE if columns is None or c in columns or c in "xyz" and kind == "las")
         kept = [ffi.new("char[]", comment.encode())] if comment else []
@@ -87,7 +102,7 @@ class PointsFile:
         options.comment = kept[0] if comment else ffi.NULL
         options.columns = kept[-1] if columns is not None else ffi.NULL
         check_own(kind, columns, own)
-        extras, _names = _extras(own)
+        extras, _names = _extras(self._own)
         options.extra, options.extra_count = extras, len(own)
         out = ffi.new("lum_writer **")
         check(lib.lum_writer_open(os.fsencode(name), options, out, self._error), self._error, TargetError)
@@ -102,7 +117,7 @@ class PointsFile:
         base = ffi.cast("char *", ffi.from_buffer(samples)) if len(samples) else ffi.NULL
         times = value(frame, "time") if self._has_time else None
         at = ffi.cast("char *", ffi.from_buffer(np.ascontiguousarray(times))) if times is not None and len(times) else None
-        own = [ffi.from_buffer(np.ascontiguousarray(frame[name], dtype)) for name, dtype in self._own.items()]
+        own = [ffi.from_buffer(_as_written(frame, name, dtype)) for name, dtype in self._own.items()]
         sizes, extra = [dtype.itemsize for dtype in self._own.values()], ffi.new("void *[]", len(own))
         line = sized("lum_line_samples", frame=frame.number, extra=extra)
         for first, count, stamp, number, eye in self._lines(frame):
