@@ -23,7 +23,7 @@ from conftest import interrupts_at_a_terminal
 from lumsdk import _table
 from lumsdk._formats import WRITERS
 
-OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "pcapng")
+OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "mcap", "pcapng")
 NEEDS = {"laz": ("laspy", "lazrs"), "parquet": ("pyarrow",), "feather": ("pyarrow",)}
 OURS = ("laz", "parquet", "feather", "npy", "npz", "bin")
 COLUMNS = list(_table.FILE_COLUMNS)

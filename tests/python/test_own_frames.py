@@ -281,6 +281,21 @@ def of_arrow(path):
     return {name: table[name].to_numpy() for name in table.column_names}
 
 
+def of_mcap(path):
+    """The points of all clouds, in the order of the file."""
+    import mcap.reader
+    from mcap_ros2.decoder import DecoderFactory
+    kinds = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+    out = []
+    with path.open("rb") as file:
+        for _, _, _, cloud in mcap.reader.make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages(["/points"]):
+            names = [field.name for field in cloud.fields]
+            dtype = np.dtype({"names": names, "formats": [kinds[field.datatype] for field in cloud.fields],
+                              "offsets": [field.offset for field in cloud.fields], "itemsize": cloud.point_step})
+            out.append((cloud.header.frame_id, np.frombuffer(bytes(cloud.data), dtype)))
+    return out
+
+
 READERS = {"csv": lambda path: np.genfromtxt(path, delimiter=",", names=True), "ply": of_ply, "pcd": of_pcd,
            "las": lambda path: importlib.import_module("laspy").read(path), "laz": lambda path: importlib.import_module("laspy").read(path),
            "parquet": of_arrow, "feather": of_arrow, "npy": np.load, "npz": np.load}
@@ -330,6 +345,26 @@ def test_a_file_that_cannot_have_them_is_none(own, made, kind, said, tmp_path):
     with pytest.raises(lumsdk.OptionError, match=said):
         lumsdk.convert(made(own), tmp_path / f"own.{kind}")
     assert not list(tmp_path.iterdir())
+
+
+def test_messages_are_those_of_lumdump_and_have_columns_of_ones_own(make_capture, tmp_path):
+    pytest.importorskip("mcap_ros2")
+    path = make_capture("-n", 1)
+    lumsdk.convert(path, tmp_path / "a.mcap")
+    lumsdk.convert(path, tmp_path / "b.mcap", broken="raise")
+    [(name, wanted)], [(other, found)] = of_mcap(tmp_path / "a.mcap"), of_mcap(tmp_path / "b.mcap")
+    assert name == other == "luminar" and found.tobytes() == wanted.tobytes()
+    [frame] = lumsdk.open(path, columns="all")
+    poses = lumsdk.Poses(np.array([0.0, 1e3]), np.tile(np.eye(4), (2, 1, 1)), clock="sensor", gap=1e4, jump=1e6)
+    own = frame.with_columns(label=frame["pixel"].astype("i8"), near=frame["range"] < 9, x2=frame["x"].astype("f8"))
+    with pytest.raises(lumsdk.OptionError, match=r"frame 1 is in the world, unlike the first one; right are frames that to_world"):
+        lumsdk.convert([own, own.to_world(poses)], tmp_path / "c.mcap")
+    lumsdk.convert([own, own.deskew(poses)], tmp_path / "c.mcap")
+    for _, found in of_mcap(tmp_path / "c.mcap"):
+        assert np.array_equal(found["x2"], found["x"]) and found["label"].dtype == np.int32
+        assert sorted(found["label"]) == sorted(frame["pixel"]) and found["near"].sum() == own["near"].sum()
+    lumsdk.convert(own.to_world(poses), tmp_path / "d.mcap")
+    assert of_mcap(tmp_path / "d.mcap")[0][0] == "map"
 
 
 def test_a_cloud_without_lines_is_a_file(tmp_path):

@@ -20,7 +20,7 @@ from ._errors import Error, OptionError
 from ._formats import WRITERS, About, AnyTarget, Job, Writer
 from ._frame import Frame
 from ._inputs import Files, Stream, open_input
-from ._points_file import FORMATS, PointsFile
+from ._points_file import FORMATS, OF_MESSAGES, Messages, PointsFile
 from ._poses import Motion, Poses
 from ._reading import LOSSES
 from ._settings import Calibration, Profile
@@ -180,9 +180,11 @@ class _File:
         self._local = self._url.enter_context(local_for(self.name, plan.storage))
         has_comment = plan.format not in APPLIES["comments"] or bool(plan.output.get("comments"))
         columns = layout.columns if "columns" in plan.output else None
+        calibration = Calibration(about.calibration)._to_c() if about.calibration else None
+        messages = Messages(plan.is_of_world, calibration, about.calibration, about.profile)
         try:
             self._writer = PointsFile(self._local, plan.format, about.text() if has_comment else "", columns,
-                                      bool(plan.output.get("ascii")), plan.time, layout.own)
+                                      bool(plan.output.get("ascii")), plan.time, layout.own, messages)
         except BaseException:
             self._forget()
             raise
@@ -262,8 +264,11 @@ class _Output:
                               f"{frame.sensor}" + ("; a table can have a column \"sensor\""
                                                    if self._plan.format in OF_TABLES else ""))
 
-    def _check_own(self, frame: Frame) -> None:
-        """A file has one set of columns."""
+    def _check_alike(self, frame: Frame) -> None:
+        """A file has one set of columns, and points of one frame of reference."""
+        if self.motion is None and (frame._moved == "world") != self._plan.is_of_world:
+            raise OptionError(f"frame {frame.number} {'is' if frame._moved == 'world' else 'is not'} in the world, unlike the first "
+                              "one; right are frames that to_world() moved, or others alone")
         own = own_types(frame)
         if own != self._own:
             first, other = (", ".join(f"{name} ({dtype})" for name, dtype in of.items()) or "none" for of in (self._own, own))
@@ -278,7 +283,7 @@ class _Output:
         """Append a frame."""
         self._check_cancelled()
         self._check_sensor(frame)
-        self._check_own(frame)
+        self._check_alike(frame)
         if self.motion is not None:
             frame = self.motion.move(frame)
         if self._plan.is_pattern:
@@ -398,6 +403,7 @@ def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Sum
         moved["poses"] = moved["poses"].name
     about = _about(source, {**(plan.read if source is None else source._choice.given), **moved})
     first, frames = _peek(frames)
+    plan.is_of_world = plan.is_of_world or getattr(first, "_moved", "") == "world"
     output = _Output(plan, about, own_types(first) if isinstance(first, Frame) else {})
     thread = _Thread(output)
     try:
@@ -432,6 +438,8 @@ def _by_frames(plan: Plan) -> Summary:
     needs = kind.needs if kind is not None and kind.needs is not None else plan.layout().needs
     if plan.format == "las":
         needs = WRITERS["laz"].needs or ()
+    if plan.format == "mcap":
+        needs = (*OF_MESSAGES, "time")
     if "poses" in plan.output:
         needs = tuple(dict.fromkeys((*needs, *Motion.needs)))
     options: dict[str, Any] = {"broken": "warn", **plan.read, "columns": list(needs)}
@@ -456,7 +464,7 @@ def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: A
     Args:
         source: what open() takes, a Source, or frames: one, a list, or anything that gives them one by one.
         destination: a path, or a URL (fsspec; sent under a temporary key, which gets the name at the end). Its ending is
-            the format: .csv .ply .pcd .las .xyz .png .pcap .pcapng, which lumdump writes with the same bytes as by
+            the format: .csv .ply .pcd .las .xyz .png .mcap .pcap .pcapng, which lumdump writes with the same bytes as by
             itself, and .laz .parquet .feather .npy .npz .bin (KITTI). A %d or %04d in it stands for the number of a
             frame: then each frame has a file. Also {utc_ns} of those formats that lumdump does not write.
 
@@ -465,7 +473,8 @@ def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: A
         format       of the destination, whatever its ending is
         columns      of csv, ply, pcd, parquet, feather, npy and npz: names, or "all"; x y z range azimuth elevation
                      pulse_width timestamp frame eye line pixel return_number number_of_returns edge if not given;
-                     also time, and of the latter four strongest and sensor
+                     also time, and of the latter four strongest and sensor. Columns that with_columns() added to frames are
+                     there, too, and in las, laz and mcap
         poses        where the sensor was: Poses, or the name of a file of them; then points are moved, and what has no pose
                      is left out; pose_times, the file of times of KITTI; to, "world" if not given, "start" or "middle"
         time         what timestamps are: "sensor", the sensor's clock; "utc"; "arrival"

@@ -21,7 +21,7 @@ from ._source import Source
 from ._table import FILE_COLUMNS, TIMES, Layout, check_names, check_preset
 from ._target import is_url
 
-_OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "png", "pcap", "pcapng")
+_OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "png", "mcap", "pcap", "pcapng")
 OF_TABLES = ("parquet", "feather", "npy", "npz")
 _ALL = (*_OF_LUMDUMP, *WRITERS)
 _MOVED = tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng"))
@@ -44,7 +44,7 @@ APPLIES: Mapping[str, tuple[str, ...]] = {
 }
 """The options of outputs, and the formats that have them."""
 
-_NAMED = (*APPLIES["columns"], "las", "laz")
+_NAMED = (*APPLIES["columns"], "las", "laz", "mcap")
 """Formats that take columns of one's own."""
 
 _ONLY_BY_LUMDUMP = ("duration", "organized", "packets", "rotate", "voxel")
@@ -113,6 +113,8 @@ class Plan:
         self.read = options
         self.is_pattern = _check_pattern(self.name)
         self.is_of_frames = self._is_of_frames()
+        self.is_of_world = "poses" in self.output and self.output.get("to", "world") == "world"
+        """Whether points are in the poses' fixed frame."""
         choice = Choice(self.read)
         self.progress: Optional[Callable[[int, int], object]] = choice.progress
         if self.is_of_frames and self.read:

@@ -1,9 +1,9 @@
-"""Frames into the formats of the library's writer of clouds: csv, ply, pcd, las and xyz."""
+"""Frames into the formats of the library's writer of clouds: csv, ply, pcd, las, xyz and mcap."""
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Optional
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional
 
 import numpy as np
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ._frame import Frame
 
 FORMATS = {"csv": lib.LUM_FORMAT_CSV, "ply": lib.LUM_FORMAT_PLY, "pcd": lib.LUM_FORMAT_PCD, "las": lib.LUM_FORMAT_LAS,
-           "xyz": lib.LUM_FORMAT_XYZ}
+           "xyz": lib.LUM_FORMAT_XYZ, "mcap": lib.LUM_FORMAT_MCAP}
 """The formats, by name."""
 
 _NUMBERS: dict[str, int] = {name: getattr(lib, f"LUM_NUMBER_{name.upper()}")
@@ -72,11 +72,34 @@ def check_own(kind: str, columns: Optional[tuple[str, ...]], own: Mapping[str, n
     check(lib.lum_writer_check_extra(FORMATS[kind], asked, extras, len(own), error), error, OptionError)
 
 
+OF_MESSAGES = ("x", "y", "z", "pulse_width", "return_number")
+"""The columns of frames, beside time, that messages have."""
+
+
+class Messages(NamedTuple):
+    """What is said of an MCAP file besides its frames."""
+
+    is_in_world: bool
+    """Whether points are in the poses' fixed frame, and not in that of the sensor."""
+    calibration: Any
+    """A lum_calibration, whose mounts are written; None: none are."""
+    calibration_yaml: str
+    profile_yaml: str
+
+
+def _mcap_options(said: Messages) -> tuple[Any, list[Any]]:
+    """The options of the library, and what has to live as long."""
+    kept = [ffi.new("char[]", one.encode()) for one in ("map", said.calibration_yaml, said.profile_yaml)]
+    mounts = said.calibration is not None and not said.is_in_world
+    return sized("lum_mcap_options", frame_id=kept[0] if said.is_in_world else ffi.NULL, calibration_yaml=kept[1],
+                 profile_yaml=kept[2], calibration=said.calibration if mounts else ffi.NULL), kept
+
+
 class PointsFile:
     """A file that the library writes. It has its name after finish(); until then nothing of it is seen."""
 
     def __init__(self, name: str, kind: str, comment: str, columns: Optional[tuple[str, ...]], is_ascii: bool,
-                 time: str, own: Mapping[str, np.dtype[Any]]) -> None:
+                 time: str, own: Mapping[str, np.dtype[Any]], messages: Messages) -> None:
         """Begin.
 
         Args:
@@ -87,13 +110,15 @@ class PointsFile:
             is_ascii: ply, pcd: text.
             time: what timestamps are: "sensor", "utc" or "arrival".
             own: the columns of one's own that it has, and their types.
+            messages: what is said of mcap.
         """
         self._error = ffi.new("lum_error *")
-        self._time = time
-        self._has_time = columns is not None and "time" in columns
+        self._has_frames = kind == "mcap"
+        self._time = "utc" if self._has_frames and time == "sensor" else time
+        self._has_time = self._has_frames or columns is not None and "time" in columns
         self._has_lines = kind != "xyz" and (columns is None or not {"line", "eye", "timestamp"}.isdisjoint(columns))
         self._own = {name: file_type(kind, dtype) for name, dtype in own.items()}
-        self._names = ("x", "y", "z") if kind == "xyz" else tuple(
+        self._names = ("x", "y", "z") if kind == "xyz" else OF_MESSAGES if kind == "mcap" else tuple(
             c for c in _OF_SAMPLE if columns is None or c in columns or c in "xyz" and kind == "las")
         kept = [ffi.new("char[]", comment.encode())] if comment else []
         if columns is not None:
@@ -102,6 +127,8 @@ class PointsFile:
         options.comment = kept[0] if comment else ffi.NULL
         options.columns = kept[-1] if columns is not None else ffi.NULL
         check_own(kind, columns, own)
+        mcap, _texts = _mcap_options(messages)
+        options.mcap = mcap if self._has_frames else ffi.NULL
         extras, _names = _extras(self._own)
         options.extra, options.extra_count = extras, len(own)
         out = ffi.new("lum_writer **")
@@ -120,6 +147,8 @@ class PointsFile:
         own = [ffi.from_buffer(_as_written(frame, name, dtype)) for name, dtype in self._own.items()]
         sizes, extra = [dtype.itemsize for dtype in self._own.values()], ffi.new("void *[]", len(own))
         line = sized("lum_line_samples", frame=frame.number, extra=extra)
+        begin_ns = frame.info["begin_arrival_ns"] if self._time == "arrival" else frame.utc_ns
+        check(lib.lum_writer_begin_frame(self._writer, begin_ns, self._error), self._error, TargetError)
         for first, count, stamp, number, eye in self._lines(frame):
             line.samples = ffi.cast("lum_sample *", base + first * _SAMPLE.itemsize)
             line.count, line.timestamp_us, line.line, line.eye = count, stamp, number, eye
@@ -127,13 +156,15 @@ class PointsFile:
             for i, array in enumerate(own):
                 extra[i] = ffi.cast("char *", array) + sizes[i] * first
             check(lib.lum_writer_add(self._writer, line, self._error), self._error, TargetError)
+        check(lib.lum_writer_end_frame(self._writer, self._error), self._error, TargetError)
 
     def _lines(self, frame: Frame) -> Iterator[tuple[int, int, int, int, int]]:
         """Of each line with points the first, how many, its timestamp, number and eye."""
         if len(frame) and not len(frame.lines):
             yield 0, len(frame), 0, 0, 0
             return
-        stamps = value(frame, "timestamp", self._time)
+        has_clock = not self._has_frames or frame.info["begin_utc_ns"]
+        stamps = value(frame, "timestamp", self._time if has_clock else "arrival")
         for number, eye, first, count, *_ in frame.lines.tolist():
             if count:
                 yield first, count, int(stamps[first]), number, eye
