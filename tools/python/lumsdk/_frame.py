@@ -386,7 +386,7 @@ class Frame:
         """A frame of a program's own arrays, which it keeps: they are not copied if they have the columns' types.
 
             lumsdk.Frame.from_arrays(xyz=points, intensity=intensity)
-            lumsdk.Frame.from_arrays(table.to_dict(), lines=frame.lines, number=frame.number, utc_ns=frame.utc_ns)
+            lumsdk.Frame.from_arrays(numpy.asarray(frame), lines=frame.lines, number=frame.number, utc_ns=frame.utc_ns)
 
         Args:
             columns: arrays by their names, or a structured array; keywords do the same. Those of COLUMNS are converted to its
