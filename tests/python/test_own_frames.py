@@ -332,6 +332,12 @@ def test_what_has_no_place_for_them_says_so(own, kind, tmp_path):
         lumsdk.convert(own, tmp_path / f"own.{kind}", columns="own_bool")
 
 
+def test_a_preset_has_no_place_for_them(own, tmp_path):
+    pytest.importorskip("pyarrow")
+    with pytest.warns(lumsdk.CaptureWarning, match="are left out: the preset argoverse2 has no place for them"):
+        lumsdk.convert(own, tmp_path / "own.feather", preset="argoverse2")
+
+
 @pytest.mark.parametrize("made, kind, said", [
     (lambda own: [own, own.with_columns(more=own["own_bool"])], "npy", "frame 2 has other columns of its own .* more .bool."),
     (lambda own: [own, own.with_columns(own_int8=own["own_float32"])], "csv", "own_int8 .float32."),
@@ -414,4 +420,9 @@ def test_numpy_takes_a_frame_as_records(own):
 @pytest.mark.skipif(not hasattr(np, "from_dlpack"), reason="this NumPy has no from_dlpack")
 def test_dlpack_shares_each_column(own):
     for name in own.columns:
-        assert not len(own) or np.shares_memory(np.from_dlpack(own[name]), own[name])
+        assert np.shares_memory(np.from_dlpack(own[name]), own[name])
+    fixed = own["line"].copy()
+    fixed.flags.writeable = False
+    if tuple(map(int, np.__version__.split(".")[:2])) >= (2, 1):
+        shared = np.from_dlpack(own.replace(line=fixed)["line"])
+        assert np.shares_memory(shared, fixed) and not shared.flags.writeable

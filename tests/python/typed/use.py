@@ -37,6 +37,19 @@ def look(source: lumsdk.Source) -> None:
     source.seek(1.5)
 
 
+def frames_of_ones_own(frame: lumsdk.Frame) -> lumsdk.Frame:
+    near = frame[frame["range"] < 30]
+    assert_type(near, lumsdk.Frame)
+    assert_type(frame[10:20], lumsdk.Frame)
+    assert_type(frame[[1, 2]].replace(x=frame["x"] + 1, z=[1.0, 2.0]), lumsdk.Frame)
+    labelled = near.with_columns({"weight": np.ones(len(near))}, label=np.zeros(len(near), "u1"))
+    assert_type(lumsdk.Frame.from_arrays(labelled.to_dict(), lines=near.lines, number=3), lumsdk.Frame)
+    frame.with_columns(label="cars", weight={1: 2})  # wrong
+    lumsdk.Frame.from_arrays(x=[1.0], number="3")  # wrong
+    lumsdk.Frame.from_arrays(5)  # wrong
+    return labelled
+
+
 def kinds_of_sources() -> None:
     lumsdk.open("drive-*.pcap")
     lumsdk.open(["a.pcap", pathlib.Path("b.pcap")])
