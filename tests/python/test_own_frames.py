@@ -426,3 +426,16 @@ def test_dlpack_shares_each_column(own):
     if tuple(map(int, np.__version__.split(".")[:2])) >= (2, 1):
         shared = np.from_dlpack(own.replace(line=fixed)["line"])
         assert np.shares_memory(shared, fixed) and not shared.flags.writeable
+
+
+def test_raw_frames_keep_their_raw_part(make_capture, tmp_path):
+    path = make_capture("-n", 2)
+    (frame, *_) = lumsdk.open(path, raw=True)
+    for other in (frame.with_columns(label=frame["pixel"]), frame.replace(tof=frame["tof"].copy()), frame[:], frame[frame["tof"] > -1e6]):
+        assert np.array_equal(other.angles, frame.angles) and np.array_equal(other.packets, frame.packets)
+        assert np.array_equal(other["tof"], frame["tof"]) and pickle.loads(pickle.dumps(other)) == other
+        assert other.to_lines()[0].tof.tolist() == frame.to_lines()[0].tof.tolist()
+    with pytest.raises(lumsdk.OptionError, match="tof is a column that frames have by themselves"):
+        frame.with_columns(tof=frame["tof"])
+    with pytest.raises(lumsdk.OptionError, match="raw_azimuth: 32768 at 0 cannot be .* from -32768 to 32767"):
+        frame.replace(raw_azimuth=frame["raw_azimuth"].astype("i4") * 0 + 32768)

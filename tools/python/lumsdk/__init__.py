@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from ._c import VERSION as __version__
 from ._errors import (CaptureError, CaptureWarning, ClosedError, Error, HazardError, LaserError, OptionError, SensorError,
                       SensorWarning, UnknownKeyError)
-from ._frame import COLUMNS, Frame
+from ._columns import COLUMNS
+from ._frame import Frame
 from ._settings import Calibration, Profile
 from ._source import Source, open
 

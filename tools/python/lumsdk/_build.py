@@ -12,7 +12,8 @@ import numpy as np
 from . import _lines
 from ._c import lib
 from ._errors import OptionError, UnknownKeyError
-from ._frame import COLUMNS, LOSSES, Frame, _Info
+from ._columns import COLUMNS
+from ._frame import LOSSES, Frame, _Info
 from ._grid import EYES, PIXELS
 from ._lines import LINE_DTYPE
 from ._raw import RAW_COLUMNS

@@ -4,13 +4,13 @@ from __future__ import annotations
 import dataclasses
 import datetime
 from collections.abc import Iterator, Mapping, Sequence
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Optional, Union, overload
 
 import numpy as np
 
 from . import _grid, _image, _lines
 from ._c import address_of, ffi, lib, sized, text
+from ._columns import COLUMNS, NUMBERS, Memory
 from ._errors import UnknownKeyError
 from ._grid import EYES
 from ._raw import RAW_COLUMNS, Raw, attach
@@ -29,34 +29,11 @@ if TYPE_CHECKING:
 
     Array = np.ndarray[Any, np.dtype[Any]]
 
-_TYPES: dict[int, np.dtype[Any]] = {lib.LUM_TYPE_FLOAT: np.dtype("f4"), lib.LUM_TYPE_UINT32: np.dtype("u4"),
-          lib.LUM_TYPE_UINT16: np.dtype("u2"), lib.LUM_TYPE_UINT8: np.dtype("u1")}
-
-_NUMBERS: dict[str, int] = {text(lib.lum_column_name(c)): c for c in range(lib.LUM_COLUMN_COUNT)}
-
-COLUMNS: Mapping[str, np.dtype[Any]] = MappingProxyType(
-    {name: _TYPES[lib.lum_column_get_type(c)] for name, c in _NUMBERS.items()})
-"""Every column that a frame can have, and the type of its numbers."""
-
 LOSSES = ("lost_words", "lines_missing_angles", "lines_missing", "lines_in_pauses", "lines_cut", "lines_late", "points_cut",
           "no_angle", "no_range")
 """The causes in Frame.losses."""
 
-_FLOAT = np.dtype("f4")
-
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
-
-
-class _Memory:
-    """Memory of a frame, which keeps the frame alive: the base of every array of it."""
-
-    __slots__ = ("__array_interface__", "owner")
-
-    def __init__(self, owner: Any, address: int, shape: tuple[int, ...], strides: Optional[tuple[int, ...]],
-                 dtype: np.dtype[Any]) -> None:
-        self.owner = owner
-        self.__array_interface__ = {"version": 3, "data": (address, False), "shape": shape, "strides": strides,
-                                    "typestr": dtype.str}
 
 
 @dataclasses.dataclass
@@ -221,13 +198,13 @@ class Frame:
     def columns(self) -> tuple[str, ...]:
         """The names of its columns, as open(columns=...) chose them; behind them those of with_columns()."""
         if self._c is None:
-            return (*(name for name in (*_NUMBERS, *RAW_COLUMNS) if name in self._arrays), *self._own)
+            return (*(name for name in (*NUMBERS, *RAW_COLUMNS) if name in self._arrays), *self._own)
         mask = lib.lum_frame_columns(self._c)
-        return (*(name for name, c in _NUMBERS.items() if mask >> c & 1), *self._own)
+        return (*(name for name, c in NUMBERS.items() if mask >> c & 1), *self._own)
 
     def _number_of(self, name: str) -> Optional[int]:
         """The library's number of a column that is in its memory; None: it is an array."""
-        return None if self._c is None else _NUMBERS.get(name)
+        return None if self._c is None else NUMBERS.get(name)
 
     def _refuse(self, name: object) -> UnknownKeyError:
         if name in COLUMNS:
@@ -262,12 +239,12 @@ class Frame:
             from ._build import select
 
             return select(self, key)
-        if self._c is None or key not in _NUMBERS:
+        if self._c is None or key not in NUMBERS:
             raise self._refuse(key)
-        address = int(ffi.cast("uintptr_t", lib.lum_frame_column(self._c, _NUMBERS[key])))
+        address = int(ffi.cast("uintptr_t", lib.lum_frame_column(self._c, NUMBERS[key])))
         if not address:
             raise self._refuse(key)
-        made = np.asarray(_Memory(self._c, address, (self._count,), None, COLUMNS[key]))
+        made = np.asarray(Memory(self._c, address, (self._count,), None, COLUMNS[key]))
         self._arrays[key] = made
         return made
 
@@ -301,7 +278,8 @@ class Frame:
             spacing = ffi.new("size_t *")
             first = lib.lum_frame_xyz(self._c, spacing)
             if first:
-                memory = _Memory(self._c, int(ffi.cast("uintptr_t", first)), (self._count, 3), (4, 4 * max(spacing[0], 1)), _FLOAT)
+                address, row = int(ffi.cast("uintptr_t", first)), 4 * max(spacing[0], 1)
+                memory = Memory(self._c, address, (self._count, 3), (4, row), np.dtype("f4"))
                 self._block = np.asarray(memory)
         return self._block
 

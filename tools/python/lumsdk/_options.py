@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union, cast
 
 from ._c import ffi, lib, sized
 from ._errors import OptionError
-from ._frame import COLUMNS
+from ._columns import COLUMNS
 from ._raw import NEEDED
 from ._settings import Calibration, Profile, setting_of
 

@@ -85,11 +85,11 @@ def words_of(tof: Array, edge: Array, pixel: Array) -> Array:
 
 def _view(owner: Any, pointer: Any, shape: tuple[int, ...], dtype: str) -> Array:
     """Memory of a frame, which stays as long as the array."""
-    from ._frame import _Memory
+    from ._columns import Memory
 
     if 0 in shape:
         return np.zeros(shape, dtype)
-    return np.asarray(_Memory(owner, int(ffi.cast("uintptr_t", pointer)), shape, None, np.dtype(dtype)))
+    return np.asarray(Memory(owner, int(ffi.cast("uintptr_t", pointer)), shape, None, np.dtype(dtype)))
 
 
 def _gives_point(raw: Any, base: Frame, first: Array) -> Array:

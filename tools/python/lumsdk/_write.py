@@ -173,7 +173,7 @@ def _whole(line: Line, name: str, low: int, high: int, shape: Optional[tuple[int
 
 
 def _take_line(line: Line) -> _Lines:
-    from ._frame import LINE_DTYPE
+    from ._lines import LINE_DTYPE
 
     if line.eye not in (*_EYES, 0, 1):
         raise OptionError(f'line {line.number}: eye is {line.eye!r}; right is "blue" or "green"')

@@ -32,7 +32,7 @@ except ImportError as error:
 import lumsdk
 
 from ._errors import OptionError
-from ._frame import COLUMNS
+from ._columns import COLUMNS
 from ._inputs import ENDINGS
 from ._options import DEFAULT_COLUMNS, Choice
 

@@ -1,0 +1,31 @@
+"""The columns that frames of the library have, and their memory as arrays."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, Optional
+
+import numpy as np
+
+from ._c import lib, text
+
+_TYPES: dict[int, np.dtype[Any]] = {lib.LUM_TYPE_FLOAT: np.dtype("f4"), lib.LUM_TYPE_UINT32: np.dtype("u4"),
+          lib.LUM_TYPE_UINT16: np.dtype("u2"), lib.LUM_TYPE_UINT8: np.dtype("u1")}
+
+NUMBERS: dict[str, int] = {text(lib.lum_column_name(c)): c for c in range(lib.LUM_COLUMN_COUNT)}
+
+COLUMNS: Mapping[str, np.dtype[Any]] = MappingProxyType(
+    {name: _TYPES[lib.lum_column_get_type(c)] for name, c in NUMBERS.items()})
+"""Every column that a frame can have, and the type of its numbers."""
+
+
+class Memory:
+    """Memory of a frame, which keeps the frame alive: the base of every array of it."""
+
+    __slots__ = ("__array_interface__", "owner")
+
+    def __init__(self, owner: Any, address: int, shape: tuple[int, ...], strides: Optional[tuple[int, ...]],
+                 dtype: np.dtype[Any]) -> None:
+        self.owner = owner
+        self.__array_interface__ = {"version": 3, "data": (address, False), "shape": shape, "strides": strides,
+                                    "typestr": dtype.str}
