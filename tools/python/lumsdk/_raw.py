@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 PIXELS = int(lib.LUM_LINE_PIXELS)
 MARKS = (PIXELS + 31) // 32
 
-RAW_COLUMNS = {"tof": np.dtype("i4"), "raw_azimuth": np.dtype("i2"), "raw_elevation": np.dtype("i2")}
+RAW_COLUMNS: dict[str, np.dtype[Any]] = {"tof": np.dtype("i4"), "raw_azimuth": np.dtype("i2"), "raw_elevation": np.dtype("i2")}
 """The columns that raw=True adds, and the type of their numbers."""
 
 NEEDED = ("line", "pixel", "eye", "edge")
