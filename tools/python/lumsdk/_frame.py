@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from ._poses import Outside, Poses
     from ._project import Projection
+    from ._rig import Rig
     from ._write import Line
 
     Array = np.ndarray[Any, np.dtype[Any]]
@@ -94,9 +95,13 @@ class _Info:
     lines: tuple[int, int]
     rows: tuple[int, int]
     losses: dict[str, int]
+    member: int = 0
+    """1 + the place of its sensor in the rig; 0: it was read without one."""
+    name: str = ""
+    pose: Optional[tuple[tuple[float, ...], ...]] = None
 
     @classmethod
-    def of(cls, frame: Any) -> _Info:
+    def of(cls, frame: Any, rig: Optional[Rig]) -> _Info:
         """That of a frame of the library."""
         i = sized("lum_frame_info")
         lib.lum_frame_get_info(frame, i)
@@ -107,6 +112,9 @@ class _Info:
         values = {name: getattr(i.times if name.endswith(("_us", "_ns")) else i, name) for name in list(cls.__annotations__)[:12]}
         values.update(interface=text(i.sensor_interface), lines=tuple(i.lines), losses=losses,
                       rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
+        if rig is not None and i.member:
+            of_rig = rig._places[i.member - 1]
+            values.update(member=i.member, name=of_rig.name, pose=tuple(map(tuple, of_rig.pose.tolist())))
         return cls(**values)
 
 
@@ -118,10 +126,11 @@ class Frame:
     source. A frame can be pickled: what comes back has the same values in memory of its own.
     """
 
-    __slots__ = ("__weakref__", "_arrays", "_c", "_count", "_info_made", "_lines_made", "_moved", "_raw")
+    __slots__ = ("__weakref__", "_arrays", "_c", "_count", "_info_made", "_lines_made", "_moved", "_raw", "_rig")
 
-    def __init__(self, pointer: Any) -> None:
+    def __init__(self, pointer: Any, rig: Optional[Rig] = None) -> None:
         """Keep a frame of the library. Programs get frames from a source or a sensor."""
+        self._rig = rig
         self._c = ffi.gc(lib.lum_frame_keep(pointer), lib.lum_frame_release)
         self._count: int = lib.lum_frame_count(self._c)
         self._arrays: dict[str, Array] = {}
@@ -135,7 +144,7 @@ class Frame:
     @property
     def _info(self) -> _Info:
         if self._info_made is None:
-            self._info_made = _Info.of(self._c)
+            self._info_made = _Info.of(self._c, self._rig)
         return self._info_made
 
     @property
@@ -145,12 +154,20 @@ class Frame:
 
     @property
     def sensor(self) -> str:
-        """The name of its sensor: its address, such as "10.42.0.37".
+        """The name of its sensor: that of the rig, such as "front", or without a rig its address, such as "10.42.0.37".
 
         If another sensor with that address came before, its interface is behind it: "10.42.0.37%eth1".
         """
+        if self._info.name:
+            return self._info.name
         interface = self._info.interface
         return address_of(self._info.sensor) + (f"%{interface}" if interface else "")
+
+    @property
+    def pose(self) -> Optional[Array]:
+        """Where its sensor is on the vehicle, by the rig: (4, 4) float64, which takes points of the sensor, as columns, into
+        the vehicle's frame. x, y and z are in the vehicle's frame already. None: it was read without a rig."""
+        return None if self._info.pose is None else np.array(self._info.pose)
 
     @property
     def complete(self) -> bool:
@@ -214,7 +231,8 @@ class Frame:
         """All that is known of it as a whole: numbers, clocks, lines of both eyes, and what losses has."""
         values = {**vars(self._info)}
         losses = values.pop("losses")
-        del values["interface"]
+        for name in ("interface", "member", "name", "pose"):
+            del values[name]
         values["utc_error_ns"] = self.utc_error_ns
         values["sensor"] = self.sensor
         for name in ("lines", "rows"):

@@ -250,6 +250,10 @@ class Source:
 
     # What is known of it.
 
+    def _names(self) -> list[str]:
+        """The sensors whose frames are to come, as far as it is known before."""
+        return []
+
     @property
     def name(self) -> str:
         """What it is called in messages: its path, or the first of several."""
