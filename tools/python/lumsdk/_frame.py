@@ -5,7 +5,7 @@ import dataclasses
 import datetime
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Optional, Union
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
 import numpy as np
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from ._poses import Outside, Poses
     from ._project import Projection
-    from ._rig import Rig
+    from ._rig import RigSensor
     from ._write import Line
 
     Array = np.ndarray[Any, np.dtype[Any]]
@@ -75,6 +75,14 @@ def _c_lines() -> np.dtype[Any]:
 _C_LINES = _c_lines()
 
 
+class Member(NamedTuple):
+    """A sensor of a rig that is read."""
+
+    place: int
+    """In the rig, from 0."""
+    sensor: RigSensor
+
+
 @dataclasses.dataclass
 class _Info:
     """What is known of a frame as a whole, apart from its arrays."""
@@ -101,7 +109,7 @@ class _Info:
     pose: Optional[tuple[tuple[float, ...], ...]] = None
 
     @classmethod
-    def of(cls, frame: Any, rig: Optional[Rig]) -> _Info:
+    def of(cls, frame: Any, members: Sequence[Member]) -> _Info:
         """That of a frame of the library."""
         i = sized("lum_frame_info")
         lib.lum_frame_get_info(frame, i)
@@ -112,9 +120,9 @@ class _Info:
         values = {name: getattr(i.times if name.endswith(("_us", "_ns")) else i, name) for name in list(cls.__annotations__)[:12]}
         values.update(interface=text(i.sensor_interface), lines=tuple(i.lines), losses=losses,
                       rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
-        if rig is not None and i.member:
-            of_rig = rig._places[i.member - 1]
-            values.update(member=i.member, name=of_rig.name, pose=tuple(map(tuple, of_rig.pose.tolist())))
+        if members and i.member:
+            place, sensor = members[i.member - 1]
+            values.update(member=place + 1, name=sensor.name, pose=tuple(map(tuple, sensor.pose.tolist())))
         return cls(**values)
 
 
@@ -126,11 +134,11 @@ class Frame:
     source. A frame can be pickled: what comes back has the same values in memory of its own.
     """
 
-    __slots__ = ("__weakref__", "_arrays", "_c", "_count", "_info_made", "_lines_made", "_moved", "_raw", "_rig")
+    __slots__ = ("__weakref__", "_arrays", "_c", "_count", "_info_made", "_lines_made", "_members", "_moved", "_raw")
 
-    def __init__(self, pointer: Any, rig: Optional[Rig] = None) -> None:
+    def __init__(self, pointer: Any, members: Sequence[Member] = ()) -> None:
         """Keep a frame of the library. Programs get frames from a source or a sensor."""
-        self._rig = rig
+        self._members = members
         self._c = ffi.gc(lib.lum_frame_keep(pointer), lib.lum_frame_release)
         self._count: int = lib.lum_frame_count(self._c)
         self._arrays: dict[str, Array] = {}
@@ -144,7 +152,7 @@ class Frame:
     @property
     def _info(self) -> _Info:
         if self._info_made is None:
-            self._info_made = _Info.of(self._c, self._rig)
+            self._info_made = _Info.of(self._c, self._members)
         return self._info_made
 
     @property
@@ -635,7 +643,7 @@ def _restore(info: Mapping[str, Any], arrays: Mapping[str, Array], lines: Array,
              raw: Optional[Raw] = None) -> Frame:
     """A frame of values, in memory of its own."""
     made = Frame.__new__(Frame)
-    made._c = None
+    made._c, made._members = None, ()
     made._info_made = _Info(**info)
     made._lines_made = lines
     made._moved = moved

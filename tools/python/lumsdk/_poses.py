@@ -322,7 +322,7 @@ def move(frame: Frame, poses: Poses, to: str, origin: Union[Sequence[float], Arr
 def _made(frame: Frame, columns: dict[str, Array], block: Array, lines: Array, moved: str) -> Frame:
     made = Frame.__new__(Frame)
     made._c, made._count = None, block.shape[1]
-    made._info_made, made._lines_made, made._moved = frame._info, lines, moved
+    made._info_made, made._lines_made, made._moved, made._members = frame._info, lines, moved, ()
     made._arrays = {**columns, **{name: block[i] for i, name in enumerate("xyz")}, "xyz": block.T}
     return made
 
