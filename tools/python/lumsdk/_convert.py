@@ -29,7 +29,7 @@ from ._target import Target, UrlTarget, failed, is_url, local_for
 
 _POINTS_AT_ONCE = 500_000
 
-_UNTOLD = ("calibration", "profile", "set", "columns", "broken", "threads", "progress")
+_UNTOLD = ("calibration", "profile", "set", "rig", "columns", "broken", "threads", "progress")
 """Options that the origin of a file does not name: what they give is in it."""
 
 

@@ -39,8 +39,7 @@ class Text(Key):
     def __init__(self, name: str, allowed: str, is_number: bool) -> None:
         self.name, self.allowed, self.is_number = name, allowed, is_number
         self.words: list[str] = []
-        self.is_word = self.is_pair = False
-        self.is_whole = name == "version"
+        self.is_word = self.is_pair = self.is_whole = False
 
 
 def describe(keys: Any) -> dict[str, Key]:

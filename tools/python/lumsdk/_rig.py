@@ -92,7 +92,8 @@ class _Made:
 
     def set(self, place: Optional[int], key: str, value: str) -> bool:
         """Set a value of the rig, or of a sensor; False: why says what is wrong."""
-        given = key.encode(errors="surrogateescape"), value.encode(errors="surrogateescape"), self.why
+        # What ends a text in C would hide the rest of it; no rule allows the other character either.
+        given = *(part.replace("\0", "\1").encode(errors="surrogateescape") for part in (key, value)), self.why
         if place is None:
             return bool(lib.lum_rig_set(self.c, *given) == lib.LUM_OK)
         return bool(lib.lum_rig_set_sensor(self.c, place, *given) == lib.LUM_OK)
@@ -411,13 +412,15 @@ class Rig(Mapping[str, RigSensor]):
         return "\n".join(lines) + "\n"
 
     def save(self, path: Path) -> None:
-        """Write it as a YAML file, and beside it NAME-calibration.yaml and NAME-profile.yaml of what is not the default."""
+        """Write it as a YAML file such as rig.yaml, and beside it rig-NAME-calibration.yaml and rig-NAME-profile.yaml of what is
+        not the default."""
         folder, files = os.path.dirname(os.path.abspath(path)), {}
+        stem = os.path.splitext(os.path.basename(os.fsdecode(path)))[0]
         for sensor in self._places:
             for key, kind in _FILES.items():
                 value = getattr(sensor, key)
                 if value != kind():
-                    files[sensor.name, key] = f"{sensor.name}-{key}.yaml"
+                    files[sensor.name, key] = f"{stem}-{sensor.name}-{key}.yaml"
                     with open(os.path.join(folder, files[sensor.name, key]), "w", encoding="utf-8") as file:
                         file.write(value.to_yaml())
         with open(path, "w", encoding="utf-8") as file:
@@ -441,7 +444,7 @@ class Rig(Mapping[str, RigSensor]):
 
 def _micro(number: int) -> str:
     """Millionths as a decimal number."""
-    return f"{'-' if number < 0 else ''}{abs(number) // 10 ** 6}.{abs(number) % 10 ** 6:06d}"
+    return f"{'-' if number < 0 else ''}{abs(number) // 10 ** 6}.{abs(number) % 10 ** 6:06d}".rstrip("0").rstrip(".")
 
 
 def _quoted(value: str) -> str:
