@@ -46,8 +46,10 @@ def _sources(plan: Plan, kept: contextlib.ExitStack) -> Any:
     return given._rewind() if isinstance(given, Stream) else io.BytesIO(plan.source)
 
 
-def _made_by(name: str, rotates: bool) -> dict[str, tuple[int, int]]:
-    """The files that outputs of this name have, and what tells one from another of the same name."""
+def _made_by(name: str, rotates: bool, sensors: Iterable[str]) -> dict[str, tuple[int, int]]:
+    """The files that outputs of this name have, also of each sensor, and what tells one from another of the same name."""
+    if "%s" in name:
+        return {path: mark for sensor in sensors for path, mark in _made_by(name.replace("%s", sensor), rotates, ()).items()}
     folder, base = os.path.split(name)
     if "%" in base:
         before, after = PATTERN.split(base)[0], PATTERN.split(base)[-1]
@@ -102,9 +104,10 @@ def _by_lumdump(plan: Plan) -> Summary:
         if plan.progress is not None:
             plan.progress(0, total)
         with _laz_of(plan) if plan.is_laz_of_las else local_for(plan.name, plan.storage) as local:
-            before = _made_by(local, "rotate" in options)
+            like = local, "rotate" in options, plan.sensors
+            before = _made_by(*like)
             said = _lumdump.run(source, local, arguments)
-            made = {name: mark for name, mark in _made_by(local, "rotate" in options).items() if before.get(name) != mark}
+            made = {name: mark for name, mark in _made_by(*like).items() if before.get(name) != mark}
             size = sum(os.path.getsize(name) for name in made)
         if plan.is_laz_of_las:
             made = {plan.name: (0, 0)}

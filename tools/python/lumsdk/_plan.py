@@ -65,8 +65,14 @@ def _format_of(name: str, given: Optional[str]) -> str:
 PATTERN = re.compile(r"%(0?)(\d{0,2})d")
 
 
-def _check_pattern(name: str) -> bool:
+def _check_pattern(name: str, has_rig: bool) -> bool:
     """Whether a name stands for a file a frame."""
+    if "%s" in name:
+        if not has_rig:
+            raise OptionError(f"{name}: %s stands for the name of a rig's sensor: give rig= too")
+        if name.count("%s") > 1:
+            raise OptionError(f"{name}: %s stands for the sensor's name, and has to be there once")
+        name = name.replace("%s", "")
     if "%" not in name:
         return "{utc_ns}" in name
     if name.count("%") != 1 or not PATTERN.search(name):
@@ -105,10 +111,13 @@ class Plan:
         self.format = _format_of(self.name, options.pop("format", None))
         self.output = {name: options.pop(name) for name in tuple(options) if name in APPLIES}
         self.read = options
-        self.is_pattern = _check_pattern(self.name)
+        self.has_rig = "rig" in self.read or (isinstance(source, Source) and source.rig is not None)
+        self.is_pattern = _check_pattern(self.name, self.has_rig)
         self.is_of_frames = self._is_of_frames()
         choice = Choice(self.read)
         self.progress: Optional[Callable[[int, int], object]] = choice.progress
+        self.sensors = [member.sensor.name for member in choice.members]
+        """Of the rig, those that are converted."""
         if self.is_of_frames and self.read:
             raise OptionError(f"{', '.join(self.read)}: frames have been read already: give such options when the source is "
                               "opened")

@@ -260,9 +260,9 @@ def _flat(where: str, given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 def _set_file(made: _Made, where: str, key: str, value: Any) -> None:
     if value is None:
         return
-    if isinstance(value, (str, os.PathLike)) and "\n" not in os.fspath(value):
-        if not made.set(len(made.files) - 1, key, os.fsdecode(value)):
-            _refuse(made.said())
+    is_path = isinstance(value, (str, os.PathLike)) and "\n" not in os.fsdecode(value)
+    if is_path and not made.set(len(made.files) - 1, key, os.fsdecode(value)):
+        _refuse(made.said())
     try:
         made.files[-1][key] = _FILES[key](value)
     except (OptionError, TypeError) as error:
@@ -344,6 +344,9 @@ class Rig(Mapping[str, RigSensor]):
     (4, 4) array, which is rounded to micrometres and microdegrees, and a calibration or a profile may also be a mapping, or a
     Calibration or Profile. What a file of a rig is, docs/formats.md says.
     """
+
+    _frame: str
+    _places: tuple[RigSensor, ...]
 
     def __init__(self, given: Given) -> None:
         """Read or take a rig.

@@ -167,7 +167,7 @@ def _info_of(frames: list[Frame], first: Frame, is_whole: bool) -> Any:
         end_clock_us=first._info.begin_clock_us + (end_ns - first.utc_ns) // 1000,
         begin_arrival_ns=min(info.begin_arrival_ns for info in infos), end_arrival_ns=max(info.end_arrival_ns for info in infos),
         utc_error_ns=max(info.utc_error_ns for info in infos), losses=dict(losses),
-        lines=tuple(map(sum, zip(*(info.lines for info in infos)))), rows=(0, 0))
+        lines=(sum(info.lines[0] for info in infos), sum(info.lines[1] for info in infos)), rows=(0, 0))
 
 
 # --- Which frames belong together ---
