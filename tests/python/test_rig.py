@@ -201,6 +201,13 @@ def test_points_are_those_of_each_sensor_moved_by_its_pose(drive, parts, rig):
                 assert np.array_equal(frame[column], one[column], equal_nan=True), column
 
 
+def test_a_picture_is_seen_by_the_sensor(drive, parts, rig):
+    placed = next(frame for frame in lumsdk.open(drive, rig=rig) if frame.sensor == "left" and frame.complete)
+    alone = next(frame for frame in lumsdk.open(parts["left"]) if frame.number == placed.number)
+    same = placed.image_pixels() == alone.image_pixels()
+    assert same.mean() > 0.999  # but for those at the edge of a pixel
+
+
 def test_sets_are_complete_at_losses_but_for_what_is_named(drive, rig):
     with lumsdk.open(drive, rig=rig) as source:
         sets = list(lumsdk.sync(source))

@@ -169,6 +169,9 @@ def test_joined_has_all_points_on_one_clock():
     assert joined.lines["clock_us"].tolist() == [5_000_000, 5_010_000]
     assert joined.complete and math.isclose(joined.duration, 0.11)
     assert pickle.loads(pickle.dumps(joined)) == joined
+    assert joined.pose is None and joined.image("x", view=(180, -180, 90, -90)).shape == (64, 1600)
+    with pytest.raises(lumsdk.OptionError, match=r"several sensors, b\+a, whose lines have the same numbers"):
+        joined.grid("x")
     assert set(made.joined("x,y,z").columns) >= {"x", "y", "z"} and "time" not in made.joined("x,y,z")
     with pytest.raises(lumsdk.UnknownKeyError, match="range"):
         made.joined(["x", "y", "z", "range"])

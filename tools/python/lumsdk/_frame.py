@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _image
 from ._c import address_of, ffi, lib, sized, text
-from ._errors import UnknownKeyError, warn
+from ._errors import OptionError, UnknownKeyError, warn
 from ._raw import RAW_COLUMNS, Raw, attach
 from ._raw import of as raw_of
 from ._settings import Profile
@@ -38,6 +38,9 @@ COLUMNS: Mapping[str, np.dtype[Any]] = MappingProxyType(
 """Every column that a frame can have, and the type of its numbers."""
 
 EYES = ("blue", "green")
+
+JOINED = -1
+"""In place of a member of a rig: points of several."""
 
 PIXELS = int(lib.LUM_LINE_PIXELS)
 
@@ -104,7 +107,7 @@ class _Info:
     rows: tuple[int, int]
     losses: dict[str, int]
     member: int = 0
-    """1 + the place of its sensor in the rig; 0: it was read without one."""
+    """1 + the place of its sensor in the rig; 0: it was read without one; JOINED."""
     name: str = ""
     pose: Optional[tuple[tuple[float, ...], ...]] = None
 
@@ -174,7 +177,8 @@ class Frame:
     @property
     def pose(self) -> Optional[Array]:
         """Where its sensor is on the vehicle, by the rig: (4, 4) float64, which takes points of the sensor, as columns, into
-        the vehicle's frame. x, y and z are in the vehicle's frame already. None: it was read without a rig."""
+        the vehicle's frame. x, y and z are in the vehicle's frame already. None: it was read without a rig, or it has the
+        points of several sensors."""
         return None if self._info.pose is None else np.array(self._info.pose)
 
     @property
@@ -362,6 +366,9 @@ class Frame:
         number of rows; without it, there are as many as the line numbers of this eye show, by those that can be
         believed: a damaged packet can claim any. A warning says which lines with points have no row.
         """
+        if self._info.member == JOINED:
+            raise OptionError(f"the frame has points of several sensors, {self.sensor}, whose lines have the same numbers; a grid is "
+                              "of the frame of one")
         which = self._eye(eye)
         if column == "xyz":
             return np.stack([self.grid(name, eye, returns, lines) for name in column], axis=-1)
@@ -552,8 +559,8 @@ class Frame:
 
         Args:
             K: the camera's matrix, [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], in pixels.
-            T: what takes points of the sensor, as columns, into the camera's frame, which OpenCV has with x to the right, y
-                downwards and z forward: (4, 4) or (3, 4).
+            T: what takes points of the sensor, or with a rig of the vehicle, as columns, into the camera's frame, which OpenCV
+                has with x to the right, y downwards and z forward: (4, 4) or (3, 4).
             distortion: k1 k2 p1 p2 [k3 [k4 k5 k6]], as OpenCV has them.
             size: (width, height) of the picture; without it, all points in front of the camera are visible.
 

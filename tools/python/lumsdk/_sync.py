@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 import numpy as np
 
 from ._errors import OptionError, UnknownKeyError, warn
-from ._frame import COLUMNS, Frame, _restore
+from ._frame import COLUMNS, JOINED, Frame, _restore
 from ._source import Source
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def _names_of(frames: Sequence[Frame], columns: Union[str, Iterable[str], None])
 
 def _join(frames: list[Frame], columns: Union[str, Iterable[str], None], is_whole: bool) -> Frame:
     for frame in frames:
-        if not frame._info.member:
+        if frame._info.member <= 0:
             raise OptionError(f"the points of {frame.sensor} are in its own frame, since it was read without a rig, and cannot "
                               "be joined with others: open the source with rig=")
     if len({frame._moved for frame in frames}) > 1:
@@ -161,13 +161,14 @@ def _info_of(frames: list[Frame], first: Frame, is_whole: bool) -> Any:
         losses.update(info.losses)
     end_ns = max(frame.utc_ns + round(frame.duration * 1e9) for frame in frames)
     return dataclasses.replace(
-        first._info, sensor=0, interface="", name="+".join(frame.sensor for frame in frames), pose=None, member=0,
+        first._info, sensor=0, interface="", name="+".join(frame.sensor for frame in frames), pose=None, member=JOINED,
         is_complete=is_whole and all(info.is_complete for info in infos), is_first=any(info.is_first for info in infos),
         is_last=any(info.is_last for info in infos), has_pause=any(info.has_pause for info in infos),
         end_clock_us=first._info.begin_clock_us + (end_ns - first.utc_ns) // 1000,
         begin_arrival_ns=min(info.begin_arrival_ns for info in infos), end_arrival_ns=max(info.end_arrival_ns for info in infos),
         utc_error_ns=max(info.utc_error_ns for info in infos), losses=dict(losses),
-        lines=(sum(info.lines[0] for info in infos), sum(info.lines[1] for info in infos)), rows=(0, 0))
+        lines=(sum(info.lines[0] for info in infos), sum(info.lines[1] for info in infos)),
+        rows=(max(info.rows[0] for info in infos), max(info.rows[1] for info in infos)))
 
 
 # --- Which frames belong together ---
