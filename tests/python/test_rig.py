@@ -3,6 +3,7 @@ import os
 import pickle
 import subprocess
 import threading
+import warnings
 
 import lumsdk
 import numpy as np
@@ -185,7 +186,7 @@ def test_points_are_those_of_each_sensor_moved_by_its_pose(drive, parts, rig):
     with lumsdk.open(drive, rig=rig, columns="all") as source:
         for frame in source:
             seen[frame.sensor].append(frame)
-        assert sorted(source.sensors) == sorted(rig) and source.rig is rig
+        assert sorted(source.sensors) == sorted(rig) and source.rig == rig
         lost = {name: counts["lost_words"] for name, counts in source.counts_by_sensor.items()}
         assert sum(lost.values()) == source.losses["lost_words"] > 0
     for name, sensor in rig.items():
@@ -202,7 +203,7 @@ def test_points_are_those_of_each_sensor_moved_by_its_pose(drive, parts, rig):
 
 
 def test_a_picture_is_seen_by_the_sensor(drive, parts, rig):
-    placed = next(frame for frame in lumsdk.open(drive, rig=rig) if frame.sensor == "left" and frame.complete)
+    placed = next(frame for frame in lumsdk.open(drive, rig=rig) if frame.sensor == "left" and not frame.first)
     alone = next(frame for frame in lumsdk.open(parts["left"]) if frame.number == placed.number)
     same = placed.image_pixels() == alone.image_pixels()
     assert same.mean() > 0.999  # but for those at the edge of a pixel
@@ -227,7 +228,10 @@ def test_one_sensor_of_the_rig(drive, rig):
         assert {frame.sensor for frame in frames} == {"left"} and np.array_equal(frames[0].pose, rig["left"].pose)
         [made] = [made for made in lumsdk.sync(source) if made["left"].number == frames[1].number]
         assert set(made.joined()["sensor"]) == {1}
-    every = [frame for frame in lumsdk.open(drive, rig=rig) if frame.sensor == "left"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        every = [frame for frame in lumsdk.open(drive, rig=rig) if frame.sensor == "left"]
+        assert len(list(lumsdk.open(drive, rig=rig, sensor="left"))) == len(every)  # the others are in the rig
     assert frames == every
 
 
@@ -275,15 +279,17 @@ def test_a_selection_is_of_the_vehicle_but_for_the_range(drive, rig):
     assert all(frame["x"].min() >= 0 and frame["range"].min() >= 5 and frame["range"].max() <= 40 for frame in frames)
 
 
-def test_what_the_rig_and_the_capture_do_not_share_is_told(parts, drive, rig):
+def test_what_the_rig_and_the_capture_do_not_share_is_told(parts, make_capture):
+    other = make_capture("-n", 2, "--address", "10.42.0.38", name="other.pcap")
     two = lumsdk.Rig([{"name": "front", "address": "10.42.0.37", "interface": "eth0"}, {"name": "roof", "address": "10.42.0.99"}])
     with pytest.warns(lumsdk.CaptureWarning) as said:
-        frames = list(lumsdk.open(drive, rig=two))
+        frames = list(lumsdk.open([parts["front"], parts["left"], other], rig=two))
     assert {frame.sensor for frame in frames} == {"front"}
     told = [str(warning.message) for warning in said]
-    assert any("no data of roof (10.42.0.99) of the rig in it; it has data of " in one for one in told)
-    assert any("10.42.0.38 is left out, " in one and "no sensor of the rig has this address" in one for one in told)
-    assert any("10.42.0.37%eth1 is left out, " in one for one in told)
+    assert any("the rig's sensor 10.42.0.99 sent no data; these did: 10.42.0.37%eth0, " in one for one in told)
+    assert any("2 sensors sent data and are not in the rig, so they were left out; to have them, name in the rig: " in one
+               for one in told)
+    assert len(told) == 2
     with pytest.raises(lumsdk.CaptureError, match=r"no data of roof \(10.42.0.99\) in it, but of "):
         list(lumsdk.open(parts["front"], rig=[{"name": "roof", "address": "10.42.0.99"}]))
 

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from ._settings import Calibration, Profile
 
 _PROGRESS_S = 0.1
+_NOT_IN_RIG = " not in the rig, so "
+"""Of the remark about sensors that no member names: where one of the rig is chosen, these are its others."""
 
 _KINDS = {"data": lib.LUM_PACKET_DATA, "heartbeat": lib.LUM_PACKET_HEARTBEAT, "set_ip": lib.LUM_PACKET_SET_IP,
           "timestamp": lib.LUM_PACKET_TIMESTAMP, "tlv": lib.LUM_PACKET_TLV}
@@ -78,8 +80,6 @@ class Counts:
             number = lib.lum_demux_sensor_count(demux)
         self.sensors = [text(lib.lum_demux_name(demux, i, name)) for i in range(number)]
         self.requested = [self.sensors[i] for i in range(number) if lib.lum_demux_is_requested(demux, i)]
-        self.left_out: dict[str, int] = {}
-        """Packets of data of the sensors that the rig does not name."""
         of_member = [lib.lum_framer_member(framer, i) if members else -1 for i in range(number)]
         of_packets = sized("lum_demux_counters")
         lines = {**_of_lines(of_sensor), **_of_clock(ffi.NULL)}
@@ -94,9 +94,8 @@ class Counts:
                 lines[name] += count
             if of_member[i] >= 0:
                 self.sensors[i] = members[of_member[i]].sensor.name
-            elif members:
-                self.left_out[self.sensors[i]] = of_packets.packets[lib.LUM_PACKET_DATA]
-            self.by_sensor[self.sensors[i]] = {**_of_packets(of_packets), **here}
+            if of_member[i] >= 0 or not members:
+                self.by_sensor[self.sensors[i]] = {**_of_packets(of_packets), **here}
         self.counts: dict[str, int] = {**_of_packets(total), **lines, "damaged": damaged}
 
     @property
@@ -349,24 +348,16 @@ class Reading:
         out = ffi.new("lum_error *")
         while lib.lum_reader_remark(self._reader, len(remarks), out):
             remarks.append(text(out.text))
-        return remarks
+        rig = self._choice.rig
+        is_part = rig is not None and len(self._choice.members) < len(rig)
+        return [remark for remark in remarks if not (is_part and _NOT_IN_RIG in remark)]
 
     def _check_rig(self, counts: Counts) -> None:
-        """Sensors of the rig that the capture has not, and the other way round."""
-        members, rig = self._choice.members, self._choice.rig
-        if not members or rig is None or not counts.sensors:
-            return
-        others = counts.left_out if len(members) == len(rig) else {}
-        found = ", ".join(counts.left_out) or "no other sensor"
-        absent = [str(sensor) for _, sensor in members if sensor.name not in counts.sensors]
-        if len(absent) == len(members):
-            raise CaptureError(f"{self._name}: no data of {', '.join(absent)} in it, but of {found}: right are the addresses, and "
-                               "for two sensors with one address the interfaces, that the capture has")
-        for name in absent:
-            warn(f"{self._name}: no data of {name} of the rig in it; it has data of {found} besides")
-        for name, packets in others.items():
-            warn(f"{self._name}: {name} is left out, {packets} data packets, since no sensor of the rig has this address: name it "
-                 "there")
+        """Sensors of the rig of which one sent nothing are told by the remarks."""
+        wanted = [sensor for _, sensor in self._choice.members]
+        if wanted and counts.sensors and not counts.by_sensor:
+            raise CaptureError(f"{self._name}: no data of {', '.join(map(str, wanted))} in it, but of {', '.join(counts.sensors)}: "
+                               "right are the addresses, and for sensors with one address the interfaces, that the capture has")
 
     def _check_sensor(self, counts: Counts) -> None:
         wanted = self._choice.sensor
