@@ -312,3 +312,92 @@ def test_a_calibration_of_the_capture_is_not_taken_and_that_is_told(make_capture
     with pytest.warns(lumsdk.CaptureWarning, match="calibration of its own, which is not used: the rig names those of each sensor"):
         frames = list(lumsdk.open(own, rig=[{"name": "a", "address": "10.42.0.37"}]))
     assert np.array_equal(frames[0].xyz, next(iter(lumsdk.open(own, calibration=lumsdk.Calibration()))).xyz)
+
+
+# --- Files ---
+
+
+COLUMNS = ["x", "y", "z", "frame", "sensor"]
+
+
+@pytest.fixture(scope="module")
+def frames(drive, rig):
+    return list(lumsdk.open(drive, rig=rig, columns="all"))
+
+
+def read(path):
+    """The columns of COLUMNS of a file that convert() made, and the type of sensor."""
+    if path.suffix == ".npy":
+        table = np.load(path)
+    elif path.suffix == ".parquet":
+        table = pytest.importorskip("pyarrow.parquet").read_table(path).to_pandas()
+    elif path.suffix == ".laz":
+        table = pytest.importorskip("laspy").read(path)
+    else:
+        lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+        values = np.array([line.split(",") for line in lines[1:]], "f8").T
+        table = dict(zip(lines[0].split(","), values))
+    return [np.asarray(table[name]) for name in COLUMNS]
+
+
+@pytest.mark.parametrize("kind", ["npy", "parquet", "laz", "csv"])
+@pytest.mark.parametrize("way", ["capture", "source", "frames"])
+def test_a_file_has_the_places_of_its_sensors(kind, way, drive, rig, frames, tmp_path):
+    path = tmp_path / f"a.{kind}"
+    if way == "capture":
+        made = lumsdk.convert(drive, path, rig=rig)
+    elif way == "source":
+        with lumsdk.open(drive, rig=rig, columns="all") as source:
+            made = lumsdk.convert(source, path)
+    else:
+        made = lumsdk.convert(iter(frames), path)
+    assert made["frames"] == len(frames) and made["points"] == sum(map(len, frames))
+    assert way == "frames" or sorted(made["sensors"]) == sorted(rig)
+    columns = read(path)
+    places = np.concatenate([np.full(len(frame), list(rig).index(frame.sensor)) for frame in frames])
+    if way == "capture" and kind == "csv":  # lumdump's, line by line as they come
+        assert [np.sum(columns[4] == place) for place in range(3)] == [np.sum(places == place) for place in range(3)]
+        return
+    assert np.array_equal(columns[4], places) and (kind == "csv" or columns[4].dtype == np.uint8)
+    for i, name in enumerate("xyz"):
+        assert np.abs(columns[i] - np.concatenate([frame[name] for frame in frames])).max() < 1e-3
+
+
+def test_tables_of_frames_have_the_place(frames):
+    table = frames[1].to_arrow() if pytest.importorskip("pyarrow") else None
+    assert str(table.schema.field("sensor").type) == "uint8"
+    assert set(table["sensor"].to_pylist()) == {["front", "left", "back"].index(frames[1].sensor)}
+
+
+@pytest.mark.parametrize("kind", ["npy", "ply"])
+def test_each_sensor_has_files_of_its_own(kind, drive, rig, frames, tmp_path):
+    made = lumsdk.convert(drive, tmp_path / f"all-%s.{kind}", rig=rig)
+    assert sorted(map(os.path.basename, made["outputs"])) == [f"all-back.{kind}", f"all-front.{kind}", f"all-left.{kind}"]
+    assert made["points"] == sum(map(len, frames))
+    if kind == "npy":
+        left = np.load(tmp_path / "all-left.npy")
+        assert "sensor" not in left.dtype.names and len(left) == sum(len(frame) for frame in frames if frame.sensor == "left")
+    made = lumsdk.convert(drive, tmp_path / f"%s-%04d.{kind}", rig=rig, sensor="left")
+    assert len(made["outputs"]) == sum(frame.sensor == "left" and len(frame) > 0 for frame in frames)
+
+
+def test_names_that_cannot_be_are_refused(drive, rig, frames, tmp_path):
+    with pytest.raises(lumsdk.OptionError, match="%s stands for the name of a rig's sensor: give rig= too"):
+        lumsdk.convert(drive, tmp_path / "%s.npy")
+    with pytest.raises(lumsdk.OptionError, match="%s stands for the sensor's name, and has to be there once"):
+        lumsdk.convert(drive, tmp_path / "%s-%s.npy", rig=rig)
+    with pytest.raises(lumsdk.OptionError, match="frames of several sensors have the same numbers: put %s"):
+        lumsdk.convert(drive, tmp_path / "%04d.npy", rig=rig)
+    bare = next(iter(lumsdk.open(drive, columns="all")))
+    with pytest.raises(lumsdk.OptionError, match="%s stands for the name of a rig's sensor, and a frame of 10.42.0"):
+        lumsdk.convert([bare], tmp_path / "%s.npy")
+    with pytest.raises(lumsdk.OptionError, match="some frames were read with a rig, and others without"):
+        lumsdk.convert([frames[0], bare], tmp_path / "a.npy")
+    assert not [path for path in tmp_path.iterdir() if path.stat().st_size and "part" in path.name]
+
+
+def test_a_joined_set_can_be_written(drive, rig, tmp_path):
+    with lumsdk.open(drive, rig=rig, columns="all") as source:
+        joined = [made.joined() for made in lumsdk.sync(source)]
+    lumsdk.convert(joined, tmp_path / "a.npy")
+    assert np.array_equal(np.load(tmp_path / "a.npy")["sensor"], np.concatenate([one["sensor"] for one in joined]))

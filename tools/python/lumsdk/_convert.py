@@ -182,7 +182,7 @@ class _File:
         columns = check_names(plan.output["columns"], ()) if "columns" in plan.output else None
         try:
             self._writer = PointsFile(self._local, plan.format, about.text() if has_comment else "", columns,
-                                      bool(plan.output.get("ascii")), plan.time)
+                                      bool(plan.output.get("ascii")), plan.time, plan.has_places(columns))
         except BaseException:
             self._forget()
             raise
@@ -238,10 +238,10 @@ class _File:
 class _Output:
     """The file, or the file of each frame."""
 
-    def __init__(self, plan: Plan, about: About) -> None:
+    def __init__(self, plan: Plan, about: About, motion: Optional[Motion] = None) -> None:
         self._plan, self._about, self._layout = plan, about, plan.layout()
-        self.motion = plan.motion()
-        if self.motion is not None:
+        self.motion = motion or plan.motion()
+        if motion is None and self.motion is not None:
             about.options += self.motion.notes
         self.names: list[str] = []
         self.bytes = self.frames = self.points = 0
@@ -256,6 +256,14 @@ class _Output:
 
     def _check_sensor(self, frame: Frame) -> None:
         self._sensor = self._sensor or frame.sensor
+        if bool(frame._info.member) != self._plan.has_rig:
+            raise OptionError(f"{self._about.source}: some frames were read with a rig, and others without, so their points are in "
+                              "several frames of reference: read all of them with it")
+        if self._plan.has_rig:
+            if frame.sensor != self._sensor and self._plan.is_pattern:
+                raise OptionError(f"{self._about.source}: frames of several sensors have the same numbers: put %s, the sensor's name, "
+                                  f"into the name of the files, as in {_with_sensor(self._plan.name)}")
+            return
         cannot_tell = self._plan.is_pattern or "sensor" not in self._layout.columns or "%" in frame.sensor
         if frame.sensor != self._sensor and cannot_tell:
             raise OptionError(f"{self._about.source}: packets of several sensors; choose one by sensor=: {self._sensor} "
@@ -300,6 +308,74 @@ class _Output:
         self._file = None
 
 
+def _with_sensor(name: str) -> str:
+    folder, base = os.path.split(name)
+    return os.path.join(folder, f"%s-{base}")
+
+
+class _Split:
+    """The files of each sensor of a rig."""
+
+    def __init__(self, plan: Plan, about: About, losses_of: Callable[[str], dict[str, int]]) -> None:
+        self._plan, self._about, self._losses_of = plan, about, losses_of
+        self.motion = plan.motion()
+        if self.motion is not None:
+            about.options += self.motion.notes
+        self._parts: dict[str, _Output] = {}
+        self._cancelled = False
+
+    @property
+    def cancelled(self) -> bool:
+        """As of an output."""
+        return self._cancelled
+
+    @cancelled.setter
+    def cancelled(self, value: bool) -> None:
+        self._cancelled = value
+        for part in list(self._parts.values()):
+            part.cancelled = value
+
+    def add(self, frame: Frame) -> None:
+        """Append a frame to the files of its sensor."""
+        if frame._info.member <= 0:
+            raise OptionError(f"{self._plan.name}: %s stands for the name of a rig's sensor, and a frame of {frame.sensor} is not of "
+                              "one: read frames by open(rig=), and write those of a set one by one")
+        if frame.sensor not in self._parts:
+            self._parts[frame.sensor] = _Output(self._plan.of_sensor(frame.sensor), self._about, self.motion)
+            self._parts[frame.sensor].cancelled = self._cancelled
+        self._parts[frame.sensor].add(frame)
+
+    def finish(self, _: dict[str, int]) -> None:
+        """Complete them."""
+        for name, part in self._parts.items():
+            part.finish(self._losses_of(name))
+
+    def discard(self) -> None:
+        """Leave nothing of what is not complete."""
+        for part in self._parts.values():
+            part.discard()
+
+    @property
+    def names(self) -> list[str]:
+        """All files."""
+        return [name for part in self._parts.values() for name in part.names]
+
+    @property
+    def bytes(self) -> int:
+        """Of all."""
+        return sum(part.bytes for part in self._parts.values())
+
+    @property
+    def frames(self) -> int:
+        """In all."""
+        return sum(part.frames for part in self._parts.values())
+
+    @property
+    def points(self) -> int:
+        """In all."""
+        return sum(part.points for part in self._parts.values())
+
+
 _WAIT_S = 0.05
 _LAST = None
 
@@ -311,7 +387,7 @@ class _Thread(threading.Thread):
     output that was given up.
     """
 
-    def __init__(self, output: _Output) -> None:
+    def __init__(self, output: Union[_Output, _Split]) -> None:
         super().__init__(name="lumsdk-convert", daemon=False)
         self._output = output
         self._queue: queue.Queue[Optional[Frame]] = queue.Queue(2)
@@ -368,10 +444,19 @@ def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
     options = _lumdump.arguments(told, "")
     if source is None:
         return About(f"lumsdk {VERSION}", "frames", options)
-    calibration, profile = source.calibration, source.profile
     name = source.name.replace("\\", "/").rsplit("/", 1)[-1]
+    if source.rig is not None:
+        return About(f"lumsdk {VERSION}", name, options, rig=source.rig.describe(), earlier=source.provenance)
+    calibration, profile = source.calibration, source.profile
     return About(f"lumsdk {VERSION}", name, options, calibration.to_yaml(), profile.to_yaml(),
-                 calibration == Calibration(), profile == Profile(), source.provenance)
+                 calibration == Calibration(), profile == Profile(), earlier=source.provenance)
+
+
+def _losses_by_sensor(source: Optional[Source]) -> Callable[[str], dict[str, int]]:
+    def of(name: str) -> dict[str, int]:
+        counts = source.counts_by_sensor[name] if source is not None else {}
+        return {cause: counts[cause] for cause in LOSSES if cause in counts}
+    return of
 
 
 def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Summary:
@@ -379,7 +464,9 @@ def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Sum
     if isinstance(moved.get("poses"), Poses):
         moved["poses"] = moved["poses"].name
     about = _about(source, {**(plan.read if source is None else source._choice.given), **moved})
-    output = _Output(plan, about)
+    if source is None:
+        frames = plan.look(frames)
+    output = _Split(plan, about, _losses_by_sensor(source)) if plan.is_split else _Output(plan, about)
     thread = _Thread(output)
     try:
         thread.start()

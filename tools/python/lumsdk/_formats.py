@@ -38,6 +38,8 @@ class About:
     """YAML with all keys."""
     usual_calibration: bool = True
     usual_profile: bool = True
+    rig: list[str] = field(default_factory=list)
+    """Its sensors, a line each, if there are several: then there is no single calibration or profile."""
     earlier: list[str] = field(default_factory=list)
     """What the source itself says of its origin."""
 
@@ -46,8 +48,11 @@ class About:
         lines = ["# lumsdk origin 1", f"program: {json.dumps(self.program)}", f"source: {json.dumps(self.source)}"]
         if self.options:
             lines += ["options:", *(f"  - {json.dumps(option)}" for option in self.options)]
-        lines.append(f"calibration: {'built-in' if self.usual_calibration else 'below'}")
-        lines.append(f"profile: {'built-in' if self.usual_profile else 'below'}")
+        if self.rig:
+            lines += ["rig:", *(f"  - {json.dumps(sensor)}" for sensor in self.rig)]
+        else:
+            lines.append(f"calibration: {'built-in' if self.usual_calibration else 'below'}")
+            lines.append(f"profile: {'built-in' if self.usual_profile else 'below'}")
         documents = ["\n".join(lines) + "\n"]
         if not self.usual_calibration:
             documents.append(f"# lumsdk calibration 1\n{self.calibration}")
@@ -59,7 +64,8 @@ class About:
         """As keys and texts. A name may have bytes that are no text."""
         source = self.source.encode(errors="surrogateescape").decode(errors="replace")
         return {"lumsdk.program": self.program, "lumsdk.source": source, "lumsdk.options": json.dumps(self.options),
-                "lumsdk.calibration": self.calibration, "lumsdk.profile": self.profile}
+                **({"lumsdk.rig": json.dumps(self.rig)} if self.rig else
+                   {"lumsdk.calibration": self.calibration, "lumsdk.profile": self.profile})}
 
 
 @dataclass
@@ -146,7 +152,8 @@ class Laz(Writer):
     def _header(self) -> Any:
         laspy = self._laspy
         header = laspy.LasHeader(point_format=6, version="1.4")
-        header.add_extra_dims([laspy.ExtraBytesParams(name, dtype, about) for name, dtype, about in _EXTRAS])
+        of_rig = (("sensor", "u1", "place in the rig, from 0"),) if self._job.layout.has_rig else ()
+        header.add_extra_dims([laspy.ExtraBytesParams(name, dtype, about) for name, dtype, about in (*_EXTRAS, *of_rig)])
         header.scales, header.offsets = np.full(3, _SCALE), np.zeros(3)
         header.system_identifier = "Luminar Model G2"
         header.generating_software = self._job.about.program
@@ -179,6 +186,8 @@ class Laz(Writer):
         out["gps_time"] = self._seconds(value(frame, "timestamp", self._job.time))
         for name, _, _ in _EXTRAS:
             out[name] = value(frame, name[5:] if name.startswith("full_") else name)
+        if self._job.layout.has_rig:
+            out["sensor"] = value(frame, "sensor")
         return out
 
     def _seconds(self, us: Array) -> Array:

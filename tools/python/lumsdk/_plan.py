@@ -1,10 +1,12 @@
 """What convert() is asked for: the source, the destination and the options, checked."""
 from __future__ import annotations
 
+import copy
+import itertools
 import os
 import re
 import reprlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Optional
 
 from ._errors import OptionError
@@ -112,8 +114,10 @@ class Plan:
         self.output = {name: options.pop(name) for name in tuple(options) if name in APPLIES}
         self.read = options
         self.has_rig = "rig" in self.read or (isinstance(source, Source) and source.rig is not None)
-        self.is_pattern = _check_pattern(self.name, self.has_rig)
         self.is_of_frames = self._is_of_frames()
+        self.is_pattern = _check_pattern(self.name, self.has_rig or self.is_of_frames)
+        self.is_split = "%s" in self.name
+        """Whether each sensor of the rig has files of its own."""
         choice = Choice(self.read)
         self.progress: Optional[Callable[[int, int], object]] = choice.progress
         self.sensors = [member.sensor.name for member in choice.members]
@@ -195,8 +199,27 @@ class Plan:
             return Layout((), preset)
         kind = WRITERS.get(self.format)
         if kind is not None and kind.needs is not None:
-            return Layout(kind.needs)
-        names = check_names(columns, ("x", "y", "z") if self.format == "xyz" else FILE_COLUMNS)
-        if self.format in FORMATS and not set(names) <= {*FILE_COLUMNS, "time"}:
-            raise OptionError(f"columns: {self.format} has {', '.join(FILE_COLUMNS)} and time")
-        return Layout(names, time=self.time)
+            return Layout(kind.needs, has_rig=self.has_rig and not self.is_split)
+        of_rig = ("sensor",) if self.has_rig and not self.is_split else ()
+        names = check_names(columns, ("x", "y", "z") if self.format == "xyz" else (*FILE_COLUMNS, *of_rig))
+        allowed = (*FILE_COLUMNS, "time", *(("sensor",) if self.has_rig else ()))
+        if self.format in FORMATS and not set(names) <= set(allowed):
+            raise OptionError(f"columns: {self.format} has {', '.join(allowed)}")
+        return Layout(names, time=self.time, has_rig=self.has_rig)
+
+    def has_places(self, columns: Optional[Sequence[str]]) -> bool:
+        """Whether a file of points has the places of its sensors in the rig."""
+        return self.has_rig and self.format != "xyz" and (not self.is_split if columns is None else "sensor" in columns)
+
+    def look(self, frames: Iterable[Any]) -> Iterable[Any]:
+        """All of the frames, after a look at whether the first of them was read with a rig."""
+        rest = iter(frames)
+        first = list(itertools.islice(rest, 1))
+        self.has_rig = any(isinstance(frame, Frame) and frame._info.member != 0 for frame in first)
+        return itertools.chain(first, rest)
+
+    def of_sensor(self, name: str) -> Plan:
+        """The same for the files of one sensor of the rig."""
+        made = copy.copy(self)
+        made.name = self.name.replace("%s", name)
+        return made

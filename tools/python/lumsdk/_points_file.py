@@ -8,7 +8,7 @@ import numpy as np
 
 from ._c import check, ffi, lib, sized
 from ._errors import OptionError
-from ._table import Array, value
+from ._table import Array, places, value
 from ._target import TargetError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class PointsFile:
     """A file that the library writes. It has its name after finish(); until then nothing of it is seen."""
 
     def __init__(self, name: str, kind: str, comment: str, columns: Optional[tuple[str, ...]], is_ascii: bool,
-                 time: str) -> None:
+                 time: str, has_sensor: bool = False) -> None:
         """Begin.
 
         Args:
@@ -46,6 +46,7 @@ class PointsFile:
             columns: of csv, ply and pcd; None: those of the format.
             is_ascii: ply, pcd: text.
             time: what timestamps are: "sensor", "utc" or "arrival".
+            has_sensor: a column "sensor" has the places in the rig.
         """
         self._error = ffi.new("lum_error *")
         self._time = time
@@ -58,8 +59,15 @@ class PointsFile:
         options = sized("lum_writer_options", format=FORMATS[kind], ascii=is_ascii, utc=time != "sensor")
         options.comment = kept[0] if comment else ffi.NULL
         options.columns = kept[-1] if columns is not None else ffi.NULL
+        self._has_sensor = has_sensor
+        if has_sensor:
+            kept += [ffi.new("char[]", b"sensor")]
+            kept += [ffi.new("lum_writer_extra []", [{"name": kept[-1], "type": lib.LUM_NUMBER_U8}])]
+            options.extra, options.extra_count = kept[-1], 1
         if columns is not None:
-            check(lib.lum_writer_check_columns(options.columns, self._error), self._error, OptionError)
+            given = (options.columns,) if not has_sensor else (options.format, options.columns, options.extra, 1)
+            checks = lib.lum_writer_check_extra if has_sensor else lib.lum_writer_check_columns
+            check(checks(*given, self._error), self._error, OptionError)
         out = ffi.new("lum_writer **")
         check(lib.lum_writer_open(os.fsencode(name), options, out, self._error), self._error, TargetError)
         self._writer: Any = out[0]
@@ -72,6 +80,8 @@ class PointsFile:
         at = ffi.cast("char *", ffi.from_buffer(np.ascontiguousarray(times))) if times is not None and len(times) else None
         stamps = value(frame, "timestamp", self._time)
         line = sized("lum_line_samples", frame=frame.number)
+        sensors = ffi.from_buffer("uint8_t[]", np.ascontiguousarray(places(frame))) if self._has_sensor and len(frame) else None
+        extra = ffi.new("const void *[1]")
         found: Any
         for found in frame.lines:
             first, count = int(found["first_point"]), int(found["point_count"])
@@ -80,6 +90,8 @@ class PointsFile:
             line.samples = ffi.cast("lum_sample *", base + first * _SAMPLE.itemsize)
             line.count, line.timestamp_us = count, int(stamps[first])
             line.line, line.eye = int(found["number"]), int(found["eye"])
+            if sensors is not None:
+                extra[0], line.extra = sensors + first, extra
             line.times = ffi.NULL if at is None else ffi.cast("float *", at + 4 * first)
             check(lib.lum_writer_add(self._writer, line, self._error), self._error, TargetError)
 

@@ -391,6 +391,16 @@ class Rig(Mapping[str, RigSensor]):
     def __len__(self) -> int:
         return len(self._places)
 
+    def describe(self) -> list[str]:
+        """A line for each sensor, as files of points have them."""
+        lines = []
+        for place, sensor in enumerate(self._places):
+            used = [f"{key} {'built-in' if getattr(sensor, key) == kind() else 'its own'}" for key, kind in _FILES.items()]
+            x, y, z, roll, pitch, yaw = (f"{number * 1e-6:.6f}" for number in sensor.place)
+            at = sensor.address + (f"%{sensor.interface}" if sensor.interface else "")
+            lines.append(f"{place}: {sensor.name}, {at}, {', '.join(used)}, at {x} {y} {z} m, roll {roll} pitch {pitch} yaw {yaw} deg")
+        return lines
+
     def to_yaml(self, files: Optional[Mapping[tuple[str, str], str]] = None) -> str:
         """As the text of a YAML file, which reads back exactly.
 

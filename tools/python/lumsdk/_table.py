@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Union
 import numpy as np
 
 from ._errors import Error, OptionError, install
+from ._frame import JOINED
 
 if TYPE_CHECKING:
     from ._frame import Frame
@@ -59,6 +60,9 @@ FILE_COLUMNS = tuple(COLUMNS)[:15]
 _OF_LINES = {"timestamp", "frame", "sensor"}
 """Columns that a frame has for its lines or as a whole, and not for each point."""
 
+OF_RIG = _column("u1", "", "place of the sensor in the rig, from 0")
+"""The column sensor of frames that were read with a rig."""
+
 TIMES = ("sensor", "utc", "arrival")
 """What can be in the column timestamp, by lumdump's names."""
 
@@ -73,7 +77,8 @@ def needed(columns: Sequence[str]) -> list[str]:
 
 def available(frame: Frame) -> tuple[str, ...]:
     """The columns that a table of a frame can have, without being asked for more than lumdump's."""
-    return tuple(name for name in COLUMNS if name in frame.columns or name in ("timestamp", "frame"))
+    own = ("timestamp", "frame", "sensor") if frame._info.member else ("timestamp", "frame")
+    return tuple(name for name in COLUMNS if name in frame.columns or name in own)
 
 
 def check_names(columns: Names, default: Sequence[str]) -> tuple[str, ...]:
@@ -119,6 +124,13 @@ def sensor_number(frame: Frame) -> int:
     return int(ipaddress.IPv4Address(frame.sensor))
 
 
+def places(frame: Frame) -> Array:
+    """The place in the rig of the sensor of each point."""
+    if frame._info.member == JOINED:
+        return frame["sensor"]
+    return np.full(len(frame), frame._info.member - 1, OF_RIG.dtype)
+
+
 def value(frame: Frame, name: str, time: str = "sensor") -> Array:
     """A column of a frame, without a copy if the frame has it.
 
@@ -134,6 +146,8 @@ def value(frame: Frame, name: str, time: str = "sensor") -> Array:
         return np.repeat(_line_times(frame, time).astype("i8"), frame.lines["point_count"])
     if name == "frame":
         return np.full(len(frame), frame.number, "i8")
+    if name == "sensor" and frame._info.member:
+        return places(frame)
     if name == "sensor":
         return np.full(len(frame), sensor_number(frame), "u4")
     if name not in frame.columns:
@@ -209,8 +223,8 @@ def check_preset(preset: str, columns: Names) -> None:
 class Layout:
     """The columns of a table, and how they are made of a frame."""
 
-    def __init__(self, columns: Sequence[str], preset: str | None = None, time: str = "sensor") -> None:
-        self._time = time
+    def __init__(self, columns: Sequence[str], preset: str | None = None, time: str = "sensor", has_rig: bool = False) -> None:
+        self._time, self.has_rig = time, has_rig
         self._preset = PRESETS[preset] if preset is not None else None
         self.columns = tuple(self._preset) if self._preset is not None else tuple(columns)
         self.needs = PRESET_NEEDS[preset] if preset is not None else tuple(needed(columns))
@@ -219,7 +233,7 @@ class Layout:
         """Type, unit and description of a column."""
         if self._preset is not None:
             return self._preset[name][:3]
-        column = COLUMNS[name]
+        column = OF_RIG if name == "sensor" and self.has_rig else COLUMNS[name]
         if name != "timestamp":
             return column.dtype, column.unit, column.description
         zero = "the sensor's clock" if self._time == "sensor" else "since 1970-01-01 UTC"
@@ -281,7 +295,7 @@ def _layout_for(frame: Frame, columns: Names, preset: str | None) -> Layout:
     if preset is not None:
         check_preset(preset, columns)
         return Layout((), preset)
-    return Layout(check_names(columns, available(frame)))
+    return Layout(check_names(columns, available(frame)), has_rig=bool(frame._info.member))
 
 
 def to_arrow(frame: Frame, columns: Names = None, preset: str | None = None) -> Any:
