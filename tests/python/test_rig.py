@@ -334,9 +334,7 @@ def read(path):
     elif path.suffix == ".laz":
         table = pytest.importorskip("laspy").read(path)
     else:
-        lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
-        values = np.array([line.split(",") for line in lines[1:]], "f8").T
-        table = dict(zip(lines[0].split(","), values))
+        table = pytest.importorskip("pandas").read_csv(path, comment="#")
     return [np.asarray(table[name]) for name in COLUMNS]
 
 
