@@ -2,6 +2,7 @@
 import os
 import pathlib
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -74,6 +75,27 @@ except KeyboardInterrupt:
     os.killpg(process.pid, signal.SIGINT)
     assert process.communicate()[0] == b"interrupted\n"
     return (folder / "interrupts").read_text()
+
+
+def on_interface(capture, path, name):
+    """The capture as a pcapng file of an interface with a name of four letters, in nanoseconds."""
+    data, at = capture.read_bytes(), 24
+    unit = 1 if data[:4] == b"\x4d\x3c\xb2\xa1" else 1000
+
+    def block(kind, body):
+        size = struct.pack("<I", len(body) + 12)
+        return struct.pack("<I", kind) + size + body + size
+
+    blocks = [block(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1)),
+              block(1, struct.pack("<HHIHH4sHHI", 1, 0, 0, 2, 4, name, 9, 1, 9))]
+    while at < len(data):
+        seconds, fraction, length = struct.unpack_from("<III", data, at)
+        ns = seconds * 10**9 + fraction * unit
+        body = struct.pack("<IIIII", 0, ns >> 32, ns & 0xFFFFFFFF, length, length) + data[at + 16:at + 16 + length]
+        blocks.append(block(6, body + bytes(-length % 4)))
+        at += 16 + length
+    path.write_bytes(b"".join(blocks))
+    return path
 
 
 def pytest_configure(config):

@@ -8,7 +8,6 @@ import os
 import pathlib
 import shutil
 import stat
-import struct
 import subprocess
 import sys
 import threading
@@ -19,7 +18,7 @@ import weakref
 import lumsdk
 import numpy as np
 import pytest
-from conftest import interrupts_at_a_terminal
+from conftest import interrupts_at_a_terminal, on_interface
 from lumsdk import _table
 from lumsdk._formats import WRITERS
 
@@ -750,27 +749,6 @@ def test_several_sensors(two_sensors, tmp_path):
     assert set(np.load(tmp_path / "a.npy")["sensor"] & 255) == {37, 38}
     one = lumsdk.convert(two_sensors, tmp_path / "b.npy", sensor="10.42.0.38")
     assert 0 < one["points"] < made["points"]
-
-
-def on_interface(capture, path, name):
-    """The capture as a pcapng file of an interface with a name of four letters, in nanoseconds."""
-    data, at = capture.read_bytes(), 24
-    unit = 1 if data[:4] == b"\x4d\x3c\xb2\xa1" else 1000
-
-    def block(kind, body):
-        size = struct.pack("<I", len(body) + 12)
-        return struct.pack("<I", kind) + size + body + size
-
-    blocks = [block(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1)),
-              block(1, struct.pack("<HHIHH4sHHI", 1, 0, 0, 2, 4, name, 9, 1, 9))]
-    while at < len(data):
-        seconds, fraction, length = struct.unpack_from("<III", data, at)
-        ns = seconds * 10**9 + fraction * unit
-        body = struct.pack("<IIIII", 0, ns >> 32, ns & 0xFFFFFFFF, length, length) + data[at + 16:at + 16 + length]
-        blocks.append(block(6, body + bytes(-length % 4)))
-        at += 16 + length
-    path.write_bytes(b"".join(blocks))
-    return path
 
 
 def test_two_sensors_with_one_address(make_capture, tmp_path):

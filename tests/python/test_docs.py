@@ -23,7 +23,8 @@ PAGES = sorted(DOCS.glob("*.md"))
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """What the pages have at hand: a drive, the same in parts, one with losses, one that was cut, one with its truth."""
+    """What the pages have at hand: a drive, the same in parts, one with losses, one that was cut, one with its truth, and two
+    sensors in a room."""
     made = tmp_path_factory.mktemp("pages")
     run("lumsim", "-q", "-o", made / "street.pcap", "--frames", 20)
     run("lumdump", "-q", made / "street.pcap", "-o", made / "drive.pcap", "--rotate", "1s")
@@ -33,6 +34,8 @@ def folder(tmp_path_factory):
     (made / "cut.pcap").write_bytes(whole[:len(whole) * 2 // 3])
     run("lumsim", "-q", "-o", made / "town.pcap", "--frames", 20, "--scene", "town", "--path", "circle", "--velocity", 10,
         "--poses", made / "truth.txt")
+    run("lumsim", "-q", "-o", made / "front.pcap", "--scene", "room", "--pose", "1.2,0,1.2,0,0,0")
+    run("lumsim", "-q", "-o", made / "left.pcap", "--scene", "room", "--pose", "0,0.9,1.2,0,0,90", "--address", "10.42.0.38")
     return made
 
 

@@ -9,6 +9,7 @@ import sys
 import pytest
 import support  # noqa: F401  the package's place
 
+import lumsdk
 from lumsdk.fleet import _arguments, _folders, _journal, _manifest, _report, main
 from lumsdk.fleet._errors import FleetError
 from lumsdk.fleet._inputs import captures, stem, translate
@@ -398,6 +399,7 @@ def test_arguments_that_are_refused(arguments, sentence):
     (["--return", "many"], "--return: 'many' is not all, first"),
     (["--set", "a=1"], "--set: 'a' is not a key"),
     (["--calibration", "none.yaml"], "--calibration: none.yaml: cannot be read"),
+    (["--rig", "none.yaml"], "--rig: none.yaml: cannot be read"),
     (["--columns", "x", "--format", "las"], "--columns goes with csv"),
     (["--ascii", "--format", "parquet"], "--ascii does not go with parquet"),
     (["--preset", "argoverse2"], "--preset does not go with ply"),
@@ -423,9 +425,26 @@ def test_options_are_told_with_what_is_in_their_files(tmp_path):
     assert json.loads(texts[0])["return"] == "last"
 
 
+def test_a_rig_is_sent_with_its_files(tmp_path):
+    (tmp_path / "c.yaml").write_text("tof_lsb_ps: 12.9\n")
+    rig = tmp_path / "vehicle.yaml"
+    texts = []
+    for x in (1, 2):
+        rig.write_text(f"version: 1\nsensors:\n  - {{name: front, address: 10.42.0.37, calibration: c.yaml, pose: {{x_m: {x}}}}}\n")
+        options = _arguments.parse(["x", "--out", "o", "--format", "npy", "--rig", str(rig)])
+        job = _arguments.job(options, "run", "0")
+        texts.append(job.options)
+        assert job.arguments == ("--rig", "rig.yaml") and job.keywords == {"rig": "rig.yaml"}
+        assert list(job.files) == ["rig-front-calibration.yaml", "rig.yaml"]
+    assert texts[0] != texts[1] and json.loads(texts[0])["rig"]["name"] == "vehicle.yaml"
+    for name, data in job.files.items():
+        (tmp_path / name).write_bytes(data)
+    assert lumsdk.Rig(tmp_path / "rig.yaml") == lumsdk.Rig(rig)
+
+
 def test_help_has_every_option():
     parser_text = pathlib.Path(_arguments.__file__).read_text()
-    for name in (*_arguments.VALUES, *_arguments.FLAGS, *_arguments.FILES, *_arguments.OF_CONVERT, "out", "jobs", "address"):
+    for name in (*_arguments.VALUES, *_arguments.FLAGS, *_arguments.FILES, *_arguments.OF_CONVERT, "rig", "out", "jobs", "address"):
         assert f"--{name}" in _arguments.HELP
     assert all(len(line) < 80 for line in _arguments.HELP.splitlines())
     assert "--retries" in parser_text

@@ -58,6 +58,18 @@ def kinds_of_sources() -> None:
         lumsdk.open(file, calibration={"eyes": {"blue": {"mount": {"yaw_deg": -30}}}}, set={"tof_lsb_ps": 12.9})
 
 
+def several_sensors() -> None:
+    rig = lumsdk.Rig([{"name": "front", "address": "10.42.0.37"}])
+    assert_type(rig["front"], lumsdk.RigSensor)
+    with lumsdk.open("drive.pcap", rig=rig, sensor="front") as source:
+        for frames in lumsdk.sync(source, tolerance=0.02):
+            assert_type(frames["front"], lumsdk.Frame)
+            assert_type(frames.missing, dict[str, str])
+            assert_type(frames.joined(["x", "y"]), lumsdk.Frame)
+    lumsdk.open("drive.pcap", rig=5)  # wrong
+    lumsdk.sync(5)  # wrong
+
+
 def find_a_layout() -> None:
     found = lumsdk.infer(["a.pcap", "b.pcap"], sensor="10.42.0.37", port=5600)
     assert_type(found, lumsdk.Inference)

@@ -23,21 +23,24 @@ if TYPE_CHECKING:
     from ._infer import Finding, Inference, infer
     from ._poses import Poses
     from ._project import Projection
+    from ._rig import Rig, RigSensor
     from ._sensor import Sensor
     from ._session import Answer, Clock, Status
     from ._simulate import SimulatedSensor, simulate
+    from ._sync import FrameSet, sync
     from ._write import Line, Written, write_capture
 
 __all__ = ["COLUMNS", "Answer", "Calibration", "CaptureError", "CaptureWarning", "Clock", "ClosedError", "Error", "Finding",
-           "Frame", "HazardError", "Inference", "LaserError", "Line", "OptionError", "Poses", "Profile", "Projection", "Sensor",
-           "SensorError", "SensorWarning", "SimulatedSensor", "Source", "Status", "UnknownKeyError", "Written",
-           "__version__", "convert", "infer", "open", "simulate", "write_capture"]
+           "Frame", "FrameSet", "HazardError", "Inference", "LaserError", "Line", "OptionError", "Poses", "Profile",
+           "Projection", "Rig", "RigSensor", "Sensor", "SensorError", "SensorWarning", "SimulatedSensor", "Source",
+           "Status", "UnknownKeyError", "Written", "__version__", "convert", "infer", "open", "simulate", "sync",
+           "write_capture"]
 
 # What few programs need is imported when it is asked for.
-_LATER = {"Answer": "_session", "Clock": "_session", "Finding": "_infer", "Inference": "_infer", "Poses": "_poses",
-          "Projection": "_project", "Sensor": "_sensor", "SimulatedSensor": "_simulate", "Status": "_session",
-          "convert": "_convert", "infer": "_infer", "simulate": "_simulate",
-          "Line": "_write", "Written": "_write", "write_capture": "_write"}
+_LATER = {"Answer": "_session", "Clock": "_session", "Finding": "_infer", "FrameSet": "_sync", "Inference": "_infer",
+          "Line": "_write", "Poses": "_poses", "Projection": "_project", "Rig": "_rig", "RigSensor": "_rig",
+          "Sensor": "_sensor", "SimulatedSensor": "_simulate", "Status": "_session", "Written": "_write",
+          "convert": "_convert", "infer": "_infer", "simulate": "_simulate", "sync": "_sync", "write_capture": "_write"}
 
 
 def __getattr__(name: str) -> Any:

@@ -13,8 +13,9 @@ from . import _lines
 from ._c import lib
 from ._errors import OptionError, UnknownKeyError
 from ._columns import COLUMNS
-from ._frame import LOSSES, Frame, _Info
+from ._frame import Frame
 from ._grid import EYES, PIXELS
+from ._info import LOSSES, Info
 from ._lines import LINE_DTYPE
 from ._raw import RAW_COLUMNS
 
@@ -33,11 +34,11 @@ _RESERVED = (*_OF_TABLES, "xyz", "columns", "lines", "number", "utc_ns", "utc_er
 """Names that a column of one's own cannot have: tables make columns of them, and from_arrays() has arguments of them."""
 
 
-def assemble(info: _Info, columns: Mapping[str, Array], lines: Array, moved: str, xyz: Optional[Array] = None,
+def assemble(info: Info, columns: Mapping[str, Array], lines: Array, moved: str, xyz: Optional[Array] = None,
              raw: Optional[Raw] = None) -> Frame:
     """A frame of these arrays, which are kept; x, y and z are then those of xyz if that is given."""
     frame = Frame.__new__(Frame)
-    frame._c, frame._count = None, len(next(iter(columns.values()))) if columns else 0
+    frame._c, frame._members, frame._count = None, (), len(next(iter(columns.values()))) if columns else 0
     frame._info_made, frame._lines_made, frame._moved, frame._raw = info, lines, moved, raw
     frame._own = tuple(name for name in columns if name not in KNOWN)
     frame._arrays, frame._block = dict(columns), xyz
@@ -50,7 +51,7 @@ def restore(info: Mapping[str, Any], arrays: Mapping[str, Array], lines: Array, 
             raw: Optional[Raw] = None) -> Frame:
     """A frame that was pickled."""
     xyz = np.array([arrays[name] for name in "xyz"], "f4").T if all(name in arrays for name in "xyz") else None
-    return assemble(_Info(**info), arrays, lines, moved, xyz, raw)
+    return assemble(Info(**info), arrays, lines, moved, xyz, raw)
 
 
 # --- Arrays as columns ---
@@ -223,7 +224,7 @@ def from_arrays(given: Any, more: Mapping[str, Any], lines: Any, number: int, se
         lines = np.zeros(0, LINE_DTYPE)
     address, interface = _address(sensor)
     arrivals, (of, rows) = lines["arrival_ns"], _line_info(lines)
-    info = _Info(number=_whole("number", number, 0), sensor=address, interface=interface, is_complete=True, is_first=False,
+    info = Info(number=_whole("number", number, 0), sensor=address, interface=interface, is_complete=True, is_first=False,
                  is_last=False, begin_clock_us=begin_us, end_clock_us=_end_us(columns, lines, begin_us),
                  begin_arrival_ns=int(arrivals.min()) if len(lines) else 0, end_arrival_ns=int(arrivals.max()) if len(lines) else 0,
                  begin_utc_ns=_whole("utc_ns", utc_ns, 0),

@@ -56,4 +56,12 @@ def address_of(number: int) -> str:
     return ".".join(str(number >> shift & 255) for shift in (24, 16, 8, 0))
 
 
+def number_of(address: str) -> int:
+    """a.b.c.d as an address in host order."""
+    number = 0
+    for part in address.split("."):
+        number = number << 8 | int(part)
+    return number
+
+
 VERSION = f"{lib.LUM_VERSION_MAJOR}.{lib.LUM_VERSION_MINOR}.{lib.LUM_VERSION_PATCH}"

@@ -27,12 +27,12 @@ from ._settings import Calibration, Profile
 from ._source import Source, open
 from ._plan import APPLIES, OF_TABLES, PATTERN, Plan, name_for
 from ._summary import Summary
-from ._table import Layout, extra, own_types
+from ._table import OF_RIG, Layout, extra, own_types
 from ._target import Target, UrlTarget, failed, is_url, local_for
 
 _POINTS_AT_ONCE = 500_000
 
-_UNTOLD = ("calibration", "profile", "set", "columns", "broken", "threads", "progress")
+_UNTOLD = ("calibration", "profile", "set", "rig", "columns", "broken", "threads", "progress")
 """Options that the origin of a file does not name: what they give is in it."""
 
 
@@ -49,8 +49,10 @@ def _sources(plan: Plan, kept: contextlib.ExitStack) -> Any:
     return given._rewind() if isinstance(given, Stream) else io.BytesIO(plan.source)
 
 
-def _made_by(name: str, rotates: bool) -> dict[str, tuple[int, int]]:
-    """The files that outputs of this name have, and what tells one from another of the same name."""
+def _made_by(name: str, rotates: bool, sensors: Iterable[str]) -> dict[str, tuple[int, int]]:
+    """The files that outputs of this name have, also of each sensor, and what tells one from another of the same name."""
+    if "%s" in name:
+        return {path: mark for sensor in sensors for path, mark in _made_by(name.replace("%s", sensor), rotates, ()).items()}
     folder, base = os.path.split(name)
     if "%" in base:
         before, after = PATTERN.split(base)[0], PATTERN.split(base)[-1]
@@ -105,9 +107,10 @@ def _by_lumdump(plan: Plan) -> Summary:
         if plan.progress is not None:
             plan.progress(0, total)
         with _laz_of(plan) if plan.is_laz_of_las else local_for(plan.name, plan.storage) as local:
-            before = _made_by(local, "rotate" in options)
+            like = local, "rotate" in options, plan.sensors
+            before = _made_by(*like)
             said = _lumdump.run(source, local, arguments)
-            made = {name: mark for name, mark in _made_by(local, "rotate" in options).items() if before.get(name) != mark}
+            made = {name: mark for name, mark in _made_by(*like).items() if before.get(name) != mark}
             size = sum(os.path.getsize(name) for name in made)
         if plan.is_laz_of_las:
             made = {plan.name: (0, 0)}
@@ -240,10 +243,10 @@ class _File:
 class _Output:
     """The file, or the file of each frame."""
 
-    def __init__(self, plan: Plan, about: About, own: Mapping[str, np.dtype[Any]]) -> None:
+    def __init__(self, plan: Plan, about: About, own: Mapping[str, np.dtype[Any]], motion: Optional[Motion] = None) -> None:
         self._plan, self._about, self._layout, self._own = plan, about, plan.layout(own), own
-        self.motion = plan.motion()
-        if self.motion is not None:
+        self.motion = motion or plan.motion()
+        if motion is None and self.motion is not None:
             about.options += self.motion.notes
         self.names: list[str] = []
         self.bytes = self.frames = self.points = 0
@@ -258,6 +261,14 @@ class _Output:
 
     def _check_sensor(self, frame: Frame) -> None:
         self._sensor = self._sensor or frame.sensor
+        if bool(frame._info.member) != self._plan.has_rig:
+            raise OptionError(f"{self._about.source}: some frames were read with a rig, and others without, so their points are in "
+                              "several frames of reference: read all of them with it")
+        if self._plan.has_rig:
+            if frame.sensor != self._sensor and self._plan.is_pattern:
+                raise OptionError(f"{self._about.source}: frames of several sensors have the same numbers: put %s, the sensor's name, "
+                                  f"into the name of the files, as in {_with_sensor(self._plan.name)}")
+            return
         cannot_tell = self._plan.is_pattern or "sensor" not in self._layout.columns or "%" in frame.sensor
         if frame.sensor != self._sensor and cannot_tell:
             raise OptionError(f"{self._about.source}: packets of several sensors; choose one by sensor=: {self._sensor} "
@@ -314,6 +325,75 @@ class _Output:
         self._file = None
 
 
+def _with_sensor(name: str) -> str:
+    folder, base = os.path.split(name)
+    return os.path.join(folder, f"%s-{base}")
+
+
+class _Split:
+    """The files of each sensor of a rig."""
+
+    def __init__(self, plan: Plan, about: About, own: Mapping[str, np.dtype[Any]],
+                 losses_of: Callable[[str], dict[str, int]]) -> None:
+        self._plan, self._about, self._own, self._losses_of = plan, about, own, losses_of
+        self.motion = plan.motion()
+        if self.motion is not None:
+            about.options += self.motion.notes
+        self._parts: dict[str, _Output] = {}
+        self._cancelled = False
+
+    @property
+    def cancelled(self) -> bool:
+        """As of an output."""
+        return self._cancelled
+
+    @cancelled.setter
+    def cancelled(self, value: bool) -> None:
+        self._cancelled = value
+        for part in list(self._parts.values()):
+            part.cancelled = value
+
+    def add(self, frame: Frame) -> None:
+        """Append a frame to the files of its sensor."""
+        if frame._info.member <= 0:
+            raise OptionError(f"{self._plan.name}: %s stands for the name of a rig's sensor, and a frame of {frame.sensor} is not of "
+                              "one: read frames by open(rig=), and write those of a set one by one")
+        if frame.sensor not in self._parts:
+            self._parts[frame.sensor] = _Output(self._plan.of_sensor(frame.sensor), self._about, self._own, self.motion)
+            self._parts[frame.sensor].cancelled = self._cancelled
+        self._parts[frame.sensor].add(frame)
+
+    def finish(self, _: dict[str, int]) -> None:
+        """Complete them."""
+        for name, part in self._parts.items():
+            part.finish(self._losses_of(name))
+
+    def discard(self) -> None:
+        """Leave nothing of what is not complete."""
+        for part in self._parts.values():
+            part.discard()
+
+    @property
+    def names(self) -> list[str]:
+        """All files."""
+        return [name for part in self._parts.values() for name in part.names]
+
+    @property
+    def bytes(self) -> int:
+        """Of all."""
+        return sum(part.bytes for part in self._parts.values())
+
+    @property
+    def frames(self) -> int:
+        """In all."""
+        return sum(part.frames for part in self._parts.values())
+
+    @property
+    def points(self) -> int:
+        """In all."""
+        return sum(part.points for part in self._parts.values())
+
+
 _WAIT_S = 0.05
 _LAST = None
 
@@ -325,7 +405,7 @@ class _Thread(threading.Thread):
     output that was given up.
     """
 
-    def __init__(self, output: _Output) -> None:
+    def __init__(self, output: Union[_Output, _Split]) -> None:
         super().__init__(name="lumsdk-convert", daemon=False)
         self._output = output
         self._queue: queue.Queue[Optional[Frame]] = queue.Queue(2)
@@ -382,10 +462,19 @@ def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
     options = _lumdump.arguments(told, "")
     if source is None:
         return About(f"lumsdk {VERSION}", "frames", options)
-    calibration, profile = source.calibration, source.profile
     name = source.name.replace("\\", "/").rsplit("/", 1)[-1]
+    if source.rig is not None:
+        return About(f"lumsdk {VERSION}", name, options, rig=source.rig.describe(), earlier=source.provenance)
+    calibration, profile = source.calibration, source.profile
     return About(f"lumsdk {VERSION}", name, options, calibration.to_yaml(), profile.to_yaml(),
-                 calibration == Calibration(), profile == Profile(), source.provenance)
+                 calibration == Calibration(), profile == Profile(), earlier=source.provenance)
+
+
+def _losses_by_sensor(source: Optional[Source]) -> Callable[[str], dict[str, int]]:
+    def of(name: str) -> dict[str, int]:
+        counts = source.counts_by_sensor[name] if source is not None else {}
+        return {cause: counts[cause] for cause in LOSSES if cause in counts}
+    return of
 
 
 def _peek(frames: Iterable[Any]) -> tuple[Any, Iterable[Any]]:
@@ -404,7 +493,13 @@ def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Sum
     about = _about(source, {**(plan.read if source is None else source._choice.given), **moved})
     first, frames = _peek(frames)
     plan.is_of_world = plan.is_of_world or getattr(first, "_moved", "") == "world"
-    output = _Output(plan, about, own_types(first) if isinstance(first, Frame) else {})
+    if isinstance(first, Frame):
+        plan.has_rig = first._info.member != 0
+    if plan.format == "mcap" and plan.has_rig and not plan.is_of_world:
+        raise OptionError("frames of a rig are in the vehicle's frame, and messages are in that of each sensor: convert the capture "
+                          "itself to mcap with rig=")
+    own = own_types(first) if isinstance(first, Frame) else {"sensor": OF_RIG.dtype} if plan.has_rig else {}
+    output = _Split(plan, about, own, _losses_by_sensor(source)) if plan.is_split else _Output(plan, about, own)
     thread = _Thread(output)
     try:
         thread.start()

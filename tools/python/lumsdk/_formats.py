@@ -14,7 +14,7 @@ import numpy as np
 
 from ._errors import Error, OptionError, install
 from ._points_file import check_own, file_type
-from ._table import Array, Layout, about_frame, arrow_batch, arrow_schema, extra, value
+from ._table import OF_RIG, Array, Layout, about_frame, arrow_batch, arrow_schema, extra, value
 from ._target import Target, UrlTarget
 
 if TYPE_CHECKING:
@@ -39,6 +39,8 @@ class About:
     """YAML with all keys."""
     usual_calibration: bool = True
     usual_profile: bool = True
+    rig: list[str] = field(default_factory=list)
+    """Its sensors, a line each, if there are several: then there is no single calibration or profile."""
     earlier: list[str] = field(default_factory=list)
     """What the source itself says of its origin."""
 
@@ -47,8 +49,11 @@ class About:
         lines = ["# lumsdk origin 1", f"program: {json.dumps(self.program)}", f"source: {json.dumps(self.source)}"]
         if self.options:
             lines += ["options:", *(f"  - {json.dumps(option)}" for option in self.options)]
-        lines.append(f"calibration: {'built-in' if self.usual_calibration else 'below'}")
-        lines.append(f"profile: {'built-in' if self.usual_profile else 'below'}")
+        if self.rig:
+            lines += ["rig:", *(f"  - {json.dumps(sensor)}" for sensor in self.rig)]
+        else:
+            lines.append(f"calibration: {'built-in' if self.usual_calibration else 'below'}")
+            lines.append(f"profile: {'built-in' if self.usual_profile else 'below'}")
         documents = ["\n".join(lines) + "\n"]
         if not self.usual_calibration:
             documents.append(f"# lumsdk calibration 1\n{self.calibration}")
@@ -60,7 +65,8 @@ class About:
         """As keys and texts. A name may have bytes that are no text."""
         source = self.source.encode(errors="surrogateescape").decode(errors="replace")
         return {"lumsdk.program": self.program, "lumsdk.source": source, "lumsdk.options": json.dumps(self.options),
-                "lumsdk.calibration": self.calibration, "lumsdk.profile": self.profile}
+                **({"lumsdk.rig": json.dumps(self.rig)} if self.rig else
+                   {"lumsdk.calibration": self.calibration, "lumsdk.profile": self.profile})}
 
 
 @dataclass
@@ -150,7 +156,8 @@ class Laz(Writer):
         own = self._job.layout.own
         check_own("las", None, own)
         header.add_extra_dims([laspy.ExtraBytesParams(name, dtype, about) for name, dtype, about in _EXTRAS]
-                              + [laspy.ExtraBytesParams(name, file_type("las", own[name]), "") for name in own])
+                              + [laspy.ExtraBytesParams(name, file_type("las", own[name]), OF_RIG.description if name == "sensor" else "")
+                                 for name in own])
         header.scales, header.offsets = np.full(3, _SCALE), np.zeros(3)
         header.system_identifier = "Luminar Model G2"
         header.generating_software = self._job.about.program
@@ -184,7 +191,7 @@ class Laz(Writer):
         for name, _, _ in _EXTRAS:
             out[name] = value(frame, name[5:] if name.startswith("full_") else name)
         for name in self._job.layout.own:
-            out[name] = frame[name]
+            out[name] = value(frame, name)
         return out
 
     def _seconds(self, us: Array) -> Array:

@@ -1,7 +1,6 @@
 """A frame: all points of one sweep of one sensor, as arrays."""
 from __future__ import annotations
 
-import dataclasses
 import datetime
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union, overload
@@ -13,6 +12,7 @@ from ._c import address_of, ffi, lib, sized, text
 from ._columns import COLUMNS, NUMBERS, Memory
 from ._errors import UnknownKeyError
 from ._grid import EYES
+from ._info import Info, Member
 from ._raw import RAW_COLUMNS, Raw, attach
 from ._raw import of as raw_of
 from ._settings import Profile
@@ -29,45 +29,7 @@ if TYPE_CHECKING:
 
     Array = np.ndarray[Any, np.dtype[Any]]
 
-LOSSES = ("lost_words", "lines_missing_angles", "lines_missing", "lines_in_pauses", "lines_cut", "lines_late", "points_cut",
-          "no_angle", "no_range")
-"""The causes in Frame.losses."""
-
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
-
-
-@dataclasses.dataclass
-class _Info:
-    """What is known of a frame as a whole, apart from its arrays."""
-
-    number: int
-    sensor: int
-    is_complete: bool
-    is_first: bool
-    is_last: bool
-    begin_clock_us: int
-    end_clock_us: int
-    begin_arrival_ns: int
-    end_arrival_ns: int
-    begin_utc_ns: int
-    utc_error_ns: int
-    has_pause: bool
-    interface: str
-    lines: tuple[int, int]
-    rows: tuple[int, int]
-    losses: dict[str, int]
-
-    @classmethod
-    def of(cls, frame: Any) -> _Info:
-        """That of a frame of the library."""
-        i = sized("lum_frame_info")
-        lib.lum_frame_get_info(frame, i)
-        counts = {"lines_missing": sum(i.lines_missing), "no_angle": i.losses.no_angle, "no_range": i.losses.no_range}
-        losses = {name: counts[name] if name in counts else getattr(i, name) for name in LOSSES}
-        values = {name: getattr(i.times if name.endswith(("_us", "_ns")) else i, name) for name in list(cls.__annotations__)[:12]}
-        values.update(interface=text(i.sensor_interface), lines=tuple(i.lines), losses=losses,
-                      rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
-        return cls(**values)
 
 
 class Frame:
@@ -78,16 +40,17 @@ class Frame:
     source. A frame can be pickled: what comes back has the same values in memory of its own.
     """
 
-    __slots__ = ("__weakref__", "_arrays", "_block", "_c", "_count", "_info_made", "_lines_made", "_moved", "_own", "_raw")
+    __slots__ = ("__weakref__", "_arrays", "_block", "_c", "_count", "_info_made", "_lines_made", "_members", "_moved", "_own", "_raw")
 
-    def __init__(self, pointer: Any) -> None:
+    def __init__(self, pointer: Any, members: Sequence[Member] = ()) -> None:
         """Keep a frame of the library. Programs get frames from a source or a sensor."""
+        self._members = members
         self._c = ffi.gc(lib.lum_frame_keep(pointer), lib.lum_frame_release)
         self._count: int = lib.lum_frame_count(self._c)
         self._arrays: dict[str, Array] = {}
         self._block: Optional[Array] = None  # x, y and z where they lie together in memory
         self._own: tuple[str, ...] = ()  # names of columns that with_columns() added
-        self._info_made: Optional[_Info] = None
+        self._info_made: Optional[Info] = None
         self._lines_made: Optional[Array] = None
         self._raw: Optional[Raw] = None
         self._moved = ""  # to where its points were moved; "": they are as the sensor saw them
@@ -95,9 +58,9 @@ class Frame:
     # What is known of it as a whole.
 
     @property
-    def _info(self) -> _Info:
+    def _info(self) -> Info:
         if self._info_made is None:
-            self._info_made = _Info.of(self._c)
+            self._info_made = Info.of(self._c, self._members)
         return self._info_made
 
     @property
@@ -107,12 +70,21 @@ class Frame:
 
     @property
     def sensor(self) -> str:
-        """The name of its sensor: its address, such as "10.42.0.37".
+        """The name of its sensor: that of the rig, such as "front", or without a rig its address, such as "10.42.0.37".
 
         If another sensor with that address came before, its interface is behind it: "10.42.0.37%eth1".
         """
+        if self._info.name:
+            return self._info.name
         interface = self._info.interface
         return address_of(self._info.sensor) + (f"%{interface}" if interface else "")
+
+    @property
+    def pose(self) -> Optional[Array]:
+        """Where its sensor is on the vehicle, by the rig: (4, 4) float64, which takes points of the sensor, as columns, into
+        the vehicle's frame. x, y and z are in the vehicle's frame already. None: it was read without a rig, or it has the
+        points of several sensors."""
+        return None if self._info.pose is None else np.array(self._info.pose)
 
     @property
     def complete(self) -> bool:
@@ -176,7 +148,8 @@ class Frame:
         """All that is known of it as a whole: numbers, clocks, lines of both eyes, and what losses has."""
         values = {**vars(self._info)}
         losses = values.pop("losses")
-        del values["interface"]
+        for name in ("interface", "member", "name", "pose"):
+            del values[name]
         values["utc_error_ns"] = self.utc_error_ns
         values["sensor"] = self.sensor
         for name in ("lines", "rows"):
@@ -501,8 +474,8 @@ class Frame:
 
         Args:
             K: the camera's matrix, [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], in pixels.
-            T: what takes points of the sensor, as columns, into the camera's frame, which OpenCV has with x to the right, y
-                downwards and z forward: (4, 4) or (3, 4).
+            T: what takes points of the sensor, or with a rig of the vehicle, as columns, into the camera's frame, which OpenCV
+                has with x to the right, y downwards and z forward: (4, 4) or (3, 4).
             distortion: k1 k2 p1 p2 [k3 [k4 k5 k6]], as OpenCV has them.
             size: (width, height) of the picture; without it, all points in front of the camera are visible.
 

@@ -15,6 +15,9 @@ EYES = ("blue", "green")
 
 PIXELS = int(lib.LUM_LINE_PIXELS)
 
+JOINED = -1
+"""In place of a member of a rig: points of several."""
+
 
 def _count(value: Any, name: str) -> int:
     """A whole number from 0 on."""
@@ -50,6 +53,9 @@ def _believed_rows(frame: Frame, eye: int) -> int:
 
 def grid(frame: Frame, column: str, eye: Optional[str], returns: int, lines: Optional[int]) -> Array:
     """As Frame.grid() has it."""
+    if frame._info.member == JOINED:
+        raise OptionError(f"the frame has points of several sensors, {frame.sensor}, whose lines have the same numbers; a grid is "
+                          "of the frame of one")
     which = _eye(frame, eye)
     if column == "xyz":
         return np.stack([grid(frame, name, eye, returns, lines) for name in column], axis=-1)

@@ -58,6 +58,14 @@ def _eyes(frame: Frame) -> Array:
     return np.ascontiguousarray(frame["eye"])
 
 
+def _seen_by_its_sensor(frame: Frame) -> list[Array]:
+    """x, y and z, of a frame of a rig in its sensor's own frame."""
+    pose = frame.pose
+    if pose is None or frame._moved == "world":
+        return [frame[name] for name in "xyz"]
+    return list(pose[:3, :3].T @ (frame.xyz.T.astype("f8") - pose[:3, 3:]))
+
+
 def index(frame: Frame, eye: str, returns: str, view: Optional[Sequence[float]], rows: Optional[int], columns: Optional[int],
           pixels: bool) -> Array:
     """The point of each pixel, or with pixels the pixel of each point."""
@@ -67,7 +75,7 @@ def index(frame: Frame, eye: str, returns: str, view: Optional[Sequence[float]],
     lib.lum_image_view_default(ffi.addressof(options, "view"), options.eyes, max(frame._info.rows[i] for i in asked))
     _put_view(ffi.addressof(options, "view"), view, rows, columns)
     names = ["x", "y", "z"] + (["pulse_width"] if returns == "strongest" else [])
-    kept = {name: _floats(frame[name]) for name in names}
+    kept = {name: _floats(array) for name, array in zip(names, [*_seen_by_its_sensor(frame), *(frame[name] for name in names[3:])])}
     if len(asked) == 1:
         kept["eye"] = ffi.from_buffer("uint8_t[]", _eyes(frame))
     points.count = len(frame)

@@ -22,6 +22,8 @@ def quoted(value: str) -> str:
 class Key:
     """What there is to say about a key."""
 
+    is_number = True
+
     def __init__(self, c: Any) -> None:
         self.name = text(c.name)
         self.allowed = text(c.allowed)
@@ -29,6 +31,15 @@ class Key:
         self.is_word = c.kind == lib.LUM_KEY_WORD
         self.is_pair = c.kind == lib.LUM_KEY_WORD_OR_PAIR
         self.is_whole = c.kind in (lib.LUM_KEY_WHOLE, lib.LUM_KEY_WORD_OR_WHOLE)
+
+
+class Text(Key):
+    """A key of a rig."""
+
+    def __init__(self, name: str, allowed: str, is_number: bool) -> None:
+        self.name, self.allowed, self.is_number = name, allowed, is_number
+        self.words: list[str] = []
+        self.is_word = self.is_pair = self.is_whole = False
 
 
 def describe(keys: Any) -> dict[str, Key]:

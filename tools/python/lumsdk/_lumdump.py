@@ -17,6 +17,7 @@ from typing import IO, Any, Union
 from ._errors import CaptureError, CaptureWarning, Error, OptionError
 from ._poses import Poses
 from ._programs import find
+from ._rig import Rig
 from ._settings import Calibration, Profile
 
 _BLOCK = 1 << 20
@@ -87,6 +88,15 @@ def setting_file(name: str, value: Any, folder: str) -> str:
     return path
 
 
+def rig_file(value: Any, folder: str) -> str:
+    """The path of a rig."""
+    if isinstance(value, os.PathLike) or (isinstance(value, str) and "\n" not in value):
+        return os.fsdecode(value)
+    path = os.path.join(folder, "rig.yaml")
+    Rig(value).save(path)
+    return path
+
+
 def arguments(options: Mapping[str, Any], folder: str) -> list[str]:
     """Options of Python, which were checked, as those of lumdump.
 
@@ -105,6 +115,8 @@ def arguments(options: Mapping[str, Any], folder: str) -> list[str]:
             out.append(f"--poses={os.path.join(folder, 'poses.txt')}")
         elif name in ("poses", "pose_times"):
             out.append(f"--{_NAMES.get(name, name)}={os.fsdecode(value)}")
+        elif name == "rig":
+            out.append(f"--rig={rig_file(value, folder)}")
         elif name in ("calibration", "profile"):
             out.append(f"--{name}={setting_file(name, value, folder)}")
         else:

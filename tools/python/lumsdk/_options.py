@@ -5,17 +5,20 @@ import difflib
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union, cast
 
 from ._c import ffi, lib, sized
 from ._errors import OptionError
 from ._columns import COLUMNS
+from ._info import Member
 from ._raw import NEEDED
 from ._settings import Calibration, Profile, setting_of
 
 if TYPE_CHECKING:
     from typing_extensions import Literal, TypedDict
+
+    from ._rig import Rig
 
     Limits = Union[str, tuple[Optional[float], Optional[float]]]
     Progress = Callable[[int, int], object]
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
         edge: Literal["rising", "falling", "both"]
         eye: Literal["blue", "green", "both"]
         sensor: str
+        rig: Union[str, os.PathLike[str], Mapping[str, Any], Sequence[Mapping[str, Any]], Rig]
         port: int
         frames: Union[str, int, tuple[Optional[int], Optional[int]]]
         range: Limits
@@ -65,8 +69,9 @@ _WORDS: dict[str, dict[str, int]] = {
 }
 _RETURNS = {"all": lib.LUM_RETURNS_ALL, "first": lib.LUM_RETURNS_FIRST, "last": lib.LUM_RETURNS_LAST,
             "strongest": lib.LUM_RETURNS_STRONGEST}
-_NAMES = ("columns", "returns", "edge", "eye", "sensor", "port", "frames", "range", "box", "incomplete", "smooth",
+_NAMES = ("columns", "returns", "edge", "eye", "sensor", "rig", "port", "frames", "range", "box", "incomplete", "smooth",
           "calibration", "profile", "set", "broken", "raw", "threads", "progress")
+_OF_RIG = ("calibration", "profile", "set")
 _INT64 = (-2 ** 63, 2 ** 63 - 1)
 # More do not help: the one that reads and assembles takes most of the time, and lines have to be copied to the others.
 _THREADS = 2
@@ -301,9 +306,12 @@ class Choice:
         self.warns = bool(_word("broken", options.get("broken", "raise")))
         self.raw = _raw(options)
         self.given = {name: value for name, value in options.items() if name != "progress"}
+        self.rig = self._take_rig(options)
         self.calibration, self.profile = self._settings(options)
         self.range = _frames(options["frames"]) if "frames" in options else FrameRange()
-        self.sensor: Optional[ChosenSensor] = parse_sensor(options["sensor"]) if "sensor" in options else None
+        self.members = self._members(options)
+        """The sensors of the rig whose frames are to come; none without a rig."""
+        self.sensor: Optional[ChosenSensor] = parse_sensor(options["sensor"]) if "sensor" in options and self.rig is None else None
         self.port = parse_port(options["port"]) if "port" in options else int(lib.LUM_PORT)
         self.eyes = _word("eye", options.get("eye", "both"))
         self.drops_incomplete = bool(_word("incomplete", options.get("incomplete", "keep")))
@@ -314,7 +322,34 @@ class Choice:
         """The options, for the same choice where files of settings may be elsewhere."""
         named = {"calibration": (self.names_calibration, self.calibration), "profile": (self.names_profile, self.profile)}
         made = {**self.given, **{name: value for name, (is_named, value) in named.items() if is_named}}
+        if self.rig is not None:
+            made["rig"] = self.rig
         return cast("Options", {**made, "progress": self.progress} if self.progress is not None else made)
+
+    @staticmethod
+    def _take_rig(options: Mapping[str, Any]) -> Optional[Rig]:
+        if "rig" not in options:
+            return None
+        from ._rig import Rig
+
+        for name in _OF_RIG:
+            if name in options:
+                raise OptionError(f"{name} does not go with rig, which has a calibration and a profile for each sensor: name them "
+                                  "there")
+        return Rig(options["rig"])
+
+    def _members(self, options: Mapping[str, Any]) -> tuple[Member, ...]:
+        if self.rig is None:
+            return ()
+        every = tuple(Member(place, sensor) for place, sensor in enumerate(self.rig.values()))
+        name = options.get("sensor")
+        if name is None:
+            return every
+        if not isinstance(name, str):
+            raise _wrong_type("sensor", name, f"one of the rig: {', '.join(self.rig)}")
+        if name not in self.rig:
+            raise _wrong("sensor", name, f"one of the rig: {', '.join(self.rig)}")
+        return tuple(member for member in every if member.sensor.name == name)
 
     def _settings(self, options: Mapping[str, Any]) -> tuple[Calibration, Profile]:
         """Those that are named, without what set= has on top."""
@@ -341,6 +376,16 @@ class Choice:
         view.smooth_window, view.smooth_order = _smooth(options.get("smooth", 0))
         return view
 
+    def _c_members(self, kept: list[Any]) -> Any:
+        out = ffi.new("lum_rig_member []", len(self.members))
+        kept.append(out)
+        for c, (_, sensor) in zip(out, self.members):
+            of_sensor = sensor.to_c()
+            kept.append(of_sensor)
+            c.address, c.interface = of_sensor.address, of_sensor.interface
+            c.layout, c.calibration, c.pose = of_sensor.layout, of_sensor.calibration, of_sensor.pose
+        return out
+
     def framer_options(self, calibration: Calibration, profile: Profile) -> tuple[Any, list[Any]]:
         """For lum_framer_new(), and what has to live as long as it is read."""
         layout, fault = ffi.new("lum_layout *"), ffi.new("lum_profile_fault *")
@@ -354,6 +399,8 @@ class Choice:
         if self.sensor is not None:
             kept.append(ffi.new("char[]", self.sensor.interface.encode()))
             made.has_sensor, made.sensor, made.sensor_interface = True, self.sensor.address, kept[-1]
+        if self.members:
+            made.members, made.member_count = self._c_members(kept), len(self.members)
         if self.range != FrameRange():
             made.has_range, made.frame_first, made.frame_last = True, self.range.first, self.range.last
         return made, kept

@@ -1,6 +1,8 @@
 """What convert() is asked for: the source, the destination and the options, checked."""
 from __future__ import annotations
 
+import copy
+import itertools
 import os
 import re
 import reprlib
@@ -71,8 +73,14 @@ def _format_of(name: str, given: Optional[str]) -> str:
 PATTERN = re.compile(r"%(0?)(\d{0,2})d")
 
 
-def _check_pattern(name: str) -> bool:
+def _check_pattern(name: str, has_rig: bool) -> bool:
     """Whether a name stands for a file a frame."""
+    if "%s" in name:
+        if not has_rig:
+            raise OptionError(f"{name}: %s stands for the name of a rig's sensor: give rig= too")
+        if name.count("%s") > 1:
+            raise OptionError(f"{name}: %s stands for the sensor's name, and has to be there once")
+        name = name.replace("%s", "")
     if "%" not in name:
         return "{utc_ns}" in name
     if name.count("%") != 1 or not PATTERN.search(name):
@@ -111,12 +119,17 @@ class Plan:
         self.format = _format_of(self.name, options.pop("format", None))
         self.output = {name: options.pop(name) for name in tuple(options) if name in APPLIES}
         self.read = options
-        self.is_pattern = _check_pattern(self.name)
+        self.has_rig = "rig" in self.read or (isinstance(source, Source) and source.rig is not None)
         self.is_of_frames = self._is_of_frames()
         self.is_of_world = "poses" in self.output and self.output.get("to", "world") == "world"
         """Whether points are in the poses' fixed frame."""
+        self.is_pattern = _check_pattern(self.name, self.has_rig or self.is_of_frames)
+        self.is_split = "%s" in self.name
+        """Whether each sensor of the rig has files of its own."""
         choice = Choice(self.read)
         self.progress: Optional[Callable[[int, int], object]] = choice.progress
+        self.sensors = [member.sensor.name for member in choice.members]
+        """Of the rig, those that are converted."""
         if self.is_of_frames and self.read:
             raise OptionError(f"{', '.join(self.read)}: frames have been read already: give such options when the source is "
                               "opened")
@@ -189,19 +202,28 @@ class Plan:
         """The columns of a table; own are those that the frames have besides."""
         preset = self.output.get("preset")
         columns = self.output.get("columns")
+        known = own
         if preset is not None:
             check_preset(preset, columns)
+        if self.is_split:  # the name of a file says whose it is
+            own = {name: dtype for name, dtype in own.items() if name != "sensor"}
         if own and (preset is not None or self.format not in _NAMED):
             warn(f"the frames have columns of their own, {', '.join(own)}, which are left out: "
                  + (f"the preset {preset}" if preset is not None else self.format)
                  + f" has no place for them; {', '.join(_NAMED)} have")
-            own = {}
+            own = known = {}
         if preset is not None:
             return Layout((), preset)
         kind = WRITERS.get(self.format)
         if kind is not None and kind.needs is not None:
             return Layout((*kind.needs, *own), own=own)
-        names = check_names(columns, ("x", "y", "z") if self.format == "xyz" else (*FILE_COLUMNS, *own), own)
-        if self.format in FORMATS and not set(names) <= {*FILE_COLUMNS, "time", *own}:
-            raise OptionError(f"columns: {self.format} has {', '.join((*FILE_COLUMNS, 'time', *own))}")
-        return Layout(names, time=self.time, own=own)
+        names = check_names(columns, ("x", "y", "z") if self.format == "xyz" else tuple(dict.fromkeys((*FILE_COLUMNS, *own))), known)
+        if self.format in FORMATS and not set(names) <= {*FILE_COLUMNS, "time", *known}:
+            raise OptionError(f"columns: {self.format} has {', '.join((*FILE_COLUMNS, 'time', *known))}")
+        return Layout(names, time=self.time, own=known)
+
+    def of_sensor(self, name: str) -> Plan:
+        """The same for the files of one sensor of the rig."""
+        made = copy.copy(self)
+        made.name = self.name.replace("%s", name)
+        return made

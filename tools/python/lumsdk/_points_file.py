@@ -49,7 +49,7 @@ def file_type(kind: str, dtype: np.dtype[Any]) -> np.dtype[Any]:
 
 def _as_written(frame: Frame, name: str, dtype: np.dtype[Any]) -> Array:
     """A column of one's own in the type of the file."""
-    numbers, limits = frame[name], np.iinfo(dtype) if dtype.kind in "iu" else None
+    numbers, limits = value(frame, name), np.iinfo(dtype) if dtype.kind in "iu" else None
     if limits is not None and len(numbers) and not limits.min <= numbers.min() <= numbers.max() <= limits.max:
         raise OptionError(f"frame {frame.number}: {name} is from {numbers.min()} to {numbers.max()}, and this format has integers of "
                           "32 bits; right are such, or float64, or another format, as csv, las or parquet")

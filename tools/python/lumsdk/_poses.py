@@ -10,7 +10,8 @@ import numpy as np
 from ._c import check, ffi, lib, sized, text
 from ._errors import CaptureError, CaptureWarning, Error, OptionError, UnknownKeyError, warn
 from ._build import assemble, select
-from ._frame import Frame, _Info
+from ._frame import Frame
+from ._info import Info
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -259,7 +260,7 @@ def _pointer(array: Array) -> Any:
     return ffi.cast("float *", ffi.from_buffer(array))
 
 
-def _moments(info: _Info, poses: Poses, to: str) -> tuple[int, int]:
+def _moments(info: Info, poses: Poses, to: str) -> tuple[int, int]:
     """By the poses' clock, when the frame began, and the moment that it is moved to."""
     if not info.begin_utc_ns:
         raise CaptureError("the frame has no clock: by the profile its packets have no timestamps, so its points have no poses; "

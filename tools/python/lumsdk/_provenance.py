@@ -47,7 +47,18 @@ def _is_plain(content: bytes) -> bool:
 class Provenance:
     """What the comments of a capture give: a calibration, a profile, and where it comes from."""
 
-    def __init__(self, capture: Any, calibration: Calibration, profile: Profile, named: tuple[bool, bool]) -> None:
+    def __init__(self, capture: Any, calibration: Calibration, profile: Profile, named: tuple[bool, bool],
+                 why: str = "{}= names another") -> None:
+        """Read them.
+
+        Args:
+            capture: as lum_capture_open() gives it.
+            calibration: that is used if the capture has none.
+            profile: likewise.
+            named: whether they are to be used in any case.
+            why: what names them then; {} stands for calibration or profile.
+        """
+        self._why = why
         self.calibration, self.profile = calibration, profile
         self.origins: list[str] = []
         self.notes: list[str] = []
@@ -82,7 +93,7 @@ class Provenance:
         if not said:
             return
         if kind not in self.takes:
-            self.notes.append(f"{self.speaker}: it has a {kind} of its own, which is not used: {kind}= names another")
+            self.notes.append(f"{self.speaker}: it has a {kind} of its own, which is not used: {self._why.format(kind)}")
         elif len(said) > 1:
             self.notes.append(f"{self.speaker}: it has {len(said)} of a {kind} of its own, and which is right is not "
                               f"known: the built-in one is used; name one by {kind}=")

@@ -104,12 +104,11 @@ def _gives_point(raw: Any, base: Frame, first: Array) -> Array:
     return gives
 
 
-def frame_of(pointer: Any, origin: Origin) -> Frame:
-    """A frame of the library with a raw part: every word of it is a row."""
+def frame_of(base: Frame, origin: Origin) -> Frame:
+    """A frame of the library as one with a raw part: every word of it is a row."""
     from ._build import restore
-    from ._frame import Frame
 
-    base = Frame(pointer)
+
     raw = sized("lum_frame_raw")
     lib.lum_frame_get_raw(base._c, raw)
     owner, count = base._c, int(raw.line_count)

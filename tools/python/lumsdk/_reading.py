@@ -15,11 +15,14 @@ from ._frame import Frame
 from ._raw import Origin, frame_of
 
 if TYPE_CHECKING:
+    from ._info import Member
     from ._inputs import Functions, Input
     from ._options import Choice
     from ._settings import Calibration, Profile
 
 _PROGRESS_S = 0.1
+_NOT_IN_RIG = " not in the rig, so "
+"""Of the remark about sensors that no member names: where one of the rig is chosen, these are its others."""
 
 _KINDS = {"data": lib.LUM_PACKET_DATA, "heartbeat": lib.LUM_PACKET_HEARTBEAT, "set_ip": lib.LUM_PACKET_SET_IP,
           "timestamp": lib.LUM_PACKET_TIMESTAMP, "tlv": lib.LUM_PACKET_TLV}
@@ -66,7 +69,7 @@ def _of_clock(clock: Any) -> dict[str, int]:
 class Counts:
     """What was counted: counts by lumdump's names, and the sensors that sent data."""
 
-    def __init__(self, reader: Any, damaged: int = 0) -> None:
+    def __init__(self, reader: Any, damaged: int = 0, members: Sequence[Member] = ()) -> None:
         """Of a reader, or all 0 without one."""
         framer = ffi.NULL if reader is None else lib.lum_reader_framer(reader)
         demux = ffi.NULL if reader is None else lib.lum_framer_demux(framer)
@@ -77,13 +80,22 @@ class Counts:
             number = lib.lum_demux_sensor_count(demux)
         self.sensors = [text(lib.lum_demux_name(demux, i, name)) for i in range(number)]
         self.requested = [self.sensors[i] for i in range(number) if lib.lum_demux_is_requested(demux, i)]
+        of_member = [lib.lum_framer_member(framer, i) if members else -1 for i in range(number)]
+        of_packets = sized("lum_demux_counters")
         lines = {**_of_lines(of_sensor), **_of_clock(ffi.NULL)}
         self.paused_s = 0.0
+        self.by_sensor: dict[str, dict[str, int]] = {}
         for i in range(len(self.sensors)):
             lib.lum_framer_count(framer, i, of_sensor)
+            lib.lum_demux_count(demux, i, of_packets)
             self.paused_s += of_sensor.paused_us * 1e-6
-            for name, count in {**_of_lines(of_sensor), **_of_clock(lib.lum_framer_clock(framer, i))}.items():
+            here = {**_of_lines(of_sensor), **_of_clock(lib.lum_framer_clock(framer, i))}
+            for name, count in here.items():
                 lines[name] += count
+            if of_member[i] >= 0:
+                self.sensors[i] = members[of_member[i]].sensor.name
+            if of_member[i] >= 0 or not members:
+                self.by_sensor[self.sensors[i]] = {**_of_packets(of_packets), **here}
         self.counts: dict[str, int] = {**_of_packets(total), **lines, "damaged": damaged}
 
     @property
@@ -234,7 +246,14 @@ class Reading:
                 raise RuntimeError(f"{self._name}: a function of the program that was called raised StopIteration") from problem
 
     def _make(self, pointer: Any) -> Frame:
-        return frame_of(pointer, self._origin) if self._choice.raw else Frame(pointer)
+        frame = Frame(pointer, self._choice.members)
+        return frame_of(frame, self._origin_of(frame)) if self._choice.raw else frame
+
+    def _origin_of(self, frame: Frame) -> Origin:
+        for place, sensor in self._choice.members:
+            if place == frame._info.member - 1:
+                return self._origin._replace(calibration=sensor.calibration, profile=sensor.profile)
+        return self._origin
 
     def _next(self) -> Optional[Frame]:
         status = lib.lum_reader_next_frame(self._reader, self._out, self._error)
@@ -310,6 +329,7 @@ class Reading:
     def _check_all(self, counts: Counts) -> None:
         """What only a whole pass tells."""
         self._check_sensor(counts)
+        self._check_rig(counts)
         if counts.counts["data"] == 0 and counts.packets:
             kinds = ", ".join(f"{name} {counts.counts[name]}" for name in (*_KINDS, *_BAD_KINDS) if counts.counts[name])
             raise CaptureError(f"{self._name}: packets of a G2 came, but none of them is a data packet: {kinds}; lumdump "
@@ -328,7 +348,16 @@ class Reading:
         out = ffi.new("lum_error *")
         while lib.lum_reader_remark(self._reader, len(remarks), out):
             remarks.append(text(out.text))
-        return remarks
+        rig = self._choice.rig
+        is_part = rig is not None and len(self._choice.members) < len(rig)
+        return [remark for remark in remarks if not (is_part and _NOT_IN_RIG in remark)]
+
+    def _check_rig(self, counts: Counts) -> None:
+        """Sensors of the rig of which one sent nothing are told by the remarks."""
+        wanted = [sensor for _, sensor in self._choice.members]
+        if wanted and counts.sensors and not counts.by_sensor:
+            raise CaptureError(f"{self._name}: no data of {', '.join(map(str, wanted))} in it, but of {', '.join(counts.sensors)}: "
+                               "right are the addresses, and for sensors with one address the interfaces, that the capture has")
 
     def _check_sensor(self, counts: Counts) -> None:
         wanted = self._choice.sensor
@@ -374,7 +403,7 @@ class Reading:
         return int(lib.lum_reader_damaged(self._reader, error)), text(error.text)
 
     def _count(self) -> Counts:
-        return Counts(self._reader, self._damage()[0])
+        return Counts(self._reader, self._damage()[0], self._choice.members)
 
     def count(self) -> Counts:
         """What was counted so far."""

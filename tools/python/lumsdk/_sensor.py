@@ -289,6 +289,7 @@ class Sensor:
         """
         for name, why in (("profile", "the profile is that of the session: lumsdk.Sensor(profile=...)"),
                           ("sensor", "frames are those of this sensor alone"),
+                          ("rig", "it is for captures; frames of several sensors are put together by lumsdk.sync()"),
                           ("broken", "it is for captures"), ("threads", "it is for captures"), ("raw", "it is for captures"),
                           ("progress", "it is for captures")):
             if name in options:

@@ -33,7 +33,7 @@ def _refusal(why: Any) -> str:
     return f"{key}: {said}" if key else said
 
 
-def _written(value: Any) -> Optional[str]:
+def written(value: Any) -> Optional[str]:
     """A value as a YAML file has it; None: it cannot be one."""
     if isinstance(value, str):
         return value
@@ -46,7 +46,7 @@ def _written(value: Any) -> Optional[str]:
 
 def _pair(values: Any) -> Optional[str]:
     """[LOW, HIGH] as a YAML file has it; None: it cannot be one."""
-    parts = [_written(value) for value in values]
+    parts = [written(value) for value in values]
     return None if None in parts else f"[{', '.join(map(str, parts))}]"
 
 
@@ -126,11 +126,11 @@ class _Settings(Mapping[str, Value]):
         for place, (key, value) in enumerate(entries, 1):
             known = _known(self._keys).get(key)
             is_pair = known is not None and known.is_pair
-            written = _pair(value) if is_pair and isinstance(value, (list, tuple)) else _written(value)
-            if written is None:
+            as_text = _pair(value) if is_pair and isinstance(value, (list, tuple)) else written(value)
+            if as_text is None:
                 right = "a word, or two whole numbers such as [0, 13]" if is_pair else "a number or a word"
                 raise TypeError(f"{above}{key}: a value is {right}, not {type(value).__name__}")
-            if lib.lum_keys_set(self._keys, key.encode(), written.encode(), place, why) != lib.LUM_OK:
+            if lib.lum_keys_set(self._keys, key.encode(), as_text.encode(), place, why) != lib.LUM_OK:
                 raise OptionError(f"{above}{_refusal(why)}")
         if type(self)._take(self._keys, ffi.new(f"{self._struct} *"), why) != lib.LUM_OK:
             raise OptionError(f"{above}{_refusal(why)}")

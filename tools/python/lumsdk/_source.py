@@ -9,7 +9,7 @@ import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import IO, TYPE_CHECKING, Any, Optional, Union, overload
 
-from ._errors import ClosedError, warn
+from ._errors import ClosedError, OptionError, warn
 from ._frame import Frame
 from ._inputs import Input, open_input
 from ._options import Choice
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from typing_extensions import Buffer, Unpack
 
     from ._options import Options
+    from ._rig import Rig
 
     Path = Union[str, os.PathLike[str]]
     Given = Union[Path, Sequence[Path], Buffer, IO[bytes]]
@@ -80,7 +81,9 @@ class Source:
         if capture is not None:
             from ._provenance import Provenance
 
-            found = Provenance(capture, *named, (choice.names_calibration, choice.names_profile))
+            is_rig = choice.rig is not None
+            found = Provenance(capture, *named, (is_rig or choice.names_calibration, is_rig or choice.names_profile),
+                               "the rig names those of each sensor" if is_rig else "{}= names another")
             for note in found.notes:
                 warn(note)
             named = found.calibration, found.profile
@@ -250,6 +253,10 @@ class Source:
 
     # What is known of it.
 
+    def _names(self) -> list[str]:
+        """The sensors whose frames are to come, as far as it is known before."""
+        return [member.sensor.name for member in self._choice.members]
+
     @property
     def name(self) -> str:
         """What it is called in messages: its path, or the first of several."""
@@ -257,13 +264,27 @@ class Source:
 
     @property
     def calibration(self) -> Calibration:
-        """The calibration that points are made with: that of the option, else the capture's own, else the built-in."""
+        """The calibration that points are made with: that of the option, else the capture's own, else the built-in.
+
+        With a rig, each sensor has its own: source.rig["front"].calibration."""
+        self._refuse_of_rig("calibration")
         return self._settings[0]
 
     @property
     def profile(self) -> Profile:
         """The wire profile that packets are read with, chosen as the calibration is."""
+        self._refuse_of_rig("profile")
         return self._settings[1]
+
+    def _refuse_of_rig(self, what: str) -> None:
+        if self._choice.rig is not None:
+            raise OptionError(f"{self.name}: it was opened with a rig, in which each sensor has its own {what}: "
+                              f'source.rig["{self._choice.members[0].sensor.name}"].{what}')
+
+    @property
+    def rig(self) -> Optional[Rig]:
+        """The rig that it was opened with, or None."""
+        return self._choice.rig
 
     @property
     def provenance(self) -> list[str]:
@@ -297,8 +318,16 @@ class Source:
 
     @property
     def sensors(self) -> list[str]:
-        """The sensors that sent data so far in the latest iteration, as Frame.sensor names them, such as "10.42.0.37"."""
+        """The sensors that sent data so far in the latest iteration, as Frame.sensor names them, such as "10.42.0.37"; with a
+        rig such as "front", and by their addresses those that it does not name."""
         return list(self._latest_here().count().sensors)
+
+    @property
+    def counts_by_sensor(self) -> dict[str, dict[str, int]]:
+        """What counts has, of each of the sensors: source.counts_by_sensor["front"]["lost_words"].
+
+        It lacks what is not of a sensor, such as damaged parts of the capture."""
+        return {name: dict(counts) for name, counts in self._latest_here().count().by_sensor.items()}
 
     @property
     def progress(self) -> tuple[int, int]:
@@ -428,7 +457,9 @@ def open(source: Given, *, storage_options: Optional[Mapping[str, Any]] = None, 
         returns      "all", "first", "last", "strongest", or the one of a number from 1, of each pixel
         edge         "rising", "falling" or "both"
         eye          "blue", "green" or "both"
-        sensor       only this one, such as "10.42.0.37"
+        sensor       only this one, such as "10.42.0.37"; with a rig its name
+        rig          the sensors of a vehicle: a path, a mapping, a list of sensors, or a Rig. Each is read by its own
+                     calibration and profile; x, y, z and box are in the vehicle's frame, and Frame.sensor is the name
         port         the sensors' UDP port in the capture, if NAT has changed it; 5517 if not given
         frames       numbers of frames: (first, last), both included and either None, or one number
         range        (min, max) metres from the eye, both included and either None

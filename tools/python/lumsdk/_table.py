@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Union
 import numpy as np
 
 from ._errors import Error, OptionError, install
+from ._grid import JOINED
 
 if TYPE_CHECKING:
     from ._frame import Frame
@@ -60,6 +61,9 @@ FILE_COLUMNS = tuple(COLUMNS)[:15]
 _OF_LINES = {"timestamp", "frame", "sensor"}
 """Columns that a frame has for its lines or as a whole, and not for each point."""
 
+OF_RIG = _column("u1", "", "place of the sensor in the rig, from 0")
+"""The column sensor of frames that were read with a rig."""
+
 TIMES = ("sensor", "utc", "arrival")
 """What can be in the column timestamp, by lumdump's names."""
 
@@ -75,19 +79,21 @@ def needed(columns: Sequence[str]) -> list[str]:
 def available(frame: Frame) -> tuple[str, ...]:
     """The columns that a table of a frame can have, without being asked for more than lumdump's."""
     made = ("frame",) if len(frame) and not len(frame.lines) else ("timestamp", "frame")
-    return (*(name for name in COLUMNS if name in frame.columns or name in made), *frame._own)
+    return tuple(dict.fromkeys((*(name for name in COLUMNS if name in frame.columns or name in made), *own_types(frame))))
 
 
 def own_types(frame: Frame) -> dict[str, np.dtype[Any]]:
-    """The columns that a program added to a frame, and their types."""
-    return {name: frame[name].dtype for name in frame._own}
+    """The columns of a frame besides those that every one has, and their types: those that a program added, and, of a rig, the
+    place of each point's sensor."""
+    own = {name: frame[name].dtype for name in frame._own}
+    return {**own, "sensor": OF_RIG.dtype} if frame._info.member else own
 
 
 def check_names(columns: Names, default: Sequence[str], own: Iterable[str] = ()) -> tuple[str, ...]:
     """Names as the user gives them: a sequence, or one text with commas. own are known besides."""
     if columns is None:
         return tuple(default)
-    known = (*COLUMNS, *own)
+    known = tuple(dict.fromkeys((*COLUMNS, *own)))
     if columns == "all":
         return known
     names = tuple(columns.split(",")) if isinstance(columns, str) else tuple(columns)
@@ -127,6 +133,13 @@ def sensor_number(frame: Frame) -> int:
     return int(ipaddress.IPv4Address(frame.sensor))
 
 
+def places(frame: Frame) -> Array:
+    """The place in the rig of the sensor of each point."""
+    if frame._info.member == JOINED:
+        return frame["sensor"]
+    return np.full(len(frame), frame._info.member - 1, OF_RIG.dtype)
+
+
 def value(frame: Frame, name: str, time: str = "sensor") -> Array:
     """A column of a frame, without a copy if the frame has it.
 
@@ -145,6 +158,8 @@ def value(frame: Frame, name: str, time: str = "sensor") -> Array:
         return np.repeat(_line_times(frame, time).astype("i8"), frame.lines["point_count"])
     if name == "frame":
         return np.full(len(frame), frame.number, "i8")
+    if name == "sensor" and frame._info.member:
+        return places(frame)
     if name == "sensor":
         return np.full(len(frame), sensor_number(frame), "u4")
     if name not in frame.columns:
@@ -226,7 +241,7 @@ class Layout:
         self._preset = PRESETS[preset] if preset is not None else None
         self.columns = tuple(self._preset) if self._preset is not None else tuple(columns)
         self.own = {name: own[name] for name in self.columns if name in own}
-        """Its columns that a program added to the frames, and their types."""
+        """Its columns of own_types(), and their types."""
         self.needs = PRESET_NEEDS[preset] if preset is not None else tuple(needed(columns))
 
     def about(self, name: str) -> tuple[np.dtype[Any], str, str]:
@@ -234,7 +249,7 @@ class Layout:
         if self._preset is not None:
             return self._preset[name][:3]
         if name in self.own:
-            return self.own[name], "", "a column of the program that wrote this"
+            return OF_RIG if name == "sensor" else Column(self.own[name], "", "a column of the program that wrote this")
         column = COLUMNS[name]
         if name != "timestamp":
             return column.dtype, column.unit, column.description
@@ -297,7 +312,8 @@ def _layout_for(frame: Frame, columns: Names, preset: str | None) -> Layout:
     if preset is not None:
         check_preset(preset, columns)
         return Layout((), preset)
-    return Layout(check_names(columns, available(frame), frame._own), own=own_types(frame))
+    own = own_types(frame)
+    return Layout(check_names(columns, available(frame), own), own=own)
 
 
 def to_arrow(frame: Frame, columns: Names = None, preset: str | None = None) -> Any:

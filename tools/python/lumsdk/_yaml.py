@@ -1,26 +1,29 @@
 """Calibrations and profiles in YAML, read as the command-line tools read them: what they refuse, with their sentences."""
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NoReturn
 
 import yaml  # type: ignore[import-untyped,unused-ignore]
 
 from ._c import ffi, lib, text
 from ._errors import OptionError
-from ._keys import describe, quoted
+from ._keys import Key, describe, quoted
 
 _PAIR_MAX = 63  # bytes of two numbers; more are cut, and none of it
 _MARK = b"\xef\xbb\xbf"  # of UTF-8, at the begin of some files
 
 
-class _Reader:
+class Reader:
     """One text that is being read."""
 
-    def __init__(self, content: bytes, name: str, keys: Any) -> None:
-        self.content, self.keys = content, keys
+    bytes_max = lib.LUM_CONFIG_BYTES_MAX
+
+    def __init__(self, content: bytes, name: str, known: Mapping[str, Key]) -> None:
+        self.content, self.known = content, known
         self.name = "".join(c if " " <= c != "\x7f" else "?" for c in name)
-        self.known = describe(keys)
         self.line = 0
+        self.prefix = ""  # of paths in messages: "sensors.3"
         self.path = ""
         self.has_version = False
         self.event: Any = None
@@ -29,7 +32,8 @@ class _Reader:
 
     def fail(self, what: str) -> NoReturn:
         where = f"{self.name}:{self.line}" if self.line else self.name
-        raise OptionError(f"{where}: {self.path}: {what}" if self.path else f"{where}: {what}")
+        path = ".".join(part for part in (self.prefix, self.path) if part)
+        raise OptionError(f"{where}: {path}: {what}" if path else f"{where}: {what}")
 
     def names(self, path: str) -> list[str]:
         """The keys of a mapping."""
@@ -54,7 +58,7 @@ class _Reader:
         self.fail(f"unknown key '{quoted(name)}'; allowed here: {', '.join(self.names(self.path))}")
 
     def refuse_syntax(self, error: yaml.MarkedYAMLError) -> NoReturn:
-        self.path = ""
+        self.prefix = self.path = ""
         mark = error.problem_mark
         self.line = mark.line + 1 if mark else 1
         lines = self.content.splitlines()
@@ -108,9 +112,8 @@ class _Reader:
     # Keys and values.
 
     def set(self, key: str, value: str) -> None:
-        why = ffi.new("lum_key_refusal *")
-        if lib.lum_keys_set(self.keys, key.encode(), value.encode(), self.line, why) != lib.LUM_OK:
-            self.fail(text(why.text))
+        """Set a value, or refuse it."""
+        raise NotImplementedError
 
     def read_scalar(self) -> None:
         key, value = self.known[self.path], self.event.value
@@ -146,11 +149,14 @@ class _Reader:
         elif isinstance(self.event, yaml.SequenceStartEvent) and self.path in self.known and self.known[self.path].is_pair:
             self.read_pair()
         elif isinstance(self.event, yaml.SequenceStartEvent):
-            self.refuse_value("a sequence does not belong here")
+            self.read_list()
         elif isinstance(self.event, yaml.MappingStartEvent):
             self.refuse_value("a mapping does not belong here")
         else:
             self.refuse_value("a single value does not belong here")
+
+    def read_list(self) -> None:
+        self.refuse_value("a sequence does not belong here")
 
     def read_key(self, seen: dict[str, int]) -> None:
         self.line = self.event.start_mark.line + 1
@@ -184,8 +190,8 @@ class _Reader:
 
     def read(self) -> None:
         """Set the keys that the text has."""
-        if len(self.content) > lib.LUM_CONFIG_BYTES_MAX:
-            self.fail(f"longer than the {lib.LUM_CONFIG_BYTES_MAX} bytes that are accepted")
+        if len(self.content) > self.bytes_max:
+            self.fail(f"longer than the {self.bytes_max} bytes that are accepted")
         if self.content.startswith(_MARK):
             self.content = self.content[len(_MARK):]
         self.events = iter(yaml.parse(self.decode(), Loader=yaml.SafeLoader))
@@ -204,9 +210,22 @@ class _Reader:
             self.fail("a second document begins; a file holds one")
 
 
+class _KeysReader(Reader):
+    """A calibration or a profile."""
+
+    def __init__(self, content: bytes, name: str, keys: Any) -> None:
+        super().__init__(content, name, describe(keys))
+        self._keys = keys
+
+    def set(self, key: str, value: str) -> None:
+        why = ffi.new("lum_key_refusal *")
+        if lib.lum_keys_set(self._keys, key.encode(), value.encode(), self.line, why) != lib.LUM_OK:
+            self.fail(text(why.text))
+
+
 def read_keys(content: bytes, name: str, keys: Any, needs_version: bool) -> str:
     """Set the keys that a text has. Returns the name as messages have it."""
-    reader = _Reader(content, name, keys)
+    reader = _KeysReader(content, name, keys)
     reader.read()
     if needs_version and not reader.has_version:
         reader.line, reader.path = 1, "version"

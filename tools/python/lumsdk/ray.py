@@ -285,6 +285,8 @@ def _portable(options: Mapping[str, Any]) -> dict[str, Any]:
         made["calibration"] = choice.calibration
     if choice.names_profile:
         made["profile"] = choice.profile
+    if choice.rig is not None:
+        made["rig"] = choice.rig
     return made
 
 
@@ -303,10 +305,11 @@ def read_captures(paths: Paths, *, rows: Literal["points", "frames"] = "points",
     (points, 3). In a row or a batch it is a NumPy array.
 
     keys are added to every row, of "source" (the path, as the file system names it), "frame" (its number, int64),
-    "sensor" (its address) and "utc" (its begin, in nanoseconds). Of points, the texts are dictionaries of Arrow.
+    "sensor" (its address, or its name in the rig) and "utc" (its begin, in nanoseconds). Of points, the texts are dictionaries
+    of Arrow.
 
-    The options are those of lumsdk.open(), such as columns, without progress. A calibration or a profile named by a path
-    is read here, once. shuffle, ignore_missing_paths, override_num_blocks, concurrency and ray_remote_args are those of
+    The options are those of lumsdk.open(), such as columns, without progress. A calibration, a profile or a rig named by a
+    path is read here, once. shuffle, ignore_missing_paths, override_num_blocks, concurrency and ray_remote_args are those of
     Ray's own functions.
 
     A block is a frame, made while it is read; a capture is read by one task, a megabyte or so at a time. Blocks come again

@@ -20,6 +20,8 @@ VALUES = ("columns", "time", "sensor", "port", "eye", "edge", "return", "frames"
           "duration", "smooth")
 FLAGS = ("ascii", "comments")
 FILES = ("calibration", "profile")
+RIG = "rig.yaml"
+"""A rig's name on a worker, where the files that it names are beside it."""
 # Those that lumsdk.convert() has, with its name for them.
 KEYWORDS = {"columns": "columns", "time": "time", "sensor": "sensor", "port": "port", "eye": "eye", "edge": "edge",
             "return": "returns", "frames": "frames", "range": "range", "box": "box", "incomplete": "incomplete", "smooth": "smooth"}
@@ -70,6 +72,7 @@ As lumdump has them, see lumdump --help:
       --box XMIN:XMAX,YMIN:YMAX,ZMIN:ZMAX --incomplete keep|drop
       --packets lines|all --duration SECONDS --smooth WINDOW[:ORDER]
       --calibration FILE --profile FILE --set KEY=VALUE
+      --rig FILE
 
       --help, --version
 
@@ -107,7 +110,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("-q", "--quiet", action="store_true")
     parser.add_argument("--jobs", type=_count(1), default=0)
     parser.add_argument("--retries", type=_count(0), default=4)
-    for name in ("address", "endpoint", *VALUES, *OF_CONVERT, *FILES):
+    for name in ("address", "endpoint", *VALUES, *OF_CONVERT, *FILES, "rig"):
         parser.add_argument(f"--{name}")
     parser.add_argument("--set", action="append", default=[])
     options = parser.parse_intermixed_args(arguments)
@@ -126,11 +129,14 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 def job(options: argparse.Namespace, run: str, version: str) -> Job:
     """What all captures have in common. Wrong values are refused with lumdump's sentence."""
     files = {name: _read(name, getattr(options, name)) for name in FILES if getattr(options, name) is not None}
+    of_rig = _read_rig(options.rig) if options.rig is not None else {}
     said: dict[str, Any] = {name: getattr(options, name) for name in (*VALUES, *OF_CONVERT) if getattr(options, name) is not None}
     said.update({name: True for name in FLAGS if getattr(options, name)})
+    sent = {**{_name(name, options): data for name, data in files.items()}, **of_rig}
+    told = {**files, "rig": b"".join(of_rig.values())} if of_rig else files
     made = Job(run=run, out=options.out, endpoint=options.endpoint, format=options.format,
-               arguments=_arguments(options, said), keywords={}, files={_name(n, options): data for n, data in files.items()},
-               options=_text(options, said, files), version=version, lumdump=find_lumdump())
+               arguments=_arguments(options, said), keywords={}, files=sent, options=_text(options, said, told), version=version,
+               lumdump=find_lumdump())
     _check(made, said, options)
     return made if made.format in LUMDUMP_FORMATS else _with_keywords(made, said, options)
 
@@ -151,6 +157,18 @@ def _read(name: str, path: str) -> bytes:
         raise Usage(f"--{name}: {path}: cannot be read: {error.strerror}") from error
 
 
+def _read_rig(path: str) -> dict[str, bytes]:
+    """A rig, and beside it the files that it names, for another machine."""
+    import lumsdk
+
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            lumsdk.Rig(path).save(os.path.join(folder, RIG))
+        except lumsdk.OptionError as error:
+            raise Usage(f"--rig: {error}") from error
+        return {name: _read("rig", os.path.join(folder, name)) for name in sorted(os.listdir(folder))}
+
+
 def _arguments(options: argparse.Namespace, said: dict[str, Any]) -> tuple[str, ...]:
     out = []
     for name, value in said.items():
@@ -158,6 +176,8 @@ def _arguments(options: argparse.Namespace, said: dict[str, Any]) -> tuple[str, 
     for name in FILES:
         if getattr(options, name) is not None:
             out += [f"--{name}", _name(name, options)]
+    if options.rig is not None:
+        out += ["--rig", RIG]
     for pair in options.set:
         out += ["--set", pair]
     return tuple(out)
@@ -181,7 +201,7 @@ def _check(made: Job, said: dict[str, Any], options: argparse.Namespace) -> None
             raise Usage(f"--{name} does not go with {made.format}; it goes with"
                         f" {', '.join(PYTHON_FORMATS if is_ours else LUMDUMP_FORMATS)}")
     arguments = list(_arguments(options, {n: v for n, v in said.items() if is_ours or n not in ("columns", "time", *OF_CONVERT)}))
-    for name in FILES:
+    for name in (*FILES, "rig"):
         if getattr(options, name) is not None:
             arguments[arguments.index(f"--{name}") + 1] = getattr(options, name)
     form = made.format if is_ours else "ply"
@@ -201,6 +221,8 @@ def _with_keywords(made: Job, said: dict[str, Any], options: argparse.Namespace)
     for name in FILES:
         if getattr(options, name) is not None:
             keywords[name] = _name(name, options)
+    if options.rig is not None:
+        keywords["rig"] = RIG
     if options.set:
         keywords["set"] = options.set
     _try_convert(made, keywords)
