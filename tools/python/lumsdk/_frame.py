@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Optional, Union, overload
 import numpy as np
 
 from . import _grid, _image, _lines
-from ._c import address_of, ffi, lib, sized, text
+from ._c import address_of, ffi, lib
 from ._columns import COLUMNS, NUMBERS, Memory
 from ._errors import UnknownKeyError
 from ._grid import EYES
