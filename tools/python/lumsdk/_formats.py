@@ -156,8 +156,8 @@ class Laz(Writer):
         own = self._job.layout.own
         check_own("las", None, own)
         header.add_extra_dims([laspy.ExtraBytesParams(name, dtype, about) for name, dtype, about in _EXTRAS]
-                              + [laspy.ExtraBytesParams(name, file_type("las", own[name]), OF_RIG.description if name == "sensor" else "")
-                                 for name in own])
+                              + [laspy.ExtraBytesParams(name, file_type("las", dtype), OF_RIG.description if name == "sensor" else "")
+                                 for name, dtype in own.items()])
         header.scales, header.offsets = np.full(3, _SCALE), np.zeros(3)
         header.system_identifier = "Luminar Model G2"
         header.generating_software = self._job.about.program
