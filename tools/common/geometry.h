@@ -6,6 +6,7 @@
 #include "sources.h"
 
 #include "lum/base/error.h"
+#include "lum/config/rig.h"
 #include "lum/points.h"
 #include "lum/profile.h"
 
@@ -28,6 +29,10 @@ bool geometry_has_yaml(void);
 int geometry_read(const char *calibration_name, const char *profile_name,
                   lum_calibration *calibration, lum_profile *profile,
                   lum_error *error);
+
+/* A rig from a file of YAML. 0, or -1 with the reason in error, also where this
+ * build has no YAML. */
+int geometry_read_rig(const char *name, lum_rig_files *out, lum_error *error);
 
 /* Texts of YAML, called by a name in messages, into what holds the defaults. 0,
  * or -1 with the reason in error: it is wrong, or this build has no YAML. */

@@ -27,6 +27,12 @@ static int refuse(const char *name, lum_error *error)
                          name);
 }
 
+int geometry_read_rig(const char *name, lum_rig_files *out, lum_error *error)
+{
+    (void)out;
+    return refuse(name, error);
+}
+
 int geometry_parse_calibration(const char *text, size_t len, const char *name,
                                lum_calibration *calibration, lum_error *error)
 {

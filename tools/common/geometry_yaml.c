@@ -31,3 +31,8 @@ int geometry_parse_profile(const char *text, size_t len, const char *name,
 {
     return lum_profile_parse(text, len, name, profile, error);
 }
+
+int geometry_read_rig(const char *name, lum_rig_files *out, lum_error *error)
+{
+    return lum_rig_load(name, out, error);
+}

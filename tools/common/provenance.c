@@ -72,6 +72,17 @@ static const char *name_of(const char *source)
     return strncmp(source, "udp://", 6) == 0 ? source : lum_system_base(source);
 }
 
+/* The sensors' places in it, by which files name them. */
+static void add_rig(struct text *t, const struct provenance_run *run)
+{
+    add(t, "%s", run->sensor_count > 0 ? "rig:\n" : "");
+    for (size_t i = 0; i < run->sensor_count; i++) {
+        add(t, "  - ");
+        add_quoted(t, run->sensors[i]);
+        add(t, "\n");
+    }
+}
+
 static void make_origin(const struct provenance_run *run,
                         const struct geometry *geometry, struct provenance *out)
 {
@@ -87,9 +98,12 @@ static void make_origin(const struct provenance_run *run,
         add_quoted(&t, run->options[i]);
         add(&t, "\n");
     }
-    add(&t, "calibration: %s\nprofile: %s\n",
-        uses[geometry->has_calibration ? 1 : 0],
-        uses[geometry->has_profile ? 1 : 0]);
+    add_rig(&t, run);
+    if (run->sensor_count < 2u) {
+        add(&t, "calibration: %s\nprofile: %s\n",
+            uses[geometry->has_calibration ? 1 : 0],
+            uses[geometry->has_profile ? 1 : 0]);
+    }
 }
 
 static void write_keys(const char *kind, const lum_keys *keys,

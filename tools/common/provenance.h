@@ -50,6 +50,8 @@ struct provenance_run {
     const char *source;         /* as it was named */
     const char *const *options; /* such as "--eye=blue" */
     size_t option_count;
+    const char *const *sensors; /* of a rig, a line each; NULL: there is none */
+    size_t sensor_count;
 };
 
 #define PROVENANCE_COMMENTS_MAX (3u + PROVENANCE_EARLIER_MAX)

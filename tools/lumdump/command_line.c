@@ -12,6 +12,7 @@
 #include "lum/net/socket.h"
 #include "lum/version.h"
 #include "picture.h"
+#include "rig.h"
 #include "rules.h"
 #include "values.h"
 
@@ -78,6 +79,8 @@ static bool take_output(void *options, const char *text, lum_error *why)
     return true;
 }
 
+#define SENSOR_ALLOWED "an address such as 10.42.0.37, or 10.42.0.37%eth1"
+
 #define INTO(field)       OPTION_INTO(struct options, field)
 #define HAS(field)        .has = offsetof(struct options, field)
 #define FLAG(field)       .kind = OPTION_FLAG, INTO(field)
@@ -126,7 +129,7 @@ static const struct option_spec specs[] = {
     {"receive-buffer", CALL(values_take_receive_buffer),
      .allowed = "a size from 64KiB to 1GB, such as 256MiB"},
     {"sensor", CALL(values_take_sensor), HAS(sensor.is_chosen),
-     .allowed = "an address such as 10.42.0.37, or 10.42.0.37%eth1"},
+     .allowed = SENSOR_ALLOWED ", or the name of a rig's sensor"},
     {"port", .kind = OPTION_WHOLE, INTO(sensor.port), .min = 1,
      .max = UINT16_MAX},
     {"eye", WORD(eyes, choice.eyes)},
@@ -146,6 +149,7 @@ static const struct option_spec specs[] = {
      .allowed = "a number of seconds above 0"},
     {"calibration", TEXT(config.calibration)},
     {"profile", TEXT(config.profile)},
+    {"rig", TEXT(config.rig), .allowed = "the name of a file of a rig"},
     {"set", CALL(values_take_set), .allowed = SET_KEYS_ALLOWED},
     {"smooth", CALL(values_take_smooth),
      .allowed = "0 for off, an odd number of pixels up to 63, such as 31, or "
@@ -227,6 +231,27 @@ static bool take_sources(int count, char **words, struct options *out)
     return true;
 }
 
+/* Of a rig it is a name, which the rig finds. */
+static bool take_sensor(struct options *o)
+{
+    lum_error why = {""};
+    if (!o->sensor.is_chosen || o->config.rig != NULL ||
+        host_parse_sensor(o->sensor.text, &o->sensor.address,
+                          o->sensor.interface, &why)) {
+        return true;
+    }
+    return why.text[0] != '\0'
+               ? rules_refuse("--sensor: %s", why.text)
+               : rules_refuse("--sensor: '%s' is not %s", o->sensor.text,
+                              SENSOR_ALLOWED);
+}
+
+static bool take_rig(struct options *o)
+{
+    lum_error why = {""};
+    return rig_open(o, &o->rig, &why) == 0 || rules_refuse("%s", why.text);
+}
+
 /* --- What outputs say of them --- */
 
 static void add_filter(struct options *o, const char *name, const char *text,
@@ -294,6 +319,9 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
     if (!take_sources(result.count, argv + 1, out)) {
         return PARSED_BAD;
     }
+    if (!take_sensor(out)) {
+        return PARSED_BAD;
+    }
     if (out->check_preset != NULL) {
         return rules_allow_check(&table, &result) ? PARSED_RUN : PARSED_BAD;
     }
@@ -301,7 +329,7 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
         return rules_allow_infer(out, &table, &result) ? PARSED_RUN
                                                        : PARSED_BAD;
     }
-    if (!find_formats(out) || !rules_allow(out)) {
+    if (!take_rig(out) || !find_formats(out) || !rules_allow(out)) {
         return PARSED_BAD;
     }
     if (out->is_live && out->live.receive_buffer == 0) {
@@ -317,5 +345,6 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
 
 void command_line_free(struct options *options)
 {
+    rig_free(options->rig);
     sources_free(&options->sources);
 }

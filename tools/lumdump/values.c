@@ -3,6 +3,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "values.h"
 
+#include "rig.h"
+
 #include "../common/host.h"
 #include "../common/number.h"
 #include "../common/option_table.h"
@@ -145,8 +147,9 @@ bool values_take_frames(void *options, const char *text, lum_error *why)
 bool values_take_sensor(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;
-    return host_parse_sensor(text, &out->sensor.address, out->sensor.interface,
-                             why);
+    out->sensor.text = text; /* of a rig it is a name */
+    (void)why;
+    return true;
 }
 
 bool values_take_duration(void *options, const char *text, lum_error *why)
@@ -284,8 +287,13 @@ bool values_take_columns(void *options, const char *text, lum_error *why)
     const char *p = text;
     out->cloud.columns = text;
     out->cloud.has_times = false;
+    out->cloud.wants_sensor = false;
     if (lum_writer_check_columns(text, why) != 0) {
-        return false;
+        static const lum_writer_extra sensor = {RIG_COLUMN, LUM_NUMBER_U8};
+        if (lum_writer_check_extra(LUM_FORMATS, text, &sensor, 1, NULL) != 0) {
+            return false;
+        }
+        out->cloud.wants_sensor = true;
     }
     while (*p != '\0') {
         const size_t n = strcspn(p, ",");
