@@ -240,10 +240,9 @@ static bool take_sensor(struct options *o)
                           o->sensor.interface, &why)) {
         return true;
     }
-    return why.text[0] != '\0'
-               ? rules_refuse("--sensor: %s", why.text)
-               : rules_refuse("--sensor: '%s' is not %s", o->sensor.text,
-                              SENSOR_ALLOWED);
+    return why.text[0] != '\0' ? rules_refuse("--sensor: %s", why.text)
+                               : rules_refuse("--sensor: '%s' is not %s",
+                                              o->sensor.text, SENSOR_ALLOWED);
 }
 
 static bool take_rig(struct options *o)

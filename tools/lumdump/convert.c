@@ -31,10 +31,10 @@ static int64_t timestamp_us(const struct pass *pass, int64_t clock_us,
 /* Which of the rig's sensors the event is of; without a rig the first. */
 static size_t member_of(const struct pass *pass)
 {
-    const int member =
-        pass->options->rig != NULL
-            ? lum_framer_member(pass->framer, lum_framer_sensor(pass->framer))
-            : 0;
+    const int member = pass->options->rig != NULL
+                           ? rig_member_of(pass->options->rig, pass->framer,
+                                           lum_framer_sensor(pass->framer))
+                           : 0;
     return member > 0 ? (size_t)member : 0;
 }
 
@@ -48,10 +48,9 @@ static struct action action_of(const struct pass *pass)
 {
     const struct rig *rig = pass->options->rig;
     const size_t i = member_of(pass);
-    return rig == NULL
-               ? (struct action){.sensor = 0}
-               : (struct action){.sensor = (unsigned)i + 1u,
-                                 .extra = &rig->sensors[i].column};
+    return rig == NULL ? (struct action){.sensor = 0}
+                       : (struct action){.sensor = (unsigned)i + 1u,
+                                         .extra = &rig->sensors[i].column};
 }
 
 static int64_t clock_of_line(const void *pass, const lum_frame_line *line)
@@ -153,8 +152,8 @@ static int take_frame(struct pass *pass, lum_error *error)
     action.frame = lines;
     return pass->voxels != NULL
                ? voxels_take(pass->voxels, frame,
-                             pass->motion != NULL ? &moved : NULL, action.sensor,
-                             pass->outputs, error)
+                             pass->motion != NULL ? &moved : NULL,
+                             action.sensor, pass->outputs, error)
                : outputs_act(pass->outputs, &action, error);
 }
 
@@ -231,6 +230,9 @@ static int set_time(struct pass *pass, const lum_record *record,
 static int record_member(const struct pass *pass, const lum_record *record)
 {
     const lum_capture *capture = pass->source.capture;
+    if (pass->options->is_live) {
+        return 0;
+    }
     return rig_member(pass->options->rig, record,
                       capture != NULL ? lum_capture_interface(capture) : NULL);
 }
@@ -245,10 +247,10 @@ static int add_datagram(struct pass *pass, const lum_record *record,
         .kind = ADD_DATAGRAM,
         .sensor = rig != NULL ? (unsigned)i + 1u : 0,
         .number = options_is_rotation(&pass->options->files.rotation) &&
-                  frame_watch_begins(
-                      &pass->frames[i],
-                      rig != NULL ? &rig->sensors[i].layout : pass->layout,
-                      record->payload, record->len),
+                  frame_watch_begins(&pass->frames[i],
+                                     rig != NULL ? &rig->sensors[i].layout
+                                                 : pass->layout,
+                                     record->payload, record->len),
         .record = record};
     return outputs_act(pass->outputs, &action, error);
 }
@@ -489,29 +491,26 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     const struct options *o = pass->options;
     const unsigned wants = find_wants(pass);
     const lum_view view = make_view(o, wants);
-    const lum_framer_options options = {.struct_size = sizeof options,
-                                        .layout = pass->layout,
-                                        .projector = pass->projector,
-                                        .views = &view,
-                                        .view_count = 1,
-                                        .wants = wants,
-                                        .eyes = o->choice.eyes,
-                                        .has_sensor = o->sensor.is_chosen,
-                                        .sensor = o->sensor.address,
-                                        .port = o->sensor.port,
-                                        .records_are_single = true,
-                                        .sensor_interface = o->sensor.interface,
-                                        .has_range = true,
-                                        .frame_first = o->choice.frame_first,
-                                        .frame_last = o->choice.frame_last,
-                                        .drop_incomplete =
-                                            o->choice.drop_incomplete,
-                                        .members = o->rig != NULL
-                                                       ? o->rig->members
-                                                       : NULL,
-                                        .member_count =
-                                            o->rig != NULL ? o->rig->count : 0,
-                                        .threads = framer_threads(o, wants)};
+    const lum_framer_options options = {
+        .struct_size = sizeof options,
+        .layout = pass->layout,
+        .projector = pass->projector,
+        .views = &view,
+        .view_count = 1,
+        .wants = wants,
+        .eyes = o->choice.eyes,
+        .has_sensor = o->sensor.is_chosen,
+        .sensor = o->sensor.address,
+        .port = o->sensor.port,
+        .records_are_single = true,
+        .sensor_interface = o->sensor.interface,
+        .has_range = true,
+        .frame_first = o->choice.frame_first,
+        .frame_last = o->choice.frame_last,
+        .drop_incomplete = o->choice.drop_incomplete,
+        .members = o->rig != NULL ? o->rig->members : NULL,
+        .member_count = o->rig != NULL ? o->rig->count : 0,
+        .threads = framer_threads(o, wants)};
     if (lum_framer_new(&options, &pass->framer, error) != 0) {
         return PASS_FAILED;
     }
@@ -525,6 +524,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     pass->summary.origin = o->about.origin;
     pass->summary.source = o->source;
     pass->summary.framer = pass->framer;
+    pass->summary.rig = o->rig;
     pass->summary.has_frames = options_has_frames(o);
     pass->summary.whole.asked = o->choice.whole;
     return PASS_DONE;

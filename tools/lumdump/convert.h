@@ -70,7 +70,7 @@ struct pass {
 
     struct summary summary;
     struct diagnosis diagnosis;
-    struct cut *cut;           /* of captures; NULL: they are copied whole */
+    struct cut *cut; /* of captures; NULL: they are copied whole */
     struct frame_watch
         frames[LUM_RIG_SENSORS_MAX]; /* of each sensor, for a rotation */
     lum_framer *framer;

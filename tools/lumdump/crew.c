@@ -249,8 +249,8 @@ int crew_add(struct crew *crew, lum_framer *framer,
         points->count = lum_framer_line_samples(framer, 0, &points->samples);
         result = batch_add_samples(batch, points);
     } else {
-        result = batch_add_line(batch, lum_framer_line(framer), projector,
-                                points);
+        result =
+            batch_add_line(batch, lum_framer_line(framer), projector, points);
     }
     return result == 0 ? give_full(crew, error) : fail_memory(error);
 }

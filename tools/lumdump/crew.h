@@ -34,8 +34,9 @@ int crew_new(const struct options *options, struct outputs *outputs,
 void crew_free(struct crew *crew);
 
 /* Take the framer's line, as the selection needs it: with its points, or
- * without. projector: of its sensor, kept; points: all but these. What fails may
- * be due to an earlier line. 0, or -1 with the reason in error and in errno. */
+ * without. projector: of its sensor, kept; points: all but these. What fails
+ * may be due to an earlier line. 0, or -1 with the reason in error and in
+ * errno. */
 int crew_add(struct crew *crew, lum_framer *framer,
              const lum_projector *projector, lum_line_samples *points,
              lum_error *error);

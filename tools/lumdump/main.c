@@ -177,6 +177,31 @@ static enum exit_status run_live(struct job *job)
     return live_run(&job->pass);
 }
 
+/* A rig says which calibration each sensor has: that of the capture, which
+ * could be any one's, is not taken. */
+static void take_about(struct job *job)
+{
+    const lum_capture *capture = job->pass.source.capture;
+    const struct rig *rig = job->options->rig;
+    if (rig == NULL) {
+        provenance_take(capture, &job->geometry, &job->source);
+        conclude_about(job->options, &job->source);
+        return;
+    }
+    struct geometry its = job->geometry;
+    provenance_take(capture, &its, &job->source);
+    job->source.takes_calibration = false;
+    job->source.takes_profile = false;
+    if (its.has_calibration || its.has_profile) {
+        conclude_warn(job->options,
+                      "%s: it has a %s of its own, which is not used: %s names "
+                      "those of each sensor, or the built-in ones are used",
+                      job->options->source,
+                      its.has_calibration ? "calibration" : "profile",
+                      rig->path);
+    }
+}
+
 static enum exit_status read_capture(struct job *job)
 {
     lum_error error = {""};
@@ -184,8 +209,7 @@ static enum exit_status read_capture(struct job *job)
     enum pass_result result =
         replay_open(job->options, &pass->source.capture, &error);
     if (result == PASS_DONE) {
-        provenance_take(pass->source.capture, &job->geometry, &job->source);
-        conclude_about(job->options, &job->source);
+        take_about(job);
         if (prepare(job, &error) != 0) {
             return conclude_error(&error, EXIT_BAD);
         }

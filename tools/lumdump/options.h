@@ -46,7 +46,7 @@ struct live_options {
 
 /* Whose packets are used. */
 struct sensor_options {
-    bool is_chosen; /* a live run always does */
+    bool is_chosen;   /* a live run always does */
     const char *text; /* as --sensor names it; of a rig the name */
     uint32_t address;
     char interface[LUM_INTERFACE_BYTES]; /* empty: none was named */

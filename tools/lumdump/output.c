@@ -21,7 +21,7 @@ enum output_kind {
 
 struct output {
     enum output_kind kind;
-    unsigned sensor; /* of a rig: 1 + whose it is alone; 0: of all */
+    unsigned sensor;    /* of a rig: 1 + whose it is alone; 0: of all */
     bool takes_packets; /* a recording; messages may */
     bool by_arrival;    /* times of messages */
     struct file_set files;
@@ -266,8 +266,7 @@ static int add_frame(struct output *o, const struct action *action,
 /* Of other sensors it takes nothing. */
 static bool is_for(const struct output *o, const struct action *action)
 {
-    return o->sensor == 0 || action->sensor == 0 ||
-           o->sensor == action->sensor;
+    return o->sensor == 0 || action->sensor == 0 || o->sensor == action->sensor;
 }
 
 int output_act(struct output *o, const struct action *action, lum_error *error)

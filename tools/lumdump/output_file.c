@@ -10,8 +10,8 @@
 
 /* A rig's sensors have a topic and a frame each; where points are in the
  * vehicle's frame, or in the world, that is the frame of all. */
-static void add_sensors(const struct options *o, size_t i,
-                        const char *frame_id, struct file_format *out)
+static void add_sensors(const struct options *o, size_t i, const char *frame_id,
+                        struct file_format *out)
 {
     const struct rig *rig = o->rig;
     const unsigned only = o->outputs[i].sensor;
@@ -81,8 +81,8 @@ void file_format_choose(const struct options *o, size_t i,
         .format = (lum_format)format,
         .ascii = o->cloud.ascii,
         .utc = o->points.time != TIME_SENSOR,
-        .projector = sensor != 0 ? &o->rig->sensors[sensor - 1u].projector
-                                 : projector,
+        .projector =
+            sensor != 0 ? &o->rig->sensors[sensor - 1u].projector : projector,
         .picture = picture_format(),
         .comment = options_has_comment(o, format) ? about->text : NULL,
         .columns = lum_format_has_columns((lum_format)format) ? o->cloud.columns

@@ -132,6 +132,37 @@ static int choose(struct rig *rig, const char *name, lum_error *error)
                          name, rig->path, names);
 }
 
+/* The sensor of a live run, by its address; of several by --sensor too. The
+ * rig names its interface. */
+static int choose_live(struct rig *rig, struct options *o, lum_error *error)
+{
+    const lum_rig *all = &rig->files.rig;
+    const uint32_t address = o->live.address.address;
+    size_t kept = 0;
+    for (size_t i = 0; i < rig->count; i++) {
+        if (rig->sensors[i].of->address == address) {
+            rig->sensors[kept++] = rig->sensors[i];
+        }
+    }
+    if (kept != 1u) {
+        char names[LUM_RIG_SENSORS_MAX * (LUM_RIG_NAME_BYTES + 2u)];
+        list_names(all, names, sizeof names);
+        return lum_error_set(
+            error,
+            "%s: %s of %s %s this address, and a live run is of one: run one "
+            "lumdump for each, with its address, and --sensor NAME where two "
+            "share one; the rig has %s",
+            o->source, kept == 0 ? "no sensor" : "several sensors", rig->path,
+            kept == 0 ? "has" : "have", names);
+    }
+    rig->count = 1;
+    rig->is_one = true;
+    if (o->live.interface == NULL && rig->sensors[0].of->interface[0] != '\0') {
+        o->live.interface = rig->sensors[0].of->interface;
+    }
+    return 0;
+}
+
 int rig_open(struct options *o, struct rig **out, lum_error *error)
 {
     *out = NULL;
@@ -145,7 +176,8 @@ int rig_open(struct options *o, struct rig **out, lum_error *error)
     *out = rig;
     rig->path = o->config.rig;
     if (geometry_read_rig(rig->path, &rig->files, error) != 0 ||
-        choose(rig, o->sensor.is_chosen ? o->sensor.text : NULL, error) != 0) {
+        choose(rig, o->sensor.is_chosen ? o->sensor.text : NULL, error) != 0 ||
+        (o->is_live && choose_live(rig, o, error) != 0)) {
         return -1;
     }
     o->sensor.is_chosen = false;
@@ -205,11 +237,12 @@ static int check_map(const struct options *o, size_t i, lum_error *error)
 {
     return !options_makes_map(o) || o->outputs[i].sensor == 0
                ? 0
-               : lum_error_set(error,
-                               "%s: --voxel makes one map of all sensors: leave "
-                               "%%s out of the name, or choose one sensor by "
-                               "--sensor NAME",
-                               o->outputs[i].name);
+               : lum_error_set(
+                     error,
+                     "%s: --voxel makes one map of all sensors: leave "
+                     "%%s out of the name, or choose one sensor by "
+                     "--sensor NAME",
+                     o->outputs[i].name);
 }
 
 static int check_output(const struct options *o, size_t i, lum_error *error)
@@ -273,8 +306,8 @@ static int check_choice(const struct options *o, lum_error *error)
 static const char *find_rival(const struct options *o)
 {
     const struct config_options *c = &o->config;
-    return c->calibration != NULL               ? "--calibration"
-           : c->profile != NULL                 ? "--profile"
+    return c->calibration != NULL ? "--calibration"
+           : c->profile != NULL   ? "--profile"
            : set_keys_first(&c->set, true) != NULL ||
                    set_keys_first(&c->set, false) != NULL
                ? "--set"
@@ -294,14 +327,6 @@ int rig_check(const struct options *o, lum_error *error)
                              "%s does not go with --rig, whose file has it for "
                              "each sensor: change %s",
                              rival, o->rig->path);
-    }
-    if (o->is_live) {
-        return lum_error_set(
-            error,
-            "--rig goes with captures: of live sensors run one lumdump for "
-            "each, such as lumdump udp://%s --interface IFACE --calibration "
-            "FILE -o %s.pcapng, and read these by --rig later",
-            "10.42.0.37", o->rig->sensors[0].of->name);
     }
     for (size_t i = 0; i < o->output_count && result == 0; i++) {
         result = check_output(o, i, error) == 0 ? check_map(o, i, error) : -1;
@@ -332,7 +357,9 @@ static void describe(struct rig_sensor *s, const lum_rig_sensor_files *files)
         of->roll_udeg * 1e-6, of->pitch_udeg * 1e-6, of->yaw_udeg * 1e-6);
 }
 
-static int prepare_sensor(struct rig *rig, size_t i, lum_error *error)
+/* Datagrams of a live sensor name no interface. */
+static int prepare_sensor(struct rig *rig, size_t i, bool is_live,
+                          lum_error *error)
 {
     struct rig_sensor *s = &rig->sensors[i];
     const lum_rig_sensor_files *files = &rig->files.sensor[s->place];
@@ -354,7 +381,8 @@ static int prepare_sensor(struct rig *rig, size_t i, lum_error *error)
     describe(s, files);
     rig->members[i] = (lum_rig_member){
         .address = s->of->address,
-        .interface = s->of->interface[0] != '\0' ? s->of->interface : NULL,
+        .interface =
+            !is_live && s->of->interface[0] != '\0' ? s->of->interface : NULL,
         .layout = &s->layout,
         .calibration = &s->geometry.calibration,
         .pose = rig->is_placed ? &s->pose : NULL};
@@ -388,10 +416,10 @@ int rig_prepare(struct rig *rig, const struct options *o,
                 const struct provenance_run *points,
                 const struct provenance_run *packets, lum_error *error)
 {
-    rig->is_placed = o->points.motion.poses != NULL ||
-                     !options_any(o, options_has_messages);
+    rig->is_placed =
+        o->points.motion.poses != NULL || !options_any(o, options_has_messages);
     for (size_t i = 0; i < rig->count; i++) {
-        if (prepare_sensor(rig, i, error) != 0) {
+        if (prepare_sensor(rig, i, o->is_live, error) != 0) {
             return -1;
         }
         say_about(rig, i, points, packets);
@@ -401,18 +429,34 @@ int rig_prepare(struct rig *rig, const struct options *o,
 
 /* --- Asking --- */
 
+static bool is_there(const lum_rig_sensor *of, const char *interface)
+{
+    return of->interface[0] == '\0' ||
+           (interface != NULL && strcmp(of->interface, interface) == 0);
+}
+
 int rig_member(const struct rig *rig, const lum_record *record,
                const char *interface)
 {
     for (size_t i = 0; i < rig->count; i++) {
         const lum_rig_sensor *of = rig->sensors[i].of;
-        const bool is_its = record->source == of->address ||
-                            record->destination == of->address;
-        const bool is_there =
-            of->interface[0] == '\0' ||
-            (interface != NULL && strcmp(of->interface, interface) == 0);
-        if (is_its && is_there) {
+        const bool is_its =
+            record->source == of->address || record->destination == of->address;
+        if (is_its && is_there(of, interface)) {
             return (int)i;
+        }
+    }
+    return -1;
+}
+
+int rig_member_of(const struct rig *rig, const lum_framer *framer, size_t i)
+{
+    const lum_demux *demux = lum_framer_demux(framer);
+    for (size_t k = 0; k < rig->count; k++) {
+        const lum_rig_sensor *of = rig->sensors[k].of;
+        if (of->address == lum_demux_address(demux, i) &&
+            is_there(of, lum_demux_interface(demux, i))) {
+            return (int)k;
         }
     }
     return -1;
@@ -421,8 +465,8 @@ int rig_member(const struct rig *rig, const lum_record *record,
 bool rig_has_column(const struct options *o, size_t i)
 {
     const unsigned format = o->outputs[i].format;
-    const bool can = !options_is_capture(format) &&
-                     !options_has_preset(o, i) && o->cloud.voxel == 0 &&
+    const bool can = !options_is_capture(format) && !options_has_preset(o, i) &&
+                     o->cloud.voxel == 0 &&
                      (lum_format_has_columns((lum_format)format) ||
                       format == (unsigned)LUM_FORMAT_LAS);
     return o->rig != NULL && can &&

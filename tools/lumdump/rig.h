@@ -27,7 +27,7 @@ struct rig_sensor {
     char line[LUM_RIG_PATH_BYTES * 2u + 400u]; /* of it, for headers */
     struct provenance points;                  /* of outputs of it alone */
     struct provenance packets;
-    const void *column;                  /* its place, as often as wanted */
+    const void *column;                 /* its place, as often as wanted */
     uint8_t places[LUM_LINE_WORDS_MAX]; /* that */
 };
 
@@ -64,6 +64,9 @@ int rig_prepare(struct rig *rig, const struct options *options,
  * known. -1: none. */
 int rig_member(const struct rig *rig, const lum_record *record,
                const char *interface);
+
+/* The member that the i-th sensor of the framer is; -1: none. */
+int rig_member_of(const struct rig *rig, const lum_framer *framer, size_t i);
 
 /* Whether the i-th output has the column RIG_COLUMN. */
 bool rig_has_column(const struct options *options, size_t i);

@@ -12,6 +12,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
+struct rig;
+
 /* One output of a live run. */
 struct live_output {
     const char *name;
@@ -74,6 +76,7 @@ struct summary {
     const struct live_counts *live; /* NULL: a capture */
     const lum_framer *framer;
     const lum_capture *capture;   /* NULL: live, or none could be opened */
+    const struct rig *rig;        /* NULL: there is none */
     const lum_move_counts *moved; /* by poses; NULL: there are none */
     const double *origin;         /* of the moved points, metres */
     struct summary_span span;

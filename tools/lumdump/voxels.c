@@ -20,8 +20,8 @@
 
 struct voxels {
     const struct options *options;
-    bool is_map;  /* of all frames, and not of each */
-    lum_map *map; /* NULL: between two frames */
+    bool is_map;     /* of all frames, and not of each */
+    lum_map *map;    /* NULL: between two frames */
     unsigned sensor; /* of the frame; 0: of all */
     struct voxel_counts counts;
     bool is_writing; /* all frames came */

@@ -1,0 +1,130 @@
+#include "rig_report.h"
+
+#include "../common/number.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <string.h>
+
+/* --- Who is who --- */
+
+const char *rig_name_of(const struct rig *rig, const lum_framer *framer,
+                        size_t i)
+{
+    const lum_demux *demux = lum_framer_demux(framer);
+    const lum_rig *all = &rig->files.rig;
+    const char *interface = lum_demux_interface(demux, i);
+    for (size_t k = 0; k < all->count; k++) {
+        const lum_rig_sensor *of = &all->sensor[k];
+        if (of->address == lum_demux_address(demux, i) &&
+            (of->interface[0] == '\0' ||
+             (interface != NULL && strcmp(of->interface, interface) == 0))) {
+            return of->name;
+        }
+    }
+    return NULL;
+}
+
+bool rig_has_data(const struct rig *rig, const lum_framer *framer, size_t k)
+{
+    const size_t n = lum_demux_sensor_count(lum_framer_demux(framer));
+    bool has = false;
+    for (size_t i = 0; i < n; i++) {
+        has |= rig_member_of(rig, framer, i) == (int)k;
+    }
+    return has;
+}
+
+bool rig_has_any_data(const struct rig *rig, const lum_framer *framer)
+{
+    bool has = false;
+    for (size_t k = 0; k < rig->count; k++) {
+        has |= rig_has_data(rig, framer, k);
+    }
+    return has;
+}
+
+/* --- What is said --- */
+
+/* A text in the making, cut where it is full. */
+struct text {
+    char *at;
+    size_t len;
+};
+
+LUM_PRINTF(2, 3)
+static void add(struct text *t, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    const int n =
+        vsnprintf(t->at + t->len, RIG_TEXT_BYTES - t->len, format, arguments);
+    va_end(arguments);
+    const size_t left = RIG_TEXT_BYTES - t->len - 1u;
+    t->len += n < 0 ? 0u : (size_t)n < left ? (size_t)n : left;
+}
+
+static void add_sensors(struct text *t, const lum_demux *demux)
+{
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+        char name[LUM_SENSOR_NAME_BYTES];
+        add(t, "%s%s", i > 0 ? ", " : "", lum_demux_name(demux, i, name));
+    }
+}
+
+bool rig_tell_missing(const struct rig *rig, const lum_framer *framer,
+                      char out[RIG_TEXT_BYTES])
+{
+    const lum_demux *demux = lum_framer_demux(framer);
+    struct text t = {out, 0};
+    size_t missing = 0;
+    add(&t, "no data of ");
+    for (size_t k = 0; k < rig->count; k++) {
+        const lum_rig_sensor *of = rig->sensors[k].of;
+        if (!rig_has_data(rig, framer, k)) {
+            add(&t, "%s%s (%s%s%s)", missing > 0 ? ", " : "", of->name,
+                number_address(of->address).text,
+                of->interface[0] != '\0' ? "%" : "", of->interface);
+            missing++;
+        }
+    }
+    add(&t, " in it, which %s names; there is data of ", rig->path);
+    add_sensors(&t, demux);
+    if (lum_demux_sensor_count(demux) == 0) {
+        add(&t, "no sensor");
+    }
+    return missing > 0;
+}
+
+const char *rig_line_for(const lum_framer *framer, size_t i,
+                         char out[RIG_TEXT_BYTES])
+{
+    const lum_demux *demux = lum_framer_demux(framer);
+    const char *interface = lum_demux_interface(demux, i);
+    const bool is_shared = lum_demux_is_shared(demux, i) && interface != NULL;
+    (void)snprintf(
+        out, RIG_TEXT_BYTES, "  - {name: sensor%zu, address: %s%s%s}", i + 1u,
+        number_address(lum_demux_address(demux, i)).text,
+        is_shared ? ", interface: " : "", is_shared ? interface : "");
+    return out;
+}
+
+bool rig_tell_unnamed(const struct rig *rig, const lum_framer *framer, size_t i,
+                      char out[RIG_TEXT_BYTES])
+{
+    const lum_demux *demux = lum_framer_demux(framer);
+    lum_demux_counters c = {.struct_size = sizeof c};
+    char name[LUM_SENSOR_NAME_BYTES];
+    char line[RIG_TEXT_BYTES];
+    struct text t = {out, 0};
+    if (rig->is_one || rig_name_of(rig, framer, i) != NULL) {
+        return false;
+    }
+    (void)lum_demux_count(demux, i, &c);
+    add(&t,
+        "%" PRIu64 " packets of %s, which %s does not name, are left out; to "
+        "read them add this line to it: %s",
+        c.packets[LUM_PACKET_DATA], lum_demux_name(demux, i, name), rig->path,
+        rig_line_for(framer, i, line));
+    return true;
+}

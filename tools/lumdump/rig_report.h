@@ -1,0 +1,38 @@
+/* Which sensors a capture and a rig have in common, and what is said of the
+ * others. */
+#ifndef LUMDUMP_RIG_REPORT_H
+#define LUMDUMP_RIG_REPORT_H
+
+#include "rig.h"
+
+#include <stdio.h>
+
+/* Room for any of these texts. */
+#define RIG_TEXT_BYTES 1600u
+
+/* The name of the framer's i-th sensor in the rig, of those that are not read
+ * too; NULL: the rig does not name it. */
+const char *rig_name_of(const struct rig *rig, const lum_framer *framer,
+                        size_t i);
+
+/* Whether the k-th sensor that is read sent data. */
+bool rig_has_data(const struct rig *rig, const lum_framer *framer, size_t k);
+
+/* Whether any did. */
+bool rig_has_any_data(const struct rig *rig, const lum_framer *framer);
+
+/* A sentence on those that are read and sent none, with those that the capture
+ * has. False: there are none. */
+bool rig_tell_missing(const struct rig *rig, const lum_framer *framer,
+                      char out[RIG_TEXT_BYTES]);
+
+/* A sentence on the framer's i-th sensor, with the line that would add it to
+ * the rig. False: the rig names it, or only one of the rig is read. */
+bool rig_tell_unnamed(const struct rig *rig, const lum_framer *framer, size_t i,
+                      char out[RIG_TEXT_BYTES]);
+
+/* A line of a rig's file for the framer's i-th sensor. Returns out. */
+const char *rig_line_for(const lum_framer *framer, size_t i,
+                         char out[RIG_TEXT_BYTES]);
+
+#endif
