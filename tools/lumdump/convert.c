@@ -499,7 +499,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
         .view_count = 1,
         .wants = wants,
         .eyes = o->choice.eyes,
-        .has_sensor = o->sensor.is_chosen,
+        .has_sensor = o->sensor.is_chosen && o->rig == NULL,
         .sensor = o->sensor.address,
         .port = o->sensor.port,
         .records_are_single = true,
