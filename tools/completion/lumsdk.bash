@@ -94,7 +94,7 @@ _lumsdk() {
         return
     fi
     case $previous in
-    --out | --output | -o | --calibration | --profile | --log | --report | --truth | --poses | --pose-times | --labels | --replay | --csv | --prometheus)
+    --out | --output | -o | --calibration | --profile | --rig | --log | --report | --truth | --poses | --pose-times | --labels | --replay | --csv | --prometheus)
         _lumsdk_files "$current"
         return
         ;;
