@@ -315,24 +315,6 @@ static void warn_of_voxels(const struct pass *pass)
     }
 }
 
-static void warn_of_rig(const struct pass *pass)
-{
-    const struct rig *rig = pass->options->rig;
-    char text[RIG_TEXT_BYTES];
-    if (rig == NULL || pass->options->is_live) {
-        return;
-    }
-    if (rig_tell_missing(rig, pass->framer, text)) {
-        warn_of_source(pass->options, text);
-    }
-    for (size_t i = 0;
-         i < lum_demux_sensor_count(lum_framer_demux(pass->framer)); i++) {
-        if (rig_tell_unnamed(rig, pass->framer, i, text)) {
-            warn_of_source(pass->options, text);
-        }
-    }
-}
-
 static void warn_of_losses(const struct pass *pass)
 {
     const struct options *o = pass->options;
@@ -349,7 +331,6 @@ static void warn_of_losses(const struct pass *pass)
         warn_of_nothing(o);
     }
     conclude_remarks(o, pass->source.capture, lum_framer_demux(pass->framer));
-    warn_of_rig(pass);
     warn_of_layout(pass);
     warn_of_no_points(pass);
     warn_of_left_out(pass);

@@ -4,6 +4,7 @@
 #include "lum/wire.h"
 
 #include <errno.h>
+#include <string.h>
 
 /* --- Lines and frames --- */
 
@@ -339,6 +340,26 @@ static bool is_of_asked_sensor(const struct pass *pass,
             lum_demux_is_wanted(lum_framer_demux(pass->framer)));
 }
 
+/* A record of a sensor that the rig does not name. */
+static void note_unnamed(struct pass *pass, const lum_record *record)
+{
+    const struct rig *rig = pass->options->rig;
+    const lum_demux *demux = lum_framer_demux(pass->framer);
+    const size_t n = rig != NULL ? lum_demux_sensor_count(demux) : 0;
+    const char *interface =
+        n > 0 ? lum_capture_interface(pass->source.capture) : NULL;
+    for (size_t i = 0; i < n; i++) {
+        const char *its = lum_demux_interface(demux, i);
+        const bool is_there =
+            !lum_demux_is_shared(demux, i) ||
+            (interface != NULL && its != NULL && strcmp(interface, its) == 0);
+        if (record->source == lum_demux_address(demux, i) && is_there &&
+            rig_member_of(rig, pass->framer, i) < 0) {
+            pass->summary.unnamed[i]++;
+        }
+    }
+}
+
 enum pass_result pass_take(struct pass *pass, const lum_record *record,
                            lum_error *error)
 {
@@ -359,6 +380,9 @@ enum pass_result pass_take(struct pass *pass, const lum_record *record,
     }
     if (kind != LUM_PACKET_KINDS && is_of_asked_sensor(pass, record)) {
         return note_ours(pass, record, kind, error);
+    }
+    if (!pass->options->is_live && record->kind == LUM_RECORD_DATAGRAM) {
+        note_unnamed(pass, record);
     }
     return PASS_DONE;
 }
@@ -491,6 +515,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     const struct options *o = pass->options;
     const unsigned wants = find_wants(pass);
     const lum_view view = make_view(o, wants);
+    const bool has_members = o->rig != NULL && !o->rig->is_one;
     const lum_framer_options options = {
         .struct_size = sizeof options,
         .layout = pass->layout,
@@ -499,7 +524,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
         .view_count = 1,
         .wants = wants,
         .eyes = o->choice.eyes,
-        .has_sensor = o->sensor.is_chosen && o->rig == NULL,
+        .has_sensor = o->sensor.is_chosen,
         .sensor = o->sensor.address,
         .port = o->sensor.port,
         .records_are_single = true,
@@ -508,8 +533,8 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
         .frame_first = o->choice.frame_first,
         .frame_last = o->choice.frame_last,
         .drop_incomplete = o->choice.drop_incomplete,
-        .members = o->rig != NULL ? o->rig->members : NULL,
-        .member_count = o->rig != NULL ? o->rig->count : 0,
+        .members = has_members ? o->rig->members : NULL,
+        .member_count = has_members ? o->rig->count : 0,
         .threads = framer_threads(o, wants)};
     if (lum_framer_new(&options, &pass->framer, error) != 0) {
         return PASS_FAILED;

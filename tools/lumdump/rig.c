@@ -133,7 +133,7 @@ static int choose(struct rig *rig, const char *name, lum_error *error)
 }
 
 /* The sensor of a live run, by its address; of several by --sensor too. The
- * rig names its interface. */
+ * rig names its interface, which the session uses. */
 static int choose_live(struct rig *rig, struct options *o, lum_error *error)
 {
     const lum_rig *all = &rig->files.rig;
@@ -163,6 +163,18 @@ static int choose_live(struct rig *rig, struct options *o, lum_error *error)
     return 0;
 }
 
+/* One sensor is read as without a rig. */
+static void ask_for_one(const struct rig *rig, struct sensor_options *out)
+{
+    const lum_rig_sensor *of = rig->sensors[0].of;
+    out->is_chosen = rig->is_one;
+    if (rig->is_one) {
+        out->address = of->address;
+        (void)snprintf(out->interface, sizeof out->interface, "%s",
+                       of->interface);
+    }
+}
+
 int rig_open(struct options *o, struct rig **out, lum_error *error)
 {
     *out = NULL;
@@ -180,7 +192,7 @@ int rig_open(struct options *o, struct rig **out, lum_error *error)
         (o->is_live && choose_live(rig, o, error) != 0)) {
         return -1;
     }
-    o->sensor.is_chosen = false;
+    ask_for_one(rig, &o->sensor);
     return spread_all(o, rig, error);
 }
 

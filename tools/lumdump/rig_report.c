@@ -2,7 +2,6 @@
 
 #include "../common/number.h"
 
-#include <inttypes.h>
 #include <stdarg.h>
 #include <string.h>
 
@@ -107,24 +106,4 @@ const char *rig_line_for(const lum_framer *framer, size_t i,
         number_address(lum_demux_address(demux, i)).text,
         is_shared ? ", interface: " : "", is_shared ? interface : "");
     return out;
-}
-
-bool rig_tell_unnamed(const struct rig *rig, const lum_framer *framer, size_t i,
-                      char out[RIG_TEXT_BYTES])
-{
-    const lum_demux *demux = lum_framer_demux(framer);
-    lum_demux_counters c = {.struct_size = sizeof c};
-    char name[LUM_SENSOR_NAME_BYTES];
-    char line[RIG_TEXT_BYTES];
-    struct text t = {out, 0};
-    if (rig->is_one || rig_name_of(rig, framer, i) != NULL) {
-        return false;
-    }
-    (void)lum_demux_count(demux, i, &c);
-    add(&t,
-        "%" PRIu64 " packets of %s, which %s does not name, are left out; to "
-        "read them add this line to it: %s",
-        c.packets[LUM_PACKET_DATA], lum_demux_name(demux, i, name), rig->path,
-        rig_line_for(framer, i, line));
-    return true;
 }

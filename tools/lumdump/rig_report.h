@@ -26,11 +26,6 @@ bool rig_has_any_data(const struct rig *rig, const lum_framer *framer);
 bool rig_tell_missing(const struct rig *rig, const lum_framer *framer,
                       char out[RIG_TEXT_BYTES]);
 
-/* A sentence on the framer's i-th sensor, with the line that would add it to
- * the rig. False: the rig names it, or only one of the rig is read. */
-bool rig_tell_unnamed(const struct rig *rig, const lum_framer *framer, size_t i,
-                      char out[RIG_TEXT_BYTES]);
-
 /* A line of a rig's file for the framer's i-th sensor. Returns out. */
 const char *rig_line_for(const lum_framer *framer, size_t i,
                          char out[RIG_TEXT_BYTES]);

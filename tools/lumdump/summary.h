@@ -75,8 +75,10 @@ struct summary {
     const char *source;
     const struct live_counts *live; /* NULL: a capture */
     const lum_framer *framer;
-    const lum_capture *capture;   /* NULL: live, or none could be opened */
-    const struct rig *rig;        /* NULL: there is none */
+    const lum_capture *capture; /* NULL: live, or none could be opened */
+    const struct rig *rig;      /* NULL: there is none */
+    uint64_t unnamed[LUM_DEMUX_SENSORS_MAX]; /* records of sensors that the rig
+                                                does not name */
     const lum_move_counts *moved; /* by poses; NULL: there are none */
     const double *origin;         /* of the moved points, metres */
     struct summary_span span;

@@ -161,14 +161,11 @@ static void print_rig(const struct summary *s, FILE *out)
     print_missing(s, out);
     (void)fputs(", \"unnamed\": [", out);
     for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
-        lum_demux_counters c = {.struct_size = sizeof c};
         char name[LUM_SENSOR_NAME_BYTES];
-        (void)lum_demux_count(demux, i, &c);
         if (rig_name_of(s->rig, s->framer, i) == NULL) {
             (void)fprintf(out, "%s{\"address\": ", divider);
             print_text(lum_demux_name(demux, i, name), out);
-            (void)fprintf(out, ", \"data\": %" PRIu64 "}",
-                          c.packets[LUM_PACKET_DATA]);
+            (void)fprintf(out, ", \"packets\": %" PRIu64 "}", s->unnamed[i]);
             divider = ", ";
         }
     }

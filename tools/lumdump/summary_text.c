@@ -107,6 +107,16 @@ static const char *remark_of(const struct summary *s, size_t i)
                : "  left out: the rig does not name it";
 }
 
+/* What would add a sensor to the rig. */
+static void print_unnamed(const struct summary *s, size_t i, FILE *out)
+{
+    char line[RIG_TEXT_BYTES];
+    if (s->rig != NULL && rig_name_of(s->rig, s->framer, i) == NULL) {
+        (void)fprintf(out, "%-26s %" PRIu64 " packets; this line adds it:%s\n",
+                      "", s->unnamed[i], rig_line_for(s->framer, i, line) + 1);
+    }
+}
+
 static void print_sensor_name(const struct summary *s, size_t i,
                               const char *title, FILE *out)
 {
@@ -146,6 +156,7 @@ static void print_sensors(const struct summary *s, FILE *out)
     for (size_t i = 0; i < n; i++) {
         lum_demux_counters counters = {.struct_size = sizeof counters};
         print_sensor_name(s, i, title, out);
+        print_unnamed(s, i, out);
         title = "";
         if (n > 1 && lum_demux_is_requested(demux, i)) {
             lum_demux_count(demux, i, &counters);
