@@ -163,12 +163,14 @@ static int choose_live(struct rig *rig, struct options *o, lum_error *error)
     return 0;
 }
 
-/* One sensor is read as without a rig. */
-static void ask_for_one(const struct rig *rig, struct sensor_options *out)
+/* One sensor is read as without a rig. A live one's datagrams name no
+ * interface. */
+static void ask_for_one(const struct rig *rig, bool is_live,
+                        struct sensor_options *out)
 {
     const lum_rig_sensor *of = rig->sensors[0].of;
-    out->is_chosen = rig->is_one;
-    if (rig->is_one) {
+    out->is_chosen = rig->is_one && !is_live;
+    if (out->is_chosen) {
         out->address = of->address;
         (void)snprintf(out->interface, sizeof out->interface, "%s",
                        of->interface);
@@ -192,7 +194,7 @@ int rig_open(struct options *o, struct rig **out, lum_error *error)
         (o->is_live && choose_live(rig, o, error) != 0)) {
         return -1;
     }
-    ask_for_one(rig, &o->sensor);
+    ask_for_one(rig, o->is_live, &o->sensor);
     return spread_all(o, rig, error);
 }
 
@@ -369,9 +371,7 @@ static void describe(struct rig_sensor *s, const lum_rig_sensor_files *files)
         of->roll_udeg * 1e-6, of->pitch_udeg * 1e-6, of->yaw_udeg * 1e-6);
 }
 
-/* Datagrams of a live sensor name no interface. */
-static int prepare_sensor(struct rig *rig, size_t i, bool is_live,
-                          lum_error *error)
+static int prepare_sensor(struct rig *rig, size_t i, lum_error *error)
 {
     struct rig_sensor *s = &rig->sensors[i];
     const lum_rig_sensor_files *files = &rig->files.sensor[s->place];
@@ -431,7 +431,7 @@ int rig_prepare(struct rig *rig, const struct options *o,
     rig->is_placed =
         o->points.motion.poses != NULL || !options_any(o, options_has_messages);
     for (size_t i = 0; i < rig->count; i++) {
-        if (prepare_sensor(rig, i, o->is_live, error) != 0) {
+        if (prepare_sensor(rig, i, error) != 0) {
             return -1;
         }
         say_about(rig, i, points, packets);

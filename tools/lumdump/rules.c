@@ -106,7 +106,7 @@ static bool live_goes_with_source(const struct options *o)
          "--frames whole:N goes with an output of points: a frame is known to "
          "be whole only at its end, too late to cut a capture; choose by "
          "numbers, such as 2:2"},
-        {o->is_live && o->sensor.is_chosen && o->rig == NULL,
+        {o->is_live && o->sensor.is_chosen,
          "--sensor chooses among the sensors of a capture: udp://ADDRESS "
          "already names one"},
         {l->laser && l->guards, "--guard does not go with --laser, which does "
