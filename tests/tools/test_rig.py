@@ -24,7 +24,7 @@ sensors:
 POSES = {"front": ((1.2, 0, 1.8), (0, 0, 0)), "left": ((0, 0.9, 0), (0, 5, 90)), "rear": ((-3, 0, 0), (-4, 0, 180))}
 NAMES = tuple(POSES)
 OWN = {"front": (), "left": ("--calibration", "left.yaml"), "rear": ("--profile", "rear.yaml")}
-FEW = ("--range", ":9", "--return", "first")  # points enough
+FEW = ("--range", ":5", "--return", "first")  # points enough
 EXACT = ("range", "azimuth", "elevation", "frame", "eye", "line", "pixel")
 
 

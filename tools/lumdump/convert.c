@@ -345,9 +345,10 @@ static void note_unnamed(struct pass *pass, const lum_record *record)
 {
     const struct rig *rig = pass->options->rig;
     const lum_demux *demux = lum_framer_demux(pass->framer);
-    const size_t n = rig != NULL ? lum_demux_sensor_count(demux) : 0;
+    const lum_capture *capture = pass->source.capture;
     const char *interface =
-        n > 0 ? lum_capture_interface(pass->source.capture) : NULL;
+        capture != NULL ? lum_capture_interface(capture) : NULL;
+    const size_t n = rig != NULL ? lum_demux_sensor_count(demux) : 0;
     for (size_t i = 0; i < n; i++) {
         const char *its = lum_demux_interface(demux, i);
         const bool is_there =
@@ -515,10 +516,11 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     const struct options *o = pass->options;
     const unsigned wants = find_wants(pass);
     const lum_view view = make_view(o, wants);
+    /* the layout is for sensors that the rig does not name */
     const bool has_members = o->rig != NULL && !o->rig->is_one;
     const lum_framer_options options = {
         .struct_size = sizeof options,
-        .layout = pass->layout,
+        .layout = has_members ? NULL : pass->layout,
         .projector = pass->projector,
         .views = &view,
         .view_count = 1,

@@ -393,8 +393,7 @@ static int prepare_sensor(struct rig *rig, size_t i, lum_error *error)
     describe(s, files);
     rig->members[i] = (lum_rig_member){
         .address = s->of->address,
-        .interface =
-            !is_live && s->of->interface[0] != '\0' ? s->of->interface : NULL,
+        .interface = s->of->interface[0] != '\0' ? s->of->interface : NULL,
         .layout = &s->layout,
         .calibration = &s->geometry.calibration,
         .pose = rig->is_placed ? &s->pose : NULL};
