@@ -1,10 +1,11 @@
 #include "convert.h"
 
+#include "rig_report.h"
+
 #include "lum/base/time.h"
 #include "lum/wire.h"
 
 #include <errno.h>
-#include <string.h>
 
 /* --- Lines and frames --- */
 
@@ -340,27 +341,6 @@ static bool is_of_asked_sensor(const struct pass *pass,
             lum_demux_is_wanted(lum_framer_demux(pass->framer)));
 }
 
-/* A record of a sensor that the rig does not name. */
-static void note_unnamed(struct pass *pass, const lum_record *record)
-{
-    const struct rig *rig = pass->options->rig;
-    const lum_demux *demux = lum_framer_demux(pass->framer);
-    const lum_capture *capture = pass->source.capture;
-    const char *interface =
-        capture != NULL ? lum_capture_interface(capture) : NULL;
-    const size_t n = rig != NULL ? lum_demux_sensor_count(demux) : 0;
-    for (size_t i = 0; i < n; i++) {
-        const char *its = lum_demux_interface(demux, i);
-        const bool is_there =
-            !lum_demux_is_shared(demux, i) ||
-            (interface != NULL && its != NULL && strcmp(interface, its) == 0);
-        if (record->source == lum_demux_address(demux, i) && is_there &&
-            rig_member_of(rig, pass->framer, i) < 0) {
-            pass->summary.unnamed[i]++;
-        }
-    }
-}
-
 enum pass_result pass_take(struct pass *pass, const lum_record *record,
                            lum_error *error)
 {
@@ -382,8 +362,9 @@ enum pass_result pass_take(struct pass *pass, const lum_record *record,
     if (kind != LUM_PACKET_KINDS && is_of_asked_sensor(pass, record)) {
         return note_ours(pass, record, kind, error);
     }
-    if (!pass->options->is_live && record->kind == LUM_RECORD_DATAGRAM) {
-        note_unnamed(pass, record);
+    if (pass->options->rig != NULL && pass->source.capture != NULL) {
+        rig_others_note(&pass->summary.others, pass->options, record,
+                        lum_capture_interface(pass->source.capture));
     }
     return PASS_DONE;
 }

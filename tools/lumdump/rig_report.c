@@ -2,6 +2,8 @@
 
 #include "../common/number.h"
 
+#include "lum/wire.h"
+
 #include <stdarg.h>
 #include <string.h>
 
@@ -106,4 +108,57 @@ const char *rig_line_for(const lum_framer *framer, size_t i,
         number_address(lum_demux_address(demux, i)).text,
         is_shared ? ", interface: " : "", is_shared ? interface : "");
     return out;
+}
+
+/* --- Packets of others --- */
+
+static struct rig_other *find(struct rig_others *others, uint32_t address,
+                              const char *interface)
+{
+    for (size_t i = 0; i < others->count; i++) {
+        struct rig_other *o = &others->list[i];
+        if (o->address == address && strcmp(o->interface, interface) == 0) {
+            return o;
+        }
+    }
+    if (others->count == LUM_DEMUX_SENSORS_MAX) {
+        return NULL;
+    }
+    struct rig_other *added = &others->list[others->count++];
+    added->address = address;
+    (void)snprintf(added->interface, sizeof added->interface, "%s", interface);
+    return added;
+}
+
+void rig_others_note(struct rig_others *others, const struct options *options,
+                     const lum_record *record, const char *interface)
+{
+    const uint16_t port =
+        options->sensor.port != 0 ? options->sensor.port : LUM_PORT;
+    if (record->kind != LUM_RECORD_DATAGRAM || record->source_port != port ||
+        rig_member(options->rig, record, interface) >= 0) {
+        return;
+    }
+    struct rig_other *other =
+        find(others, record->source, interface != NULL ? interface : "");
+    if (other != NULL) {
+        other->packets++;
+    }
+}
+
+uint64_t rig_others_packets(const struct rig_others *others,
+                            const lum_framer *framer, size_t i)
+{
+    const lum_demux *demux = lum_framer_demux(framer);
+    const char *interface = lum_demux_interface(demux, i);
+    const char *its = interface != NULL ? interface : "";
+    uint64_t packets = 0;
+    for (size_t k = 0; k < others->count; k++) {
+        const struct rig_other *o = &others->list[k];
+        if (o->address == lum_demux_address(demux, i) &&
+            strcmp(o->interface, its) == 0) {
+            packets += o->packets;
+        }
+    }
+    return packets;
 }

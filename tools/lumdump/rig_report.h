@@ -4,6 +4,7 @@
 #define LUMDUMP_RIG_REPORT_H
 
 #include "rig.h"
+#include "summary.h"
 
 #include <stdio.h>
 
@@ -29,5 +30,14 @@ bool rig_tell_missing(const struct rig *rig, const lum_framer *framer,
 /* A line of a rig's file for the framer's i-th sensor. Returns out. */
 const char *rig_line_for(const lum_framer *framer, size_t i,
                          char out[RIG_TEXT_BYTES]);
+
+/* Note a record that is of no sensor of the rig, if it is one of a sensor: of
+ * their port. interface: NULL: not known. */
+void rig_others_note(struct rig_others *others, const struct options *options,
+                     const lum_record *record, const char *interface);
+
+/* How many came of the framer's i-th sensor. */
+uint64_t rig_others_packets(const struct rig_others *others,
+                            const lum_framer *framer, size_t i);
 
 #endif

@@ -165,7 +165,8 @@ static void print_rig(const struct summary *s, FILE *out)
         if (rig_name_of(s->rig, s->framer, i) == NULL) {
             (void)fprintf(out, "%s{\"address\": ", divider);
             print_text(lum_demux_name(demux, i, name), out);
-            (void)fprintf(out, ", \"packets\": %" PRIu64 "}", s->unnamed[i]);
+            (void)fprintf(out, ", \"packets\": %" PRIu64 "}",
+                          rig_others_packets(&s->others, s->framer, i));
             divider = ", ";
         }
     }

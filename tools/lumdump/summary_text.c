@@ -113,7 +113,8 @@ static void print_unnamed(const struct summary *s, size_t i, FILE *out)
     char line[RIG_TEXT_BYTES];
     if (s->rig != NULL && rig_name_of(s->rig, s->framer, i) == NULL) {
         (void)fprintf(out, "%-26s %" PRIu64 " packets; this line adds it:%s\n",
-                      "", s->unnamed[i], rig_line_for(s->framer, i, line) + 1);
+                      "", rig_others_packets(&s->others, s->framer, i),
+                      rig_line_for(s->framer, i, line) + 1);
     }
 }
 
