@@ -24,7 +24,7 @@ sensors:
 POSES = {"front": ((1.2, 0, 1.8), (0, 0, 0)), "left": ((0, 0.9, 0), (0, 5, 90)), "rear": ((-3, 0, 0), (-4, 0, 180))}
 NAMES = tuple(POSES)
 OWN = {"front": (), "left": ("--calibration", "left.yaml"), "rear": ("--profile", "rear.yaml")}
-FEW = ("--range", ":5", "--return", "first")  # points enough
+FEW = ("--range", "30:40", "--return", "first")  # points enough
 EXACT = ("range", "azimuth", "elevation", "frame", "eye", "line", "pixel")
 
 
@@ -122,6 +122,15 @@ class Rig(unittest.TestCase):
             piped = subprocess.run([BIN / "lumdump", self.drive, "--rig", self.at / "rig.yaml", "-q", *FEW, "-o", "-", "--format", ending],
                                    capture_output=True, check=True)
             self.assertTrue(piped.stdout == want, ending)
+
+    def test_a_box_is_of_the_vehicles_frame(self):
+        self.dump("-q", *FEW, "-o", self.folder / "all.csv")
+        self.dump("-q", *FEW, "--box", "-20:20,-50:10,:3", "-o", self.folder / "box.csv")
+        limits = ((-20, 20), (-50, 10), (-math.inf, 3))
+        want = [row for row in read_csv(self.folder / "all.csv") if all(a <= v <= b for v, (a, b) in zip(xyz(row), limits))]
+        self.assertGreater(len(want), 100)
+        self.assertEqual({row["sensor"] for row in want}, {"0", "1", "2"})
+        self.assertEqual(read_csv(self.folder / "box.csv"), want)
 
     def test_one_sensor_by_its_name(self):
         self.dump("-q", *FEW, "--sensor", "left", "-o", self.folder / "a.csv")
