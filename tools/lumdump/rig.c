@@ -462,15 +462,9 @@ int rig_member(const struct rig *rig, const lum_record *record,
 
 int rig_member_of(const struct rig *rig, const lum_framer *framer, size_t i)
 {
-    const lum_demux *demux = lum_framer_demux(framer);
-    for (size_t k = 0; k < rig->count; k++) {
-        const lum_rig_sensor *of = rig->sensors[k].of;
-        if (of->address == lum_demux_address(demux, i) &&
-            is_there(of, lum_demux_interface(demux, i))) {
-            return (int)k;
-        }
-    }
-    return -1;
+    const bool is_asked =
+        rig->is_one && lum_demux_is_requested(lum_framer_demux(framer), i);
+    return is_asked ? 0 : lum_framer_member(framer, i);
 }
 
 bool rig_has_column(const struct options *o, size_t i)
