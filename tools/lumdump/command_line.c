@@ -118,7 +118,7 @@ static const struct option_spec specs[] = {
      HAS(mcap.has_compression)},
     {"time", WORD(clocks, points.time)},
     {"json", FLAG(json)},
-    {"infer", FLAG(infer)},
+    {"infer", FLAG(instead.infer)},
     {"laser", FLAG(live.laser)},
     {"guard", FLAG(live.guards)},
     {"interface", TEXT(live.interface), .allowed = "the name of an interface"},
@@ -321,10 +321,10 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
     if (!take_sensor(out)) {
         return PARSED_BAD;
     }
-    if (out->check_preset != NULL) {
+    if (out->instead.check_preset != NULL) {
         return rules_allow_check(&table, &result) ? PARSED_RUN : PARSED_BAD;
     }
-    if (out->infer) {
+    if (out->instead.infer) {
         return rules_allow_infer(out, &table, &result) ? PARSED_RUN
                                                        : PARSED_BAD;
     }

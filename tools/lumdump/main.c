@@ -263,10 +263,10 @@ static enum exit_status act(enum parsed parsed, struct options *options)
         return EXIT_BAD;
     case PARSED_RUN:
     default:
-        if (options->check_preset != NULL) {
+        if (options->instead.check_preset != NULL) {
             return check_preset_run(options);
         }
-        return options->infer ? infer_run(options) : run(options);
+        return options->instead.infer ? infer_run(options) : run(options);
     }
 }
 

@@ -153,6 +153,12 @@ struct about {
     double origin[3];                   /* of the world's coordinates */
 };
 
+/* What is done instead of a conversion. */
+struct other_work {
+    const char *check_preset; /* look at a cloud, and nothing else */
+    bool infer;               /* find the layout, and nothing else */
+};
+
 struct options {
     const char *source;     /* its name in messages */
     struct sources sources; /* captures */
@@ -168,9 +174,8 @@ struct options {
     struct point_options points;
     struct cloud_options cloud;
     struct mcap_options mcap;
-    struct rig *rig;          /* NULL: there is none */
-    const char *check_preset; /* look at a cloud, and nothing else */
-    bool infer;               /* find the layout, and nothing else */
+    struct rig *rig; /* NULL: there is none */
+    struct other_work instead;
     bool json;
     bool quiet;
     struct filters filters;

@@ -364,6 +364,6 @@ bool values_take_preset(void *options, const char *text, lum_error *why)
 bool values_take_check_preset(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;
-    out->check_preset = text;
+    out->instead.check_preset = text;
     return lum_preset_find(text, why) != NULL;
 }
