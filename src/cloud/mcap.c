@@ -67,23 +67,35 @@ static bool has_topic(const state *s, unsigned topic)
                                           : has_clouds;
 }
 
-/* A channel of its own for the clouds of each sensor. */
+/* How many channels a topic has: one for the clouds of each sensor. */
+static size_t channels_of(const state *s, unsigned topic)
+{
+    return !has_topic(s, topic)      ? 0
+           : topic == LUM_ROS_POINTS ? s->rig.count
+                                     : 1u;
+}
+
+static const char *topic_name(const state *s, unsigned topic, size_t k)
+{
+    return topic == LUM_ROS_POINTS ? s->rig.sensors[k].topic
+                                   : lum_ros_topics[topic].name;
+}
+
+static unsigned *channel_at(state *s, unsigned topic, size_t k)
+{
+    return topic == LUM_ROS_POINTS ? &s->rig.sensors[k].channel
+                                   : &s->channel[topic];
+}
+
 static int put_channels(state *s, lum_error *error)
 {
     unsigned count = 0;
     for (unsigned i = 0; i < LUM_ROS_TOPICS; i++) {
         const lum_ros_topic *t = &lum_ros_topics[i];
-        const size_t n = !has_topic(s, i)      ? 0
-                         : i == LUM_ROS_POINTS ? s->rig.count
-                                               : 1u;
-        for (size_t k = 0; k < n; k++) {
-            unsigned *channel = i == LUM_ROS_POINTS ? &s->rig.sensors[k].channel
-                                                    : &s->channel[i];
-            const char *name =
-                i == LUM_ROS_POINTS ? s->rig.sensors[k].topic : t->name;
-            *channel = count++;
-            if (lum_mcap_add_channel(&s->file, name, t->type, t->definition,
-                                     t->qos, error) != 0) {
+        for (size_t k = 0; k < channels_of(s, i); k++) {
+            *channel_at(s, i, k) = count++;
+            if (lum_mcap_add_channel(&s->file, topic_name(s, i, k), t->type,
+                                     t->definition, t->qos, error) != 0) {
                 return -1;
             }
         }
@@ -434,11 +446,14 @@ static int add_datagram(lum_writer *writer, const lum_writer_datagram *datagram,
 /* --- What it has --- */
 
 static void add_topic(lum_mcap_info *info, const state *s, unsigned topic,
-                      const char *name, unsigned channel)
+                      size_t k)
 {
+    const unsigned channel =
+        topic == LUM_ROS_POINTS ? s->rig.sensors[k].channel : s->channel[topic];
     const uint64_t n = s->file.channels[channel].count;
-    info->topics[info->topic_count++] = (lum_mcap_topic){
-        name, lum_ros_topics[topic].type, lum_ros_topics[topic].qos, n};
+    info->topics[info->topic_count++] =
+        (lum_mcap_topic){topic_name(s, topic, k), lum_ros_topics[topic].type,
+                         lum_ros_topics[topic].qos, n};
     info->messages += n;
 }
 
@@ -450,13 +465,8 @@ int lum_writer_mcap_info(const lum_writer *writer, lum_mcap_info *out)
         return -1;
     }
     for (unsigned i = 0; i < LUM_ROS_TOPICS; i++) {
-        const bool is_cloud = i == LUM_ROS_POINTS;
-        const size_t n = is_cloud ? s->rig.count : 1u;
-        for (size_t k = 0; has_topic(s, i) && k < n; k++) {
-            add_topic(&info, s, i,
-                      is_cloud ? s->rig.sensors[k].topic
-                               : lum_ros_topics[i].name,
-                      is_cloud ? s->rig.sensors[k].channel : s->channel[i]);
+        for (size_t k = 0; k < channels_of(s, i); k++) {
+            add_topic(&info, s, i, k);
         }
     }
     info.begin_ns = info.messages > 0 ? s->file.begin_ns : 0;

@@ -298,6 +298,15 @@ static void note_filters(const struct option_result *given, struct options *o)
 
 /* --- Reading --- */
 
+static void choose_live(struct options *o)
+{
+    if (o->live.receive_buffer == 0) {
+        o->live.receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
+    }
+    o->sensor.is_chosen = true;
+    o->sensor.address = o->live.address.address;
+}
+
 enum parsed command_line_read(int argc, char **argv, struct options *out)
 {
     static const struct option_table table = {
@@ -331,12 +340,8 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
     if (!take_rig(out) || !find_formats(out) || !rules_allow(out)) {
         return PARSED_BAD;
     }
-    if (out->is_live && out->live.receive_buffer == 0) {
-        out->live.receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
-    }
     if (out->is_live) {
-        out->sensor.is_chosen = true;
-        out->sensor.address = out->live.address.address;
+        choose_live(out);
     }
     note_filters(&result, out);
     return PARSED_RUN;
