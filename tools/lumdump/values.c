@@ -283,18 +283,15 @@ bool values_take_smooth(void *options, const char *text, lum_error *why)
 
 bool values_take_columns(void *options, const char *text, lum_error *why)
 {
+    static const lum_writer_extra sensor = {RIG_COLUMN, LUM_NUMBER_U8};
     struct options *out = options;
     const char *p = text;
     out->cloud.columns = text;
     out->cloud.has_times = false;
-    out->cloud.wants_sensor = false;
-    if (lum_writer_check_columns(text, why) != 0) {
-        static const lum_writer_extra sensor = {RIG_COLUMN, LUM_NUMBER_U8};
-        if (lum_writer_check_extra(LUM_FORMATS, text, &sensor, 1, NULL) != 0) {
-            return false;
-        }
-        out->cloud.wants_sensor = true;
+    if (lum_writer_check_extra(LUM_FORMATS, text, &sensor, 1, why) != 0) {
+        return false;
     }
+    out->cloud.wants_sensor = lum_writer_check_columns(text, NULL) != 0;
     while (*p != '\0') {
         const size_t n = strcspn(p, ",");
         out->cloud.has_times =
