@@ -165,6 +165,11 @@ int lum_writer_check_extra(lum_format format, const char *columns,
                : lum_column_list_read(columns, &extras, &list, error);
 }
 
+int lum_writer_check_columns(const char *names, lum_error *error)
+{
+    return lum_writer_check_extra(LUM_FORMATS, names, NULL, 0, error);
+}
+
 /* --- Values --- */
 
 size_t lum_extras_bytes(const lum_extras *extras)

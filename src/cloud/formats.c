@@ -85,8 +85,3 @@ bool lum_format_has_voxels(lum_format format)
 {
     return lum_format_has_columns(format) || format == LUM_FORMAT_LAS;
 }
-
-int lum_writer_check_columns(const char *names, lum_error *error)
-{
-    return lum_writer_check_extra(LUM_FORMATS, names, NULL, 0, error);
-}

@@ -35,10 +35,13 @@ struct lum_format_ops {
     /** Write a line's rows; never called for none. */
     int (*add)(lum_writer *writer, const lum_line_samples *line,
                lum_error *error);
-    /** A frame begins, ends; a status or a datagram comes; what was added is to
+    /** A frame begins, ends; the next are of this sensor; a status or a
+     * datagram comes; what was added is to
      * be shown to readers, by lum_sink_flush() at the end. Each may be NULL. */
     int (*begin_frame)(lum_writer *writer, int64_t utc_ns, lum_error *error);
     int (*end_frame)(lum_writer *writer, lum_error *error); /**< see above */
+    int (*set_sensor)(lum_writer *writer, size_t sensor,
+                      lum_error *error); /**< see above */
     int (*add_status)(lum_writer *writer, const lum_writer_status *status,
                       lum_error *error); /**< see above */
     int (*add_datagram)(lum_writer *writer, const lum_writer_datagram *datagram,

@@ -1,5 +1,6 @@
 /* Frames as messages of ROS 2 in an MCAP file. */
 #include "mcap_file.h"
+#include "mcap_rig.h"
 #include "ros_messages.h"
 #include "ros_points.h"
 #include "writer_internal.h"
@@ -8,10 +9,9 @@
 #include "lum/version.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define FRAME_ID "luminar"
 
 typedef struct state {
     lum_mcap_file file;
@@ -19,9 +19,9 @@ typedef struct state {
     unsigned channel[LUM_ROS_TOPICS]; /* of those that the file has */
     lum_ros_points points;
     lum_preset_points preset_points; /* instead of these, by a preset */
-    char frame_id[LUM_MCAP_FRAME_ID_MAX + 1u];
-    lum_calibration calibration;
-    bool owes_mounts; /* the calibration's */
+    lum_mcap_rig rig;
+    size_t current;       /* of its sensors: whose the frame is */
+    bool owes_transforms; /* of them */
     bool is_growing;
     bool has_frame;
     bool has_line;        /* of the frame */
@@ -36,21 +36,6 @@ bool lum_mcap_can_compress(void)
 }
 
 /* --- The beginning --- */
-
-static int keep_frame_id(const lum_writer *writer, state *s,
-                         const lum_mcap_options *o, lum_error *error)
-{
-    const char *id = o->frame_id != NULL ? o->frame_id : FRAME_ID;
-    const size_t n = strlen(id);
-    if (n == 0 || n > LUM_MCAP_FRAME_ID_MAX) {
-        errno = EINVAL;
-        return lum_error_set(error, "%s: a frame_id of %zu bytes; 1 to %u",
-                             lum_sink_name(writer->sink), n,
-                             LUM_MCAP_FRAME_ID_MAX);
-    }
-    memcpy(s->frame_id, id, n + 1u);
-    return 0;
-}
 
 static int keep_contents(const lum_writer *writer, state *s,
                          const lum_mcap_options *o, lum_error *error)
@@ -82,18 +67,37 @@ static bool has_topic(const state *s, unsigned topic)
                                           : has_clouds;
 }
 
+/* How many channels a topic has: one for the clouds of each sensor. */
+static size_t channels_of(const state *s, unsigned topic)
+{
+    return !has_topic(s, topic)      ? 0
+           : topic == LUM_ROS_POINTS ? s->rig.count
+                                     : 1u;
+}
+
+static const char *topic_name(const state *s, unsigned topic, size_t k)
+{
+    return topic == LUM_ROS_POINTS ? s->rig.sensors[k].topic
+                                   : lum_ros_topics[topic].name;
+}
+
+static unsigned *channel_at(state *s, unsigned topic, size_t k)
+{
+    return topic == LUM_ROS_POINTS ? &s->rig.sensors[k].channel
+                                   : &s->channel[topic];
+}
+
 static int put_channels(state *s, lum_error *error)
 {
     unsigned count = 0;
     for (unsigned i = 0; i < LUM_ROS_TOPICS; i++) {
         const lum_ros_topic *t = &lum_ros_topics[i];
-        if (!has_topic(s, i)) {
-            continue;
-        }
-        s->channel[i] = count++;
-        if (lum_mcap_add_channel(&s->file, t->name, t->type, t->definition,
-                                 t->qos, error) != 0) {
-            return -1;
+        for (size_t k = 0; k < channels_of(s, i); k++) {
+            *channel_at(s, i, k) = count++;
+            if (lum_mcap_add_channel(&s->file, topic_name(s, i, k), t->type,
+                                     t->definition, t->qos, error) != 0) {
+                return -1;
+            }
         }
     }
     return 0;
@@ -108,6 +112,27 @@ static int attach(lum_mcap_file *file, const char *name, const char *text,
                                          error);
 }
 
+static int attach_all(lum_mcap_file *file, const lum_mcap_options *o,
+                      lum_error *error)
+{
+    int result = attach(file, "calibration.yaml", o->calibration_yaml, error);
+    if (result == 0) {
+        result = attach(file, "profile.yaml", o->profile_yaml, error);
+    }
+    for (size_t i = 0; o->sensors != NULL && i < o->sensor_count && result == 0;
+         i++) {
+        const lum_mcap_sensor *of = &o->sensors[i];
+        char name[LUM_MCAP_FRAME_ID_MAX + 32u];
+        (void)snprintf(name, sizeof name, "calibration-%s.yaml", of->frame_id);
+        result = attach(file, name, of->calibration_yaml, error);
+        if (result == 0) {
+            (void)snprintf(name, sizeof name, "profile-%s.yaml", of->frame_id);
+            result = attach(file, name, of->profile_yaml, error);
+        }
+    }
+    return result;
+}
+
 static int put_about(const lum_writer *writer, lum_mcap_file *file,
                      const lum_mcap_options *o, lum_error *error)
 {
@@ -115,11 +140,8 @@ static int put_about(const lum_writer *writer, lum_mcap_file *file,
     const char *const about[] = {
         "version", LUM_VERSION, has_comment ? "provenance" : NULL,
         has_comment ? writer->options.comment : NULL, NULL};
-    return lum_mcap_add_metadata(file, "lumsdk", about, error) == 0 &&
-                   attach(file, "calibration.yaml", o->calibration_yaml,
-                          error) == 0 &&
-                   attach(file, "profile.yaml", o->profile_yaml, error) == 0
-               ? 0
+    return lum_mcap_add_metadata(file, "lumsdk", about, error) == 0
+               ? attach_all(file, o, error)
                : -1;
 }
 
@@ -129,19 +151,22 @@ static int begin(lum_writer *writer, lum_error *error)
     const lum_mcap_options *o =
         writer->options.mcap != NULL ? writer->options.mcap : &defaults;
     state *s = lum_writer_new_state(writer, sizeof *s, error);
-    if (s == NULL || keep_frame_id(writer, s, o, error) != 0 ||
+    if (s == NULL ||
+        lum_mcap_rig_take(&s->rig, lum_sink_name(writer->sink), o, error) !=
+            0 ||
         keep_contents(writer, s, o, error) != 0) {
         return -1;
     }
-    if (o->calibration != NULL && has_topic(s, LUM_ROS_TF_STATIC)) {
-        s->calibration = *o->calibration;
-        s->owes_mounts = true;
-    }
+    s->owes_transforms =
+        lum_mcap_rig_has_transforms(&s->rig) && has_topic(s, LUM_ROS_TF_STATIC);
     s->is_growing = o->is_growing;
     s->points.extras = &writer->extras;
     s->points.lines =
         o->lines < LUM_MCAP_LINES_MAX ? o->lines : LUM_MCAP_LINES_MAX;
     s->points.lines_are_stated = o->lines != 0;
+    for (size_t i = 0; i < s->rig.count; i++) {
+        s->rig.sensors[i].lines = s->points.lines;
+    }
     return lum_mcap_begin(&s->file, writer->sink, "lumsdk " LUM_VERSION,
                           !o->is_plain && lum_mcap_can_compress(),
                           error) == 0 &&
@@ -156,22 +181,24 @@ static int begin(lum_writer *writer, lum_error *error)
 static int begin_message(state *s, unsigned topic, int64_t time_ns,
                          lum_bytes **out, lum_error *error)
 {
-    return lum_mcap_begin_message(&s->file, s->channel[topic], time_ns, out,
-                                  error);
+    const unsigned channel = topic == LUM_ROS_POINTS
+                                 ? s->rig.sensors[s->current].channel
+                                 : s->channel[topic];
+    return lum_mcap_begin_message(&s->file, channel, time_ns, out, error);
 }
 
 /* Before the first other message, whose time they get. */
-static int put_mounts(state *s, int64_t time_ns, lum_error *error)
+static int put_transforms(state *s, int64_t time_ns, lum_error *error)
 {
     lum_bytes *out = NULL;
-    if (!s->owes_mounts) {
+    if (!s->owes_transforms) {
         return 0;
     }
-    s->owes_mounts = false;
+    s->owes_transforms = false;
     if (begin_message(s, LUM_ROS_TF_STATIC, time_ns, &out, error) != 0) {
         return -1;
     }
-    lum_ros_put_mounts(out, time_ns, s->frame_id, &s->calibration);
+    lum_mcap_rig_put_transforms(&s->rig, time_ns, out);
     return lum_mcap_end_message(&s->file, error);
 }
 
@@ -188,16 +215,21 @@ static int64_t stamp_of(const state *s, float first_s)
                       (is_near ? (int64_t)((double)first_s * 1e9) : 0));
 }
 
+static const char *frame_id(const state *s)
+{
+    return s->rig.sensors[s->current].frame_id;
+}
+
 static int put_cloud(state *s, float first_s, lum_error *error)
 {
     const size_t n = lum_ros_points_count(&s->points);
     const int64_t stamp_ns = stamp_of(s, first_s);
     lum_bytes *out = NULL;
-    if (put_mounts(s, stamp_ns, error) != 0 ||
+    if (put_transforms(s, stamp_ns, error) != 0 ||
         begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
         return -1;
     }
-    lum_cdr cdr = lum_ros_begin_cloud(out, stamp_ns, s->frame_id, (uint32_t)n,
+    lum_cdr cdr = lum_ros_begin_cloud(out, stamp_ns, frame_id(s), (uint32_t)n,
                                       s->points.extras);
     unsigned char *to =
         lum_bytes_extend(out, n * lum_ros_points_bytes(&s->points));
@@ -212,11 +244,11 @@ static int put_line(state *s, const lum_ros_line *line, lum_error *error)
 {
     const int64_t stamp_ns = stamp_of(s, line->first_s);
     lum_bytes *out = NULL;
-    if (put_mounts(s, stamp_ns, error) != 0 ||
+    if (put_transforms(s, stamp_ns, error) != 0 ||
         begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
         return -1;
     }
-    lum_cdr cdr = lum_ros_begin_cloud(out, stamp_ns, s->frame_id,
+    lum_cdr cdr = lum_ros_begin_cloud(out, stamp_ns, frame_id(s),
                                       (uint32_t)line->count, s->points.extras);
     unsigned char *to =
         lum_bytes_extend(out, line->count * lum_ros_points_bytes(&s->points));
@@ -247,12 +279,12 @@ static int put_preset_cloud(lum_writer *writer, lum_error *error)
     const float first_s = lum_preset_points_sort(&s->preset_points);
     const int64_t stamp_ns = stamp_of(s, first_s);
     lum_bytes *out = NULL;
-    if (put_mounts(s, stamp_ns, error) != 0 ||
+    if (put_transforms(s, stamp_ns, error) != 0 ||
         begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
         return -1;
     }
     lum_cdr cdr =
-        lum_ros_begin_preset(out, stamp_ns, s->frame_id, (uint32_t)n, preset);
+        lum_ros_begin_preset(out, stamp_ns, frame_id(s), (uint32_t)n, preset);
     unsigned char *to = lum_bytes_extend(out, n * lum_preset_bytes(preset));
     if (to != NULL) {
         lum_preset_points_take(&s->preset_points, preset, first_s, to);
@@ -296,6 +328,28 @@ static int begin_frame(lum_writer *writer, int64_t utc_ns, lum_error *error)
     s->has_frame = s->contents != LUM_MCAP_OF_DATAGRAMS;
     s->has_line = false;
     s->utc_ns = bounded_ns(utc_ns);
+    return 0;
+}
+
+/* Each has its number of lines for rings. */
+static int set_sensor(lum_writer *writer, size_t i, lum_error *error)
+{
+    state *s = writer->state;
+    if (i >= s->rig.count) {
+        errno = EINVAL;
+        return lum_error_set(error, "%s: sensor %zu of %zu",
+                             lum_sink_name(writer->sink), i, s->rig.count);
+    }
+    if (i == s->current) {
+        return 0;
+    }
+    if (end_frame(writer, error) != 0) {
+        return -1;
+    }
+    s->has_line = false;
+    s->rig.sensors[s->current].lines = s->points.lines;
+    s->current = i;
+    s->points.lines = s->rig.sensors[i].lines;
     return 0;
 }
 
@@ -359,7 +413,7 @@ static int add_status(lum_writer *writer, const lum_writer_status *status,
     state *s = writer->state;
     lum_bytes *out = NULL;
     const int64_t time_ns = bounded_ns(status->time_ns);
-    if (put_mounts(s, time_ns, error) != 0 ||
+    if (put_transforms(s, time_ns, error) != 0 ||
         begin_message(s, LUM_ROS_DIAGNOSTICS, time_ns, &out, error) != 0) {
         return -1;
     }
@@ -391,6 +445,18 @@ static int add_datagram(lum_writer *writer, const lum_writer_datagram *datagram,
 
 /* --- What it has --- */
 
+static void add_topic(lum_mcap_info *info, const state *s, unsigned topic,
+                      size_t k)
+{
+    const unsigned channel =
+        topic == LUM_ROS_POINTS ? s->rig.sensors[k].channel : s->channel[topic];
+    const uint64_t n = s->file.channels[channel].count;
+    info->topics[info->topic_count++] =
+        (lum_mcap_topic){topic_name(s, topic, k), lum_ros_topics[topic].type,
+                         lum_ros_topics[topic].qos, n};
+    info->messages += n;
+}
+
 int lum_writer_mcap_info(const lum_writer *writer, lum_mcap_info *out)
 {
     lum_mcap_info info = {.struct_size = sizeof info};
@@ -399,12 +465,8 @@ int lum_writer_mcap_info(const lum_writer *writer, lum_mcap_info *out)
         return -1;
     }
     for (unsigned i = 0; i < LUM_ROS_TOPICS; i++) {
-        if (has_topic(s, i)) {
-            const uint64_t n = s->file.channels[s->channel[i]].count;
-            info.topics[info.topic_count++] =
-                (lum_mcap_topic){lum_ros_topics[i].name, lum_ros_topics[i].type,
-                                 lum_ros_topics[i].qos, n};
-            info.messages += n;
+        for (size_t k = 0; k < channels_of(s, i); k++) {
+            add_topic(&info, s, i, k);
         }
     }
     info.begin_ns = info.messages > 0 ? s->file.begin_ns : 0;
@@ -448,6 +510,7 @@ const lum_format_ops lum_mcap_ops = {.name = "MCAP",
                                      .add = add,
                                      .begin_frame = begin_frame,
                                      .end_frame = end_frame,
+                                     .set_sensor = set_sensor,
                                      .add_status = add_status,
                                      .add_datagram = add_datagram,
                                      .flush = flush,

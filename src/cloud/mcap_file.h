@@ -13,8 +13,10 @@
 #include "mcap_pack.h"
 #include "sink.h"
 
+#include "lum/cloud/writer.h"
+
 /** Most channels of a file. */
-#define LUM_MCAP_CHANNELS_MAX 4u
+#define LUM_MCAP_CHANNELS_MAX LUM_MCAP_TOPICS_MAX
 
 /** A chunk ends with the message that makes it so large, */
 #define LUM_MCAP_CHUNK_BYTES ((size_t)4 << 20)

@@ -182,10 +182,28 @@ void lum_ros_end_cloud(lum_cdr *cdr)
     lum_cdr_put_u8(cdr, 1); /* is_dense */
 }
 
-/* --- Mounts --- */
+/* --- Transforms --- */
+
+void lum_ros_put_transforms(lum_bytes *out, int64_t stamp_ns,
+                            const lum_ros_transform *transforms, size_t count)
+{
+    lum_cdr cdr = lum_cdr_begin(out);
+    lum_cdr_put_u32(&cdr, (uint32_t)count);
+    for (size_t i = 0; i < count; i++) {
+        const lum_ros_transform *t = &transforms[i];
+        put_header(&cdr, stamp_ns, t->frame_id);
+        lum_cdr_put_string(&cdr, t->child);
+        for (unsigned k = 0; k < 3u; k++) {
+            lum_cdr_put_f64(&cdr, t->pose.at[k]);
+        }
+        for (unsigned k = 0; k < 4u; k++) {
+            lum_cdr_put_f64(&cdr, t->pose.turn[k]);
+        }
+    }
+}
 
 /* Rz(yaw) Ry(pitch) Rx(roll), as the calibration's mounts are. */
-static void put_rotation(lum_cdr *cdr, const lum_eye_calibration *c)
+static lum_pose pose_of_eye(const lum_eye_calibration *c)
 {
     const double half_radian = 3.14159265358979323846 / 360.0;
     const double roll = c->mount_roll_udeg * 1e-6 * half_radian;
@@ -197,28 +215,23 @@ static void put_rotation(lum_cdr *cdr, const lum_eye_calibration *c)
     const double sp = sin(pitch);
     const double cy = cos(yaw);
     const double sy = sin(yaw);
-    lum_cdr_put_f64(cdr, sr * cp * cy - cr * sp * sy);
-    lum_cdr_put_f64(cdr, cr * sp * cy + sr * cp * sy);
-    lum_cdr_put_f64(cdr, cr * cp * sy - sr * sp * cy);
-    lum_cdr_put_f64(cdr, cr * cp * cy + sr * sp * sy);
+    return (lum_pose){
+        {c->mount_um[0] * 1e-6, c->mount_um[1] * 1e-6, c->mount_um[2] * 1e-6},
+        {sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
+         cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy}};
 }
 
-void lum_ros_put_mounts(lum_bytes *out, int64_t stamp_ns, const char *frame_id,
-                        const lum_calibration *calibration)
+void lum_ros_find_mounts(const char *frame_id,
+                         const lum_calibration *calibration,
+                         char children[LUM_EYES][LUM_ROS_CHILD_BYTES],
+                         lum_ros_transform *out)
 {
     static const char *const eyes[LUM_EYES] = {"blue", "green"};
-    lum_cdr cdr = lum_cdr_begin(out);
-    lum_cdr_put_u32(&cdr, LUM_EYES);
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        const lum_eye_calibration *c = &calibration->eye[eye];
-        char child[LUM_MCAP_FRAME_ID_MAX + 8u];
-        (void)snprintf(child, sizeof child, "%s_%s", frame_id, eyes[eye]);
-        put_header(&cdr, stamp_ns, frame_id);
-        lum_cdr_put_string(&cdr, child);
-        for (unsigned i = 0; i < 3u; i++) {
-            lum_cdr_put_f64(&cdr, c->mount_um[i] * 1e-6);
-        }
-        put_rotation(&cdr, c);
+        (void)snprintf(children[eye], LUM_ROS_CHILD_BYTES, "%s_%s", frame_id,
+                       eyes[eye]);
+        out[eye] = (lum_ros_transform){frame_id, children[eye],
+                                       pose_of_eye(&calibration->eye[eye])};
     }
 }
 

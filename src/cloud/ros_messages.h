@@ -10,6 +10,7 @@
 
 #include "lum/calibration.h"
 #include "lum/cloud/writer.h"
+#include "lum/pose.h"
 
 /** A channel of messages. */
 typedef struct lum_ros_topic {
@@ -49,9 +50,26 @@ lum_cdr lum_ros_begin_preset(lum_bytes *out, int64_t stamp_ns,
 /** End it, once its points are there. */
 void lum_ros_end_cloud(lum_cdr *cdr);
 
-/** A tf2_msgs/msg/TFMessage: from the sensor to FRAME_blue and FRAME_green. */
-void lum_ros_put_mounts(lum_bytes *out, int64_t stamp_ns, const char *frame_id,
-                        const lum_calibration *calibration);
+/** Bytes of the name of an eye's frame. */
+#define LUM_ROS_CHILD_BYTES (LUM_MCAP_FRAME_ID_MAX + 8u)
+
+/** A frame in another one; a frame and its child's. */
+typedef struct lum_ros_transform {
+    const char *frame_id; /**< the parent */
+    const char *child;    /**< the frame itself */
+    lum_pose pose;        /**< where the child is in it */
+} lum_ros_transform;
+
+/** A tf2_msgs/msg/TFMessage of transforms. */
+void lum_ros_put_transforms(lum_bytes *out, int64_t stamp_ns,
+                            const lum_ros_transform *transforms, size_t count);
+
+/** Transforms from a sensor's frame to FRAME_blue and FRAME_green, LUM_EYES of
+ * them. */
+void lum_ros_find_mounts(const char *frame_id,
+                         const lum_calibration *calibration,
+                         char children[LUM_EYES][LUM_ROS_CHILD_BYTES],
+                         lum_ros_transform *out);
 
 /** A lumsdk_msgs/msg/Datagram (docs/formats.md). */
 void lum_ros_put_datagram(lum_bytes *out, const lum_writer_datagram *datagram);

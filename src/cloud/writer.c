@@ -159,6 +159,14 @@ int lum_writer_end_frame(lum_writer *writer, lum_error *error)
     return conclude(writer, fails, error);
 }
 
+int lum_writer_set_sensor(lum_writer *writer, size_t sensor, lum_error *error)
+{
+    const bool fails =
+        !writer->failed && writer->ops->set_sensor != NULL &&
+        writer->ops->set_sensor(writer, sensor, &writer->failure) != 0;
+    return conclude(writer, fails, error);
+}
+
 int lum_writer_add_status(lum_writer *writer, const lum_writer_status *status,
                           lum_error *error)
 {

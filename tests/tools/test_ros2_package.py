@@ -75,6 +75,19 @@ class Pipe(unittest.TestCase):
                          ["-", "--quiet", "--namespace", "front", "--depth", "5", "--qos", "points=sensor", "--remap",
                           "points:=/lidar"])
 
+    def test_a_sensor_of_a_rig_has_its_own_topic_and_place(self):
+        rig = self.folder.write("rig.yaml", f"version: 1\nsensors:\n  - {{name: front, address: {self.address}, pose: {{x_m: 1}}}}\n"
+                                            "  - {name: left, address: 127.23.9.9}\n")
+        p = self.start(f"rig={rig}")
+        out = self.folder / "lumros2.mcap"
+        wait_until(lambda: out.exists() and out.stat().st_size > 8 and self.received().of("/front/points"), "a cloud")
+        p.send_signal(signal.SIGINT)
+        self.assertEqual(p.wait(PATIENCE_S), 0, p.stderr.read())
+        data = self.received().of("/tf_static")[0].data
+        for name in (b"base_link\0", b"front\0", b"front_blue\0"):
+            self.assertIn(name, data)
+        self.assertNotIn(b"left", data)
+
     def test_a_reader_that_dies_ends_it(self):
         p = self.start()
         self.until_clouds()

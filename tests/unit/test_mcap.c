@@ -461,7 +461,10 @@ static void mounts_are_transforms(void **state)
     c.eye[LUM_EYE_BLUE].mount_um[1] = -250000;
     c.eye[LUM_EYE_BLUE].mount_yaw_udeg = 0;
     c.eye[LUM_EYE_BLUE].mount_roll_udeg = 90000000;
-    lum_ros_put_mounts(&bytes, 5 * NS_PER_S, "f", &c);
+    char children[LUM_EYES][LUM_ROS_CHILD_BYTES];
+    lum_ros_transform transforms[LUM_EYES];
+    lum_ros_find_mounts("f", &c, children, transforms);
+    lum_ros_put_transforms(&bytes, 5 * NS_PER_S, transforms, LUM_EYES);
     /* count, stamp, "f", "f_blue", then doubles */
     assert_int_equal(bytes.at[4], 2);
     assert_string_equal((const char *)bytes.at + 28, "f_blue");

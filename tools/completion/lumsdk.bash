@@ -109,7 +109,7 @@ _lumsdk() {
         return
         ;;
     --columns)
-        words='x y z range azimuth elevation pulse_width timestamp frame eye line pixel return_number number_of_returns edge time'
+        words='x y z range azimuth elevation pulse_width timestamp frame eye line pixel return_number number_of_returns edge time sensor'
         compopt -o nospace 2>/dev/null
         mapfile -t COMPREPLY < <(compgen -P "${current%"${current##*,}"}" -W "$words" -- "${current##*,}")
         return

@@ -20,6 +20,8 @@ struct batch_line {
     bool has_samples; /* these are known, */
     size_t count;     /* so many */
     int64_t timestamp_us;
+    const void *const *extra; /* as of its samples */
+    const lum_projector *projector;
 };
 
 struct batch {
@@ -114,7 +116,8 @@ static void *make_room(void *array, size_t used, size_t n, size_t size,
 }
 
 int batch_add_line(struct batch *batch, const lum_line *line,
-                   int64_t timestamp_us)
+                   const lum_projector *projector,
+                   const lum_line_samples *about)
 {
     struct batch_line *to = &batch->lines[batch->count];
     const size_t n = line->word_count;
@@ -130,7 +133,9 @@ int batch_add_line(struct batch *batch, const lum_line *line,
     to->line = *line;
     to->at = batch->word_count;
     to->has_samples = false;
-    to->timestamp_us = timestamp_us;
+    to->timestamp_us = about->timestamp_us;
+    to->extra = about->extra;
+    to->projector = projector;
     batch->word_count += n;
     batch->count++;
     return 0;
@@ -154,6 +159,7 @@ int batch_add_samples(struct batch *batch, const lum_line_samples *line)
     to->has_samples = true;
     to->count = line->count;
     to->timestamp_us = line->timestamp_us;
+    to->extra = line->extra;
     batch->sample_count += line->count;
     batch->count++;
     return 0;
@@ -187,7 +193,7 @@ static size_t project(const struct batch *batch, const struct batch_line *from,
         lum_smooth_line(&view->smooth, &line, tools->angles);
         line.angles = tools->angles;
     }
-    return lum_samples_compute(view->projector, &line, &view->selection,
+    return lum_samples_compute(from->projector, &line, &view->selection,
                                &tools->work, tools->samples, NULL);
 }
 
@@ -198,7 +204,8 @@ static int make_line(struct batch *batch, const struct batch_line *from,
                              .frame = from->line.frame,
                              .timestamp_us = from->timestamp_us,
                              .line = from->line.number,
-                             .eye = from->line.eye};
+                             .eye = from->line.eye,
+                             .extra = from->extra};
     if (from->has_samples) {
         line.samples = batch->samples + from->at;
         line.count = from->count;

@@ -15,7 +15,6 @@
 
 /* How lines become points; only read. */
 struct batch_view {
-    const lum_projector *projector;
     lum_selection selection;
     bool smooths;
     lum_smooth smooth;
@@ -38,9 +37,12 @@ bool batch_is_full(const struct batch *batch);
 /* The frame of its lines; it is not empty. */
 int64_t batch_frame(const struct batch *batch);
 
-/* Add a line whose points are not known. 0; -1 without memory. */
+/* Add a line whose points are not known. projector: makes them; about: its
+ * timestamp and its extra columns. Kept: the projector, and what extra points
+ * to. 0; -1 without memory. */
 int batch_add_line(struct batch *batch, const lum_line *line,
-                   int64_t timestamp_us);
+                   const lum_projector *projector,
+                   const lum_line_samples *about);
 
 /* Add a line's points. 0; -1 without memory. */
 int batch_add_samples(struct batch *batch, const lum_line_samples *line);

@@ -79,7 +79,8 @@ enum exit_status check_preset_run(const struct options *options)
     struct cloud_fields cloud;
     lum_error error = {""};
     unsigned wrong = 0;
-    const lum_preset *preset = lum_preset_find(options->check_preset, &error);
+    const lum_preset *preset =
+        lum_preset_find(options->instead.check_preset, &error);
     if (preset == NULL || read_fields(options->source, &cloud, &error) != 0) {
         return conclude_error(&error, EXIT_BAD);
     }

@@ -12,6 +12,7 @@
 #include "lum/net/socket.h"
 #include "lum/version.h"
 #include "picture.h"
+#include "rig.h"
 #include "rules.h"
 #include "values.h"
 
@@ -78,6 +79,8 @@ static bool take_output(void *options, const char *text, lum_error *why)
     return true;
 }
 
+#define SENSOR_ALLOWED "an address such as 10.42.0.37, or 10.42.0.37%eth1"
+
 #define INTO(field)       OPTION_INTO(struct options, field)
 #define HAS(field)        .has = offsetof(struct options, field)
 #define FLAG(field)       .kind = OPTION_FLAG, INTO(field)
@@ -115,7 +118,7 @@ static const struct option_spec specs[] = {
      HAS(mcap.has_compression)},
     {"time", WORD(clocks, points.time)},
     {"json", FLAG(json)},
-    {"infer", FLAG(infer)},
+    {"infer", FLAG(instead.infer)},
     {"laser", FLAG(live.laser)},
     {"guard", FLAG(live.guards)},
     {"interface", TEXT(live.interface), .allowed = "the name of an interface"},
@@ -126,7 +129,7 @@ static const struct option_spec specs[] = {
     {"receive-buffer", CALL(values_take_receive_buffer),
      .allowed = "a size from 64KiB to 1GB, such as 256MiB"},
     {"sensor", CALL(values_take_sensor), HAS(sensor.is_chosen),
-     .allowed = "an address such as 10.42.0.37, or 10.42.0.37%eth1"},
+     .allowed = SENSOR_ALLOWED ", or the name of a rig's sensor"},
     {"port", .kind = OPTION_WHOLE, INTO(sensor.port), .min = 1,
      .max = UINT16_MAX},
     {"eye", WORD(eyes, choice.eyes)},
@@ -146,6 +149,7 @@ static const struct option_spec specs[] = {
      .allowed = "a number of seconds above 0"},
     {"calibration", TEXT(config.calibration)},
     {"profile", TEXT(config.profile)},
+    {"rig", TEXT(config.rig), .allowed = "the name of a file of a rig"},
     {"set", CALL(values_take_set), .allowed = SET_KEYS_ALLOWED},
     {"smooth", CALL(values_take_smooth),
      .allowed = "0 for off, an odd number of pixels up to 63, such as 31, or "
@@ -227,6 +231,26 @@ static bool take_sources(int count, char **words, struct options *out)
     return true;
 }
 
+/* Of a rig it is a name, which the rig finds. */
+static bool take_sensor(struct options *o)
+{
+    lum_error why = {""};
+    if (!o->sensor.is_chosen || o->config.rig != NULL ||
+        host_parse_sensor(o->sensor.text, &o->sensor.address,
+                          o->sensor.interface, &why)) {
+        return true;
+    }
+    return why.text[0] != '\0' ? rules_refuse("--sensor: %s", why.text)
+                               : rules_refuse("--sensor: '%s' is not %s",
+                                              o->sensor.text, SENSOR_ALLOWED);
+}
+
+static bool take_rig(struct options *o)
+{
+    lum_error why = {""};
+    return rig_open(o, &o->rig, &why) == 0 || rules_refuse("%s", why.text);
+}
+
 /* --- What outputs say of them --- */
 
 static void add_filter(struct options *o, const char *name, const char *text,
@@ -274,6 +298,15 @@ static void note_filters(const struct option_result *given, struct options *o)
 
 /* --- Reading --- */
 
+static void choose_live(struct options *o)
+{
+    if (o->live.receive_buffer == 0) {
+        o->live.receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
+    }
+    o->sensor.is_chosen = true;
+    o->sensor.address = o->live.address.address;
+}
+
 enum parsed command_line_read(int argc, char **argv, struct options *out)
 {
     static const struct option_table table = {
@@ -294,22 +327,21 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
     if (!take_sources(result.count, argv + 1, out)) {
         return PARSED_BAD;
     }
-    if (out->check_preset != NULL) {
+    if (!take_sensor(out)) {
+        return PARSED_BAD;
+    }
+    if (out->instead.check_preset != NULL) {
         return rules_allow_check(&table, &result) ? PARSED_RUN : PARSED_BAD;
     }
-    if (out->infer) {
+    if (out->instead.infer) {
         return rules_allow_infer(out, &table, &result) ? PARSED_RUN
                                                        : PARSED_BAD;
     }
-    if (!find_formats(out) || !rules_allow(out)) {
+    if (!take_rig(out) || !find_formats(out) || !rules_allow(out)) {
         return PARSED_BAD;
     }
-    if (out->is_live && out->live.receive_buffer == 0) {
-        out->live.receive_buffer = LUM_SOCKET_RECEIVE_BUFFER;
-    }
     if (out->is_live) {
-        out->sensor.is_chosen = true;
-        out->sensor.address = out->live.address.address;
+        choose_live(out);
     }
     note_filters(&result, out);
     return PARSED_RUN;
@@ -317,5 +349,6 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
 
 void command_line_free(struct options *options)
 {
+    rig_free(options->rig);
     sources_free(&options->sources);
 }

@@ -3,6 +3,8 @@
 #include "../common/number.h"
 #include "../common/shell_word.h"
 
+#include "rig_report.h"
+
 #include "lum/wire.h"
 
 #include <errno.h>
@@ -90,7 +92,32 @@ static enum exit_status name_sensors(const struct pass *pass)
                   "--sensor:",
                   pass->options->source);
     print_sensors(pass);
+    (void)fprintf(stderr,
+                  "or read all of them by --rig FILE, each by its own "
+                  "calibration and pose (docs/formats.md), from lines such "
+                  "as:\n");
+    for (size_t i = 0;
+         i < lum_demux_sensor_count(lum_framer_demux(pass->framer)); i++) {
+        char line[RIG_TEXT_BYTES];
+        (void)fprintf(stderr, "%s\n", rig_line_for(pass->framer, i, line));
+    }
     return EXIT_BAD;
+}
+
+/* None of the rig's sensors sent data, and others did. */
+static bool lacks_rig(const struct pass *pass)
+{
+    const struct rig *rig = pass->options->rig;
+    return rig != NULL && !rig_has_any_data(rig, pass->framer) &&
+           lum_demux_sensor_count(lum_framer_demux(pass->framer)) > 0;
+}
+
+static enum exit_status refuse_rig(const struct pass *pass)
+{
+    char text[RIG_TEXT_BYTES];
+    (void)rig_tell_missing(pass->options->rig, pass->framer, text);
+    (void)fprintf(stderr, "lumdump: %s: %s\n", pass->options->source, text);
+    return EXIT_FAILED;
 }
 
 static bool lacks_asked_sensor(const struct pass *pass)
@@ -379,6 +406,9 @@ enum exit_status conclude(struct pass *pass, enum pass_result result,
     warn_of_damage(pass);
     if (lacks_asked_sensor(pass)) {
         return refuse_sensor(pass);
+    }
+    if (lacks_rig(pass)) {
+        return refuse_rig(pass);
     }
     if (lacks_data(pass)) {
         char capture[MISFIT_CAPTURE_BYTES];

@@ -1,5 +1,7 @@
 #include "convert.h"
 
+#include "rig_report.h"
+
 #include "lum/base/time.h"
 #include "lum/wire.h"
 
@@ -28,6 +30,31 @@ static int64_t timestamp_us(const struct pass *pass, int64_t clock_us,
                : arrival_ns / 1000;
 }
 
+/* Which of the rig's sensors the event is of; without a rig the first. */
+static size_t member_of(const struct pass *pass)
+{
+    const int member = pass->options->rig != NULL
+                           ? rig_member_of(pass->options->rig, pass->framer,
+                                           lum_framer_sensor(pass->framer))
+                           : 0;
+    return member > 0 ? (size_t)member : 0;
+}
+
+static struct frame_lines *frame_lines_of(const struct pass *pass)
+{
+    return pass->frame_lines[member_of(pass)];
+}
+
+/* Outputs of a rig are told whose the event is. */
+static struct action action_of(const struct pass *pass)
+{
+    const struct rig *rig = pass->options->rig;
+    const size_t i = member_of(pass);
+    return rig == NULL ? (struct action){.sensor = 0}
+                       : (struct action){.sensor = (unsigned)i + 1u,
+                                         .extra = &rig->sensors[i].column};
+}
+
 static int64_t clock_of_line(const void *pass, const lum_frame_line *line)
 {
     return timestamp_us(pass, line->clock_us, line->arrival_ns);
@@ -36,6 +63,8 @@ static int64_t clock_of_line(const void *pass, const lum_frame_line *line)
 static int write_line(struct pass *pass, lum_error *error)
 {
     const lum_line *line = lum_framer_line(pass->framer);
+    const struct rig *rig = pass->options->rig;
+    struct action action = action_of(pass);
     if (!outputs_any(pass->outputs, output_wants_lines)) {
         return 0;
     }
@@ -44,14 +73,18 @@ static int write_line(struct pass *pass, lum_error *error)
         .frame = line->frame,
         .timestamp_us = timestamp_us(pass, line->clock_us, line->arrival),
         .line = line->number,
-        .eye = line->eye};
+        .eye = line->eye,
+        .extra = action.extra};
     if (pass->crew != NULL) {
-        return crew_add(pass->crew, pass->framer, &points, error);
+        return crew_add(pass->crew, pass->framer,
+                        rig != NULL ? &rig->sensors[member_of(pass)].projector
+                                    : pass->projector,
+                        &points, error);
     }
     points.count = lum_framer_line_samples(pass->framer, 0, &points.samples);
-    return outputs_act(pass->outputs,
-                       &(struct action){.kind = ADD_LINE, .line = &points},
-                       error);
+    action.kind = ADD_LINE;
+    action.line = &points;
+    return outputs_act(pass->outputs, &action, error);
 }
 
 static int take_line(struct pass *pass, lum_error *error)
@@ -68,7 +101,7 @@ static int take_line(struct pass *pass, lum_error *error)
 static bool choose_frame(struct pass *pass)
 {
     struct summary *s = &pass->summary;
-    const struct taken_frame *taken = frame_lines_taken(pass->frame_lines);
+    const struct taken_frame *taken = frame_lines_taken(frame_lines_of(pass));
     if (s->whole.asked == 0) {
         return true;
     }
@@ -92,21 +125,22 @@ static int move_frame(struct pass *pass, const lum_frame *frame,
     if (motion_move(pass->motion, frame, out, error) != 0) {
         return -1;
     }
-    frame_lines_move(pass->frame_lines, out);
+    frame_lines_move(frame_lines_of(pass), out);
     return 0;
 }
 
 static int take_frame(struct pass *pass, lum_error *error)
 {
     const lum_frame *frame = lum_framer_frame(pass->framer, 0);
+    struct frame_lines *lines = frame_lines_of(pass);
+    struct action action = action_of(pass);
     struct moved moved;
     const bool is_written =
         pass->voxels != NULL || outputs_any(pass->outputs, output_wants_frames);
     if (!is_written && pass->summary.whole.asked == 0) {
         return 0;
     }
-    if (frame_lines_take(pass->frame_lines, frame,
-                         pass->frames_to_come.want_rows) != 0) {
+    if (frame_lines_take(lines, frame, pass->frames_to_come.want_rows) != 0) {
         errno = ENOMEM;
         return lum_error_set(error, "out of memory");
     }
@@ -116,14 +150,13 @@ static int take_frame(struct pass *pass, lum_error *error)
     if (move_frame(pass, frame, &moved, error) != 0) {
         return -1;
     }
+    action.kind = ADD_FRAME;
+    action.frame = lines;
     return pass->voxels != NULL
                ? voxels_take(pass->voxels, frame,
                              pass->motion != NULL ? &moved : NULL,
-                             pass->outputs, error)
-               : outputs_act(pass->outputs,
-                             &(struct action){.kind = ADD_FRAME,
-                                              .frame = pass->frame_lines},
-                             error);
+                             action.sensor, pass->outputs, error)
+               : outputs_act(pass->outputs, &action, error);
 }
 
 static int end_frame(struct pass *pass, lum_error *error)
@@ -134,11 +167,11 @@ static int end_frame(struct pass *pass, lum_error *error)
     if (pass->outputs == NULL) {
         return 0;
     }
+    struct action action = action_of(pass);
+    action.kind = END_FRAME;
+    action.number = number;
     return pass->crew != NULL ? crew_end_frame(pass->crew, number, error)
-                              : outputs_act(pass->outputs,
-                                            &(struct action){.kind = END_FRAME,
-                                                             .number = number},
-                                            error);
+                              : outputs_act(pass->outputs, &action, error);
 }
 
 static enum pass_result handle_event(struct pass *pass, lum_framer_event event,
@@ -171,6 +204,7 @@ static enum pass_result handle_event(struct pass *pass, lum_framer_event event,
 static bool has_too_many_sensors(const struct pass *pass)
 {
     return pass->outputs != NULL && !pass->options->sensor.is_chosen &&
+           pass->options->rig == NULL &&
            lum_demux_sensor_count(lum_framer_demux(pass->framer)) > 1;
 }
 
@@ -194,13 +228,30 @@ static int set_time(struct pass *pass, const lum_record *record,
         &(struct action){.kind = SET_TIME, .number = record->time_ns}, error);
 }
 
+/* Which of the rig's sensors a record is of; -1: none. */
+static int record_member(const struct pass *pass, const lum_record *record)
+{
+    const lum_capture *capture = pass->source.capture;
+    if (pass->options->is_live) {
+        return 0;
+    }
+    return rig_member(pass->options->rig, record,
+                      capture != NULL ? lum_capture_interface(capture) : NULL);
+}
+
 static int add_datagram(struct pass *pass, const lum_record *record,
                         lum_error *error)
 {
+    const struct rig *rig = pass->options->rig;
+    const int found = rig != NULL ? record_member(pass, record) : 0;
+    const size_t i = found > 0 ? (size_t)found : 0;
     const struct action action = {
         .kind = ADD_DATAGRAM,
+        .sensor = rig != NULL ? (unsigned)i + 1u : 0,
         .number = options_is_rotation(&pass->options->files.rotation) &&
-                  frame_watch_begins(&pass->frames, pass->layout,
+                  frame_watch_begins(&pass->frames[i],
+                                     rig != NULL ? &rig->sensors[i].layout
+                                                 : pass->layout,
                                      record->payload, record->len),
         .record = record};
     return outputs_act(pass->outputs, &action, error);
@@ -281,6 +332,9 @@ static bool is_of_asked_sensor(const struct pass *pass,
                                const lum_record *record)
 {
     const struct options *o = pass->options;
+    if (o->rig != NULL) {
+        return record_member(pass, record) >= 0;
+    }
     return !o->sensor.is_chosen ||
            ((record->source == o->sensor.address ||
              record->destination == o->sensor.address) &&
@@ -307,6 +361,10 @@ enum pass_result pass_take(struct pass *pass, const lum_record *record,
     }
     if (kind != LUM_PACKET_KINDS && is_of_asked_sensor(pass, record)) {
         return note_ours(pass, record, kind, error);
+    }
+    if (pass->options->rig != NULL && pass->source.capture != NULL) {
+        rig_others_note(&pass->summary.others, pass->options, record,
+                        lum_capture_interface(pass->source.capture));
     }
     return PASS_DONE;
 }
@@ -376,6 +434,20 @@ static bool needs_all_columns(const struct options *o, size_t i)
     return options_takes_frames(o, i) && !options_has_messages(o, i);
 }
 
+static int prepare_frames(struct pass *pass)
+{
+    const struct options *o = pass->options;
+    const size_t count = o->rig != NULL ? o->rig->count : 1u;
+    for (size_t i = 0; i < count; i++) {
+        pass->frame_lines[i] =
+            frame_lines_new(o->choice.eyes, clock_of_line, pass);
+        if (pass->frame_lines[i] == NULL) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
 /* What is needed besides the framer. */
 static int prepare_parts(struct pass *pass, unsigned wants)
 {
@@ -388,11 +460,7 @@ static int prepare_parts(struct pass *pass, unsigned wants)
     }
     if ((wants & (unsigned)LUM_WANT_FRAMES) != 0) {
         pass->frames_to_come.want_rows = options_any(o, options_is_organized);
-        pass->frame_lines =
-            frame_lines_new(o->choice.eyes, clock_of_line, pass);
-        if (pass->frame_lines == NULL) {
-            return -1;
-        }
+        return prepare_frames(pass);
     }
     return 0;
 }
@@ -429,24 +497,28 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     const struct options *o = pass->options;
     const unsigned wants = find_wants(pass);
     const lum_view view = make_view(o, wants);
-    const lum_framer_options options = {.struct_size = sizeof options,
-                                        .layout = pass->layout,
-                                        .projector = pass->projector,
-                                        .views = &view,
-                                        .view_count = 1,
-                                        .wants = wants,
-                                        .eyes = o->choice.eyes,
-                                        .has_sensor = o->sensor.is_chosen,
-                                        .sensor = o->sensor.address,
-                                        .port = o->sensor.port,
-                                        .records_are_single = true,
-                                        .sensor_interface = o->sensor.interface,
-                                        .has_range = true,
-                                        .frame_first = o->choice.frame_first,
-                                        .frame_last = o->choice.frame_last,
-                                        .drop_incomplete =
-                                            o->choice.drop_incomplete,
-                                        .threads = framer_threads(o, wants)};
+    /* the layout is for sensors that the rig does not name */
+    const bool has_members = o->rig != NULL && !o->rig->is_one;
+    const lum_framer_options options = {
+        .struct_size = sizeof options,
+        .layout = has_members ? NULL : pass->layout,
+        .projector = pass->projector,
+        .views = &view,
+        .view_count = 1,
+        .wants = wants,
+        .eyes = o->choice.eyes,
+        .has_sensor = o->sensor.is_chosen,
+        .sensor = o->sensor.address,
+        .port = o->sensor.port,
+        .records_are_single = true,
+        .sensor_interface = o->sensor.interface,
+        .has_range = true,
+        .frame_first = o->choice.frame_first,
+        .frame_last = o->choice.frame_last,
+        .drop_incomplete = o->choice.drop_incomplete,
+        .members = has_members ? o->rig->members : NULL,
+        .member_count = has_members ? o->rig->count : 0,
+        .threads = framer_threads(o, wants)};
     if (lum_framer_new(&options, &pass->framer, error) != 0) {
         return PASS_FAILED;
     }
@@ -460,6 +532,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     pass->summary.origin = o->about.origin;
     pass->summary.source = o->source;
     pass->summary.framer = pass->framer;
+    pass->summary.rig = o->rig;
     pass->summary.has_frames = options_has_frames(o);
     pass->summary.whole.asked = o->choice.whole;
     return PASS_DONE;
@@ -472,7 +545,7 @@ void pass_note_left_out(struct pass *pass)
 {
     struct summary_outputs *s = &pass->summary.outputs;
     struct left_out of_frames = {.late = 0};
-    if (pass->frame_lines != NULL && pass->summary.whole.asked == 0) {
+    if (pass->frame_lines[0] != NULL && pass->summary.whole.asked == 0) {
         const lum_framer_counters c = summary_count(&pass->summary);
         of_frames.late = c.points_late;
         of_frames.cut = c.points_cut;
@@ -487,7 +560,9 @@ void pass_free(struct pass *pass)
     crew_free(pass->crew);
     voxels_free(pass->voxels);
     cut_free(pass->cut);
-    frame_lines_free(pass->frame_lines);
+    for (size_t i = 0; i < LUM_RIG_SENSORS_MAX; i++) {
+        frame_lines_free(pass->frame_lines[i]);
+    }
     lum_framer_free(pass->framer);
     lum_capture_close(pass->source.capture);
 }

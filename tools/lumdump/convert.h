@@ -11,6 +11,7 @@
 #include "motion.h"
 #include "options.h"
 #include "outputs.h"
+#include "rig.h"
 #include "summary.h"
 #include "voxels.h"
 
@@ -69,10 +70,12 @@ struct pass {
 
     struct summary summary;
     struct diagnosis diagnosis;
-    struct cut *cut;           /* of captures; NULL: they are copied whole */
-    struct frame_watch frames; /* for a rotation */
+    struct cut *cut; /* of captures; NULL: they are copied whole */
+    struct frame_watch
+        frames[LUM_RIG_SENSORS_MAX]; /* of each sensor, for a rotation */
     lum_framer *framer;
-    struct frame_lines *frame_lines; /* NULL: frames are not wanted */
+    struct frame_lines *frame_lines[LUM_RIG_SENSORS_MAX]; /* of each sensor;
+                                               NULL: frames are not wanted */
     struct pass_frames frames_to_come;
     struct pass_laser laser;
     struct pass_told told;

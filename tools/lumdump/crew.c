@@ -236,7 +236,8 @@ static struct batch *batch_for(struct crew *crew, int64_t frame,
     return being_filled(crew)->batch;
 }
 
-int crew_add(struct crew *crew, lum_framer *framer, lum_line_samples *points,
+int crew_add(struct crew *crew, lum_framer *framer,
+             const lum_projector *projector, lum_line_samples *points,
              lum_error *error)
 {
     struct batch *batch = batch_for(crew, points->frame, error);
@@ -248,8 +249,8 @@ int crew_add(struct crew *crew, lum_framer *framer, lum_line_samples *points,
         points->count = lum_framer_line_samples(framer, 0, &points->samples);
         result = batch_add_samples(batch, points);
     } else {
-        result = batch_add_line(batch, lum_framer_line(framer),
-                                points->timestamp_us);
+        result =
+            batch_add_line(batch, lum_framer_line(framer), projector, points);
     }
     return result == 0 ? give_full(crew, error) : fail_memory(error);
 }
@@ -302,10 +303,8 @@ static bool counts_words(const lum_selection *s)
     return s->returns == LUM_RETURNS_ALL && !s->has_range && !s->has_box;
 }
 
-static int set_view(struct crew *crew, const struct options *o,
-                    const lum_projector *projector)
+static int set_view(struct crew *crew, const struct options *o)
 {
-    crew->view.projector = projector;
     crew->view.selection = o->choice.points;
     crew->view.smooths = o->points.smooth_window > 1u;
     crew->wants_samples = !counts_words(&o->choice.points);
@@ -337,8 +336,8 @@ static int make_jobs(struct crew *crew, size_t count, lum_error *error)
     return 0;
 }
 
-int crew_new(const struct options *options, const lum_projector *projector,
-             struct outputs *outputs, struct crew **out, lum_error *error)
+int crew_new(const struct options *options, struct outputs *outputs,
+             struct crew **out, lum_error *error)
 {
     const unsigned threads = crew_threads(options);
     *out = NULL;
@@ -355,7 +354,7 @@ int crew_new(const struct options *options, const lum_projector *projector,
     crew->outputs = outputs;
     crew->threads.max = threads - 1u;
     crew->is_pattern = options_pattern(options->outputs[0].name) == 1;
-    if (set_view(crew, options, projector) != 0 ||
+    if (set_view(crew, options) != 0 ||
         make_jobs(crew, threads * BATCHES_EACH + 1u, error) != 0) {
         crew_free(crew);
         return -1;

@@ -27,16 +27,18 @@ unsigned crew_threads(const struct options *options);
 /* A crew as the options want it.
  * *out: NULL if one thread does everything.
  * 0, or -1 with the reason in error. */
-int crew_new(const struct options *options, const lum_projector *projector,
-             struct outputs *outputs, struct crew **out, lum_error *error);
+int crew_new(const struct options *options, struct outputs *outputs,
+             struct crew **out, lum_error *error);
 
 /* Stop the threads; what is not written is dropped. NULL is allowed. */
 void crew_free(struct crew *crew);
 
 /* Take the framer's line, as the selection needs it: with its points, or
- * without. points: all but these. What fails may be due to an earlier line. 0,
- * or -1 with the reason in error and in errno. */
-int crew_add(struct crew *crew, lum_framer *framer, lum_line_samples *points,
+ * without. projector: of its sensor, kept; points: all but these. What fails
+ * may be due to an earlier line. 0, or -1 with the reason in error and in
+ * errno. */
+int crew_add(struct crew *crew, lum_framer *framer,
+             const lum_projector *projector, lum_line_samples *points,
              lum_error *error);
 
 /* As END_FRAME of outputs_act(), behind the lines so far. */

@@ -3,6 +3,7 @@
 #include "../common/interrupt.h"
 #include "command_line.h"
 #include "replay.h"
+#include "rig.h"
 #include "runs.h"
 #include "targets.h"
 #include "world.h"
@@ -23,19 +24,55 @@ struct job {
     struct pass pass;
 };
 
-static void say_about(const struct job *job, bool of_packets,
-                      struct provenance *out)
+static struct provenance_run run_of(const struct options *o, bool of_packets,
+                                    const char *texts[FILTERS_MAX])
 {
-    const char *texts[FILTERS_MAX];
     struct provenance_run run = {
-        .program = "lumdump", .source = job->options->source, .options = texts};
-    for (size_t i = 0; i < job->options->filters.count; i++) {
-        const struct filter *f = &job->options->filters.list[i];
+        .program = "lumdump", .source = o->source, .options = texts};
+    for (size_t i = 0; i < o->filters.count; i++) {
+        const struct filter *f = &o->filters.list[i];
         if (f->is_of_packets || !of_packets) {
             texts[run.option_count++] = f->text;
         }
     }
+    return run;
+}
+
+static void say_about(const struct job *job, bool of_packets,
+                      struct provenance *out)
+{
+    const char *texts[FILTERS_MAX];
+    const char *lines[LUM_RIG_SENSORS_MAX];
+    const struct rig *rig = job->options->rig;
+    struct provenance_run run = run_of(job->options, of_packets, texts);
+    run.sensors = lines;
+    for (; rig != NULL && run.sensor_count < rig->count; run.sensor_count++) {
+        lines[run.sensor_count] = rig->sensors[run.sensor_count].line;
+    }
     provenance_make(&run, &job->geometry, &job->source, out);
+}
+
+/* Layouts and projectors: the rig's, of which the first serves where only one
+ * can, or those of the command line. */
+static int prepare_geometry(struct job *job, lum_error *error)
+{
+    const char *points[FILTERS_MAX];
+    const char *packets[FILTERS_MAX];
+    struct options *o = job->options;
+    if (o->rig == NULL) {
+        return geometry_set(&job->geometry, &o->config.set, error) == 0
+                   ? geometry_make(&job->geometry, &job->layout,
+                                   &job->projector, error)
+                   : -1;
+    }
+    const struct provenance_run of_points = run_of(o, false, points);
+    const struct provenance_run of_packets = run_of(o, true, packets);
+    if (rig_prepare(o->rig, o, &of_points, &of_packets, error) != 0) {
+        return -1;
+    }
+    job->layout = o->rig->sensors[0].layout;
+    job->projector = o->rig->sensors[0].projector;
+    return 0;
 }
 
 /* For a message; not the built-in one. */
@@ -47,16 +84,33 @@ static const char *name_profile(const struct options *o)
     return o->config.profile != NULL ? o->config.profile : "of the capture";
 }
 
+/* The profile of packets without timestamps; NULL: all have them. */
+static const char *find_clockless(const struct job *job)
+{
+    const struct rig *rig = job->options->rig;
+    const size_t count = rig != NULL ? rig->count : 1u;
+    for (size_t i = 0; i < count; i++) {
+        const lum_layout *layout =
+            rig != NULL ? &rig->sensors[i].layout : &job->layout;
+        if (layout->profile.group[LUM_FIELD_TIMESTAMP].bytes == 0) {
+            return rig != NULL
+                       ? rig->files.sensor[rig->sensors[i].place].profile_path
+                       : name_profile(job->options);
+        }
+    }
+    return NULL;
+}
+
 static int prepare_motion(struct job *job, lum_error *error)
 {
     struct options *o = job->options;
-    if (o->points.motion.poses != NULL &&
-        job->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes == 0) {
+    const char *clockless = find_clockless(job);
+    if (o->points.motion.poses != NULL && clockless != NULL) {
         return lum_error_set(error,
                              "--poses: by the profile %s packets have no "
                              "timestamp, so points have no times to find their "
                              "poses by; leave --poses out",
-                             name_profile(o));
+                             clockless);
     }
     return motion_new(o, &job->motion, error) == 0
                ? world_begin(o, job->motion, error)
@@ -67,20 +121,18 @@ static int prepare_motion(struct job *job, lum_error *error)
 static int prepare(struct job *job, lum_error *error)
 {
     struct options *o = job->options;
-    if (geometry_set(&job->geometry, &o->config.set, error) != 0 ||
-        geometry_make(&job->geometry, &job->layout, &job->projector, error) !=
-            0) {
+    if (prepare_geometry(job, error) != 0) {
         return -1;
     }
+    const char *clockless = find_clockless(job);
     if (prepare_motion(job, error) != 0) {
         return -1;
     }
-    if (o->points.time == TIME_UTC &&
-        job->layout.profile.group[LUM_FIELD_TIMESTAMP].bytes == 0) {
+    if (o->points.time == TIME_UTC && clockless != NULL) {
         return lum_error_set(error,
                              "--time utc: by the profile %s packets have no "
                              "timestamp to fit; use --time arrival",
-                             name_profile(o));
+                             clockless);
     }
     say_about(job, false, &job->about_points);
     say_about(job, true, &job->about_packets);
@@ -125,6 +177,31 @@ static enum exit_status run_live(struct job *job)
     return live_run(&job->pass);
 }
 
+/* A rig says which calibration each sensor has: that of the capture, which
+ * could be any one's, is not taken. */
+static void take_about(struct job *job)
+{
+    const lum_capture *capture = job->pass.source.capture;
+    const struct rig *rig = job->options->rig;
+    if (rig == NULL) {
+        provenance_take(capture, &job->geometry, &job->source);
+        conclude_about(job->options, &job->source);
+        return;
+    }
+    struct geometry its = job->geometry;
+    provenance_take(capture, &its, &job->source);
+    job->source.takes_calibration = false;
+    job->source.takes_profile = false;
+    if (its.has_calibration || its.has_profile) {
+        conclude_warn(job->options,
+                      "%s: it has a %s of its own, which is not used: %s names "
+                      "those of each sensor, or the built-in ones are used",
+                      job->options->source,
+                      its.has_calibration ? "calibration" : "profile",
+                      rig->path);
+    }
+}
+
 static enum exit_status read_capture(struct job *job)
 {
     lum_error error = {""};
@@ -132,8 +209,7 @@ static enum exit_status read_capture(struct job *job)
     enum pass_result result =
         replay_open(job->options, &pass->source.capture, &error);
     if (result == PASS_DONE) {
-        provenance_take(pass->source.capture, &job->geometry, &job->source);
-        conclude_about(job->options, &job->source);
+        take_about(job);
         if (prepare(job, &error) != 0) {
             return conclude_error(&error, EXIT_BAD);
         }
@@ -187,10 +263,10 @@ static enum exit_status act(enum parsed parsed, struct options *options)
         return EXIT_BAD;
     case PARSED_RUN:
     default:
-        if (options->check_preset != NULL) {
+        if (options->instead.check_preset != NULL) {
             return check_preset_run(options);
         }
-        return options->infer ? infer_run(options) : run(options);
+        return options->instead.infer ? infer_run(options) : run(options);
     }
 }
 

@@ -30,6 +30,7 @@ struct output_options {
     const char *name;
     unsigned format; /* a lum_format, or FORMAT_PCAP or FORMAT_PCAPNG */
     bool is_folder;  /* of rosbag2, with files of this format */
+    unsigned sensor; /* of a rig: 1 + which of them it is of; 0: of all */
 };
 
 /* A sensor, of a live run. */
@@ -45,7 +46,8 @@ struct live_options {
 
 /* Whose packets are used. */
 struct sensor_options {
-    bool is_chosen; /* a live run always does */
+    bool is_chosen;   /* a live run always does */
+    const char *text; /* as --sensor names it; of a rig the name */
     uint32_t address;
     char interface[LUM_INTERFACE_BYTES]; /* empty: none was named */
     uint16_t port; /* of sensors in a capture; 0: as ever */
@@ -68,6 +70,7 @@ struct config_options {
     struct set_keys set;
     const char *calibration;
     const char *profile;
+    const char *rig; /* NULL: there is none */
 };
 
 /* Which points, lines and packets. */
@@ -114,6 +117,7 @@ struct cloud_options {
     const char *columns; /* of csv, ply and pcd; NULL: their own */
     const char *preset;  /* of csv, ply, pcd and mcap; NULL: none */
     bool has_times;      /* the columns have times among them */
+    bool wants_sensor;   /* likewise, the sensor of a rig */
     bool organized;      /* pcd: a frame as rows of pixels */
     double voxel; /* metres, of points thinned to voxels; 0: all of them */
 };
@@ -149,6 +153,12 @@ struct about {
     double origin[3];                   /* of the world's coordinates */
 };
 
+/* What is done instead of a conversion. */
+struct other_work {
+    const char *check_preset; /* look at a cloud, and nothing else */
+    bool infer;               /* find the layout, and nothing else */
+};
+
 struct options {
     const char *source;     /* its name in messages */
     struct sources sources; /* captures */
@@ -164,8 +174,8 @@ struct options {
     struct point_options points;
     struct cloud_options cloud;
     struct mcap_options mcap;
-    const char *check_preset; /* look at a cloud, and nothing else */
-    bool infer;               /* find the layout, and nothing else */
+    struct rig *rig; /* NULL: there is none */
+    struct other_work instead;
     bool json;
     bool quiet;
     struct filters filters;

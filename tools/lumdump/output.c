@@ -21,6 +21,7 @@ enum output_kind {
 
 struct output {
     enum output_kind kind;
+    unsigned sensor;    /* of a rig: 1 + whose it is alone; 0: of all */
     bool takes_packets; /* a recording; messages may */
     bool by_arrival;    /* times of messages */
     struct file_set files;
@@ -75,13 +76,14 @@ static int add_part(struct output *o, int64_t frame, lum_writer *part,
 /* --- Frames --- */
 
 static int add_lines(struct output *o, struct frame_lines *frame,
-                     lum_error *error)
+                     const void *const *extra, lum_error *error)
 {
     int result = 0;
     for (size_t i = 0; i < frame_lines_taken(frame)->lines && result == 0;
          i++) {
         lum_line_samples line;
         frame_lines_get(frame, i, &line);
+        line.extra = extra;
         result = add_line(o, &line, error);
     }
     return result;
@@ -99,7 +101,7 @@ static int find_frame_file(struct output *o, const struct frame_lines *frame,
 }
 
 static int add_rows(struct output *o, struct frame_lines *frame,
-                    lum_error *error)
+                    const void *const *extra, lum_error *error)
 {
     const uint32_t rows = frame_lines_rows(frame);
     struct output_file *file = NULL;
@@ -111,23 +113,35 @@ static int add_rows(struct output *o, struct frame_lines *frame,
     for (uint32_t i = 0; i < rows && result == 0; i++) {
         lum_line_samples row;
         frame_lines_get_row(frame, i, &row);
+        row.extra = extra;
         result = lum_writer_add(file->cloud, &row, error);
     }
     o->no_place += frame_lines_taken(frame)->left_out;
     return result;
 }
 
+/* Whose the next message is. */
+static int set_sensor(const struct output *o, struct output_file *file,
+                      unsigned sensor, lum_error *error)
+{
+    return lum_writer_set_sensor(
+        file->cloud, sensor != 0 && o->sensor == 0 ? sensor - 1u : 0, error);
+}
+
 /* All of a frame becomes one message; one without any line, none. */
 static int add_message(struct output *o, struct frame_lines *frame,
-                       lum_error *error)
+                       unsigned sensor, lum_error *error)
 {
     struct output_file *file = NULL;
     int result = find_frame_file(o, frame, &file, error);
     if (file == NULL) {
         return result;
     }
-    result = lum_writer_begin_frame(
-        file->cloud, frame_lines_begin_ns(frame, o->by_arrival), error);
+    result = set_sensor(o, file, sensor, error);
+    if (result == 0) {
+        result = lum_writer_begin_frame(
+            file->cloud, frame_lines_begin_ns(frame, o->by_arrival), error);
+    }
     for (size_t i = 0; i < frame_lines_taken(frame)->lines && result == 0;
          i++) {
         lum_line_samples line;
@@ -176,7 +190,7 @@ static int draw(struct output *o, struct frame_lines *frame, lum_error *error)
     if (points == 0) {
         return 0;
     }
-    const int result = add_lines(o, frame, error);
+    const int result = add_lines(o, frame, NULL, error);
     note_drawn(&o->drawn, frame_lines_taken(frame)->number, points,
                frame_lines_taken(frame)->is_whole, o->files.names.number);
     return result;
@@ -218,7 +232,7 @@ static int draw_spare(struct output *o, lum_error *error)
         errno = ENOMEM;
         return lum_error_set(error, "%s: out of memory", output_name(o));
     }
-    const int result = add_lines(o, frame, error);
+    const int result = add_lines(o, frame, NULL, error);
     const int code = errno;
     frame_lines_free(frame);
     errno = code;
@@ -227,16 +241,17 @@ static int draw_spare(struct output *o, lum_error *error)
 
 /* --- What it is given --- */
 
-static int add_frame(struct output *o, struct frame_lines *frame,
+static int add_frame(struct output *o, const struct action *action,
                      lum_error *error)
 {
+    struct frame_lines *frame = action->frame;
     switch (o->kind) {
     case KIND_FRAMES:
-        return add_lines(o, frame, error);
+        return add_lines(o, frame, action->extra, error);
     case KIND_ROWS:
-        return add_rows(o, frame, error);
+        return add_rows(o, frame, action->extra, error);
     case KIND_MESSAGES:
-        return add_message(o, frame, error);
+        return add_message(o, frame, action->sensor, error);
     case KIND_PICTURE:
         return draw(o, frame, error);
     case KIND_PICTURE_OF_ONE:
@@ -248,9 +263,18 @@ static int add_frame(struct output *o, struct frame_lines *frame,
     }
 }
 
+/* Of other sensors it takes nothing. */
+static bool is_for(const struct output *o, const struct action *action)
+{
+    return o->sensor == 0 || action->sensor == 0 || o->sensor == action->sensor;
+}
+
 int output_act(struct output *o, const struct action *action, lum_error *error)
 {
     const int64_t number = action->number;
+    if (!is_for(o, action)) {
+        return 0;
+    }
     switch (action->kind) {
     case SET_TIME:
         return file_set_set_time(&o->files, number, error);
@@ -259,7 +283,7 @@ int output_act(struct output *o, const struct action *action, lum_error *error)
     case ADD_ROWS:
         return add_part(o, number, action->part, error);
     case ADD_FRAME:
-        return add_frame(o, action->frame, error);
+        return add_frame(o, action, error);
     case ADD_STATUS:
         return o->kind == KIND_MESSAGES
                    ? file_set_add_status(&o->files, action->status, error)
@@ -312,6 +336,7 @@ int output_open(const struct options *options, size_t i,
         return lum_error_set(error, "out of memory");
     }
     o->kind = kind_of(options, i);
+    o->sensor = options->outputs[i].sensor;
     o->takes_packets = options_takes_packets(options, i);
     o->by_arrival = options->points.time == TIME_ARRIVAL;
     file_set_prepare(options, i, projector, &o->files);

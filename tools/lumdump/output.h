@@ -95,6 +95,9 @@ struct action {
                          recordings */
     } kind;
     int64_t number;
+    unsigned sensor; /* of a rig: 1 + whose it is; 0: there is none, or it is of
+                        all */
+    const void *const *extra; /* of a frame: as of its lines */
     const lum_line_samples *line;
     lum_writer *part;
     struct frame_lines *frame;

@@ -4,8 +4,31 @@
 
 #include "../common/capture_file.h"
 #include "picture.h"
+#include "rig.h"
 
 /* --- Its format --- */
+
+/* A rig's sensors have a topic and a frame each; where points are in the
+ * vehicle's frame, or in the world, that is the frame of all. */
+static void add_sensors(const struct options *o, size_t i, const char *frame_id,
+                        struct file_format *out)
+{
+    const struct rig *rig = o->rig;
+    const unsigned only = o->outputs[i].sensor;
+    out->mcap.sensor_count = only != 0 ? 1u : rig->count;
+    for (size_t k = 0; k < out->mcap.sensor_count; k++) {
+        out->sensors[k] = rig->messages[only != 0 ? only - 1u : k];
+        if (rig->is_placed) {
+            out->sensors[k].frame_id = frame_id;
+            out->sensors[k].pose = NULL;
+            out->sensors[k].calibration = NULL;
+        }
+    }
+    out->mcap.frame_id = frame_id;
+    out->mcap.calibration_yaml = NULL;
+    out->mcap.profile_yaml = NULL;
+    out->mcap.sensors = out->sensors;
+}
 
 /* Points in the world are in another frame than those of the sensor, whose
  * mounts then tell nothing. */
@@ -26,13 +49,26 @@ static lum_mcap_options mcap_of(const struct options *o,
         .lines = o->mcap.lines};
 }
 
+/* What the i-th output says of itself. */
+static const struct provenance *about_of(const struct options *o, size_t i)
+{
+    const unsigned sensor = o->outputs[i].sensor;
+    const bool of_packets = options_is_recording(o, i);
+    if (o->rig == NULL || (sensor == 0 && !o->rig->is_one)) {
+        return of_packets ? o->about.packets : o->about.points;
+    }
+    const struct rig_sensor *s =
+        &o->rig->sensors[sensor != 0 ? sensor - 1u : 0];
+    return of_packets ? &s->packets : &s->points;
+}
+
 void file_format_choose(const struct options *o, size_t i,
                         const lum_projector *projector, struct file_format *out)
 {
     const unsigned format = o->outputs[i].format;
     const bool is_mcap = format == (unsigned)LUM_FORMAT_MCAP;
-    const struct provenance *about =
-        options_is_recording(o, i) ? o->about.packets : o->about.points;
+    const struct provenance *about = about_of(o, i);
+    const unsigned sensor = o->outputs[i].sensor;
     *out = (struct file_format){.is_capture = options_is_capture(format)};
     out->is_growing = o->is_live && options_pattern(o->outputs[i].name) != 1 &&
                       (out->is_capture || is_mcap);
@@ -45,7 +81,8 @@ void file_format_choose(const struct options *o, size_t i,
         .format = (lum_format)format,
         .ascii = o->cloud.ascii,
         .utc = o->points.time != TIME_SENSOR,
-        .projector = projector,
+        .projector =
+            sensor != 0 ? &o->rig->sensors[sensor - 1u].projector : projector,
         .picture = picture_format(),
         .comment = options_has_comment(o, format) ? about->text : NULL,
         .columns = lum_format_has_columns((lum_format)format) ? o->cloud.columns
@@ -57,6 +94,16 @@ void file_format_choose(const struct options *o, size_t i,
     if (is_mcap) {
         out->mcap = mcap_of(o, about, out->is_growing);
         out->cloud.mcap = &out->mcap;
+    }
+    if (is_mcap && o->rig != NULL) {
+        add_sensors(o, i,
+                    options_is_in_world(o) ? "map" : o->rig->files.rig.frame,
+                    out);
+    }
+    if (rig_has_column(o, i)) {
+        static const lum_writer_extra column = {RIG_COLUMN, LUM_NUMBER_U8};
+        out->cloud.extra = &column;
+        out->cloud.extra_count = 1;
     }
 }
 

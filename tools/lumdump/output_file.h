@@ -19,6 +19,7 @@ struct file_format {
     const struct provenance *about; /* a capture's; NULL: it has no room */
     lum_writer_options cloud;
     lum_mcap_options mcap;
+    lum_mcap_sensor sensors[LUM_MCAP_SENSORS_MAX]; /* of a rig */
 };
 
 struct output_file {

@@ -204,8 +204,7 @@ static enum pass_result run(struct pass *pass, lum_error *error)
         result = replay_open(pass->options, &pass->source.capture, error);
     }
     if (result == PASS_DONE && pass->outputs != NULL &&
-        crew_new(pass->options, pass->projector, pass->outputs, &pass->crew,
-                 error) != 0) {
+        crew_new(pass->options, pass->outputs, &pass->crew, error) != 0) {
         result = PASS_FAILED;
     }
     if (result == PASS_DONE) {

@@ -3,6 +3,7 @@
 #include "rules.h"
 
 #include "../common/host.h"
+#include "rig.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -235,6 +236,16 @@ static bool goes_with_motion(const struct options *o)
     return KEEP_TO(rules);
 }
 
+static bool goes_with_rig(const struct options *o)
+{
+    lum_error why = {""};
+    if (o->cloud.wants_sensor && o->rig == NULL) {
+        return rules_refuse("--columns: the column " RIG_COLUMN " is of a "
+                            "rig's sensors: give --rig FILE too");
+    }
+    return rig_check(o, &why) == 0 || rules_refuse("%s", why.text);
+}
+
 /* --- All of a run --- */
 
 bool rules_allow(const struct options *o)
@@ -245,7 +256,7 @@ bool rules_allow(const struct options *o)
          "--comments goes with csv and xyz output only: ply, pcd, las and "
          "pcapng always have them"},
         {o->json && options_any(o, options_is_standard_output), both_print}};
-    return goes_with_clouds(o) && goes_with_voxels(o) &&
+    return goes_with_rig(o) && goes_with_clouds(o) && goes_with_voxels(o) &&
            goes_with_messages(o) && goes_with_motion(o) && KEEP_TO(rules) &&
            keep_goes_with_rotation(o) && goes_with_source(o);
 }

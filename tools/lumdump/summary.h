@@ -12,6 +12,20 @@
 #include <stdint.h>
 #include <stdio.h>
 
+struct rig;
+
+/* Packets of a sensor that a rig does not name, by where they came from. */
+struct rig_other {
+    uint32_t address;
+    char interface[LUM_INTERFACE_BYTES];
+    uint64_t packets;
+};
+
+struct rig_others {
+    struct rig_other list[LUM_DEMUX_SENSORS_MAX];
+    size_t count; /* of more of them nothing is known */
+};
+
 /* One output of a live run. */
 struct live_output {
     const char *name;
@@ -73,7 +87,9 @@ struct summary {
     const char *source;
     const struct live_counts *live; /* NULL: a capture */
     const lum_framer *framer;
-    const lum_capture *capture;   /* NULL: live, or none could be opened */
+    const lum_capture *capture; /* NULL: live, or none could be opened */
+    const struct rig *rig;      /* NULL: there is none */
+    struct rig_others others;   /* what came of sensors that it does not name */
     const lum_move_counts *moved; /* by poses; NULL: there are none */
     const double *origin;         /* of the moved points, metres */
     struct summary_span span;

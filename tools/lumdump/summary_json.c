@@ -1,4 +1,5 @@
 /* The summary of a run as JSON. */
+#include "rig_report.h"
 #include "summary.h"
 
 #include "../common/number.h"
@@ -124,6 +125,54 @@ static void print_interface(const lum_demux *demux, size_t sensor, FILE *out)
     }
 }
 
+static void print_rig_name(const struct summary *s, size_t sensor, FILE *out)
+{
+    if (s->rig != NULL) {
+        (void)fprintf(out, "      \"rig_name\": \"%s\",\n",
+                      rig_name_of(s->rig, s->framer, sensor));
+    }
+}
+
+static void print_missing(const struct summary *s, FILE *out)
+{
+    const char *divider = "";
+    (void)fputs("\"missing\": [", out);
+    for (size_t k = 0; k < s->rig->count; k++) {
+        if (!rig_has_data(s->rig, s->framer, k)) {
+            (void)fprintf(out, "%s\"%s\"", divider,
+                          s->rig->sensors[k].of->name);
+            divider = ", ";
+        }
+    }
+    (void)fputs("]", out);
+}
+
+/* Which sensors the capture and the rig do not have in common. */
+static void print_rig(const struct summary *s, FILE *out)
+{
+    const lum_demux *demux = lum_framer_demux(s->framer);
+    const char *divider = "";
+    if (s->rig == NULL) {
+        return;
+    }
+    (void)fputs("  \"rig\": {\"file\": ", out);
+    print_text(s->rig->path, out);
+    (void)fputs(", ", out);
+    print_missing(s, out);
+    (void)fputs(", \"unnamed\": [", out);
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+        char name[LUM_SENSOR_NAME_BYTES];
+        if (rig_name_of(s->rig, s->framer, i) == NULL) {
+            (void)fprintf(out, "%s{\"address\": ", divider);
+            print_text(lum_demux_name(demux, i, name), out);
+            (void)fprintf(out, ", \"packets\": %" PRIu64 "}",
+                          rig_others_packets(&s->others, s->framer, i));
+            divider = ", ";
+        }
+    }
+    (void)fputs("]},\n", out);
+}
+
 static void print_clock_counts(const lum_clock_fit_info *clock, FILE *out)
 {
     (void)fprintf(out,
@@ -155,6 +204,13 @@ static void print_clock(const struct summary *s, size_t sensor, FILE *out)
     (void)fputs("},\n", out);
 }
 
+static bool is_reported(const struct summary *s, size_t i)
+{
+    return s->rig != NULL
+               ? rig_member_of(s->rig, s->framer, i) >= 0
+               : lum_demux_is_requested(lum_framer_demux(s->framer), i);
+}
+
 static void print_sensors(const struct summary *s, FILE *out)
 {
     const lum_demux *demux = lum_framer_demux(s->framer);
@@ -163,13 +219,14 @@ static void print_sensors(const struct summary *s, FILE *out)
     (void)fputs("  \"sensors\": [", out);
     for (size_t i = 0; i < n; i++) {
         lum_demux_counters counters = {.struct_size = sizeof counters};
-        if (!lum_demux_is_requested(demux, i)) {
+        if (!is_reported(s, i)) {
             continue;
         }
         (void)fprintf(out, "%s\n    {\n      \"address\": \"%s\",\n",
                       is_first ? "" : ",",
                       number_address(lum_demux_address(demux, i)).text);
         print_interface(demux, i, out);
+        print_rig_name(s, i, out);
         const lum_framer_counters points = summary_count_sensor(s, i);
         print_clock(s, i, out);
         lum_demux_count(demux, i, &counters);
@@ -350,6 +407,7 @@ void summary_json_print(const struct summary *s, FILE *out)
     print_drawn(s, out);
     print_voxels(&s->voxels, out);
     print_retention(&s->outputs.retention, out);
+    print_rig(s, out);
     print_sensors(s, out);
     (void)fputs("  ", out);
     print_clock_counts(&clocks, out);

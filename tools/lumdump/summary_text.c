@@ -1,4 +1,5 @@
 /* The summary of a run as text for people. */
+#include "rig_report.h"
 #include "summary.h"
 
 #include "../common/number.h"
@@ -91,6 +92,63 @@ static void print_stream(const lum_capture *capture, FILE *out)
     }
 }
 
+/* What is said of a sensor behind its name. */
+static const char *remark_of(const struct summary *s, size_t i)
+{
+    const lum_demux *demux = lum_framer_demux(s->framer);
+    if (s->rig == NULL) {
+        return lum_demux_is_requested(demux, i)
+                   ? ""
+                   : "  left out: another was asked for";
+    }
+    return rig_member_of(s->rig, s->framer, i) >= 0 ? ""
+           : rig_name_of(s->rig, s->framer, i) != NULL
+               ? "  left out: another was asked for"
+               : "  left out: the rig does not name it";
+}
+
+/* What would add a sensor to the rig. */
+static void print_unnamed(const struct summary *s, size_t i, FILE *out)
+{
+    char line[RIG_TEXT_BYTES];
+    if (s->rig != NULL && rig_name_of(s->rig, s->framer, i) == NULL) {
+        (void)fprintf(out, "%-26s %" PRIu64 " packets; this line adds it:%s\n",
+                      "", rig_others_packets(&s->others, s->framer, i),
+                      rig_line_for(s->framer, i, line) + 1);
+    }
+}
+
+static void print_sensor_name(const struct summary *s, size_t i,
+                              const char *title, FILE *out)
+{
+    const lum_demux *demux = lum_framer_demux(s->framer);
+    const char *of_rig =
+        s->rig != NULL ? rig_name_of(s->rig, s->framer, i) : NULL;
+    char name[LUM_SENSOR_NAME_BYTES];
+    (void)lum_demux_name(demux, i, name);
+    (void)fprintf(out, "%-10s %14s%s%s%s\n", title,
+                  of_rig != NULL ? of_rig : name, of_rig != NULL ? "  " : "",
+                  of_rig != NULL ? name : "", remark_of(s, i));
+}
+
+/* What a rig adds, or would. */
+static void print_rig(const struct summary *s, FILE *out)
+{
+    const size_t n = lum_demux_sensor_count(lum_framer_demux(s->framer));
+    for (size_t k = 0; s->rig != NULL && k < s->rig->count; k++) {
+        if (!rig_has_data(s->rig, s->framer, k)) {
+            (void)fprintf(out, "%-10s %14s  no data came of it\n", "",
+                          s->rig->sensors[k].of->name);
+        }
+    }
+    if (s->rig == NULL && s->live == NULL && n > 1) {
+        (void)fprintf(out,
+                      "%-10s %14s  --rig FILE reads all of them, each by "
+                      "its own calibration and pose\n",
+                      "rig", "none");
+    }
+}
+
 static void print_sensors(const struct summary *s, FILE *out)
 {
     const lum_demux *demux = lum_framer_demux(s->framer);
@@ -98,12 +156,8 @@ static void print_sensors(const struct summary *s, FILE *out)
     const char *title = "sensor";
     for (size_t i = 0; i < n; i++) {
         lum_demux_counters counters = {.struct_size = sizeof counters};
-        char name[LUM_SENSOR_NAME_BYTES];
-        (void)fprintf(out, "%-10s %14s%s\n", title,
-                      lum_demux_name(demux, i, name),
-                      lum_demux_is_requested(demux, i)
-                          ? ""
-                          : "  left out: another was asked for");
+        print_sensor_name(s, i, title, out);
+        print_unnamed(s, i, out);
         title = "";
         if (n > 1 && lum_demux_is_requested(demux, i)) {
             lum_demux_count(demux, i, &counters);
@@ -125,6 +179,7 @@ static void print_sensors(const struct summary *s, FILE *out)
     if (n == 0) {
         (void)fprintf(out, "%-10s %14s\n", title, "none");
     }
+    print_rig(s, out);
 }
 
 /* Those that lack something. */

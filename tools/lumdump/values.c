@@ -3,6 +3,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "values.h"
 
+#include "rig.h"
+
 #include "../common/host.h"
 #include "../common/number.h"
 #include "../common/option_table.h"
@@ -145,8 +147,9 @@ bool values_take_frames(void *options, const char *text, lum_error *why)
 bool values_take_sensor(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;
-    return host_parse_sensor(text, &out->sensor.address, out->sensor.interface,
-                             why);
+    out->sensor.text = text; /* of a rig it is a name */
+    (void)why;
+    return true;
 }
 
 bool values_take_duration(void *options, const char *text, lum_error *why)
@@ -280,13 +283,15 @@ bool values_take_smooth(void *options, const char *text, lum_error *why)
 
 bool values_take_columns(void *options, const char *text, lum_error *why)
 {
+    static const lum_writer_extra sensor = {RIG_COLUMN, LUM_NUMBER_U8};
     struct options *out = options;
     const char *p = text;
     out->cloud.columns = text;
     out->cloud.has_times = false;
-    if (lum_writer_check_columns(text, why) != 0) {
+    if (lum_writer_check_extra(LUM_FORMATS, text, &sensor, 1, why) != 0) {
         return false;
     }
+    out->cloud.wants_sensor = lum_writer_check_columns(text, NULL) != 0;
     while (*p != '\0') {
         const size_t n = strcspn(p, ",");
         out->cloud.has_times =
@@ -356,6 +361,6 @@ bool values_take_preset(void *options, const char *text, lum_error *why)
 bool values_take_check_preset(void *options, const char *text, lum_error *why)
 {
     struct options *out = options;
-    out->check_preset = text;
+    out->instead.check_preset = text;
     return lum_preset_find(text, why) != NULL;
 }

@@ -20,8 +20,9 @@
 
 struct voxels {
     const struct options *options;
-    bool is_map;  /* of all frames, and not of each */
-    lum_map *map; /* NULL: between two frames */
+    bool is_map;     /* of all frames, and not of each */
+    lum_map *map;    /* NULL: between two frames */
+    unsigned sensor; /* of the frame; 0: of all */
     struct voxel_counts counts;
     bool is_writing; /* all frames came */
     lum_map_voxel read[AT_ONCE];
@@ -110,7 +111,9 @@ static int put(struct voxels *v, size_t n, int64_t frame,
                                    .counts = v->points,
                                    .times_ns = v->times_ns};
     return outputs_act(
-        outputs, &(struct action){.kind = ADD_LINE, .line = &line}, error);
+        outputs,
+        &(struct action){.kind = ADD_LINE, .sensor = v->sensor, .line = &line},
+        error);
 }
 
 static int put_some(struct voxels *v, int64_t frame, struct outputs *outputs,
@@ -165,8 +168,8 @@ static int64_t begin_ns(const struct voxels *v, const lum_frame_times *times)
 
 /* What has no pose is NaN, and left out by the map. */
 int voxels_take(struct voxels *v, const lum_frame *frame,
-                const struct moved *moved, struct outputs *outputs,
-                lum_error *error)
+                const struct moved *moved, unsigned sensor,
+                struct outputs *outputs, lum_error *error)
 {
     lum_frame_info info = {.struct_size = sizeof info};
     (void)lum_frame_get_info(frame, &info);
@@ -183,6 +186,7 @@ int voxels_take(struct voxels *v, const lum_frame *frame,
     if (points.count == 0) {
         return 0;
     }
+    v->sensor = v->is_map ? 0 : sensor;
     if (moved != NULL) {
         v->counts.without_pose += moved->without;
         points.x = moved->x;

@@ -17,11 +17,11 @@ int voxels_new(const struct options *options, struct voxels **out,
 void voxels_free(struct voxels *voxels);
 
 /* Take a frame, which has the columns FRAME_LINES_OF_MESSAGES. moved: where its
- * points are instead, or NULL. Its voxels go to the outputs, if they are of no
- * map. -1: errno is as of outputs_act(). */
+ * points are instead, or NULL. sensor: as of an action. Its voxels go to the
+ * outputs, if they are of no map. -1: errno is as of outputs_act(). */
 int voxels_take(struct voxels *voxels, const lum_frame *frame,
-                const struct moved *moved, struct outputs *outputs,
-                lum_error *error);
+                const struct moved *moved, unsigned sensor,
+                struct outputs *outputs, lum_error *error);
 
 /* Once all frames came: -1 with the reason in error if points came, and the map
  * has none of them, because they are too far from 0. */

@@ -9,6 +9,7 @@
 
 #include "lum/base/error.h"
 #include "lum/points.h"
+#include "lum/pose.h"
 #include "lum/result.h"
 
 #include <stdbool.h>
@@ -65,6 +66,26 @@ typedef enum lum_mcap_content {
 /** Most lines of a frame that have rings, those of both eyes. */
 #define LUM_MCAP_LINES_MAX 32767u
 
+/** Most sensors of an MCAP file. */
+#define LUM_MCAP_SENSORS_MAX 8u
+
+/** One of several sensors of an MCAP file. It never grows, because it is used
+ * in arrays. */
+typedef struct lum_mcap_sensor {
+    const char *topic;    /**< of its clouds, such as "/front/points"; not
+                               copied: it lives as long as the file, and as what
+                               lum_writer_mcap_info() gave */
+    const char *frame_id; /**< of its messages, such as "front"; as
+                               lum_mcap_options.frame_id, and copied */
+    const lum_pose *pose; /**< where frame_id is in that of the options, which
+                               is written to /tf_static; NULL: is not */
+    const lum_calibration *calibration; /**< its mounts are written there too;
+                                             NULL: are not */
+    const char *calibration_yaml; /**< an attachment, calibration-FRAME_ID.yaml;
+                                       NULL or empty: none */
+    const char *profile_yaml;     /**< likewise, profile-FRAME_ID.yaml */
+} lum_mcap_sensor;
+
 /** Options of an MCAP file. All bytes 0 except struct_size are the defaults. */
 typedef struct lum_mcap_options {
     size_t struct_size;   /**< sizeof(lum_mcap_options) */
@@ -82,6 +103,10 @@ typedef struct lum_mcap_options {
     uint32_t lines;    /**< of a frame: the green eye's rings begin there, and
                             lines beyond have none; at most
                             LUM_MCAP_LINES_MAX; 0: as the frames show */
+    const lum_mcap_sensor *sensors; /**< sensor_count of them: each has a topic
+                            and a frame of its own, and calibration above is not
+                            read; NULL: one sensor, with the topic /points */
+    size_t sensor_count;            /**< at most LUM_MCAP_SENSORS_MAX */
 } lum_mcap_options;
 
 /** Most columns of lum_writer_options.extra. */
@@ -279,6 +304,14 @@ LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
                                   const lum_line_samples *line,
                                   lum_error *error);
 
+/** Frames that begin from now on are of one of lum_mcap_options.sensors; until
+ * then they are of the first. The frame before ends. Formats without frames
+ * ignore it.
+ * @param sensor below their number; 0 if there are none.
+ * @return as lum_writer_add(); EINVAL in errno if there is no such sensor. */
+LUM_MUST_CHECK int lum_writer_set_sensor(lum_writer *writer, size_t sensor,
+                                         lum_error *error);
+
 /** Begin a frame, whose lines follow; the frame before ends. Formats without
  * frames ignore it. Without it a frame of an MCAP file begins with its first
  * line, and its time is that line's timestamp.
@@ -328,11 +361,12 @@ LUM_MUST_CHECK int lum_writer_add_status(lum_writer *writer,
                                          lum_error *error);
 
 /** Most topics of an MCAP file. */
-#define LUM_MCAP_TOPICS_MAX 8u
+#define LUM_MCAP_TOPICS_MAX (LUM_MCAP_SENSORS_MAX + 3u)
 
 /** A topic of an MCAP file. It never grows, because it is used in arrays. */
 typedef struct lum_mcap_topic {
-    const char *name;  /**< such as "/points"; these texts live for ever */
+    const char *name;  /**< such as "/points"; these texts live for ever, but
+                            for lum_mcap_sensor.topic */
     const char *type;  /**< such as "sensor_msgs/msg/PointCloud2" */
     const char *qos;   /**< its offered_qos_profiles, YAML */
     uint64_t messages; /**< so far */

@@ -5,7 +5,7 @@ from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.substitutions import FindPackagePrefix, FindPackageShare
 
-OVERRIDES = ("address", "namespace", "frame_id", "preset", "record")
+OVERRIDES = ("address", "rig", "sensor", "namespace", "frame_id", "preset", "record")
 
 
 def generate_launch_description():
