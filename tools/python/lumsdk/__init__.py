@@ -28,29 +28,32 @@ if TYPE_CHECKING:
     from ._session import Answer, Clock, Status
     from ._simulate import SimulatedSensor, simulate
     from ._sync import FrameSet, sync
+    from ._types import Column, OwnColumn
     from ._write import Line, Written, write_capture
 
-__all__ = ["COLUMNS", "Answer", "Calibration", "CaptureError", "CaptureWarning", "Clock", "ClosedError", "Error", "Finding",
-           "Frame", "FrameSet", "HazardError", "Inference", "LaserError", "Line", "OptionError", "Poses", "Profile",
-           "Projection", "Rig", "RigSensor", "Sensor", "SensorError", "SensorWarning", "SimulatedSensor", "Source",
-           "Status", "UnknownKeyError", "Written", "__version__", "convert", "infer", "open", "simulate", "sync",
+__all__ = ["COLUMNS", "Answer", "Calibration", "CaptureError", "CaptureWarning", "Clock", "ClosedError", "Column", "Error",
+           "Finding", "Frame", "FrameSet", "HazardError", "Inference", "LaserError", "Line", "OptionError", "OwnColumn", "Poses",
+           "Profile", "Projection", "Rig", "RigSensor", "Sensor", "SensorError", "SensorWarning", "SimulatedSensor",
+           "Source", "Status", "UnknownKeyError", "Written", "__version__", "convert", "infer", "open", "simulate", "sync",
            "write_capture"]
 
 # What few programs need is imported when it is asked for.
-_LATER = {"Answer": "_session", "Clock": "_session", "Finding": "_infer", "FrameSet": "_sync", "Inference": "_infer",
-          "Line": "_write", "Poses": "_poses", "Projection": "_project", "Rig": "_rig", "RigSensor": "_rig",
-          "Sensor": "_sensor", "SimulatedSensor": "_simulate", "Status": "_session", "Written": "_write",
-          "convert": "_convert", "infer": "_infer", "simulate": "_simulate", "sync": "_sync", "write_capture": "_write"}
+_LATER = {"Answer": "_session", "Clock": "_session", "Column": "_types", "Finding": "_infer", "FrameSet": "_sync",
+          "Inference": "_infer", "Line": "_write", "OwnColumn": "_types", "Poses": "_poses", "Projection": "_project",
+          "Rig": "_rig", "RigSensor": "_rig", "Sensor": "_sensor", "SimulatedSensor": "_simulate", "Status": "_session",
+          "Written": "_write", "convert": "_convert", "infer": "_infer", "simulate": "_simulate", "sync": "_sync",
+          "write_capture": "_write"}
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _LATER:
-        raise AttributeError(f"module 'lumsdk' has no attribute '{name}'")
-    import importlib
+if not TYPE_CHECKING:  # it would take every name for one that there is
+    def __getattr__(name: str) -> Any:
+        if name not in _LATER:
+            raise AttributeError(f"module 'lumsdk' has no attribute '{name}'")
+        import importlib
 
-    value = getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
-    globals()[name] = value
-    return value
+        value = getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

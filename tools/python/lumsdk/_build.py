@@ -20,8 +20,8 @@ from ._lines import LINE_DTYPE
 from ._raw import RAW_COLUMNS
 
 if TYPE_CHECKING:
-    from ._frame import Array
     from ._raw import Raw
+    from ._types import Array
 
 KNOWN: Mapping[str, np.dtype[Any]] = {**COLUMNS, **RAW_COLUMNS}
 """Columns that are not a program's own, and their types."""
@@ -275,18 +275,18 @@ def _part(frame: Frame, key: slice) -> tuple[dict[str, Array], Optional[Array], 
 def _taken(frame: Frame, key: Any) -> tuple[dict[str, Array], Optional[Array], Callable[[Array], Array]]:
     places = _indices(key, len(frame))
     has_xyz = all(name in frame for name in "xyz")
-    columns = {name: frame[name].take(places) for name in frame.columns if not has_xyz or name not in ("x", "y", "z")}
+    columns = {str(name): frame[name].take(places) for name in frame.columns if not has_xyz or name not in ("x", "y", "z")}
     block = np.empty((3, len(places)), "f4")
     if has_xyz:
         for row, name in zip(block, "xyz"):
-            columns[name] = frame[name].take(places, out=row, mode="clip")
+            columns[name] = frame._array(name).take(places, out=row, mode="clip")
     return columns, block.T if has_xyz else None, lambda at: np.searchsorted(places, at)
 
 
 def select(frame: Frame, key: Any) -> Frame:
     """Some points of a frame: as views for a slice, else a copy."""
     columns, xyz, before = _part(frame, key) if isinstance(key, slice) else _taken(frame, key)
-    ordered = {name: columns[name] for name in frame.columns}
+    ordered = {str(name): columns[name] for name in frame.columns}
     return assemble(frame._info, ordered, _lines.cut(frame.lines, before), frame._moved, xyz, frame._raw)
 
 

@@ -10,7 +10,7 @@ import re
 import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, Optional, Union
+from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
 
@@ -29,6 +29,11 @@ from ._plan import APPLIES, OF_TABLES, PATTERN, Plan, name_for
 from ._summary import Summary
 from ._table import OF_RIG, Layout, extra, own_types
 from ._target import Target, UrlTarget, failed, is_url, local_for
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._types import ConvertOptions, Given, Path
 
 _POINTS_AT_ONCE = 500_000
 
@@ -546,7 +551,8 @@ def _by_frames(plan: Plan) -> Summary:
 # --- The function ---
 
 
-def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: Any) -> Summary:
+def convert(source: Union[Given, Source, Iterable[Frame], Frame], destination: Path,
+            **options: Unpack[ConvertOptions]) -> Summary:
     """Write a capture, or frames, to a file of another format.
 
         lumsdk.convert("drive.pcap", "drive.laz", returns="last")
@@ -594,5 +600,5 @@ def convert(source: Any, destination: Union[str, os.PathLike[str]], **options: A
         Error: the file cannot be written (also an OSError), or a library is missing; the message names its extra.
         TypeError: the source or an option is of a wrong type.
     """
-    plan = Plan(source, destination, options)
+    plan = Plan(source, destination, {**options})
     return _by_lumdump(plan) if plan.by_lumdump else _by_frames(plan)

@@ -2,8 +2,8 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Optional, Union, overload
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Optional, Union, cast, overload
 
 import numpy as np
 
@@ -20,14 +20,14 @@ from ._settings import Profile
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped,unused-ignore]
     import pyarrow  # type: ignore[import-untyped,unused-ignore]
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Literal
 
-    from ._poses import Outside, Poses
+    from ._poses import Poses
     from ._project import Projection
+    from ._types import (AnyColumn, Array, Eye, Eyes, Filling, FloatColumn, Floats, ImageColumn, Int16Column, Moment, Outside,
+                         OwnColumn, Places, Preset, Records, TableColumn, Uint8Column, Uint16Column, Uint32Column)
     from ._write import Line
-
-    Array = np.ndarray[Any, np.dtype[Any]]
 
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
 
@@ -48,10 +48,10 @@ class Frame:
         self._c = ffi.gc(lib.lum_frame_keep(pointer), lib.lum_frame_release)
         self._count: int = lib.lum_frame_count(self._c)
         self._arrays: dict[str, Array] = {}
-        self._block: Optional[Array] = None  # x, y and z where they lie together in memory
+        self._block: Optional[Floats] = None  # x, y and z where they lie together in memory
         self._own: tuple[str, ...] = ()  # names of columns that with_columns() added
         self._info_made: Optional[Info] = None
-        self._lines_made: Optional[Array] = None
+        self._lines_made: Optional[Records] = None
         self._raw: Optional[Raw] = None
         self._moved = ""  # to where its points were moved; "": they are as the sensor saw them
 
@@ -168,12 +168,14 @@ class Frame:
         return True
 
     @property
-    def columns(self) -> tuple[str, ...]:
+    def columns(self) -> tuple[AnyColumn, ...]:
         """The names of its columns, as open(columns=...) chose them; behind them those of with_columns()."""
         if self._c is None:
-            return (*(name for name in (*NUMBERS, *RAW_COLUMNS) if name in self._arrays), *self._own)
-        mask = lib.lum_frame_columns(self._c)
-        return (*(name for name, c in NUMBERS.items() if mask >> c & 1), *self._own)
+            names = [name for name in (*NUMBERS, *RAW_COLUMNS) if name in self._arrays]
+        else:
+            mask = lib.lum_frame_columns(self._c)
+            names = [name for name, c in NUMBERS.items() if mask >> c & 1]
+        return cast("tuple[AnyColumn, ...]", (*names, *self._own))
 
     def _number_of(self, name: str) -> Optional[int]:
         """The library's number of a column that is in its memory; None: it is an array."""
@@ -186,9 +188,21 @@ class Frame:
         return UnknownKeyError(f"there is no column {name!r}; there are {', '.join((*COLUMNS, *self._own))}")
 
     @overload
-    def __getitem__(self, key: str) -> Array: ...
+    def __getitem__(self, key: FloatColumn) -> Floats: ...
     @overload
-    def __getitem__(self, key: Union[slice, Array, list[bool], list[int]]) -> Frame: ...
+    def __getitem__(self, key: Uint32Column) -> NDArray[np.uint32]: ...
+    @overload
+    def __getitem__(self, key: Uint16Column) -> NDArray[np.uint16]: ...
+    @overload
+    def __getitem__(self, key: Union[Uint8Column, Literal["sensor"]]) -> NDArray[np.uint8]: ...
+    @overload
+    def __getitem__(self, key: Literal["tof"]) -> NDArray[np.int32]: ...
+    @overload
+    def __getitem__(self, key: Int16Column) -> NDArray[np.int16]: ...
+    @overload
+    def __getitem__(self, key: OwnColumn) -> Array: ...
+    @overload
+    def __getitem__(self, key: Places) -> Frame: ...
 
     def __getitem__(self, key: Any) -> Union[Array, Frame]:
         """A column, or a frame of some of the points.
@@ -221,31 +235,35 @@ class Frame:
         self._arrays[key] = made
         return made
 
+    def _array(self, name: str) -> Array:
+        """A column by any text."""
+        return self[cast("AnyColumn", name)]
+
     def __contains__(self, name: object) -> bool:
         """Whether it has a column."""
         return name in self.columns
 
-    def __iter__(self) -> Iterator[str]:
+    def __iter__(self) -> Iterator[AnyColumn]:
         """The names of its columns, as of a dictionary."""
         return iter(self.columns)
 
-    def keys(self) -> tuple[str, ...]:
+    def keys(self) -> tuple[AnyColumn, ...]:
         """The names of its columns: with this, dict(frame) works."""
         return self.columns
 
     @property
-    def xyz(self) -> Array:
+    def xyz(self) -> Floats:
         """x, y and z in metres: (n, 3) float32, a view of the frame's memory. x forward, y left, z up.
 
         Where x, y and z are arrays of a program that do not lie together, it is a copy that cannot be written to.
         """
         block = self._joined()
         if block is None:
-            block = np.array([self[name] for name in "xyz"], "f4").T
+            block = np.array([self["x"], self["y"], self["z"]], "f4").T
             block.flags.writeable = False
         return block
 
-    def _joined(self) -> Optional[Array]:
+    def _joined(self) -> Optional[Floats]:
         """x, y and z as one view; None: they do not lie together."""
         if self._block is None and self._c is not None:
             spacing = ffi.new("size_t *")
@@ -257,7 +275,7 @@ class Frame:
         return self._block
 
     @property
-    def lines(self) -> Array:
+    def lines(self) -> Records:
         """Its lines, in the order in which they were complete: a structured array.
 
         number, eye (0 blue, 1 green), first_point and point_count (its points are those from first_point on),
@@ -267,7 +285,7 @@ class Frame:
             self._lines_made = _lines.of_library(self._c)
         return self._lines_made
 
-    def grid(self, column: str, eye: Union[str, None] = None, returns: int = 1, lines: Optional[int] = None) -> Array:
+    def grid(self, column: ImageColumn, eye: Optional[Eye] = None, returns: int = 1, lines: Optional[int] = None) -> Floats:
         """A column as a grid: (lines, 1000) float32, or (lines, 1000, returns) where returns is above 1.
 
         "xyz" gives all three coordinates: (lines, 1000, 3), or (lines, 1000, returns, 3).
@@ -282,17 +300,17 @@ class Frame:
     # What it was made of.
 
     @property
-    def angles(self) -> Array:
+    def angles(self) -> NDArray[np.int16]:
         """The raw angles of its lines, azimuth and elevation of each pixel: (lines, 1000, 2) int16. Of open(raw=True)."""
         return raw_of(self).angles
 
     @property
-    def has_angles(self) -> Array:
+    def has_angles(self) -> NDArray[np.bool_]:
         """Which pixels of its lines have angles: (lines, 1000) bool; the others are 0 in angles. Of open(raw=True)."""
         return raw_of(self).has_angles()
 
     @property
-    def packets(self) -> Array:
+    def packets(self) -> Records:
         """The packets that its lines were made of, a structured array. Of open(raw=True).
 
         line (its place in frame.lines), tag (2 angles, 3 ranges), first_sample_index, num_samples, bad_words (of these, words that
@@ -331,7 +349,7 @@ class Frame:
     # Other frames of it, and frames of arrays.
 
     @classmethod
-    def from_arrays(cls, columns: Optional[Mapping[str, ArrayLike]] = None, /, *, lines: Optional[Array] = None, number: int = 0,
+    def from_arrays(cls, columns: Optional[Mapping[str, ArrayLike]] = None, /, *, lines: Optional[Records] = None, number: int = 0,
                     sensor: str = "0.0.0.0", utc_ns: int = 0, utc_error_ns: Optional[int] = None,
                     clock_us: Optional[int] = None, **more: ArrayLike) -> Frame:
         """A frame of a program's own arrays, which it keeps: they are not copied if they have the columns' types.
@@ -381,7 +399,7 @@ class Frame:
 
     # The sensor's motion.
 
-    def deskew(self, poses: Poses, to: Literal["start", "middle"] = "start", outside: Outside = "nan") -> Frame:
+    def deskew(self, poses: Poses, to: Moment = "start", outside: Outside = "nan") -> Frame:
         """The frame as if the sensor had stood still: each point is moved by the sensor's motion since, or until, a moment.
 
         Args:
@@ -418,8 +436,8 @@ class Frame:
 
     # Pictures.
 
-    def image(self, column: str, eye: str = "both", returns: str = "nearest", *, view: Optional[Sequence[float]] = None,
-              rows: Optional[int] = None, columns: Optional[int] = None) -> Array:
+    def image(self, column: ImageColumn, eye: Eyes = "both", returns: Filling = "nearest", *,
+              view: Optional[Sequence[float]] = None, rows: Optional[int] = None, columns: Optional[int] = None) -> Floats:
         """A column as a picture that lies as the world does: (rows, columns) float32, NaN where there is no point.
 
         Rows are elevations, from the highest down, and columns are azimuths, from left to right as one looks forward, both
@@ -436,16 +454,16 @@ class Frame:
             rows: Without it, as many as the lines, rounded up to a multiple of 64.
             columns: 800 for an eye and 1600 for both, without it.
         """
-        for name in column if column == "xyz" else [column]:
+        for name in ("x", "y", "z") if column == "xyz" else (column,):
             if name not in self.columns:
                 raise self._refuse(name)
         index = self.image_index(eye, returns, view=view, rows=rows, columns=columns)
         if column == "xyz":
-            return np.stack([_image.take(self, name, index) for name in column], axis=-1)
+            return np.stack([_image.take(self, cast("AnyColumn", name), index) for name in "xyz"], axis=-1)
         return _image.take(self, column, index)
 
-    def image_index(self, eye: str = "both", returns: str = "nearest", *, view: Optional[Sequence[float]] = None,
-                    rows: Optional[int] = None, columns: Optional[int] = None) -> Array:
+    def image_index(self, eye: Eyes = "both", returns: Filling = "nearest", *, view: Optional[Sequence[float]] = None,
+                    rows: Optional[int] = None, columns: Optional[int] = None) -> NDArray[np.int32]:
         """Which point fills each pixel of image(): (rows, columns) int32, -1 for none.
 
         ``index[mask]`` are the points that fill the pixels of a mask, with -1 for empty ones. All points that lie in
@@ -453,8 +471,8 @@ class Frame:
         """
         return _image.index(self, eye, returns, view, rows, columns, pixels=False)
 
-    def image_pixels(self, eye: str = "both", *, view: Optional[Sequence[float]] = None, rows: Optional[int] = None,
-                     columns: Optional[int] = None) -> Array:
+    def image_pixels(self, eye: Eyes = "both", *, view: Optional[Sequence[float]] = None, rows: Optional[int] = None,
+                     columns: Optional[int] = None) -> NDArray[np.int32]:
         """In which pixel of image() each point lies, whether it fills it or not: (n,) int32, row x columns + column.
 
         -1: it lies outside, or is of another eye. So ``(pixels >= 0) & mask.ravel()[pixels]`` are all points in a mask.
@@ -463,7 +481,7 @@ class Frame:
 
     # In a camera's picture.
 
-    def project(self, K: Any, T: Any, distortion: Optional[Sequence[float]] = None,
+    def project(self, K: ArrayLike, T: ArrayLike, distortion: Optional[Sequence[float]] = None,
                 size: Optional[tuple[int, int]] = None) -> Projection:
         """Where its points are in a camera's picture.
 
@@ -514,7 +532,7 @@ class Frame:
         """Its columns by their names, as views."""
         return {name: self[name] for name in self.columns}
 
-    def to_structured(self) -> Array:
+    def to_structured(self) -> Records:
         """A copy as a structured array: (n,), with a field for each column."""
         names = self.columns
         out = np.empty(self._count, np.dtype([(name, self[name].dtype) for name in names]))
@@ -522,17 +540,19 @@ class Frame:
             out[name] = self[name]
         return out
 
-    def to_arrow(self, **options: Any) -> pyarrow.Table:
+    def to_arrow(self, columns: Union[Literal["all"], Iterable[TableColumn], None] = None,
+                 preset: Optional[Preset] = None) -> pyarrow.Table:
         """As a table of Arrow, without a copy where Arrow has the type. Needs pyarrow."""
         from ._table import to_arrow
 
-        return to_arrow(self, **options)
+        return to_arrow(self, columns, preset)
 
-    def to_pandas(self, **options: Any) -> pandas.DataFrame:
+    def to_pandas(self, columns: Union[Literal["all"], Iterable[TableColumn], None] = None,
+                  preset: Optional[Preset] = None) -> pandas.DataFrame:
         """As a DataFrame. Needs pandas."""
         from ._table import to_pandas
 
-        return to_pandas(self, **options)
+        return to_pandas(self, columns, preset)
 
     def _repr_html_(self) -> Optional[str]:
         """In a notebook: its range images, if matplotlib is there."""

@@ -9,7 +9,8 @@ from ._c import ffi, lib
 from ._errors import OptionError, warn
 
 if TYPE_CHECKING:
-    from ._frame import Array, Frame
+    from ._frame import Frame
+    from ._types import Array
 
 EYES = ("blue", "green")
 
@@ -83,7 +84,7 @@ def floats(frame: Frame, column: str) -> Array:
     Raises:
         OptionError: whole numbers of a column of one's own that float32 cannot hold.
     """
-    numbers = frame[column]
+    numbers = frame._array(column)
     made = np.asarray(numbers, "f4")
     if column in frame._own and numbers.dtype.kind in "iu" and (made.astype("f8") != numbers).any():
         raise OptionError(f"{column}: float32, which grids and pictures are of, cannot hold all its numbers exactly; right are whole "

@@ -12,7 +12,8 @@ from ._grid import floats
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ._frame import Array, Frame
+    from ._frame import Frame
+    from ._types import AnyColumn, Array, Floats
 
 CHOICES: dict[str, int] = {"nearest": lib.LUM_IMAGE_NEAREST, "farthest": lib.LUM_IMAGE_FARTHEST,
                            "strongest": lib.LUM_IMAGE_STRONGEST, "first": lib.LUM_IMAGE_FIRST, "last": lib.LUM_IMAGE_LAST}
@@ -62,7 +63,7 @@ def _seen_by_its_sensor(frame: Frame) -> list[Array]:
     """x, y and z, of a frame of a rig in its sensor's own frame."""
     pose = frame.pose
     if pose is None or frame._moved == "world":
-        return [frame[name] for name in "xyz"]
+        return [frame["x"], frame["y"], frame["z"]]
     return list(pose[:3, :3].T @ (frame.xyz.T.astype("f8") - pose[:3, 3:]))
 
 
@@ -74,8 +75,9 @@ def index(frame: Frame, eye: str, returns: str, view: Optional[Sequence[float]],
     asked = [i for i in range(2) if options.eyes >> i & 1]
     lib.lum_image_view_default(ffi.addressof(options, "view"), options.eyes, max(frame._info.rows[i] for i in asked))
     _put_view(ffi.addressof(options, "view"), view, rows, columns)
-    names = ["x", "y", "z"] + (["pulse_width"] if returns == "strongest" else [])
-    kept = {name: _floats(array) for name, array in zip(names, [*_seen_by_its_sensor(frame), *(frame[name] for name in names[3:])])}
+    kept = {name: _floats(array) for name, array in zip(("x", "y", "z"), _seen_by_its_sensor(frame))}
+    if returns == "strongest":
+        kept["pulse_width"] = _floats(frame["pulse_width"])
     if len(asked) == 1:
         kept["eye"] = ffi.from_buffer("uint8_t[]", _eyes(frame))
     points.count = len(frame)
@@ -95,9 +97,9 @@ def index(frame: Frame, eye: str, returns: str, view: Optional[Sequence[float]],
     return (out if lie is None else lie).view(np.int32)
 
 
-def take(frame: Frame, column: str, chosen: Array) -> Array:
+def take(frame: Frame, column: AnyColumn, chosen: Array) -> Floats:
     """A column in the pixels of an index: NaN for -1."""
-    out: Array = np.empty(chosen.shape, "f4")
+    out: Floats = np.empty(chosen.shape, "f4")
     numbers = np.ascontiguousarray(floats(frame, column))
     if lib.lum_image_take(ffi.from_buffer("float[]", numbers), len(frame), ffi.from_buffer("uint32_t[]", chosen.view("u4")),
                           chosen.size, ffi.from_buffer("float[]", out, require_writable=True)) != lib.LUM_OK:

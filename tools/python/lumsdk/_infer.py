@@ -11,7 +11,7 @@ from ._options import parse_port, parse_sensor
 from ._settings import Profile
 
 if TYPE_CHECKING:
-    from ._source import Given
+    from ._types import Given
 
 _VERDICTS = {lib.LUM_INFER_FOUND: "found", lib.LUM_INFER_UNSURE: "unsure", lib.LUM_INFER_TOO_LITTLE: "too little",
              lib.LUM_INFER_NOTHING_FITS: "nothing fits"}

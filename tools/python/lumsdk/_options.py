@@ -5,8 +5,8 @@ import difflib
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union, cast
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional, cast
 
 from ._c import ffi, lib, sized
 from ._errors import OptionError
@@ -16,35 +16,8 @@ from ._raw import NEEDED
 from ._settings import Calibration, Profile, setting_of
 
 if TYPE_CHECKING:
-    from typing_extensions import Literal, TypedDict
-
     from ._rig import Rig
-
-    Limits = Union[str, tuple[Optional[float], Optional[float]]]
-    Progress = Callable[[int, int], object]
-
-    class Options(TypedDict, total=False):
-        """The options of open(), each as open() tells."""
-
-        columns: Union[str, Iterable[str]]
-        returns: Union[Literal["all", "first", "last", "strongest"], int, str]
-        edge: Literal["rising", "falling", "both"]
-        eye: Literal["blue", "green", "both"]
-        sensor: str
-        rig: Union[str, os.PathLike[str], Mapping[str, Any], Sequence[Mapping[str, Any]], Rig]
-        port: int
-        frames: Union[str, int, tuple[Optional[int], Optional[int]]]
-        range: Limits
-        box: Union[str, tuple[Limits, Limits, Limits]]
-        incomplete: Literal["keep", "drop"]
-        smooth: Union[str, int, tuple[int, int]]
-        calibration: Union[str, os.PathLike[str], Mapping[str, Any], Calibration]
-        profile: Union[str, os.PathLike[str], Mapping[str, Any], Profile]
-        set: Union[Mapping[str, Any], Iterable[str]]
-        broken: Literal["raise", "warn"]
-        raw: bool
-        threads: Optional[int]
-        progress: Optional[Progress]
+    from ._types import Column, DataColumn, Options
 
 DEFAULT_COLUMNS = ("x", "y", "z", "range", "pulse_width", "line", "pixel", "eye")
 
@@ -182,6 +155,36 @@ def _columns(value: Any) -> int:
             raise OptionError(f"columns: unknown column {name!r}; {hint}")
         mask |= 1 << list(COLUMNS).index(name)
     return mask
+
+
+def data_columns(columns: Any, joins: bool) -> tuple[DataColumn, ...]:
+    """The columns of a data set, in their order.
+
+    Args:
+        columns: the option.
+        joins: whether "xyz" can be one of them, as it is by default.
+    """
+    if columns is None or columns == "all":
+        names = list(DEFAULT_COLUMNS if columns is None else COLUMNS)
+        if joins and {"x", "y", "z"} <= set(names):
+            names = ["xyz", *(name for name in names if name not in ("x", "y", "z"))]
+        return cast("tuple[DataColumn, ...]", tuple(names))
+    names = columns.split(",") if isinstance(columns, str) else list(columns)
+    if not joins and "xyz" in names:
+        raise OptionError('columns: "xyz" is a column of rows="frames"; of points, name x, y and z')
+    _columns([name for name in names if name != "xyz"])
+    return cast("tuple[DataColumn, ...]", tuple(dict.fromkeys(names)))
+
+
+def columns_of(names: Iterable[DataColumn]) -> tuple[Column, ...]:
+    """The columns that a frame needs for those of a data set."""
+    made: list[Column] = []
+    for name in names:
+        if name == "xyz":
+            made.extend(("x", "y", "z"))
+        else:
+            made.append(name)
+    return tuple(dict.fromkeys(made))
 
 
 class ChosenSensor(NamedTuple):

@@ -16,11 +16,12 @@ from ._info import Info
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Literal
 
-    Array = np.ndarray[Any, np.dtype[Any]]
+    from ._types import Array, Clock, Doubles, Outside
+
     Time = Union[int, float]
-    Outside = Literal["nan", "nearest", "raise"]
 
 _CLOCKS = {"sensor": lib.LUM_POSES_SENSOR, "utc": lib.LUM_POSES_UTC}
 _TO = {"start": lib.LUM_MOVE_TO_START, "middle": lib.LUM_MOVE_TO_MIDDLE, "world": lib.LUM_MOVE_TO_WORLD}
@@ -52,8 +53,8 @@ class Poses:
 
     __slots__ = ("__weakref__", "_c", "_clock", "_count", "_limits", "_span", "files", "is_plain", "name")
 
-    def __init__(self, source: Union[str, os.PathLike[str], Sequence[Time], Array], poses: Optional[Array] = None, *,
-                 times: Union[str, os.PathLike[str], None] = None, clock: Optional[Literal["sensor", "utc"]] = None,
+    def __init__(self, source: Union[str, os.PathLike[str], Sequence[Time], Array], poses: Optional[ArrayLike] = None, *,
+                 times: Union[str, os.PathLike[str], None] = None, clock: Optional[Clock] = None,
                  gap: float = _GAP_S, jump: float = _JUMP_M) -> None:
         """Read or take poses.
 
@@ -106,7 +107,7 @@ class Poses:
         return int(self._count)
 
     @property
-    def clock(self) -> str:
+    def clock(self) -> Clock:
         """By which clock times are: "sensor" or "utc"."""
         return "utc" if self._clock == lib.LUM_POSES_UTC else "sensor"
 
@@ -115,7 +116,7 @@ class Poses:
         """The times of the first and the last, in nanoseconds."""
         return self._span
 
-    def _all(self) -> tuple[Array, Array]:
+    def _all(self) -> tuple[NDArray[np.int64], Doubles]:
         times, poses = np.empty(len(self), "i8"), np.empty((len(self), 7))
         time, pose = ffi.cast("int64_t *", ffi.from_buffer(times)), ffi.cast("lum_pose *", ffi.from_buffer(poses))
         for i in range(len(self)):
@@ -123,16 +124,16 @@ class Poses:
         return times, poses
 
     @property
-    def times(self) -> Array:
+    def times(self) -> NDArray[np.int64]:
         """Their times in nanoseconds: (n,) int64, a copy."""
         return self._all()[0]
 
     @property
-    def tum(self) -> Array:
+    def tum(self) -> Doubles:
         """x y z qx qy qz qw of each: (n, 7) float64, a copy."""
         return self._all()[1]
 
-    def at(self, time: Time, outside: Literal["raise", "nearest"] = "raise") -> Array:
+    def at(self, time: Time, outside: Literal["raise", "nearest"] = "raise") -> Doubles:
         """The pose of a time: (4, 4), which takes points of the sensor, as columns, into the world.
 
         Args:
@@ -190,7 +191,7 @@ class Poses:
         return f"<Poses {self.name}: {len(self)}, {self.span[0] * 1e-9:.3f} to {self.span[1] * 1e-9:.3f} s, {self.clock}>"
 
 
-def _restore(times: Array, poses: Array, clock: Literal["sensor", "utc"], limits: tuple[float, float], name: str,
+def _restore(times: Array, poses: Array, clock: Clock, limits: tuple[float, float], name: str,
              files: list[str]) -> Poses:
     made = Poses(times, poses, clock=clock, gap=limits[0], jump=limits[1])
     made.name, made.files = name, files

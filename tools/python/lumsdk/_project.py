@@ -10,7 +10,9 @@ from ._errors import OptionError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    Array = np.ndarray[Any, np.dtype[Any]]
+    from numpy.typing import NDArray
+
+    from ._types import Array, Doubles
 
 _COEFFICIENTS = (0, 4, 5, 8)
 
@@ -18,12 +20,12 @@ _COEFFICIENTS = (0, 4, 5, 8)
 class Projection(NamedTuple):
     """Where points are in a picture, one row a point."""
 
-    pixels: Array
+    pixels: Doubles
     """u, to the right, and v, downwards: (n, 2) float64. The centre of the first pixel is at 0, 0. NaN for points that are
     not in front of the camera."""
-    depth: Array
+    depth: Doubles
     """Metres in front of the camera, along its axis: (n,) float64; behind it below 0."""
-    visible: Array
+    visible: NDArray[np.bool_]
     """Whether a point is in the picture: (n,) bool. Nothing is known of what hides it."""
 
 

@@ -10,7 +10,8 @@ from ._c import ffi, lib, sized
 from ._errors import OptionError
 
 if TYPE_CHECKING:
-    from ._frame import Array, Frame
+    from ._frame import Frame
+    from ._types import Array
     from ._settings import Calibration, Profile
 
 PIXELS = int(lib.LUM_LINE_PIXELS)

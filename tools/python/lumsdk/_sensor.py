@@ -7,7 +7,7 @@ import math
 import os
 import warnings
 import weakref
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Optional, Union
 
@@ -22,11 +22,12 @@ from ._settings import Calibration, Profile, setting_of
 from ._stream import Frames, Stream, losses_of
 
 if TYPE_CHECKING:
+    from ipaddress import IPv4Address
+
     from typing_extensions import Literal, Unpack
 
-    from ._options import Options
+    from ._types import Eye, LiveOptions
 
-    Eye = Literal["blue", "green"]
 
 _EXCHANGES = 8
 _APART_S = 0.01
@@ -101,10 +102,11 @@ class Sensor:
     cancel(). Several sensors can be used in several threads. A process that was forked cannot use it.
     """
 
-    def __init__(self, host: Any = "10.42.0.37", *, interface: Optional[str] = None,
+    def __init__(self, host: Union[str, IPv4Address] = "10.42.0.37", *, interface: Optional[str] = None,
                  calibration: Union[str, os.PathLike[str], Mapping[str, Any], Calibration, None] = None,
                  profile: Union[str, os.PathLike[str], Mapping[str, Any], Profile, None] = None,
-                 set: Any = None, owns: bool = True, timeout: float = 0.4, retries: int = 4) -> None:
+                 set: Union[Mapping[str, Any], Iterable[str], None] = None, owns: bool = True, timeout: float = 0.4,
+                 retries: int = 4) -> None:
         """Begin a session. Nothing is sent yet, so that it is not known whether there is a sensor.
 
         host is an address or a name, alone or with a port: "10.42.0.37", "lidar.local", "10.42.0.37:5517"; udp:// may
@@ -271,7 +273,7 @@ class Sensor:
 
     # Its data.
 
-    def frames(self, duration: Optional[float] = None, *, silence: float = 5.0, **options: Unpack[Options]) -> Frames:
+    def frames(self, duration: Optional[float] = None, *, silence: float = 5.0, **options: Unpack[LiveOptions]) -> Frames:
         """The frames that come from now on.
 
         duration is in seconds from the first data on; None: until the loop ends. silence is how many seconds without

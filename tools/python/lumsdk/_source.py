@@ -7,7 +7,7 @@ import math
 import operator
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import IO, TYPE_CHECKING, Any, Optional, Union, overload
+from typing import TYPE_CHECKING, Any, Optional, Union, overload
 
 from ._errors import ClosedError, OptionError, warn
 from ._frame import Frame
@@ -17,15 +17,10 @@ from ._reading import LOSSES, Reading
 from ._settings import Calibration, Profile
 
 if TYPE_CHECKING:
-    import os
+    from typing_extensions import Unpack
 
-    from typing_extensions import Buffer, Unpack
-
-    from ._options import Options
     from ._rig import Rig
-
-    Path = Union[str, os.PathLike[str]]
-    Given = Union[Path, Sequence[Path], Buffer, IO[bytes]]
+    from ._types import Given, Options
 
 
 class Frames(Iterator[Frame]):

@@ -134,7 +134,7 @@ def _join(frames: list[Frame], columns: Union[str, Iterable[str], None], is_whol
         raise OptionError("some frames of the set were moved by poses, and others were not, or elsewhere: move all of them "
                           "to the same place before they are joined")
     names = _names_of(frames, columns)
-    arrays = {name: np.concatenate([frame[name] for frame in frames]) for name in names}
+    arrays = {name: np.concatenate([frame._array(name) for frame in frames]) for name in names}
     first = min(frames, key=lambda frame: frame.utc_ns)
     later_ns = [frame.utc_ns - first.utc_ns for frame in frames]
     if "time" in arrays:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ._frame import Frame
 
 Array = np.ndarray[Any, Any]
-Names = Union[str, Sequence[str], None]
+Names = Union[str, Iterable[str], None]
 
 
 class Column(NamedTuple):
@@ -85,7 +85,7 @@ def available(frame: Frame) -> tuple[str, ...]:
 def own_types(frame: Frame) -> dict[str, np.dtype[Any]]:
     """The columns of a frame besides those that every one has, and their types: those that a program added, and, of a rig, the
     place of each point's sensor."""
-    own = {name: frame[name].dtype for name in frame._own}
+    own = {name: frame._array(name).dtype for name in frame._own}
     return {**own, "sensor": OF_RIG.dtype} if frame._info.member else own
 
 
@@ -165,7 +165,7 @@ def value(frame: Frame, name: str, time: str = "sensor") -> Array:
     if name not in frame.columns:
         raise OptionError(f"frame {frame.number} has no column '{name}', only {', '.join(frame.columns)}; "
                           "name it in the option columns when the source is opened")
-    return frame[name]
+    return frame._array(name)
 
 
 # --- Presets ---

@@ -18,7 +18,8 @@ from ._target import TargetError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from ._frame import Array, Frame
+    from ._frame import Frame
+    from ._types import Array
 
 _FORMATS = {".pcap": lib.LUM_CAPTURE_PCAP, ".pcapng": lib.LUM_CAPTURE_PCAPNG}
 _EYES = ("blue", "green")
@@ -92,7 +93,7 @@ def _numbers(frame: Frame, where: str) -> dict[str, Array]:
         raise OptionError(f"{where}it has no column {missing[0]!r}; right is a frame of open(raw=True), or one made of arrays with "
                           f"{', '.join(_COLUMNS)}, and raw_azimuth and raw_elevation or with_raw(angles)")
     limits = {"tof": _TOF, "pixel": (0, _raw.PIXELS - 1), "edge": (0, 1), "line": (0, 2 ** 32 - 1), "eye": (0, 1)}
-    return {name: _raw.whole(frame[name], name, *limits[name], where=where) for name in _COLUMNS}
+    return {name: _raw.whole(frame._array(name), name, *limits[name], where=where) for name in _COLUMNS}
 
 
 def _lines_of(frame: Frame, columns: Mapping[str, Array], where: str) -> Array:
@@ -117,7 +118,7 @@ def _put_angles(frame: Frame, raw: _raw.Raw, table: Array, columns: Mapping[str,
     if not {"raw_azimuth", "raw_elevation"} <= set(frame.columns):
         return
     which, pixel = np.repeat(np.arange(len(table)), table["point_count"].astype("i8")), columns["pixel"]
-    own = np.stack([_raw.whole(frame[name], name, -32768, 32767, where) for name in ("raw_azimuth", "raw_elevation")], axis=-1)
+    own = np.stack([_raw.whole(frame._array(name), name, -32768, 32767, where) for name in ("raw_azimuth", "raw_elevation")], axis=-1)
     if not np.array_equal(raw.angles[which, pixel], own):
         raw.angles = raw.angles.copy()
         raw.angles[which, pixel] = own

@@ -32,15 +32,14 @@ except ImportError as error:
 import lumsdk
 
 from ._errors import OptionError
-from ._columns import COLUMNS
 from ._inputs import ENDINGS
-from ._options import DEFAULT_COLUMNS, Choice
+from ._options import Choice, columns_of, data_columns
 
 if TYPE_CHECKING:
     from typing_extensions import Literal, Unpack
 
     from ._frame import Frame
-    from ._options import Options
+    from ._types import DataColumn, XyzOptions
 
     Paths = Union[str, os.PathLike[str], Sequence[Union[str, os.PathLike[str]]]]
 
@@ -90,7 +89,7 @@ def _frames(stream: _Stream, options: Mapping[str, Any]) -> Iterator[Frame]:
 class _Form(NamedTuple):
     """What a block looks like."""
 
-    columns: tuple[str, ...]
+    columns: tuple[DataColumn, ...]
     keys: tuple[str, ...]
     whole: bool  # a row is a frame, and not a point
 
@@ -106,20 +105,21 @@ class _Form(NamedTuple):
         same = np.zeros(len(frame), "i4")
         repeated = {name: pyarrow.DictionaryArray.from_arrays(same, one) if pyarrow.types.is_string(one.type)
                     else one.take(pyarrow.array(same)) for name, one in keys.items()}
-        return pyarrow.table({**repeated, **{name: pyarrow.array(frame[name]) for name in self.columns}})
+        columns: dict[str, Any] = {name: pyarrow.array(_array(frame, name)) for name in self.columns}
+        return pyarrow.table({**repeated, **columns})
 
     def _of_frame(self, frame: Frame, keys: dict[str, Any]) -> Block:
         from ray.data.extensions import ArrowVariableShapedTensorArray
 
         made = {"complete": pyarrow.array([frame.complete]), "points": pyarrow.array([len(frame)], pyarrow.int64())}
         for name in self.columns:
-            array = np.ascontiguousarray(frame.xyz if name == "xyz" else frame[name])
+            array = np.ascontiguousarray(_array(frame, name))
             made[name] = ArrowVariableShapedTensorArray.from_numpy(_one(array))
         return pyarrow.table({**keys, **made})
 
-    def needed(self) -> tuple[str, ...]:
-        """The columns to read."""
-        return tuple(dict.fromkeys(part for name in self.columns for part in ("xyz" if name == "xyz" else (name,))))
+
+def _array(frame: Frame, name: DataColumn) -> Any:
+    return frame.xyz if name == "xyz" else frame[name]
 
 
 def _one(array: Any) -> Any:
@@ -258,21 +258,6 @@ def _is_capture(named: Sequence[str]) -> Callable[[Sequence[str]], list[str]]:
     return keep
 
 
-def _choose(columns: Any, rows: str) -> tuple[str, ...]:
-    """The columns of blocks, in their order."""
-    whole = rows == "frames"
-    if columns is None or columns == "all":
-        names = list(DEFAULT_COLUMNS if columns is None else COLUMNS)
-        if whole and {"x", "y", "z"} <= set(names):
-            names = ["xyz", *(name for name in names if name not in ("x", "y", "z"))]
-        return tuple(names)
-    names = columns.split(",") if isinstance(columns, str) else list(columns)
-    if not whole and "xyz" in names:
-        raise OptionError('columns: "xyz" is a column of rows="frames"; of points, name x, y and z')
-    Choice({"columns": [name for name in names if name != "xyz"]})
-    return tuple(dict.fromkeys(names))
-
-
 def _portable(options: Mapping[str, Any]) -> dict[str, Any]:
     """Options for every machine: files of this one become their content."""
     if options.get("progress") is not None:
@@ -293,7 +278,7 @@ def _portable(options: Mapping[str, Any]) -> dict[str, Any]:
 def read_captures(paths: Paths, *, rows: Literal["points", "frames"] = "points", keys: Iterable[str] = ("source", "frame"),
                   filesystem: Any = None, shuffle: Any = None, ignore_missing_paths: bool = False,
                   override_num_blocks: Optional[int] = None, concurrency: Optional[int] = None,
-                  ray_remote_args: Optional[dict[str, Any]] = None, **options: Unpack[Options]) -> ray.data.Dataset:
+                  ray_remote_args: Optional[dict[str, Any]] = None, **options: Unpack[XyzOptions]) -> ray.data.Dataset:
     """A Dataset of the points or the frames of captures.
 
     paths is a path, a folder, a pattern, a URL, or a list of these; of a folder, what ends in .pcap, .pcapng or .cap, also
@@ -324,8 +309,8 @@ def read_captures(paths: Paths, *, rows: Literal["points", "frames"] = "points",
     for key in added:
         if key not in _KEYS:
             raise OptionError(f"keys has {key!r}; right is some of {', '.join(_KEYS)}")
-    form = _Form(_choose(options.get("columns"), rows), tuple(dict.fromkeys(added)), rows == "frames")
-    portable = _portable({**options, "columns": form.needed()})
+    form = _Form(data_columns(options.get("columns"), rows == "frames"), tuple(dict.fromkeys(added)), rows == "frames")
+    portable = _portable({**options, "columns": columns_of(form.columns)})
     named = _expand(paths, filesystem)
     source = _Captures(named, form, portable, filesystem=filesystem, shuffle=shuffle,
                        partition_filter=_is_capture(named), ignore_missing_paths=ignore_missing_paths)

@@ -195,8 +195,8 @@ def grid(capture: Union[str, os.PathLike[str]], profile: Any = None, **options: 
     name = os.fspath(capture)
     if profile is not None:
         options["profile"] = profile
-    with open_source(name, columns="range,azimuth,elevation,line,pixel,eye", returns="first",
-                     calibration=calibration.replace(eyes), **options) as source:
+    with open_source(name, columns=("range", "azimuth", "elevation", "line", "pixel", "eye"),
+                     returns="first", calibration=calibration.replace(eyes), **options) as source:
         is_span = source.profile["angle_lsb_deg"] == "span"
         values = int(source.profile["eye_values.blue"]), int(source.profile["eye_values.green"])
         sums = _sum(source, name)

@@ -229,7 +229,7 @@ def _with_keywords(made: Job, said: dict[str, Any], options: argparse.Namespace)
     return Job(**{**made.__dict__, "keywords": keywords})
 
 
-def _try_convert(made: Job, keywords: dict[str, object]) -> None:
+def _try_convert(made: Job, keywords: dict[str, Any]) -> None:
     """An empty capture shows whether convert() takes the options, and has what the format needs."""
     import lumsdk
 

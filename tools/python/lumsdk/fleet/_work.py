@@ -185,10 +185,11 @@ class Converter:
     def _by_convert(self, path: str, made: str, task: Task) -> Record:
         import lumsdk
 
+        keywords: dict[str, Any] = self._job.keywords
         try:
             with in_folder(self._work.path), warnings.catch_warnings(record=True) as said:
                 warnings.simplefilter("always")
-                summary = lumsdk.convert(path, made, threads=1, **self._job.keywords)
+                summary = lumsdk.convert(path, made, threads=1, **keywords)
         except lumsdk.Error as error:
             raise _Failed(self._named(str(error), path, made, task)) from error
         words = dict.fromkeys(f"warning: {warning.message}" for warning in said)

@@ -3,14 +3,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .. import open as open_source
 from .._errors import CaptureError
 from .._frame import Frame
 from ._motion import Array
 
-COLUMNS = ("x", "y", "z", "time")
+if TYPE_CHECKING:
+    from .._types import Column
+
+COLUMNS: tuple[Column, ...] = ("x", "y", "z", "time")
 FEWEST_POINTS = 100
 
 
