@@ -32,7 +32,6 @@ from ._target import Target, UrlTarget, failed, is_url, local_for
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
-
     from ._types import ConvertOptions, Given, Path
 
 _POINTS_AT_ONCE = 500_000
@@ -399,8 +398,7 @@ class _Split:
         return sum(part.points for part in self._parts.values())
 
 
-_WAIT_S = 0.05
-_LAST = None
+_WAIT_S, _LAST = 0.05, None
 
 
 class _Thread(threading.Thread):
@@ -551,23 +549,22 @@ def _by_frames(plan: Plan) -> Summary:
 # --- The function ---
 
 
-def convert(source: Union[Given, Source, Iterable[Frame], Frame], destination: Path,
-            **options: Unpack[ConvertOptions]) -> Summary:
+def convert(source: Union[Given, Source, Iterable[Frame], Frame], destination: Path, **options: Unpack[ConvertOptions]) -> Summary:
     """Write a capture, or frames, to a file of another format.
 
         lumsdk.convert("drive.pcap", "drive.laz", returns="last")
         lumsdk.convert("drive.pcap", "frames/%04d.bin", range=(2, 80))
         lumsdk.convert(sensor.frames(duration=5), "now.parquet")
 
-    Memory does not grow with the capture. A file has its name only when it is whole and on the disk: an interruption or
-    an exception leaves nothing, and a file that is replaced stays as it is until then.
+    Memory does not grow with the capture. A file has its name only when it is whole and on the disk: an interruption leaves nothing,
+    and a file that is replaced stays as it is until then.
 
     Args:
         source: what open() takes, a Source, or frames: one, a list, or anything that gives them one by one.
-        destination: a path, or a URL (fsspec; sent under a temporary key, which gets the name at the end). Its ending is
-            the format: .csv .ply .pcd .las .xyz .png .mcap .pcap .pcapng, which lumdump writes with the same bytes as by
-            itself, and .laz .parquet .feather .npy .npz .bin (KITTI). A %d or %04d in it stands for the number of a
-            frame: then each frame has a file. Also {utc_ns} of those formats that lumdump does not write.
+        destination: a path, or a URL (fsspec; sent under a temporary key, which gets the name at the end). Its ending is the format:
+            .csv .ply .pcd .las .xyz .png .mcap .pcap .pcapng, which lumdump writes with the same bytes as by itself, and .laz
+            .parquet .feather .npy .npz .bin (KITTI). A %d or %04d in it stands for the number of a frame: then each frame has a
+            file. Also {utc_ns} of those formats that lumdump does not write.
 
     Options are all of open(), and these of the output:
 
@@ -576,8 +573,8 @@ def convert(source: Union[Given, Source, Iterable[Frame], Frame], destination: P
                      pulse_width timestamp frame eye line pixel return_number number_of_returns edge if not given;
                      also time, and of the latter four strongest and sensor. Columns that with_columns() added to frames are
                      there, too, and in las, laz and mcap
-        poses        where the sensor was: Poses, or the name of a file of them; then points are moved, and what has no pose
-                     is left out; pose_times, the file of times of KITTI; to, "world" if not given, "start" or "middle"
+        poses        where the sensor was: Poses, or the name of a file of them; points are moved, what has no pose is left
+                     out; pose_times, the file of times of KITTI; to, "world" if not given, "start" or "middle"
         time         what timestamps are: "sensor", the sensor's clock; "utc"; "arrival"
         preset       of parquet and feather: "argoverse2", its columns in its types
         compression  of parquet and feather: "zstd", "lz4", "none" and so on
@@ -591,8 +588,7 @@ def convert(source: Union[Given, Source, Iterable[Frame], Frame], destination: P
     Unlike open(), convert() warns of a capture that breaks off or is damaged (broken="warn"), as lumdump does.
 
     Returns:
-        What was done: a mapping with source, format, outputs, frames, points, bytes, truncated, sensors, losses (by
-        cause) and left_out.
+        What was done: a mapping with source, format, outputs, frames, points, bytes, truncated, sensors, losses and left_out.
 
     Raises:
         OptionError: an option is not allowed, or does not go with the format.

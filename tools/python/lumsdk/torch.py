@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Optional, TypeVar, U
 
 import numpy as np
 
+from ._columns import COLUMNS
 from ._errors import CaptureError, Error, OptionError, install, warn
 from ._inputs import _is_url, check_storage
 from ._options import Choice, columns_of, data_columns
@@ -45,6 +46,7 @@ __all__ = ["Frames", "Place", "StreamedFrames", "collate", "collate_padded", "te
 torch: Any = _torch  # checkers need not have it
 
 _T = TypeVar("_T")
+_Made = TypeVar("_Made")
 _OPEN = 16
 _WIDER = {"uint16": ("int32", "i4"), "uint32": ("int64", "i8")}
 _OF_BATCHES = ("batch", "row_splits", "mask")
@@ -55,8 +57,6 @@ _OF_BATCHES = ("batch", "row_splits", "mask")
 
 def _lacking(columns: Iterable[str]) -> list[str]:
     """The types of columns that this version of torch does not have."""
-    from ._frame import COLUMNS
-
     types = {COLUMNS[name].name for name in columns if name in COLUMNS}
     return sorted(name for name in types & {*_WIDER} if not hasattr(torch, name))
 
@@ -204,7 +204,7 @@ class Frames(_Captures[_T], Dataset[_T]):  # type: ignore[misc,unused-ignore]
     def __init__(self: Frames[Sample], captures: Captures, *, transform: None = None, keep_index: bool = False,
                  storage_options: Optional[Mapping[str, Any]] = None, **options: Unpack[XyzOptions]) -> None: ...
     @overload
-    def __init__(self: Frames[_T], captures: Captures, *, transform: Callable[[Frame], _T], keep_index: bool = False,
+    def __init__(self: Frames[_Made], captures: Captures, *, transform: Callable[[Frame], _Made], keep_index: bool = False,
                  storage_options: Optional[Mapping[str, Any]] = None, **options: Unpack[XyzOptions]) -> None: ...
 
     def __init__(self, captures: Captures, *, transform: Optional[Callable[[Frame], Any]] = None, keep_index: bool = False,
@@ -291,7 +291,7 @@ class StreamedFrames(_Captures[_T], IterableDataset[_T]):  # type: ignore[misc,u
     def __init__(self: StreamedFrames[Sample], captures: Captures, *, transform: None = None, keep_index: bool = False,
                  storage_options: Optional[Mapping[str, Any]] = None, **options: Unpack[XyzOptions]) -> None: ...
     @overload
-    def __init__(self: StreamedFrames[_T], captures: Captures, *, transform: Callable[[Frame], _T], keep_index: bool = False,
+    def __init__(self: StreamedFrames[_Made], captures: Captures, *, transform: Callable[[Frame], _Made], keep_index: bool = False,
                  storage_options: Optional[Mapping[str, Any]] = None, **options: Unpack[XyzOptions]) -> None: ...
 
     def __init__(self, captures: Captures, *, transform: Optional[Callable[[Frame], Any]] = None, keep_index: bool = False,
