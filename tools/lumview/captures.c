@@ -15,6 +15,7 @@ struct captures {
     struct pump **pumps; /* of inputs that can be read only once; else NULL */
     bool are_files;
     bool is_quiet;
+    const char *rig; /* NULL: none */
 };
 
 /* --- Opening and closing --- */
@@ -79,7 +80,7 @@ static int start_all(struct captures *c, lum_error *error)
     return try_files(c, error);
 }
 
-int captures_new(const struct sources *sources, bool is_quiet,
+int captures_new(const struct sources *sources, const char *rig, bool is_quiet,
                  struct captures **out, lum_error *error)
 {
     if (sources_check_folders(sources, error) != 0) {
@@ -92,6 +93,7 @@ int captures_new(const struct sources *sources, bool is_quiet,
     c->sources = sources;
     c->are_files = true;
     c->is_quiet = is_quiet;
+    c->rig = rig;
     if (start_all(c, error) != 0) {
         captures_free(c);
         return -1;
@@ -290,7 +292,12 @@ static void write_other(const struct captures *c,
                         const struct provenance_other *o, char *out,
                         size_t room)
 {
-    if (is_pumped(c, o->source)) {
+    if (c->rig != NULL) {
+        (void)snprintf(out, room,
+                       "%.200s: it has a %s of its own, which is not used: "
+                       "%.200s says which file each sensor has",
+                       o->source, o->what, c->rig);
+    } else if (is_pumped(c, o->source)) {
         (void)snprintf(out, room,
                        "%.200s: it has a %s of its own, which is not used: "
                        "save it as a file and show that, or name its %s by "

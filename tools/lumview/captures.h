@@ -15,8 +15,9 @@
 struct captures;
 
 /* If a source cannot be opened, this is reported at once, with its name.
- * sources: kept. 0, or -1 with the reason in error. */
-int captures_new(const struct sources *sources, bool is_quiet,
+ * sources: kept. rig: the file of one that is used in place of what they say of
+ * themselves; or NULL. 0, or -1 with the reason in error. */
+int captures_new(const struct sources *sources, const char *rig, bool is_quiet,
                  struct captures **out, lum_error *error);
 
 /* Makes reading end soon, even if nothing comes. NULL is allowed. */

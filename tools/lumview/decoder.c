@@ -1,6 +1,7 @@
 #include "decoder.h"
 
 #include "../common/misfit.h"
+#include "gather.h"
 #include "lum/frame/framer.h"
 #include "second.h"
 
@@ -15,9 +16,14 @@
  * may bring none any more. */
 #define SECOND_SHOWN 3
 
+/* Pictures of a rig before the first that is wanted whose points are made: a
+ * frame in it may be GATHER_OLD pictures old, and as long under way. */
+#define RIG_EARLY (3 * (int64_t)GATHER_OLD)
+
 struct decoder {
     struct decoder_options options;
     lum_framer *framer;
+    struct gather gather;  /* of a rig */
     struct second *second; /* NULL: there is one profile */
     bool has_gone_ahead;   /* it has taken the record that is being pushed */
     bool second_is_first;  /* the second's newest frame came before any other */
@@ -56,19 +62,24 @@ struct decoder *decoder_new(const struct decoder_options *options)
     if (d == NULL) {
         return NULL;
     }
+    const bool has_rig = options->member_count > 0;
     const lum_framer_options framer = {
         .struct_size = sizeof framer,
         .layout = options->layout,
         .projector = options->projector,
-        .wants = LUM_WANT_FRAMES | LUM_WANT_LINES,
-        .only_first = true,
+        .wants = LUM_WANT_FRAMES | (has_rig ? 0u : LUM_WANT_LINES),
+        .only_first = !has_rig,
         .has_sensor = options->sensor.is_given,
         .sensor = options->sensor.address,
         .port = options->sensor.port,
         .records_are_single = true,
         .sensor_interface = options->sensor.interface,
-        .points_max = FRAME_POINTS_MAX};
+        .members = options->members,
+        .member_count = options->member_count,
+        .points_max = FRAME_POINTS_MAX /
+                      (has_rig ? (uint32_t)options->member_count : 1u)};
     d->options = *options;
+    d->gather.members = options->member_count;
     d->from = INT64_MIN;
     d->kind = LUM_PACKET_KINDS;
     if (lum_framer_new(&framer, &d->framer, NULL) != 0 ||
@@ -86,9 +97,15 @@ void decoder_free(struct decoder *decoder)
         return;
     }
     picture_drop(&decoder->complete);
+    gather_end(&decoder->gather);
     second_free(decoder->second);
     lum_framer_free(decoder->framer);
     free(decoder);
+}
+
+static bool has_rig(const struct decoder *d)
+{
+    return d->options.member_count > 0;
 }
 
 /* --- Counters, and what is skipped --- */
@@ -107,22 +124,19 @@ static void look_for_shown(struct decoder *d)
     d->looked_at = count;
 }
 
-/* All counters so far, including skipped frames. */
-static void count_all(const struct decoder *d, struct totals *out)
+static void add_sensor(const struct decoder *d, size_t sensor,
+                       struct totals *out)
 {
     lum_demux_counters c = {.struct_size = sizeof c};
     lum_framer_counters lines = {.struct_size = sizeof lines};
-    *out = (struct totals){.received.bytes = d->bytes};
-    if (!d->has_shown) {
-        return;
-    }
-    (void)lum_framer_count(d->framer, d->shown, &lines);
-    (void)lum_demux_count(lum_framer_demux(d->framer), d->shown, &c);
+    struct totals its = {.received.bytes = 0};
+    (void)lum_framer_count(d->framer, sensor, &lines);
+    (void)lum_demux_count(lum_framer_demux(d->framer), sensor, &c);
     for (unsigned i = 0; i < LUM_PACKET_KINDS; i++) {
-        out->received.packets += c.packets[i];
+        its.received.packets += c.packets[i];
     }
-    out->received.joined = c.joined;
-    out->decoded = (struct feed_decoded){
+    its.received.joined = c.joined;
+    its.decoded = (struct feed_decoded){
         .points = lines.rising,
         .lost_words = c.assembly.lost_words,
         .lost_lines = c.assembly.lines_skipped + lines.lines_in_pauses +
@@ -132,10 +146,29 @@ static void count_all(const struct decoder *d, struct totals *out)
         .joined_lines = lines.under_way.lines,
         .pauses = lines.pauses,
         .refused = lum_framer_refused(&c, &lines)};
+    totals_add(out, &its);
+}
+
+static bool is_shown(const struct decoder *d, size_t sensor)
+{
+    return has_rig(d) ? lum_framer_member(d->framer, sensor) >= 0
+                      : d->has_shown && sensor == d->shown;
+}
+
+/* All counters so far, including skipped frames. */
+static void count_all(const struct decoder *d, struct totals *out)
+{
+    const size_t count = lum_demux_sensor_count(lum_framer_demux(d->framer));
+    *out = (struct totals){.received.bytes = d->bytes};
+    for (size_t i = 0; i < count; i++) {
+        if (is_shown(d, i)) {
+            add_sensor(d, i, out);
+        }
+    }
 }
 
 /* Points of skipped frames were not counted, except those of a line that ends
- * the skipping. */
+ * the skipping. Of a rig all are. */
 static void end_skipping(struct decoder *d)
 {
     struct totals now;
@@ -144,9 +177,19 @@ static void end_skipping(struct decoder *d)
     }
     d->is_skipping = false;
     count_all(d, &now);
-    now.decoded.points = d->mark.decoded.points;
+    if (!has_rig(d)) {
+        now.decoded.points = d->mark.decoded.points;
+    }
     totals_add(&d->skipped, &now);
     totals_subtract(&d->skipped, &d->mark);
+}
+
+/* Of a rig: the next picture is wanted. */
+static void leave_skipped(struct decoder *d)
+{
+    if (d->gather.count >= add_clamped(d->from, -1)) {
+        end_skipping(d);
+    }
 }
 
 void decoder_skip_to(struct decoder *decoder, int64_t frame)
@@ -155,8 +198,12 @@ void decoder_skip_to(struct decoder *decoder, int64_t frame)
     count_all(decoder, &decoder->mark);
     decoder->is_skipping = true;
     decoder->from = frame;
-    lum_framer_skip_to(decoder->framer, frame);
     picture_drop(&decoder->complete);
+    if (has_rig(decoder)) {
+        leave_skipped(decoder);
+    } else {
+        lum_framer_skip_to(decoder->framer, frame);
+    }
 }
 
 bool decoder_learn(struct decoder *decoder, const struct decoder *from)
@@ -177,6 +224,11 @@ void decoder_count(const struct decoder *decoder, struct totals *out)
 
 bool decoder_range(const struct decoder *decoder, int64_t *first, int64_t *last)
 {
+    if (has_rig(decoder)) {
+        *first = 1;
+        *last = decoder->gather.count;
+        return *last > 0;
+    }
     return decoder->has_shown &&
            lum_framer_range(decoder->framer, decoder->shown, first, last);
 }
@@ -194,6 +246,9 @@ const char *decoder_others(const struct decoder *decoder,
     size_t len = 0;
     *out = '\0';
     *shown = '\0';
+    if (has_rig(decoder)) {
+        return out;
+    }
     const lum_demux *demux = lum_framer_demux(decoder->framer);
     for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
         (void)lum_demux_name(demux, i, name);
@@ -208,6 +263,33 @@ const char *decoder_others(const struct decoder *decoder,
     return out;
 }
 
+/* Of the first sensor of which something does not fit. */
+static void tell_rig_doubt(const struct decoder *d,
+                           const struct sources *captures)
+{
+    const lum_demux *demux = lum_framer_demux(d->framer);
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+        char what[160];
+        char capture[128];
+        char name[LUM_SENSOR_NAME_BYTES];
+        char text[FEED_TEXT_BYTES];
+        lum_demux_counters c = {.struct_size = sizeof c};
+        const int member = lum_framer_member(d->framer, i);
+        (void)lum_demux_count(demux, i, &c);
+        if (member < 0 || !misfit_find(&c, what, sizeof what)) {
+            continue;
+        }
+        (void)snprintf(text, sizeof text,
+                       "%s: %s: lumdump %s --sensor %s --infer -o profile.yaml "
+                       "finds the layout, for profile: profile.yaml in the rig",
+                       d->options.rig->sensor[member].name, what,
+                       misfit_capture(captures, capture, sizeof capture),
+                       lum_demux_name(demux, i, name));
+        stage_set_text(d->options.stage, FEED_DOUBT, text);
+        return;
+    }
+}
+
 /* To record a sensor, its session must end first. */
 void decoder_tell_doubt(const struct decoder *decoder,
                         const struct sources *captures, const char *sensor)
@@ -217,6 +299,10 @@ void decoder_tell_doubt(const struct decoder *decoder,
     char advice[MISFIT_ADVICE_BYTES + sizeof capture];
     char text[FEED_TEXT_BYTES];
     lum_demux_counters total = {.struct_size = sizeof total};
+    if (has_rig(decoder)) {
+        tell_rig_doubt(decoder, captures);
+        return;
+    }
     (void)lum_demux_total(lum_framer_demux(decoder->framer), &total);
     if (!misfit_find(&total, what, sizeof what)) {
         return;
@@ -285,11 +371,11 @@ static bool is_line(struct decoder *d, lum_framer_event event)
 
 static void count_bytes(struct decoder *d, const lum_record *record)
 {
-    if (!d->has_shown) {
+    if (!d->has_shown && !has_rig(d)) {
         look_for_shown(d);
     }
-    if (d->kind != LUM_PACKET_KINDS && d->has_shown &&
-        record->source == d->address &&
+    if (d->kind != LUM_PACKET_KINDS &&
+        (has_rig(d) || (d->has_shown && record->source == d->address)) &&
         lum_demux_is_wanted(lum_framer_demux(d->framer))) {
         d->bytes += record->len;
     }
@@ -335,6 +421,68 @@ static bool end_record(struct decoder *d, const lum_record *record)
     return goes_on;
 }
 
+/* --- Records to pictures of a rig --- */
+
+/* Those that are skipped are made all the same, as each counts. */
+static bool take_picture(struct decoder *d, bool is_end)
+{
+    picture_drop(&d->complete);
+    while (gather_take(&d->gather, is_end, &d->complete)) {
+        if (d->complete.frame >= d->from) {
+            return true;
+        }
+        leave_skipped(d);
+        picture_drop(&d->complete);
+    }
+    return false;
+}
+
+static void put_frame(struct decoder *d)
+{
+    struct picture picture;
+    const int member =
+        lum_framer_member(d->framer, lum_framer_sensor(d->framer));
+    picture_take(&picture, d->framer);
+    gather_put(&d->gather, member >= 0 ? (size_t)member : 0, &picture);
+}
+
+static bool follow_views(struct decoder *d)
+{
+    static const struct feed_views none = {.count = 0};
+    const struct feed_views wanted = stage_views(d->options.stage);
+    const bool has_points = d->gather.count >= add_clamped(d->from, -RIG_EARLY);
+    return views_follow(d->framer, &d->views, has_points ? &wanted : &none);
+}
+
+/* record: NULL at the end of the source. */
+static enum decoded push_rig(struct decoder *d, const lum_record *record)
+{
+    lum_framer_event event = LUM_FRAMER_FRAME;
+    while (event == LUM_FRAMER_FRAME) {
+        if (take_picture(d, false)) {
+            return DECODED_FRAME;
+        }
+        if (!follow_views(d)) {
+            return DECODED_FAILED;
+        }
+        event = record != NULL ? lum_framer_push(d->framer, record, &d->kind)
+                               : lum_framer_flush(d->framer);
+        if (event == LUM_FRAMER_FRAME) {
+            put_frame(d);
+        }
+    }
+    if (event != LUM_FRAMER_NONE) {
+        return DECODED_FAILED;
+    }
+    if (record != NULL) {
+        count_bytes(d, record);
+        return DECODED_ALL;
+    }
+    return take_picture(d, true) ? DECODED_FRAME : DECODED_ALL;
+}
+
+/* --- Records --- */
+
 void decoder_set_interface(struct decoder *decoder, const char *name)
 {
     lum_framer_set_interface(decoder->framer, name);
@@ -345,6 +493,9 @@ void decoder_set_interface(struct decoder *decoder, const char *name)
 
 enum decoded decoder_push(struct decoder *decoder, const lum_record *record)
 {
+    if (has_rig(decoder)) {
+        return push_rig(decoder, record);
+    }
     /* Those that are wanted now are those of the next frame that begins. */
     const struct feed_views wanted = stage_views(decoder->options.stage);
     if (!views_follow(decoder->framer, &decoder->views, &wanted) ||
@@ -367,6 +518,9 @@ enum decoded decoder_push(struct decoder *decoder, const lum_record *record)
 enum decoded decoder_flush(struct decoder *decoder)
 {
     lum_framer_event event = LUM_FRAMER_NONE;
+    if (has_rig(decoder)) {
+        return push_rig(decoder, NULL);
+    }
     if (!push_second(decoder, NULL)) {
         return DECODED_FAILED;
     }

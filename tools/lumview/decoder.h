@@ -8,6 +8,7 @@
 
 #include "lum/capture/capture.h"
 #include "lum/capture/demux.h"
+#include "lum/host/rig.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -19,6 +20,10 @@ struct decoder_options {
     const lum_projector *projector;
     const lum_layout *second_layout; /* of a profile beside it; or NULL */
     const lum_projector *second_projector;
+    const lum_rig_member *members; /* the sensors of a rig; then no choice of
+                                      one and no second layout */
+    size_t member_count;           /* 0: no rig */
+    const lum_rig *rig;            /* their names */
     struct sensor_choice sensor;
     struct stage *stage; /* has the views that are wanted */
 };
@@ -33,7 +38,8 @@ enum decoded {
 struct decoder *decoder_new(const struct decoder_options *options);
 void decoder_free(struct decoder *decoder);
 
-/* Frames before this one are skipped: not made, reported or counted. */
+/* Frames before this one are skipped: not made, reported or counted. Of a rig
+ * frames are pictures of all sensors, by numbers of their own from 1 on. */
 void decoder_skip_to(struct decoder *decoder, int64_t frame);
 
 /* As lum_framer_set_interface(). */
@@ -67,8 +73,9 @@ void decoder_tell_doubt(const struct decoder *decoder,
 /* What counts what it takes. */
 const lum_demux *decoder_demux(const struct decoder *decoder);
 
-/* Sensors that are not shown, as text: "" or "10.42.0.38, 10.42.0.39". Returns
- * out. shown gets the one that is, "" before it was heard. */
+/* Sensors that are not shown, where there is no rig, as text: "" or
+ * "10.42.0.38, 10.42.0.39". Returns out. shown gets the one that is, "" before
+ * it was heard. */
 const char *decoder_others(const struct decoder *decoder,
                            char shown[LUM_SENSOR_NAME_BYTES], char *out,
                            size_t room);

@@ -2,6 +2,7 @@
 #include "feed.h"
 
 #include "../common/provenance.h"
+#include "../common/rig.h"
 #include "link.h"
 #include "player.h"
 #include "stage.h"
@@ -13,10 +14,16 @@
 #define SPEED_MAX 100.0
 #define PI        3.14159265358979323846
 
+/* How a sensor's packets become points. */
+struct feed_sensor {
+    lum_layout layout;
+    lum_projector projector; /* of a rig, in the vehicle's frame */
+};
+
 struct feed {
     struct stage stage;
-    lum_layout layout;
-    lum_projector projector;
+    struct feed_sensor sensors[LUM_RIG_SENSORS_MAX]; /* without a rig one */
+    lum_rig_member members[LUM_RIG_SENSORS_MAX];
     bool has_second; /* another profile's */
     lum_layout second_layout;
     lum_projector second_projector;
@@ -33,10 +40,15 @@ static double clamp_speed(double speed)
 
 static int start(struct feed *feed, const struct options *o, lum_error *error)
 {
-    struct decoder_options decoder = {.layout = &feed->layout,
-                                      .projector = &feed->projector,
+    struct decoder_options decoder = {.layout = &feed->sensors[0].layout,
+                                      .projector = &feed->sensors[0].projector,
                                       .sensor = o->sensor,
                                       .stage = &feed->stage};
+    if (o->rig != NULL && !o->sensor.is_given) {
+        decoder.members = feed->members;
+        decoder.member_count = o->rig->rig.count;
+        decoder.rig = &o->rig->rig;
+    }
     if (feed->has_second) {
         decoder.second_layout = &feed->second_layout;
         decoder.second_projector = &feed->second_projector;
@@ -44,6 +56,7 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
     if (!o->is_live) {
         const struct player_options options = {.sources = &o->sources,
                                                .said = &feed->said,
+                                               .rig = o->rig_path,
                                                .is_quiet = o->quiet,
                                                .decoder = decoder};
         return player_start(&options, &feed->player, error);
@@ -63,6 +76,33 @@ static int make(const struct options *o, const struct geometry *from,
                : -1;
 }
 
+/* Each sensor of a rig has its own, and what captures say of themselves is not
+ * taken. */
+static int make_rig(struct feed *feed, const lum_rig_files *files,
+                    lum_error *error)
+{
+    feed->said.takes_calibration = true;
+    feed->said.takes_profile = true;
+    for (size_t i = 0; i < files->rig.count; i++) {
+        const lum_rig_sensor *s = &files->rig.sensor[i];
+        const struct geometry geometry = {.calibration =
+                                              files->sensor[i].calibration,
+                                          .profile = files->sensor[i].profile};
+        const lum_pose pose = rig_pose(s);
+        struct feed_sensor *to = &feed->sensors[i];
+        if (geometry_make(&geometry, &to->layout, &to->projector, error) != 0) {
+            return -1;
+        }
+        lum_projector_place(&to->projector, &pose);
+        feed->members[i] = (lum_rig_member){
+            .address = s->address,
+            .interface = s->interface[0] != '\0' ? s->interface : NULL,
+            .layout = &to->layout,
+            .projector = &to->projector};
+    }
+    return 0;
+}
+
 /* What a stream says of itself comes too late, as the page is there before: the
  * player tells that. */
 static int complete(struct feed *feed, const struct options *o,
@@ -70,11 +110,15 @@ static int complete(struct feed *feed, const struct options *o,
                     lum_error *error)
 {
     struct geometry geometry = *loaded;
+    if (o->rig != NULL) {
+        return make_rig(feed, o->rig, error);
+    }
     if (!o->is_live) {
         provenance_ask("lumview", &o->sources, o->quiet, &geometry,
                        &feed->said);
     }
-    if (make(o, &geometry, &feed->layout, &feed->projector, error) != 0) {
+    if (make(o, &geometry, &feed->sensors[0].layout,
+             &feed->sensors[0].projector, error) != 0) {
         return -1;
     }
     if (second == NULL) {
@@ -184,7 +228,8 @@ void feed_look(struct feed *feed, struct feed_status *out)
 void feed_geometry(const struct feed *feed, unsigned eye, float mount[3],
                    float rotation[9])
 {
-    const lum_eye_projector *e = &feed->projector.eye[eye];
+    const lum_eye_projector *e =
+        &feed->sensors[eye / LUM_EYES].projector.eye[eye % LUM_EYES];
     const double center = e->azimuth_center * (PI / 180.0);
     const double ca = cos(center);
     const double sa = sin(center);
@@ -203,7 +248,8 @@ const lum_profile *feed_profile(const struct feed *feed, bool is_second)
     if (is_second && !feed->has_second) {
         return NULL;
     }
-    return is_second ? &feed->second_layout.profile : &feed->layout.profile;
+    return is_second ? &feed->second_layout.profile
+                     : &feed->sensors[0].layout.profile;
 }
 
 /* At the end, play starts again. */

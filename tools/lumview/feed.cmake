@@ -4,6 +4,7 @@ set(lum_view_feed
     decoder.c
     feed.c
     frame.c
+    gather.c
     link.c
     picture.c
     player.c

@@ -143,7 +143,8 @@ struct frame *feed_past(struct feed *feed, const struct feed_view *view,
 
 void feed_look(struct feed *feed, struct feed_status *out);
 
-/* Mount and rotation of an eye, for the page to compute range and angles. */
+/* Mount and rotation of an eye, for the page to compute range and angles; those
+ * of a rig's sensors are eyes 2 i and 2 i + 1, in the vehicle's frame. */
 void feed_geometry(const struct feed *feed, unsigned eye, float mount[3],
                    float rotation[9]);
 

@@ -23,6 +23,7 @@ struct frame {
     uint8_t *bytes;
     size_t capacity; /* points */
     size_t count;
+    size_t parts;        /* sensors of a rig */
     unsigned references; /* guarded by the pool's lock */
 };
 
@@ -99,7 +100,8 @@ static bool enlarge(struct frame *frame, size_t count)
         return true;
     }
     free(frame->bytes);
-    frame->bytes = malloc(FRAME_HEAD_BYTES + capacity * FRAME_POINT_BYTES);
+    frame->bytes = malloc(FRAME_HEAD_BYTES + capacity * FRAME_POINT_BYTES +
+                          FRAME_PARTS_MAX * FRAME_PART_BYTES);
     frame->capacity = frame->bytes != NULL ? capacity : 0;
     return frame->bytes != NULL;
 }
@@ -124,6 +126,7 @@ static struct frame *begin(struct frame_pool *pool, size_t count)
     }
     frame->pool = pool;
     frame->count = count;
+    frame->parts = 0;
     frame->references = 1;
     return frame;
 }
@@ -172,7 +175,8 @@ void frame_release(struct frame *frame)
 
 const uint8_t *frame_bytes(const struct frame *frame, size_t *len)
 {
-    *len = FRAME_HEAD_BYTES + frame->count * FRAME_POINT_BYTES;
+    *len = FRAME_HEAD_BYTES + frame->count * FRAME_POINT_BYTES +
+           frame->parts * FRAME_PART_BYTES;
     return frame->bytes;
 }
 
@@ -304,7 +308,7 @@ static void put_head(const struct frame *frame, const struct frame_head *head,
     to[36] = (uint8_t)head->edges;
     to[37] = (uint8_t)head->smooth;
     to[38] = (uint8_t)head->begin.kind;
-    to[39] = 0;
+    to[39] = (uint8_t)frame->parts;
     put32(to + 40, head->lines);
     put32(to + 44, fit32(head->lost_words));
     put32(to + 48, head->sensor);
@@ -338,5 +342,33 @@ struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,
     put_head(frame, head, more);
     put_part(&(struct part){frame, points, 0, count});
     put_part(&(struct part){frame, second, count, more});
+    return frame;
+}
+
+struct frame *frame_make_rig(struct frame_pool *pool,
+                             const struct frame_part *parts, size_t count,
+                             const struct frame_head *head)
+{
+    size_t total = 0;
+    for (size_t i = 0; i < count; i++) {
+        total += lum_frame_count(parts[i].points);
+    }
+    struct frame *frame = begin(pool, total);
+    if (frame == NULL) {
+        return NULL;
+    }
+    frame->parts = count;
+    put_head(frame, head, 0);
+    uint8_t *to = frame->bytes + FRAME_HEAD_BYTES + FRAME_POINT_BYTES * total;
+    size_t first = 0;
+    for (size_t i = 0; i < count; i++) {
+        const size_t points = lum_frame_count(parts[i].points);
+        put_part(&(struct part){frame, parts[i].points, first, points});
+        put_double(to, (double)parts[i].frame);
+        put32(to + 8, (uint32_t)points);
+        put32(to + 12, parts[i].sensor);
+        to += FRAME_PART_BYTES;
+        first += points;
+    }
     return frame;
 }

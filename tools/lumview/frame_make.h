@@ -58,4 +58,17 @@ struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,
                          const lum_frame *second,
                          const struct frame_head *head);
 
+/* One sensor of a rig. */
+struct frame_part {
+    const lum_frame *points;
+    int64_t frame;   /* its own number */
+    unsigned sensor; /* its place in the rig */
+};
+#define FRAME_PARTS_MAX 8u
+
+/* Likewise of one to FRAME_PARTS_MAX sensors of a rig. */
+struct frame *frame_make_rig(struct frame_pool *pool,
+                             const struct frame_part *parts, size_t count,
+                             const struct frame_head *head);
+
 #endif

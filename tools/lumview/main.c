@@ -44,6 +44,7 @@ static enum exit_status finish_stdout(void)
 struct files {
     struct geometry geometry;
     lum_profile second; /* where there is one */
+    lum_rig_files rig;  /* likewise */
 };
 
 /* Of the second profile too standard input is one input at most. */
@@ -72,20 +73,91 @@ static int load_second(const struct options *o, struct files *out,
     return geometry_set(&tried, &o->set, error);
 }
 
+/* Where another sensor has its address too, a sensor without an interface is
+ * not known from it alone. */
+static bool is_ambiguous(const lum_rig *rig, size_t i)
+{
+    size_t same = 0;
+    for (size_t k = 0; k < rig->count; k++) {
+        same += rig->sensor[k].address == rig->sensor[i].address ? 1u : 0u;
+    }
+    return same > 1u && rig->sensor[i].interface[0] == '\0';
+}
+
+static int refuse_name(const struct options *o, const lum_rig *rig,
+                       lum_error *error)
+{
+    char names[LUM_RIG_SENSORS_MAX * (LUM_RIG_NAME_BYTES + 2u)] = "";
+    size_t len = 0;
+    for (size_t i = 0; i < rig->count; i++) {
+        len += (size_t)snprintf(names + len, sizeof names - len, "%s%s",
+                                i > 0 ? ", " : "", rig->sensor[i].name);
+    }
+    return lum_error_set(error,
+                         "--sensor: '%s' is not a sensor of %s, which "
+                         "has %s",
+                         o->sensor.text, o->rig_path, names);
+}
+
+/* The sensor of --sensor becomes the only one. */
+static int choose_sensor(struct options *o, lum_rig_files *files,
+                         lum_error *error)
+{
+    lum_rig *rig = &files->rig;
+    size_t i = 0;
+    while (i < rig->count && strcmp(rig->sensor[i].name, o->sensor.text) != 0) {
+        i++;
+    }
+    if (i == rig->count) {
+        return refuse_name(o, rig, error);
+    }
+    if (is_ambiguous(rig, i)) {
+        return lum_error_set(error,
+                             "%s: '%s' has the address of another sensor, so "
+                             "--sensor needs its interface: name it there",
+                             o->rig_path, o->sensor.text);
+    }
+    rig->sensor[0] = rig->sensor[i];
+    files->sensor[0] = files->sensor[i];
+    rig->count = 1;
+    o->sensor.address = rig->sensor[0].address;
+    (void)snprintf(o->sensor.interface, sizeof o->sensor.interface, "%s",
+                   rig->sensor[0].interface);
+    return 0;
+}
+
+static int load_rig(struct options *o, lum_rig_files *out, lum_error *error)
+{
+    const struct input_file inputs[] = {
+        {o->rig_path, "--rig"},
+        {sources_find_stdin(&o->sources), "the source"}};
+    if (o->rig_path == NULL) {
+        return 0;
+    }
+    if (input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
+                               error) != 0 ||
+        geometry_read_rig(o->rig_path, out, error) != 0 ||
+        (o->sensor.is_given && choose_sensor(o, out, error) != 0)) {
+        return -1;
+    }
+    o->rig = out;
+    return 0;
+}
+
 /* What a source says of itself comes under the keys that are set: they are only
  * tried here, which separates a bad configuration from a bad source. */
-static int load_files(const struct options *o, struct files *out,
-                      lum_error *error)
+static int load_files(struct options *o, struct files *out, lum_error *error)
 {
     const struct input_file inputs[] = {{o->calibration, "the calibration"},
                                         {o->profile, "the profile"},
+                                        {o->rig_path, "the rig"},
                                         {o->second, "the second profile"}};
     if (o->json &&
         sources_check(&o->sources, inputs, sizeof inputs / sizeof inputs[0],
                       "-", error) != 0) {
         return -1;
     }
-    if (check_stdin(o, error) != 0 ||
+    if (check_stdin(o, error) != 0 || load_rig(o, &out->rig, error) != 0 ||
         geometry_load(o->calibration, o->profile, &o->sources, &out->geometry,
                       error) != 0) {
         return -1;
@@ -185,25 +257,25 @@ static enum exit_status serve(const struct options *o,
     return status == EXIT_DONE ? closed : status;
 }
 
-static enum exit_status run(const struct options *o)
+static enum exit_status run(struct options *o, struct files *files)
 {
     lum_error error = {""};
     struct server *server = NULL;
-    struct files files;
     if (o->is_live) {
         interrupt_insist(); /* its heartbeats keep a laser on */
     }
-    if (load_files(o, &files, &error) != 0) {
+    if (load_files(o, files, &error) != 0) {
         return complain(&error, EXIT_BAD);
     }
     const enum exit_status status = server_open(o, &server, &error) == 0
-                                        ? serve(o, &files, server)
+                                        ? serve(o, files, server)
                                         : complain(&error, EXIT_FAILED);
     server_close(server);
     return status;
 }
 
-static int parse_and_run(int argc, char **argv, struct options *options)
+static int parse_and_run(int argc, char **argv, struct options *options,
+                         struct files *files)
 {
     switch (options_parse(argc, argv, options)) {
     case PARSED_DONE:
@@ -212,15 +284,16 @@ static int parse_and_run(int argc, char **argv, struct options *options)
         return EXIT_BAD;
     case PARSED_RUN:
     default:
-        return (int)run(options);
+        return (int)run(options, files);
     }
 }
 
 int main(int argc, char **argv)
 {
     struct options options;
+    struct files files; /* the options lead there */
     interrupt_catch();
-    const int status = parse_and_run(argc, argv, &options);
+    const int status = parse_and_run(argc, argv, &options, &files);
     sources_free(&options.sources);
     return status;
 }

@@ -8,6 +8,8 @@
 
 #include <stdio.h>
 
+#define SENSOR_ALLOWED "an address such as 10.42.0.37, or 10.42.0.37%eth1"
+
 #define SPEED_MIN 0.01
 #define SPEED_MAX 100.0
 
@@ -36,13 +38,6 @@ static bool take_bind(void *options, const char *text, lum_error *why)
     uint32_t *address = &o->listen.address;
     return host_parse(text, address, why) && *address >> 24 != 0 &&
            *address >> 28 < 14;
-}
-
-static bool take_sensor(void *options, const char *text, lum_error *why)
-{
-    struct options *o = options;
-    return host_parse_sensor(text, &o->sensor.address, o->sensor.interface,
-                             why);
 }
 
 static bool take_set(void *options, const char *text, lum_error *why)
@@ -78,15 +73,17 @@ static const struct option_spec specs[] = {
     {"laser", .kind = OPTION_FLAG, .group = SENSOR, INTO(live.laser)},
     {"interface", .kind = OPTION_TEXT, .group = SENSOR, INTO(live.interface),
      .allowed = "the name of an interface"},
-    {"sensor", .kind = OPTION_CALL, .group = CAPTURE, .call = take_sensor,
+    {"sensor", .kind = OPTION_TEXT, .group = CAPTURE, INTO(sensor.text),
      HAS(sensor.is_given),
-     .allowed = "an address such as 10.42.0.37, or 10.42.0.37%eth1"},
+     .allowed = SENSOR_ALLOWED ", or the name of a rig's sensor"},
     {"sensor-port", .kind = OPTION_WHOLE, .group = CAPTURE, INTO(sensor.port),
      .min = 1, .max = UINT16_MAX},
     {"loop", .kind = OPTION_FLAG, .group = CAPTURE, INTO(play.loops)},
     {"speed", .kind = OPTION_REAL, .group = CAPTURE, INTO(play.speed),
      .low = SPEED_MIN, .high = SPEED_MAX},
     {"paused", .kind = OPTION_FLAG, .group = CAPTURE, INTO(play.paused)},
+    {"rig", .kind = OPTION_TEXT, INTO(rig_path),
+     .allowed = "the name of a file of a rig"},
     {"calibration", .kind = OPTION_TEXT, INTO(calibration)},
     {"profile", .kind = OPTION_CALL, .call = take_profile,
      .allowed = "the name of a file"},
@@ -116,6 +113,50 @@ static enum parsed check_kinds(const struct options *o,
         (void)fprintf(stderr, "lumview: --%s goes with %s\n", specs[i].name,
                       source == SENSOR ? "a sensor, udp://ADDRESS"
                                        : "a capture, not with a sensor");
+        return PARSED_BAD;
+    }
+    return PARSED_RUN;
+}
+
+/* Of a rig it is a name, which is looked up in that. */
+static enum parsed take_sensor(struct options *o)
+{
+    lum_error why = {""};
+    if (!o->sensor.is_given || o->rig_path != NULL ||
+        host_parse_sensor(o->sensor.text, &o->sensor.address,
+                          o->sensor.interface, &why)) {
+        return PARSED_RUN;
+    }
+    if (why.text[0] != '\0') {
+        (void)fprintf(stderr, "lumview: --sensor: %s\n", why.text);
+    } else {
+        (void)fprintf(stderr, "lumview: --sensor: '%s' is not %s\n",
+                      o->sensor.text, SENSOR_ALLOWED);
+    }
+    return PARSED_BAD;
+}
+
+/* What the rig's file has the place of, or cannot be yet. */
+static enum parsed check_rig(const struct options *o)
+{
+    const char *rival = o->calibration != NULL ? "--calibration"
+                        : o->profile != NULL   ? "--profile"
+                        : set_keys_first(&o->set, true) != NULL ||
+                                set_keys_first(&o->set, false) != NULL
+                            ? "--set"
+                            : NULL;
+    if (o->rig_path == NULL) {
+        return PARSED_RUN;
+    }
+    if (o->is_live) {
+        return refuse("--rig goes with captures: show a live sensor by a "
+                      "lumview of its own, with --calibration and --profile");
+    }
+    if (rival != NULL) {
+        (void)fprintf(stderr,
+                      "lumview: %s does not go with --rig: each sensor has its "
+                      "calibration and its profile in the rig's file\n",
+                      rival);
         return PARSED_BAD;
     }
     return PARSED_RUN;
@@ -163,5 +204,9 @@ enum parsed options_parse(int argc, char **argv, struct options *out)
         (void)fprintf(stderr, "lumview: --interface: %s\n", why.text);
         return PARSED_BAD;
     }
-    return check_kinds(out, &result);
+    if (check_rig(out) != PARSED_RUN ||
+        check_kinds(out, &result) != PARSED_RUN) {
+        return PARSED_BAD;
+    }
+    return take_sensor(out);
 }

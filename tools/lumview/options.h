@@ -5,6 +5,7 @@
 #include "../common/set_keys.h"
 #include "../common/sources.h"
 #include "lum/capture/record.h"
+#include "lum/config/rig.h"
 #include "lum/net/socket.h"
 
 #include <stdbool.h>
@@ -13,6 +14,7 @@
 /* Of several sensors of a capture. */
 struct sensor_choice {
     bool is_given;    /* this one; else the first that sends data */
+    const char *text; /* as it was given; the name of a rig's sensor */
     uint32_t address; /* host order */
     char interface[LUM_INTERFACE_BYTES]; /* empty: none was named */
     uint16_t port;                       /* the sensors'; 0: as ever */
@@ -47,11 +49,13 @@ struct options {
     struct sensor_choice sensor;
     struct play_options play;
     struct listen_options listen;
-    const char *calibration; /* NULL: the default */
-    struct set_keys set;     /* on top of files */
-    const char *profile;     /* NULL: the default */
-    const char *second;      /* another to show beside it; NULL: none */
-    bool stays_closed;       /* no browser is started */
+    const char *calibration;  /* NULL: the default */
+    struct set_keys set;      /* on top of files */
+    const char *profile;      /* NULL: the default */
+    const char *rig_path;     /* in place of both; NULL: no rig */
+    const lum_rig_files *rig; /* once it is read; of --sensor that one alone */
+    const char *second;       /* another to show beside it; NULL: none */
+    bool stays_closed;        /* no browser is started */
     bool json;
     bool quiet;
 };

@@ -37,7 +37,7 @@ static void take_views(struct picture *p, const lum_framer *framer)
         p->cut = info.points_cut > p->cut ? info.points_cut : p->cut;
         p->views.at[*count] =
             (struct feed_view){view.selection.edges, view.smooth_window};
-        p->points[(*count)++] = lum_frame_keep(frame);
+        p->points[0][(*count)++] = lum_frame_keep(frame);
     }
 }
 
@@ -57,12 +57,21 @@ void picture_take(struct picture *picture, const lum_framer *framer)
     take_views(picture, framer);
 }
 
+static void release_points(struct picture *p, size_t view)
+{
+    for (size_t i = 0; i < PICTURE_PARTS_MAX; i++) {
+        lum_frame_release(p->points[i][view]);
+        p->points[i][view] = NULL;
+    }
+    lum_frame_release(p->second[view]);
+    p->second[view] = NULL;
+}
+
 void picture_drop(struct picture *picture)
 {
     for (size_t i = 0; i < picture->views.count; i++) {
         frame_release(picture->frames[i]);
-        lum_frame_release(picture->points[i]);
-        lum_frame_release(picture->second[i]);
+        release_points(picture, i);
     }
     *picture = (struct picture){0};
 }
@@ -83,6 +92,21 @@ static struct frame_moment moment_of(const struct picture *picture)
                                  .error_ns = picture->utc_error_ns};
 }
 
+static struct frame *make(const struct picture *p, struct frame_pool *pool,
+                          const struct frame_head *head, size_t view)
+{
+    struct frame_part parts[PICTURE_PARTS_MAX];
+    if (p->parts == 0) {
+        return frame_make(pool, p->points[0][view], p->second[view], head);
+    }
+    for (size_t i = 0; i < p->parts; i++) {
+        parts[i] = (struct frame_part){.points = p->points[i][view],
+                                       .frame = p->part[i].frame,
+                                       .sensor = p->part[i].sensor};
+    }
+    return frame_make_rig(pool, parts, p->parts, head);
+}
+
 void picture_seal(struct picture *picture, struct frame_pool *pool,
                   int64_t complete_ns, uint64_t shown)
 {
@@ -97,12 +121,8 @@ void picture_seal(struct picture *picture, struct frame_pool *pool,
     for (size_t i = 0; i < picture->views.count; i++) {
         head.edges = picture->views.at[i].edges;
         head.smooth = picture->views.at[i].smooth;
-        picture->frames[i] =
-            frame_make(pool, picture->points[i], picture->second[i], &head);
-        lum_frame_release(picture->points[i]);
-        lum_frame_release(picture->second[i]);
-        picture->points[i] = NULL;
-        picture->second[i] = NULL;
+        picture->frames[i] = make(picture, pool, &head, i);
+        release_points(picture, i);
     }
 }
 
@@ -110,7 +130,7 @@ const lum_frame *picture_points(const struct picture *picture,
                                 const struct feed_view *view)
 {
     const size_t i = feed_views_find(&picture->views, view);
-    return i < picture->views.count ? picture->points[i] : NULL;
+    return i < picture->views.count ? picture->points[0][i] : NULL;
 }
 
 struct frame *picture_find(const struct picture *picture,

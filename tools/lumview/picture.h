@@ -1,4 +1,5 @@
-/* A frame of the sensor as each of the views shows it. */
+/* A frame of the sensor, or of all sensors of a rig, as each of the views shows
+ * it. */
 #ifndef LUMVIEW_PICTURE_H
 #define LUMVIEW_PICTURE_H
 
@@ -6,6 +7,15 @@
 #include "frame_make.h"
 
 #include "lum/frame/framer.h"
+
+/* Most sensors of a rig. */
+#define PICTURE_PARTS_MAX LUM_RIG_MEMBERS_MAX
+
+/* Of a sensor of a rig. */
+struct picture_part {
+    int64_t frame;  /* the sensor's own number */
+    uint8_t sensor; /* its place in the rig */
+};
 
 struct picture {
     int64_t frame;
@@ -18,7 +28,11 @@ struct picture {
     uint32_t sensor;
     uint64_t cut; /* points, of the view that lost most */
     struct feed_views views;
-    lum_frame *points[FEED_VIEWS_MAX];    /* until it is sealed */
+    size_t parts; /* sensors of a rig that it has; 0: no rig */
+    struct picture_part part[PICTURE_PARTS_MAX];
+    lum_frame *points[PICTURE_PARTS_MAX]
+                     [FEED_VIEWS_MAX];    /* until it is sealed; without a rig
+                                             the first row */
     lum_frame *second[FEED_VIEWS_MAX];    /* by the second profile, likewise;
                                              NULL: none */
     struct frame *frames[FEED_VIEWS_MAX]; /* then; NULL: there was no memory */
@@ -39,7 +53,7 @@ bool views_follow(lum_framer *framer, struct feed_views *now,
 /* Make it the framer's frame, in all views of that; it is empty before. */
 void picture_take(struct picture *picture, const lum_framer *framer);
 
-/* The points of a view, until it is sealed; NULL: it has none. */
+/* The points of a view of one sensor, until it is sealed; NULL: it has none. */
 const lum_frame *picture_points(const struct picture *picture,
                                 const struct feed_view *view);
 

@@ -159,8 +159,8 @@ static void *run(void *argument)
 
 static int start(struct player *p, lum_error *error)
 {
-    if (captures_new(p->options.sources, p->options.is_quiet, &p->captures,
-                     error) != 0 ||
+    if (captures_new(p->options.sources, p->options.rig, p->options.is_quiet,
+                     &p->captures, error) != 0 ||
         (captures_are_files(p->captures) &&
          scan_start(p->captures, p->options.said, &p->options.decoder, &p->scan,
                     error) != 0)) {

@@ -13,6 +13,7 @@ struct player;
 
 struct player_options {
     const struct sources *sources;        /* kept */
+    const char *rig;                      /* its file; NULL: no rig */
     const struct provenance_source *said; /* of the files; kept */
     bool is_quiet;                        /* no warnings on standard error */
     struct decoder_options decoder;

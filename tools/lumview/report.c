@@ -22,9 +22,10 @@ static void tell_message(const struct report *r, const struct decoder *decoder)
         len = (size_t)snprintf(text, sizeof text, "%.280s", r->broken.text);
     }
     (void)decoder_others(decoder, shown, others, sizeof others);
-    if (others[0] != '\0' && shown[0] != '\0') {
+    if (r->options->rig == NULL && others[0] != '\0' && shown[0] != '\0') {
         (void)snprintf(text + len, sizeof text - len,
-                       "%s%s is shown; there is also %s: choose by --sensor",
+                       "%s%s is shown; there is also %s: choose by --sensor, "
+                       "or show all by --rig FILE",
                        len > 0 ? "; " : "", shown, others);
         len = strlen(text);
     }
@@ -53,7 +54,8 @@ static void tell_empty(const struct report *r, const struct decoder *decoder)
                         sources->name, are_several ? "them" : "it",
                         r->options->decoder.sensor.is_given
                             ? " of the sensor that was asked for"
-                            : "",
+                        : r->options->rig != NULL ? " of the rig's sensors"
+                                                  : "",
                         are_several ? "" : sources->name,
                         are_several ? "" : " ",
                         are_several ? "they hold" : "it holds");

@@ -89,16 +89,17 @@ static void write_numbers(struct json *json, const char *key,
     json_close_array(json);
 }
 
-static void write_eyes(struct json *json, const struct feed *feed)
+static void write_eyes(struct json *json, const struct feed *feed,
+                       size_t sensors)
 {
     static const char *const names[] = {"blue", "green"};
     json_open_array(json, "eyes");
-    for (unsigned eye = 0; eye < 2; eye++) {
+    for (unsigned eye = 0; eye < 2u * sensors; eye++) {
         float mount[3];
         float rotation[9];
         feed_geometry(feed, eye, mount, rotation);
         json_open_object(json, NULL);
-        json_text(json, "name", names[eye]);
+        json_text(json, "name", names[eye % 2u]);
         write_numbers(json, "mount", mount, 3);
         write_numbers(json, "rotation", rotation, 9);
         json_close_object(json);
@@ -120,6 +121,18 @@ static void write_differences(struct json *json, const struct feed *feed)
         json_close_object(json);
     }
     json_close_array(json);
+}
+
+static void write_rig(struct json *json, const lum_rig *rig)
+{
+    json_open_object(json, "rig");
+    json_text(json, "frame", rig->frame);
+    json_open_array(json, "sensors");
+    for (size_t i = 0; i < rig->count; i++) {
+        json_text(json, NULL, rig->sensor[i].name);
+    }
+    json_close_array(json);
+    json_close_object(json);
 }
 
 /* Of two that are shown side by side. */
@@ -149,7 +162,11 @@ int status_hello(const struct options *options, const struct feed *feed,
     json_text(&json, "version", LUM_VERSION);
     json_text(&json, "source", options->source);
     json_bool(&json, "live", options->is_live);
-    write_eyes(&json, feed);
+    write_eyes(&json, feed,
+               options->rig != NULL ? options->rig->rig.count : 1u);
+    if (options->rig != NULL) {
+        write_rig(&json, &options->rig->rig);
+    }
     write_profiles(&json, options, feed);
     json_uint(&json, "smooth_max", LUM_SMOOTH_WINDOW_MAX);
     return end(room_before, out, stream, &json);
