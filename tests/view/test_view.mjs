@@ -12,6 +12,7 @@ import { linkFacts } from "./facts_link.mjs";
 import { pageFacts } from "./facts_page.mjs";
 import { playerFacts } from "./facts_player.mjs";
 import { pointFacts } from "./facts_points.mjs";
+import { rigFacts } from "./facts_rig.mjs";
 import { drawn, launch, open, probe, showPanel, until } from "./page.mjs";
 import { run, stop, stopAll, view } from "./tools.mjs";
 
@@ -74,7 +75,7 @@ const context = { folder, capture: path.join(folder, "street.pcap"), browser: aw
 run("lumsim", "-q", "-o", context.capture, "--frames", 10);
 try {
     await captureFacts(context);
-    for (const fact of [...besideFacts, ...linkFacts].filter(isWanted)) {
+    for (const fact of [...besideFacts, ...rigFacts, ...linkFacts].filter(isWanted)) {
         await check(fact, context);
         await Promise.all(context.browser.contexts().map((one) => one.close()));
         await stopAll();

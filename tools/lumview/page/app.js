@@ -2,7 +2,7 @@
 import * as THREE from "three";
 import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
-import { chosenDomain, domainOf } from "./colouring.js";
+import { chosenDomain, domainOf, nameSensors } from "./colouring.js";
 import { count, makeFilter, rangeOf } from "./filter.js";
 import { parseFrame, viewOf } from "./frame.js";
 import { attachKeys } from "./keys.js";
@@ -116,7 +116,15 @@ function showFacts() {
     at("frame-time").textContent = shortMoment(began);
     at("frame-time").title = hintOf(began);
     const counts = panes.names ? cloud.count() : [countPoints()];
-    at("frame-points").textContent = `${counts.map((n) => n.toLocaleString("en")).join(" | ")} points`;
+    const lacks = missingSensors();
+    at("frame-points").textContent = `${counts.map((n) => n.toLocaleString("en")).join(" | ")} points${lacks && `, none of ${lacks}`}`;
+}
+
+// Of a rig those without a frame in the newest picture.
+function missingSensors() {
+    const { parts } = cloud.newest;
+    const isMissing = (_, i) => parts.length > 0 && parts.every(({ sensor }) => sensor !== i);
+    return (hello.rig?.sensors ?? []).filter(isMissing).join(", ");
 }
 
 // A picture that is held stays, unless other edges or smoothing are wanted: what
@@ -241,7 +249,10 @@ function sendFrames() {
 
 function greet(message) {
     hello = message;
-    eyes = message.eyes;
+    const names = message.rig?.sensors ?? null;
+    eyes = message.eyes.map((eye, i) => ({ ...eye, sensor: names?.[i >> 1] ?? null }));
+    nameSensors(names ?? []);
+    panel.setSensors(names);
     ground = null;
     waiting = null;
     pasts = [];

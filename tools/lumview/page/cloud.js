@@ -5,7 +5,7 @@ import * as THREE from "three";
 import { limits } from "./filter.js";
 import { viewOf } from "./frame.js";
 import { COLOURINGS } from "./colouring.js";
-import { EYES, UNKNOWN } from "./palette.js";
+import { EYES, SENSORS, UNKNOWN } from "./palette.js";
 
 const GRAIN = 16384; // points; room grows in steps of this
 const RETURNS = { all: 0, 1: 1, 2: 2, 3: 3, last: -1, strongest: -2 };
@@ -15,7 +15,8 @@ attribute float pulse;
 attribute float line;
 attribute float turn;
 attribute float flags;
-uniform vec3 mounts[2];
+attribute float sensor;
+uniform vec3 mounts[EYES];
 uniform vec2 eyes;
 uniform vec2 rangeClip;
 uniform vec2 heightClip;
@@ -25,6 +26,7 @@ uniform bool logarithmic;
 uniform vec2 domain;
 uniform sampler2D palette;
 uniform vec3 eyeColours[2];
+uniform vec3 sensorColours[SENSORS];
 uniform vec3 unknown;
 uniform float size;
 varying vec3 tint;
@@ -43,6 +45,7 @@ bool passes(int eye, float range, float number, float count)
 
 vec3 colour(int eye, float range, float number)
 {
+    if (mode == 6) { return sensorColours[int(sensor)]; }
     if (mode == 5) { return eye == 0 ? eyeColours[0] : eyeColours[1]; }
     if (mode == 2 && pulse == 0.0) { return unknown; }
     float v = mode == 0 ? range : mode == 1 ? position.z : mode == 2 ? pulse * 0.01 : mode == 3 ? number : line;
@@ -55,7 +58,7 @@ void main()
 {
     float count = floor(flags / 4.0);
     int eye = int(mod(flags, 2.0));
-    float range = distance(position, eye == 0 ? mounts[0] : mounts[1]);
+    float range = distance(position, mounts[2 * int(sensor) + eye]);
     float number = mod(turn, 128.0);
     tint = colour(eye, range, number);
     gl_PointSize = size;
@@ -81,12 +84,13 @@ const ARRAYS = {
     pixel: [Uint16Array, 1, null], // for picking
     turn: [Uint8Array, 1, "turn"],
     flags: [Uint8Array, 1, "flags"],
+    sensor: [Uint8Array, 1, "sensor"], // its place in the rig
 };
 
 function makeMaterial(palette) {
     const vector = () => new THREE.Vector3();
     const uniforms = {
-        mounts: { value: [vector(), vector()] },
+        mounts: { value: Array.from({ length: 2 * SENSORS.length }, vector) },
         eyes: { value: new THREE.Vector2(1, 1) },
         rangeClip: { value: new THREE.Vector2() },
         heightClip: { value: new THREE.Vector2() },
@@ -96,10 +100,12 @@ function makeMaterial(palette) {
         domain: { value: new THREE.Vector2(1, 100) },
         palette: { value: palette.texture },
         eyeColours: { value: [vector().fromArray(EYES.blue), vector().fromArray(EYES.green)] },
+        sensorColours: { value: SENSORS.map((colour) => vector().fromArray(colour)) },
         unknown: { value: vector().fromArray(UNKNOWN) },
         size: { value: 2 },
     };
-    return new THREE.ShaderMaterial({ uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT });
+    const defines = { SENSORS: SENSORS.length, EYES: 2 * SENSORS.length };
+    return new THREE.ShaderMaterial({ uniforms, defines, vertexShader: VERTEX, fragmentShader: FRAGMENT });
 }
 
 // Arrays for so many points, and what draws them.
@@ -133,9 +139,12 @@ function renew({ object: { geometry } }, count) {
 let fillings = 0;
 
 function fill(slot, frame) {
-    for (const name of Object.keys(ARRAYS)) {
+    for (const name of Object.keys(ARRAYS).filter((name) => frame[name])) {
         slot.points[name].set(frame[name]);
     }
+    slot.points.sensor.fill(0);
+    frame.parts.forEach(({ first, sensor }) => slot.points.sensor.fill(sensor, first));
+    slot.parts = frame.parts;
     renew(slot, frame.count);
     slot.size = frame.count;
     slot.split = frame.split;

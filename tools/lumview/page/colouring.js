@@ -1,6 +1,7 @@
 // What colours mean: for each choice its number in the shader, unit, and the
 // values that the two ends of the map stand for.
 import { rangeOf } from "./filter.js";
+import { EYES, SENSORS } from "./palette.js";
 
 const SAMPLES = 4000; // enough for a percentile
 
@@ -12,8 +13,15 @@ export const COLOURINGS = {
     pulse: { mode: 2, unit: "ns", title: "Pulse width", value: pulseOf, skipsZero: true },
     return: { mode: 3, unit: "", title: "Return", fixed: [1, 4], labels: ["1", "2", "3", "4 and up"] },
     line: { mode: 4, unit: "", title: "Line", value: (points, i) => points.line[i], whole: true },
-    eye: { mode: 5, unit: "", title: "Eye", fixed: [0, 1], labels: ["blue", "green"] },
+    eye: { mode: 5, unit: "", title: "Eye", fixed: [0, 1], labels: ["blue", "green"], colours: [EYES.blue, EYES.green] },
+    sensor: { mode: 6, unit: "", title: "Sensor", fixed: [0, 1], labels: ["all"], colours: SENSORS },
 };
+
+// The sensors of a rig, by their places in it.
+export function nameSensors(names) {
+    COLOURINGS.sensor.labels = names;
+    COLOURINGS.sensor.fixed = [0, names.length];
+}
 
 function sampled(colouring, { points, size }, eyes) {
     const step = Math.max(1, Math.floor(size / SAMPLES));

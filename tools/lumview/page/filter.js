@@ -11,8 +11,11 @@ export function limits(values) {
     };
 }
 
+// The eye of a point among those of all sensors.
+export const eyeOf = (points, i, eyes) => eyes[2 * points.sensor[i] + (points.flags[i] & EYE_BIT)];
+
 export function rangeOf(points, i, eyes) {
-    const m = eyes[points.flags[i] & EYE_BIT].mount;
+    const m = eyeOf(points, i, eyes).mount;
     return Math.hypot(points.xyz[3 * i] - m[0], points.xyz[3 * i + 1] - m[1], points.xyz[3 * i + 2] - m[2]);
 }
 

@@ -7,6 +7,7 @@ const MAGIC = 0x464d554c;
 const VERSION = 4;
 const HEAD_BYTES = 80;
 const POINT_BYTES = 20;
+const PART_BYTES = 16;
 const EDGES = [null, "rising", "falling", "both"];
 
 export const EYE_BIT = 1;
@@ -22,10 +23,21 @@ function checkHead(head, bytes) {
         throw new Error(`frames of version ${version}; this page knows ${VERSION}: reload it`);
     }
     const count = head.getUint32(32, true);
-    if (bytes !== HEAD_BYTES + POINT_BYTES * count) {
+    if (bytes !== HEAD_BYTES + POINT_BYTES * count + PART_BYTES * head.getUint8(39)) {
         throw new Error(`a frame of ${count} points has ${bytes} bytes`);
     }
     return count;
+}
+
+// The sensors of a rig whose frames these are, with the first of their points; none without a rig.
+function partsOf(head, count) {
+    let first = 0;
+    return Array.from({ length: head.getUint8(39) }, (_, i) => {
+        const at = HEAD_BYTES + POINT_BYTES * count + PART_BYTES * i;
+        const part = { number: head.getFloat64(at, true), first, sensor: head.getUint32(at + 12, true) };
+        first += head.getUint32(at + 8, true);
+        return part;
+    });
 }
 
 // Edges and smoothing, as the server is asked for them.
@@ -48,6 +60,7 @@ export function parseFrame(buffer) {
         sensor: head.getUint32(48, true),
         shown: head.getUint32(52, true),
         complete: head.getFloat64(56, true),
+        parts: partsOf(head, count),
         xyz: new Float32Array(buffer, at(0), 3 * count),
         pulse: new Uint16Array(buffer, at(12), count),
         line: new Uint16Array(buffer, at(14), count),

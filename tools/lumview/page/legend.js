@@ -1,6 +1,6 @@
 // The legend: the map of the colours with values and units.
 import { chosenDomain, COLOURINGS } from "./colouring.js";
-import { EYES, STEPS } from "./palette.js";
+import { STEPS } from "./palette.js";
 
 const css = ([r, g, b]) => `rgb(${Math.round(r)}, ${Math.round(g)}, ${Math.round(b)})`;
 
@@ -37,10 +37,11 @@ export function legendOf(values, automatic) {
 
 // Colour at a share of the bar.
 function colourAt(values, legend, bytes, share) {
-    if (values.colour === "eye") {
-        return css((share < 0.5 ? EYES.blue : EYES.green).map((v) => 255 * v));
-    }
     const n = legend.parts;
+    const { colours } = COLOURINGS[values.colour];
+    if (colours) {
+        return css(colours[Math.floor(share * n)].map((v) => 255 * v));
+    }
     const t = n ? Math.floor(share * n) / (n - 1) : share;
     return css(bytes.subarray(4 * Math.round(t * (STEPS - 1))));
 }

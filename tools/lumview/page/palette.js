@@ -1,4 +1,4 @@
-// Colours of points: three maps as a texture, and two colours for the eyes.
+// Colours of points: three maps as a texture, and colours for eyes and sensors.
 import { interpolateCividis, interpolateTurbo, interpolateViridis } from "d3-scale-chromatic";
 import { rgb } from "d3-color";
 import { DataTexture, LinearFilter } from "three";
@@ -6,6 +6,11 @@ import { DataTexture, LinearFilter } from "three";
 const MAPS = { turbo: interpolateTurbo, viridis: interpolateViridis, cividis: interpolateCividis };
 export const STEPS = 256;
 export const EYES = { blue: [0.42, 0.68, 1.0], green: [0.45, 0.9, 0.5] };
+// Of the sensors of a rig, as many as it can have.
+export const SENSORS = [
+    [0.42, 0.68, 1.0], [1.0, 0.62, 0.26], [0.45, 0.9, 0.5], [0.95, 0.45, 0.75],
+    [0.98, 0.9, 0.4], [0.65, 0.5, 1.0], [0.35, 0.9, 0.9], [1.0, 0.42, 0.38],
+];
 export const UNKNOWN = [0.5, 0.53, 0.58];
 
 // The darkest parts of the maps would not show on the dark ground.

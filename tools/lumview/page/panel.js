@@ -1,5 +1,6 @@
 // The controls: each shows and changes one setting.
 import { COLOURINGS, SMALLEST } from "./colouring.js";
+import { DEFAULTS } from "./settings.js";
 
 const SMOOTHINGS = [5, 7, 9, 11, 15, 21, 31, 41, 63];
 
@@ -70,7 +71,7 @@ export function makePanel(settings) {
         const fixed = Boolean(COLOURINGS[values.colour].fixed);
         at("from").disabled = fixed;
         at("to").disabled = fixed;
-        at("map").disabled = values.colour === "eye";
+        at("map").disabled = Boolean(COLOURINGS[values.colour].colours);
     }
 
     const keyOf = Object.fromEntries(CONTROLS.map(([id, key]) => [id, key]));
@@ -118,6 +119,19 @@ export function makePanel(settings) {
             at("smooth").replaceChildren(new Option("off", "0"), ...options);
             if (!SMOOTHINGS.includes(values.smooth) || values.smooth > most) {
                 settings.set({ smooth: 0 });
+            }
+            showAll();
+        },
+        // Colours by sensor are a choice where there are several.
+        setSensors(names) {
+            const option = at("colour").querySelector("[value=sensor]");
+            if (names && !option) {
+                at("colour").append(new Option("sensor", "sensor"));
+            } else if (!names) {
+                option?.remove();
+                if (values.colour === "sensor") {
+                    settings.set({ colour: DEFAULTS.colour });
+                }
             }
             showAll();
         },

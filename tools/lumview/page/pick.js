@@ -1,7 +1,7 @@
 // A click picks the point under it.
 import * as THREE from "three";
-import { EYE_BIT, RISING_BIT } from "./frame.js";
-import { makeFilter, returnOf } from "./filter.js";
+import { RISING_BIT } from "./frame.js";
+import { eyeOf, makeFilter, returnOf } from "./filter.js";
 import { kindOf, timeOf } from "./moment.js";
 
 const NEAR_PX = 4; // within it the point in front is meant
@@ -59,13 +59,16 @@ function fromEye(position, { mount: m, rotation: r }) {
 
 // All that is known of a point.
 export function describe({ slot, index: i }, eyes) {
-    const { points: p, number, began } = slot;
+    const { points: p, number, began, parts } = slot;
     const flags = p.flags[i];
     const position = [p.xyz[3 * i], p.xyz[3 * i + 1], p.xyz[3 * i + 2]];
-    const eye = eyes[flags & EYE_BIT];
+    const eye = eyeOf(p, i, eyes);
+    const part = parts.find(({ sensor }) => sensor === p.sensor[i]);
     return {
         position,
         ...fromEye(position, eye),
+        sensor: eye.sensor ?? null,
+        sensorFrame: part?.number ?? null,
         eye: eye.name,
         line: p.line[i],
         pixel: p.pixel[i],
@@ -81,6 +84,8 @@ export function describe({ slot, index: i }, eyes) {
 const coordinates = (at) => `${at.map((v) => v.toFixed(3)).join("  ")} m`;
 
 const ROWS = [
+    ["sensor", (p) => p.sensor],
+    ["its frame", (p) => p.sensorFrame],
     ["x y z", (p) => coordinates(p.position)],
     ["range", (p) => `${p.range.toFixed(3)} m`],
     ["azimuth", (p) => `${p.azimuth.toFixed(3)}°`],
@@ -109,12 +114,12 @@ const MEASURE_ROWS = [
 ];
 
 function fillList(list, rows, of) {
-    list.replaceChildren(...(of ? rows : []).flatMap(([name, text]) => {
-        const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
-        dt.textContent = name;
-        dd.textContent = text(of);
-        return [dt, dd];
-    }));
+    const shown = (of ? rows : []).map(([name, text]) => [name, text(of)]).filter(([, text]) => text !== null);
+    list.replaceChildren(...shown.flatMap((texts) => ["dt", "dd"].map((kind, i) => {
+        const item = document.createElement(kind);
+        item.textContent = texts[i];
+        return item;
+    })));
 }
 
 const at = (id) => document.getElementById(id);

@@ -40,7 +40,7 @@ const FITS = {
     ...Object.fromEntries(Object.keys(DEFAULTS).map((key) => [key, DEFAULTS[key] === null ? isNumber : isSame(DEFAULTS[key])])),
     return: isOf("all", "1", "2", "3", "last", "strongest"),
     edges: isOf("rising", "falling", "both"),
-    colour: isOf("range", "height", "pulse", "return", "line", "eye"),
+    colour: isOf("range", "height", "pulse", "return", "line", "eye", "sensor"),
     map: isOf("turbo", "viridis", "cividis"),
     size: isBetween(1, 10),
     accumulate: isWhole(1, 50),
