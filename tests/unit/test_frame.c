@@ -224,6 +224,43 @@ static void points_of_two_profiles_stand_one_behind_the_other(void **state)
     frame_pool_free(pool);
 }
 
+/* As two frames one behind the other, and then whose they are. */
+static void points_of_a_rig_are_told_by_sensor(void **state)
+{
+    (void)state;
+    const uint8_t table[] = {
+        0, 0, 0, 0, 0, 0, 0x1c, 0x40, 5, 0, 0, 0, 2, 0, 0, 0, /* 7.0 */
+        0, 0, 0, 0, 0, 0, 0x08, 0x40, 0, 0, 0, 0, 4, 0, 0, 0, /* 3.0 */
+        0, 0, 0, 0, 0, 0, 0xf0, 0xbf, 1, 0, 0, 0, 0, 0, 0, 0, /* -1.0 */
+    };
+    const uint32_t words[] = {lum_word_make(3000, true, 5)};
+    struct frame_pool *pool = frame_pool_new();
+    lum_frame *one = near_and_far();
+    lum_frame *none = frame_of(NULL, 0, LUM_EDGES_BOTH);
+    lum_frame *other = frame_of(words, 1, LUM_EDGES_BOTH);
+    const struct frame_part parts[] = {
+        {one, 7, 2}, {none, 3, 4}, {other, -1, 0}};
+    struct frame *frame = frame_make_rig(pool, parts, 3, &head);
+    struct frame *two = frame_make(pool, one, other, &head);
+    size_t len = 0;
+    size_t want = 0;
+    const uint8_t *bytes = frame_bytes(frame, &len);
+    const uint8_t *points = frame_bytes(two, &want);
+    assert_int_equal(len, want + sizeof table);
+    assert_int_equal(bytes[39], 3);
+    assert_int_equal(bytes[72], 0);
+    assert_memory_equal(bytes, points, 39);
+    assert_memory_equal(bytes + FRAME_HEAD_BYTES, points + FRAME_HEAD_BYTES,
+                        want - FRAME_HEAD_BYTES);
+    assert_memory_equal(bytes + want, table, sizeof table);
+    lum_frame_release(one);
+    lum_frame_release(none);
+    lum_frame_release(other);
+    frame_release(frame);
+    frame_release(two);
+    frame_pool_free(pool);
+}
+
 static void what_does_not_fit_its_field_is_the_most_it_can_be(void **state)
 {
     uint32_t words[260];
@@ -323,6 +360,7 @@ int main(void)
         cmocka_unit_test(a_frame_is_the_bytes_of_its_layout),
         cmocka_unit_test(a_frame_without_points_is_its_head),
         cmocka_unit_test(points_of_two_profiles_stand_one_behind_the_other),
+        cmocka_unit_test(points_of_a_rig_are_told_by_sensor),
         cmocka_unit_test(what_does_not_fit_its_field_is_the_most_it_can_be),
         cmocka_unit_test(a_buffer_is_used_again_when_nobody_needs_it),
         cmocka_unit_test(a_small_buffer_is_enlarged_for_a_large_frame),
