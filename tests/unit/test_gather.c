@@ -114,6 +114,28 @@ static void one_that_never_sends_holds_up_only_the_beginning(void **state)
     gather_end(&p.gather);
 }
 
+/* The end of the source or of a pause completes it. */
+static void what_began_long_before_is_left_out_and_counted(void **state)
+{
+    (void)state;
+    struct play p = {.gather.members = 2};
+    struct picture old = {.frame = 2, .arrival_ns = 3};
+    struct picture next = {.frame = 3, .arrival_ns = 4};
+    send(&p, "ABAAAAAAAAA");
+    assert_int_equal(p.gather.count, 10);
+    gather_put(&p.gather, 1, &old);
+    take_all(&p, false);
+    assert_int_equal(p.gather.late, 1);
+    assert_int_equal(p.gather.late_member, 1);
+    assert_int_equal(p.gather.count, 10);
+    gather_put(&p.gather, 1, &next);
+    send(&p, "A");
+    assert_int_equal(p.gather.late, 1);
+    assert_string_equal(p.text, "A1B1 A2B1 A3B1 A4B1 A5B1 A6B1 A7B1 A8B1 A9B1 "
+                                "A10 A11B3 ");
+    gather_end(&p.gather);
+}
+
 static void the_time_is_that_of_the_new_frame_that_began_first(void **state)
 {
     (void)state;
@@ -228,6 +250,7 @@ int main(void)
         cmocka_unit_test(a_faster_sensor_sets_the_pace),
         cmocka_unit_test(one_that_has_stopped_is_left_out_and_comes_back),
         cmocka_unit_test(one_that_never_sends_holds_up_only_the_beginning),
+        cmocka_unit_test(what_began_long_before_is_left_out_and_counted),
         cmocka_unit_test(the_time_is_that_of_the_new_frame_that_began_first),
         cmocka_unit_test(all_have_the_views_that_each_has),
         cmocka_unit_test(a_frame_that_began_before_any_view_is_left_out),

@@ -317,6 +317,14 @@ void decoder_tell_doubt(const struct decoder *decoder,
     stage_set_text(decoder->options.stage, FEED_DOUBT, text);
 }
 
+uint64_t decoder_late(const struct decoder *decoder, const char **sensor)
+{
+    const struct gather *g = &decoder->gather;
+    *sensor =
+        g->late > 0 ? decoder->options.rig->sensor[g->late_member].name : "";
+    return g->late;
+}
+
 const lum_demux *decoder_demux(const struct decoder *decoder)
 {
     return lum_framer_demux(decoder->framer);

@@ -70,6 +70,10 @@ void decoder_count(const struct decoder *decoder, struct totals *out);
 void decoder_tell_doubt(const struct decoder *decoder,
                         const struct sources *captures, const char *sensor);
 
+/* Frames of a rig that were left out as gather_put() says; sensor gets the name
+ * of the latest. */
+uint64_t decoder_late(const struct decoder *decoder, const char **sensor);
+
 /* What counts what it takes. */
 const lum_demux *decoder_demux(const struct decoder *decoder);
 

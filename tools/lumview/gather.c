@@ -17,9 +17,23 @@ static void put(struct gather_member *m, struct picture *picture)
     *picture = (struct picture){0};
 }
 
+/* Times of 0 are not known. */
+static bool is_late(const struct gather *g, const struct gather_member *m,
+                    const struct picture *picture)
+{
+    return m->missed == GATHER_OLD && g->count >= (int64_t)GATHER_OLD &&
+           picture->arrival_ns < g->begin_ns[(g->count + 1) % GATHER_OLD];
+}
+
 void gather_put(struct gather *gather, size_t member, struct picture *picture)
 {
     struct gather_member *m = &gather->member[member];
+    if (is_late(gather, m, picture)) {
+        picture_drop(picture);
+        gather->late++;
+        gather->late_member = member;
+        return;
+    }
     if (!m->is_new) {
         put(m, picture);
         return;
@@ -106,6 +120,7 @@ static void join(struct gather *g, struct picture *out)
                             .begin_utc_ns = first->begin_utc_ns,
                             .utc_error_ns = first->utc_error_ns,
                             .sensor = first->sensor};
+    g->begin_ns[g->count % GATHER_OLD] = first->arrival_ns;
     find_views(g, &out->views);
     for (size_t i = 0; i < g->members; i++) {
         const struct gather_member *m = &g->member[i];

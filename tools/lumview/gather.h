@@ -30,13 +30,19 @@ struct gather {
     size_t next_member;
     bool has_next;
     int64_t count; /* pictures so far, which is the number of the last */
+    int64_t begin_ns[GATHER_OLD]; /* when the latest began, each at its number
+                                     modulo GATHER_OLD */
+    uint64_t late;                /* frames that were left out */
+    size_t late_member;           /* the latest is its */
 };
 
 /* Release its frames. */
 void gather_end(struct gather *gather);
 
 /* A sensor's frame, which is the gather's then. gather_take() was false since
- * the one before. */
+ * the one before. One that began before the last GATHER_OLD pictures, and whose
+ * sensor they do not have, is left out: the sensor paused in it, or has
+ * stopped. */
 void gather_put(struct gather *gather, size_t member, struct picture *picture);
 
 /* The next picture, where one is due; at the end of the source also the last

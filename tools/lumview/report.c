@@ -29,6 +29,15 @@ static void tell_message(const struct report *r, const struct decoder *decoder)
                        len > 0 ? "; " : "", shown, others);
         len = strlen(text);
     }
+    const char *sensor = "";
+    const uint64_t late = decoder_late(decoder, &sensor);
+    if (late > 0) {
+        (void)snprintf(text + len, sizeof text - len,
+                       "%sof %s a frame is left out, as the sensor paused in "
+                       "it or has stopped (%" PRIu64 " in all)",
+                       len > 0 ? "; " : "", sensor, late);
+        len = strlen(text);
+    }
     if (r->cut > 0) {
         (void)snprintf(text + len, sizeof text - len,
                        "%sframe %" PRId64 " has more than %u points: %" PRIu64
