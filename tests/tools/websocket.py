@@ -216,10 +216,13 @@ class Cloud:
 
     def __init__(self, data):
         self.data = data
-        (magic, version, head, self.frame, self.clock, self.utc, self.points, self.edges, self.smooth, self.time_kind, _,
+        (magic, version, head, self.frame, self.clock, self.utc, self.points, self.edges, self.smooth, self.time_kind, parts,
          self.lines, self.lost, self.sensor, self.shown, self.complete, self.utc_error, self.second, _) = self.HEAD.unpack_from(data)
         assert (magic, version, head) == (0x464D554C, 4, 80), data[:8]
-        assert len(data) == 80 + 20 * self.points, (len(data), self.points)
+        behind = 80 + 20 * self.points
+        assert len(data) == behind + 16 * parts, (len(data), self.points, parts)
+        # Of each sensor of a rig: the number of its frame, its points, its place in the rig.
+        self.parts = [struct.unpack_from("<dII", data, behind + 16 * i) for i in range(parts)]
 
     def array(self, at, letter, count=1):
         return struct.unpack_from(f"<{count * self.points}{letter}", self.data, 80 + at * self.points)

@@ -1,6 +1,7 @@
 #include "decoder.h"
 
 #include "../common/misfit.h"
+#include "../common/number.h"
 #include "gather.h"
 #include "lum/frame/framer.h"
 #include "second.h"
@@ -263,31 +264,45 @@ const char *decoder_others(const struct decoder *decoder,
     return out;
 }
 
-/* Of the first sensor of which something does not fit. */
-static void tell_rig_doubt(const struct decoder *d,
-                           const struct sources *captures)
+/* The first member that does not fit; count: all fit. What is no data cannot be
+ * told apart where sensors share an address, and makes no sensor known. */
+static size_t find_misfit(const struct decoder *d, char *what, size_t room)
 {
     const lum_demux *demux = lum_framer_demux(d->framer);
     for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
-        char what[160];
-        char capture[128];
-        char name[LUM_SENSOR_NAME_BYTES];
-        char text[FEED_TEXT_BYTES];
         lum_demux_counters c = {.struct_size = sizeof c};
         const int member = lum_framer_member(d->framer, i);
         (void)lum_demux_count(demux, i, &c);
-        if (member < 0 || !misfit_find(&c, what, sizeof what)) {
-            continue;
+        if (member >= 0 && !lum_demux_is_shared(demux, i) &&
+            misfit_find(&c, what, room)) {
+            return (size_t)member;
         }
-        (void)snprintf(text, sizeof text,
-                       "%s: %s: lumdump %s --sensor %s --infer -o profile.yaml "
-                       "finds the layout, for profile: profile.yaml in the rig",
-                       d->options.rig->sensor[member].name, what,
-                       misfit_capture(captures, capture, sizeof capture),
-                       lum_demux_name(demux, i, name));
-        stage_set_text(d->options.stage, FEED_DOUBT, text);
+    }
+    return d->options.member_count;
+}
+
+static void tell_rig_doubt(const struct decoder *d,
+                           const struct sources *captures)
+{
+    const lum_rig *rig = d->options.rig;
+    char what[160];
+    char capture[128];
+    char text[FEED_TEXT_BYTES];
+    lum_demux_counters total = {.struct_size = sizeof total};
+    const size_t member = find_misfit(d, what, sizeof what);
+    const bool is_known = member < rig->count;
+    (void)lum_demux_total(lum_framer_demux(d->framer), &total);
+    if (!is_known && !misfit_find(&total, what, sizeof what)) {
         return;
     }
+    (void)snprintf(text, sizeof text,
+                   "%s: %s: lumdump %s --sensor %s --infer -o profile.yaml "
+                   "finds the layout, for profile: profile.yaml in the rig",
+                   is_known ? rig->sensor[member].name : "a sensor of the rig",
+                   what, misfit_capture(captures, capture, sizeof capture),
+                   is_known ? number_address(rig->sensor[member].address).text
+                            : "ADDRESS");
+    stage_set_text(d->options.stage, FEED_DOUBT, text);
 }
 
 /* To record a sensor, its session must end first. */
