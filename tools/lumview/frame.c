@@ -36,6 +36,8 @@ struct frame_pool {
     bool is_left;  /* by its owner */
 };
 
+/* --- Buffers --- */
+
 struct frame_pool *frame_pool_new(void)
 {
     struct frame_pool *pool = calloc(1, sizeof *pool);
@@ -180,6 +182,8 @@ const uint8_t *frame_bytes(const struct frame *frame, size_t *len)
     return frame->bytes;
 }
 
+/* --- Bytes of points --- */
+
 /* Compilers make one store of each of these. */
 static inline void put16(uint8_t *to, uint16_t value)
 {
@@ -288,6 +292,8 @@ static void put_returns(const struct part *part)
         to_bits[i] = (uint8_t)(eye[i] | (unsigned)edge[i] << 1 | count << 2);
     }
 }
+
+/* --- Messages --- */
 
 static uint32_t fit32(uint64_t value)
 {
