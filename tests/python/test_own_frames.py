@@ -1,7 +1,9 @@
 """Frames of one's own: some points, other values, columns of one's own, frames from arrays; all of it as NumPy does it on plain
 arrays, without copies that need not be; in files, and in other libraries."""
+import gc
 import importlib
 import pickle
+import weakref
 
 import lumsdk
 import numpy as np
@@ -192,9 +194,11 @@ LINES = np.array([(0, 0, 0, 2), (1, 0, 2, 3)], [("number", "u4"), ("eye", "u1"),
     (lambda: small()[[3, 1]], r"right is frame\[numpy.sort\(places\)\]"),
     (lambda: small()[[0, 5]], "5 is no point of the frame; right is 0 to 4"),
     (lambda: small()[[-1, 2]], "-1 in an image_index"),
+    (lambda: small()[np.array([2**63], "u8")], "9223372036854775808 is no point"),
+    (lambda: small()[np.zeros(5, "u1")], r"all 0 or 1, of type uint8; right is .*mask.astype\(bool\)"),
     (lambda: small()[::-1], r'right is a step from 1, or frame\["x"\]\[::-1\]'),
     (lambda: small().with_columns(x=np.zeros(5)), r"x is a column that frames have by themselves: replace\(x=...\) sets it"),
-    (lambda: small().with_columns(timestamp=np.zeros(5)), "a column that tables and files make"),
+    (lambda: small().with_columns(timestamp=np.zeros(5)), "a column that tables and files make .*; leave it out"),
     (lambda: small().with_columns(lines=np.zeros(5)), "an argument of Frame.from_arrays"),
     (lambda: small().with_columns({"my label": np.zeros(5)}), "'my label' cannot be the name"),
     (lambda: small().with_columns({"l" * 32: np.zeros(5)}), "at most 31 letters"),
@@ -223,6 +227,7 @@ LINES = np.array([(0, 0, 0, 2), (1, 0, 2, 3)], [("number", "u4"), ("eye", "u1"),
     (lambda: MADE(), "right is at least one"),
     (lambda: MADE(line=[1, 2, 1], eye=[0, 0, 0]), r"points 0 and 2 are of line 1.*numpy.lexsort\(\(line, eye\)\)"),
     (lambda: MADE(x=[0], sensor="front"), 'right is its address, such as "10.42.0.37"'),
+    (lambda: MADE(x=[0], time=np.float32([3e38])), "time: 3e.38 at 0; right are seconds"),
     (lambda: MADE(x=[0], number=-1), "number is -1; right is a whole number from 0"),
 ])
 def test_what_is_not_right_says_what_is(call, said):
@@ -232,6 +237,8 @@ def test_what_is_not_right_says_what_is(call, said):
 
 @pytest.mark.parametrize("call, said", [
     (lambda: small()[3], r"frame\[i:i \+ 1\] is the frame of one point"),
+    (lambda: small()[np.ma.masked_less(np.arange(5), 2)], r"a masked array; right is .*filled\(False\)"),
+    (lambda: small()[["x", "y"]], "not list of type <U1"),
     (lambda: small()[1.5], "takes a column's name, a mask, a slice, or an array of places, not float"),
     (lambda: small().with_columns(label=["a"] * 5), "right are bool, integers, or floats"),
     (lambda: small().with_columns(label=np.zeros(5, "c16")), "values of type complex128"),
@@ -244,10 +251,49 @@ def test_what_is_no_array_of_numbers_says_what_is(call, said):
         call()
 
 
-def test_a_column_that_is_not_there_cannot_be_replaced():
+def test_a_column_that_is_not_there_is_told():
+    for name, said in ("range", r"only x, y, z: .*or set it by replace\(range=...\)"), ("tof", "open the source with raw=True"):
+        with pytest.raises(KeyError, match=said):
+            small()[name]
     with pytest.raises(KeyError, match=r"no column 'label' to replace, only x, y, z; with_columns\(\) adds"):
         small().replace(label=np.zeros(5))
     assert small().replace(range=np.arange(5.0)).columns == ("x", "y", "z", "range")
+
+
+def test_a_grid_counts_returns_by_their_order_wherever_they_stand():
+    frame = MADE(x=np.arange(7.0), line=[0, 0, 0, 0, 1, 1, 1], eye=np.zeros(7), pixel=[9, 5, 9, 9, 9, 2, 9])
+    grid = frame.grid("x", returns=2)
+    assert grid[:, 9].tolist() == [[0, 2], [4, 6]] and grid[0, 5, 0] == 1 and grid[1, 2, 0] == 5 and np.isfinite(grid).sum() == 6
+
+
+def test_a_grid_shows_of_lines_with_one_number_the_first_that_has_points(whole):
+    lines = whole.lines.copy()
+    [first, second] = np.flatnonzero((lines["eye"] == 0) & (lines["point_count"] > 0))[:2]
+    lines["number"][second] = lines["number"][first]
+    frame = MADE({name: whole[name] for name in whole.columns if name != "line"}, lines=lines)
+    of = np.repeat(np.arange(len(lines)), lines["point_count"])
+    for part, shown in (frame, first), (frame[of != first], second):
+        wanted = np.unique(whole["pixel"][of == shown])
+        assert np.array_equal(np.flatnonzero(np.isfinite(part.grid("x", "blue")[lines["number"][first]])), wanted)
+
+
+def test_a_part_that_was_copied_keeps_no_other_memory(make_capture):
+    with lumsdk.open(make_capture("-n", 2)) as source:
+        frame = source[1]
+    memory = weakref.ref(frame._c)
+    kept = frame[frame["range"] < 20], frame[[0, 1]].with_columns(label=[1, 2]), pickle.loads(pickle.dumps(frame[:9]))
+    del frame
+    gc.collect()
+    assert memory() is None and len(kept[2]) == 9
+
+
+def test_the_sensor_of_joined_points_stays_a_place(make_capture):
+    with lumsdk.open(make_capture("-n", 1), rig=[{"name": "front", "address": "10.42.0.37"}]) as source:
+        [one] = lumsdk.sync(source)
+    joined = one.joined()
+    assert joined.replace(sensor=np.full(len(joined), 7))["sensor"].dtype == np.uint8
+    with pytest.raises(lumsdk.OptionError, match="sensor: 0.5 at 0 cannot be a number of type uint8"):
+        joined.replace(sensor=np.full(len(joined), 0.5))
 
 
 # --- Files ---

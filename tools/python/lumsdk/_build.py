@@ -29,6 +29,9 @@ KNOWN: Mapping[str, np.dtype[Any]] = {**COLUMNS, **RAW_COLUMNS}
 _MOST = {"pixel": PIXELS - 1, "eye": 1, "edge": 1, "strongest": 1}
 """The greatest value of columns whose type could hold more."""
 
+_TIME_MOST = 1e6
+"""Seconds."""
+
 _OF_TABLES = ("timestamp", "frame", "sensor")
 _RESERVED = (*_OF_TABLES, "xyz", "columns", "lines", "number", "utc_ns", "utc_error_ns", "clock_us")
 """Names that a column of one's own cannot have: tables make columns of them, and from_arrays() has arguments of them."""
@@ -112,7 +115,8 @@ def _check_name(name: Any) -> None:
         raise OptionError(f"{name} is a column that frames have by themselves: replace({name}=...) sets it; columns of your own "
                           "need other names")
     if name in _OF_TABLES:
-        raise OptionError(f"{name} is a column that tables and files make of the frame; a column of your own needs another name")
+        raise OptionError(f"{name} is a column that tables and files make of the frame; leave it out, or give a column of your own "
+                          "another name")
     if name in _RESERVED:
         raise OptionError(f"{name} is an argument of Frame.from_arrays(); a column of your own needs another name")
 
@@ -190,16 +194,19 @@ def _address(sensor: Any) -> tuple[int, str]:
         raise OptionError(f'sensor is {sensor!r}; right is its address, such as "10.42.0.37"') from None
 
 
-def _whole(name: str, value: Any, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value < 2 ** 63:
-        raise OptionError(f"{name} is {value!r}; right is a whole number from {least}")
+def _whole(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < 2 ** 63:
+        raise OptionError(f"{name} is {value!r}; right is a whole number from 0")
     return int(value)
 
 
-def _end_us(columns: Mapping[str, Array], lines: Array, begin_us: int) -> int:
-    """The sensor's clock at the latest line."""
-    times = columns["time"][np.isfinite(columns["time"])] if "time" in columns else np.zeros(0)
-    return max(begin_us, int(lines["clock_us"].max(initial=begin_us)), begin_us + round(float(times.max(initial=0)) * 1e6))
+def _clocks_us(columns: Mapping[str, Array], count: int, begin_us: int) -> Array:
+    """The sensor's clock at each point; that of the frame's begin where the time is not known."""
+    seconds = np.nan_to_num(columns["time"].astype("f8"), posinf=0, neginf=0) if "time" in columns else np.zeros(count)
+    wrong = np.flatnonzero(np.abs(seconds) > _TIME_MOST)
+    if len(wrong):
+        raise OptionError(f"time: {seconds[wrong[0]]:g} at {wrong[0]}; right are seconds since the frame began, up to {_TIME_MOST:g}")
+    return np.asarray(begin_us + np.rint(seconds * 1e6).astype("i8"))
 
 
 def from_arrays(given: Any, more: Mapping[str, Any], lines: Any, number: int, sensor: str, utc_ns: int, utc_error_ns: Optional[int],
@@ -212,23 +219,24 @@ def from_arrays(given: Any, more: Mapping[str, Any], lines: Any, number: int, se
         raise OptionError("a frame of no columns; right is at least one, such as x=...")
     first, count = next((name, len(array)) for name, array in columns.items())
     _check_lengths(columns, count, f"{first} has them")
-    begin_us = 0 if clock_us is None else _whole("clock_us", clock_us, 0)
-    if lines is not None:
-        lines = _given_lines(lines, columns, count)
-        begin_us = int(lines["clock_us"].min()) if clock_us is None and len(lines) else begin_us
+    given_lines = None if lines is None else _given_lines(lines, columns, count)
+    begin_us = _whole("clock_us", 0 if clock_us is None else clock_us)
+    if clock_us is None and given_lines is not None and len(given_lines):
+        begin_us = int(given_lines["clock_us"].min())
+    clocks_us = _clocks_us(columns, count, begin_us)
+    if given_lines is not None:
+        lines = given_lines
     elif "line" in columns and "eye" in columns:
-        seconds = columns["time"].astype("f8") if "time" in columns else np.zeros(count)
-        clocks_us = begin_us + np.rint(np.nan_to_num(seconds, posinf=0, neginf=0) * 1e6).astype("i8")
         lines = _lines.of_columns(columns["line"], columns["eye"], clocks_us)
     else:
         lines = np.zeros(0, LINE_DTYPE)
     address, interface = _address(sensor)
     arrivals, (of, rows) = lines["arrival_ns"], _line_info(lines)
-    info = Info(number=_whole("number", number, 0), sensor=address, interface=interface, is_complete=True, is_first=False,
-                 is_last=False, begin_clock_us=begin_us, end_clock_us=_end_us(columns, lines, begin_us),
+    info = Info(number=_whole("number", number), sensor=address, interface=interface, is_complete=True, is_first=False,
+                 is_last=False, begin_clock_us=begin_us, end_clock_us=int(np.r_[begin_us, lines["clock_us"], clocks_us].max()),
                  begin_arrival_ns=int(arrivals.min()) if len(lines) else 0, end_arrival_ns=int(arrivals.max()) if len(lines) else 0,
-                 begin_utc_ns=_whole("utc_ns", utc_ns, 0),
-                 utc_error_ns=lib.LUM_CLOCK_ERROR_UNKNOWN if utc_error_ns is None else _whole("utc_error_ns", utc_error_ns, 0),
+                 begin_utc_ns=_whole("utc_ns", utc_ns),
+                 utc_error_ns=lib.LUM_CLOCK_ERROR_UNKNOWN if utc_error_ns is None else _whole("utc_error_ns", utc_error_ns),
                  has_pause=False, losses=dict.fromkeys(LOSSES, 0), lines=of, rows=rows)
     return assemble(info, columns, lines, "", xyz)
 
@@ -241,18 +249,24 @@ def _indices(key: Any, count: int) -> Array:
     found = np.asarray(key)
     if found.dtype.kind not in "biu" and found.size or found.ndim == 0:
         raise TypeError(f"frame[...] takes a column's name, a mask, a slice, or an array of places, not {type(key).__name__}"
+                        + (f" of type {found.dtype}" if found.ndim else "")
                         + ("; frame[i:i + 1] is the frame of one point" if found.dtype.kind in "iu" else ""))
+    if np.ma.is_masked(key):
+        raise TypeError("frame[...]: a masked array; right is one without a mask, such as .filled(False)")
     if found.dtype.kind == "b":
         if found.shape != (count,):
             raise OptionError(f"frame[mask]: a mask of the shape {found.shape}; right is ({count},), one a point of the frame")
         return np.flatnonzero(found)
     if found.ndim != 1:
         raise OptionError(f"frame[places]: an array of the shape {found.shape}; right is one of one dimension")
-    found = found.astype(np.intp)
+    if len(found) == count > 2 and not (found > 1).any() and (found >= 0).all():
+        raise OptionError(f"frame[mask]: as many values as points, all 0 or 1, of type {found.dtype}; right is a mask of bool: "
+                          "frame[mask.astype(bool)]")
     if len(found) and not 0 <= found.min() <= found.max() < count:
         wrong = found[(found < 0) | (found >= count)][0]
         raise OptionError(f"frame[places]: {wrong} is no point of the frame; right is 0 to {count - 1}"
                           + ("; -1 in an image_index() is a pixel without a point" if wrong == -1 else ""))
+    found = found.astype(np.intp)
     if (found[1:] < found[:-1]).any():
         raise OptionError("frame[places]: they go back, and points of a frame stay in the order of its lines; right is "
                           'frame[numpy.sort(places)], or in any order frame["x"][places]')
@@ -299,6 +313,8 @@ def replace(frame: Frame, given: Any, more: Mapping[str, Any]) -> Frame:
                                   "one of your own")
     known, xyz = _known(given)
     columns = {**known, **{name: _numbers(name, given[name]) for name in frame._own if name in given}}
+    if "sensor" in columns:  # of joined frames: the place in the rig
+        columns["sensor"] = _fitted("sensor", columns["sensor"], frame["sensor"].dtype)
     _check_lengths(columns, len(frame), "the frame has them")
     if xyz is None and not {"x", "y", "z"} & set(columns):
         xyz = frame._joined()

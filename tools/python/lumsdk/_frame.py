@@ -182,9 +182,12 @@ class Frame:
         return None if self._c is None else NUMBERS.get(name)
 
     def _refuse(self, name: object) -> UnknownKeyError:
+        has = ", ".join(self.columns) or "none"
         if name in COLUMNS:
-            return UnknownKeyError(f"the frame has no column {name!r}: name it in columns= when the source is opened, or "
-                                   f'say columns="all"; it has {", ".join(self.columns) or "none"}')
+            return UnknownKeyError(f"the frame has no column {name!r}, only {has}: name it in columns= when the source is opened, "
+                                   f'say columns="all", or set it by replace({name}=...)')
+        if name in RAW_COLUMNS:
+            return UnknownKeyError(f"the frame has no column {name!r}, only {has}: open the source with raw=True")
         return UnknownKeyError(f"there is no column {name!r}; there are {', '.join((*COLUMNS, *self._own))}")
 
     @overload

@@ -96,18 +96,19 @@ def _fill(frame: Frame, column: str, eye: int, out: Array) -> None:
     """As lum_frame_grid_floats(), of arrays."""
     out.fill(np.nan)
     rows, _, returns = out.shape
-    values, seen = floats(frame, column), set()
-    for line in frame.lines:
-        number = int(line["number"])
-        if line["eye"] != eye or number >= rows or number in seen:
-            continue
-        seen.add(number)
-        part = slice(int(line["first_point"]), int(line["first_point"]) + int(line["point_count"]))
-        pixels = frame["pixel"][part].astype(np.intp)
-        if not len(pixels):
-            continue
-        starts = np.r_[True, pixels[1:] != pixels[:-1]]
-        indices = np.arange(len(pixels))
-        rank = indices - np.maximum.accumulate(np.where(starts, indices, 0))
-        kept = rank < returns
-        out[number, pixels[kept], rank[kept]] = values[part][kept]
+    lines = frame.lines
+    numbers = lines["number"].astype("i8")
+    possible = np.flatnonzero((lines["eye"] == eye) & (numbers < rows) & (lines["point_count"] > 0))
+    shown = np.zeros(len(lines), bool)
+    shown[possible[np.unique(numbers[possible], return_index=True)[1]]] = True  # of lines with one number the first
+    points = np.flatnonzero(np.repeat(shown, lines["point_count"]))
+    if not len(points):
+        return
+    cells = np.repeat(numbers, lines["point_count"])[points] * PIXELS + frame["pixel"][points]
+    if (cells[1:] < cells[:-1]).any():
+        order = np.argsort(cells, kind="stable")
+        points, cells = points[order], cells[order]
+    places = np.arange(len(cells))
+    rank = places - np.maximum.accumulate(np.where(np.r_[True, cells[1:] != cells[:-1]], places, 0))
+    kept = rank < returns
+    out.reshape(-1, returns)[cells[kept], rank[kept]] = floats(frame, column)[points[kept]]

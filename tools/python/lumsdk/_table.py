@@ -164,7 +164,7 @@ def value(frame: Frame, name: str, time: str = "sensor") -> Array:
         return np.full(len(frame), sensor_number(frame), "u4")
     if name not in frame.columns:
         raise OptionError(f"frame {frame.number} has no column '{name}', only {', '.join(frame.columns)}; "
-                          "name it in the option columns when the source is opened")
+                          "name it in the option columns when the source is opened, or choose columns of what is made")
     return frame._array(name)
 
 
