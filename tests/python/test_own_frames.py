@@ -8,6 +8,7 @@ import weakref
 import lumsdk
 import numpy as np
 import pytest
+from lumsdk import _columns, _table
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -221,7 +222,7 @@ LINES = np.array([(0, 0, 0, 2), (1, 0, 2, 3)], [("number", "u4"), ("eye", "u1"),
     (lambda: small(pixel=np.zeros(5, "u2")).grid("x"), "has no lines, so there is no grid of it"),
     (lambda: small().image("x", eye="blue"), 'right is eye="both"'),
     (lambda: small(label=np.arange(5) + 2**24).image("label"), "whole numbers up to 16777216"),
-    (lambda: small().to_arrow(columns="timestamp"), "leave out the column timestamp"),
+    (lambda: _table.value(small(), "timestamp"), "leave out the column timestamp"),
     (lambda: MADE(rnage=np.zeros(5)), "no column rnage; is it range?"),
     (lambda: MADE(x=[0], y=[0, 1]), "y has 2 values; right are 1, one a point, as x has them"),
     (lambda: MADE(), "right is at least one"),
@@ -275,6 +276,19 @@ def test_a_grid_shows_of_lines_with_one_number_the_first_that_has_points(whole):
     for part, shown in (frame, first), (frame[of != first], second):
         wanted = np.unique(whole["pixel"][of == shown])
         assert np.array_equal(np.flatnonzero(np.isfinite(part.grid("x", "blue")[lines["number"][first]])), wanted)
+
+
+def test_a_raw_frame_keeps_nothing_of_the_library(make_capture):
+    with lumsdk.open(make_capture("-n", 1), raw=True) as source:
+        frame = next(iter(source))
+    arrays = [frame.angles, frame._raw.marks, *frame.to_dict().values()]
+    assert not any(isinstance(base, _columns.Memory) for array in arrays for base in bases(array))
+
+
+def bases(array):
+    while array is not None:
+        array = getattr(array, "base", None)
+        yield array
 
 
 def test_a_part_that_was_copied_keeps_no_other_memory(make_capture):

@@ -522,7 +522,7 @@ class Frame:
             raise TypeError(f"a frame is not one array of {np.dtype(dtype)}: frame.xyz has the coordinates, (n, 3), and "
                             'frame["x"] is one column')
         made = self.to_structured()
-        return made if dtype is None else made.astype(dtype)
+        return made if dtype is None else made.astype(dtype, copy=False)
 
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
         """For libraries that take Arrow's C stream, such as pyarrow.table(frame) and polars.DataFrame(frame): as to_arrow().

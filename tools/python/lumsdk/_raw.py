@@ -114,7 +114,8 @@ def frame_of(base: Frame, origin: Origin) -> Frame:
     lib.lum_frame_get_raw(base._c, raw)
     owner, count = base._c, int(raw.line_count)
     first = _view(owner, raw.first_word, (count + 1,), "u8")
-    angles = _view(owner, raw.angles, (count, PIXELS, 2), "i2")
+    angles = np.array(_view(owner, raw.angles, (count, PIXELS, 2), "i2"))  # a copy: a view would keep all of the library's frame
+    marks = np.array(_view(owner, raw.angle_marks, (count, MARKS), "u4"))
     packets = np.array(_view(owner, raw.packets, (raw.packet_count * PACKET_DTYPE.itemsize,), "u1")).view(PACKET_DTYPE)
     words = _view(owner, raw.words, (int(first[-1]),), "u4")
     gives, which = _gives_point(raw, base, first), np.repeat(np.arange(count), np.diff(first.astype("i8")))
@@ -131,7 +132,7 @@ def frame_of(base: Frame, origin: Origin) -> Frame:
                    edge=(words >> 10 & 1).astype("u1"), tof=words.view("i4") >> 12,
                    raw_azimuth=angles[which, pixel, 0], raw_elevation=angles[which, pixel, 1])
     made_frame = restore(vars(base._info), columns, lines)
-    made_frame._raw = Raw(angles, _view(owner, raw.angle_marks, (count, MARKS), "u4"), packets, origin)
+    made_frame._raw = Raw(angles, marks, packets, origin)
     return made_frame
 
 
