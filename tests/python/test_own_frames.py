@@ -230,6 +230,7 @@ LINES = np.array([(0, 0, 0, 2), (1, 0, 2, 3)], [("number", "u4"), ("eye", "u1"),
     (lambda: MADE(x=[0], sensor="front"), 'right is its address, such as "10.42.0.37"'),
     (lambda: MADE(x=[0], time=np.float32([3e38])), "time: 3e.38 at 0; right are seconds"),
     (lambda: MADE(x=[0], number=-1), "number is -1; right is a whole number from 0"),
+    (lambda: MADE(x=[0], number=2**31), "right is a whole number from 0 to 2147483647"),
 ])
 def test_what_is_not_right_says_what_is(call, said):
     with pytest.raises(ValueError, match=said):
@@ -301,10 +302,11 @@ def test_a_part_that_was_copied_keeps_no_other_memory(make_capture):
     assert memory() is None and len(kept[2]) == 9
 
 
-def test_the_sensor_of_joined_points_stays_a_place(make_capture):
+def test_joined_points_keep_columns_and_the_places_of_sensors(make_capture):
     with lumsdk.open(make_capture("-n", 1), rig=[{"name": "front", "address": "10.42.0.37"}]) as source:
-        [one] = lumsdk.sync(source)
+        [one] = lumsdk.sync(frame.with_columns(label=frame["pixel"]) for frame in source)
     joined = one.joined()
+    assert np.array_equal(joined["label"], joined["pixel"])
     assert joined.replace(sensor=np.full(len(joined), 7))["sensor"].dtype == np.uint8
     with pytest.raises(lumsdk.OptionError, match="sensor: 0.5 at 0 cannot be a number of type uint8"):
         joined.replace(sensor=np.full(len(joined), 0.5))
@@ -494,6 +496,8 @@ def test_raw_frames_keep_their_raw_part(make_capture, tmp_path):
     for other in (frame.with_columns(label=frame["pixel"]), frame.replace(tof=frame["tof"].copy()), frame[:], frame[frame["tof"] > -1e6]):
         assert np.array_equal(other.angles, frame.angles) and np.array_equal(other.packets, frame.packets)
         assert np.array_equal(other["tof"], frame["tof"]) and pickle.loads(pickle.dumps(other)) == other
+        again = other.with_raw(other.angles)
+        assert all(np.shares_memory(again[name], other[name]) for name in other.columns)
         assert other.to_lines()[0].tof.tolist() == frame.to_lines()[0].tof.tolist()
     with pytest.raises(lumsdk.OptionError, match="tof is a column that frames have by themselves"):
         frame.with_columns(tof=frame["tof"])

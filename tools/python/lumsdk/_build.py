@@ -194,9 +194,9 @@ def _address(sensor: Any) -> tuple[int, str]:
         raise OptionError(f'sensor is {sensor!r}; right is its address, such as "10.42.0.37"') from None
 
 
-def _whole(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < 2 ** 63:
-        raise OptionError(f"{name} is {value!r}; right is a whole number from 0")
+def _whole(name: str, value: Any, most: int = 2 ** 62) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value <= most:
+        raise OptionError(f"{name} is {value!r}; right is a whole number from 0 to {most}")
     return int(value)
 
 
@@ -232,7 +232,7 @@ def from_arrays(given: Any, more: Mapping[str, Any], lines: Any, number: int, se
         lines = np.zeros(0, LINE_DTYPE)
     address, interface = _address(sensor)
     arrivals, (of, rows) = lines["arrival_ns"], _line_info(lines)
-    info = Info(number=_whole("number", number), sensor=address, interface=interface, is_complete=True, is_first=False,
+    info = Info(number=_whole("number", number, 2 ** 31 - 1), sensor=address, interface=interface, is_complete=True, is_first=False,
                  is_last=False, begin_clock_us=begin_us, end_clock_us=int(np.r_[begin_us, lines["clock_us"], clocks_us].max()),
                  begin_arrival_ns=int(arrivals.min()) if len(lines) else 0, end_arrival_ns=int(arrivals.max()) if len(lines) else 0,
                  begin_utc_ns=_whole("utc_ns", utc_ns),

@@ -337,11 +337,10 @@ class Frame:
             packets: likewise; without them, lines are cut as the sensor does it.
             profile: of the clocks of these packets; without it, that which the frame has.
         """
-        from ._build import restore
+        from ._build import assemble
 
-        made = restore(vars(self._info), self.to_dict(), self.lines, self._moved)
-        made._raw = attach(self, angles, has_angles, packets, profile)
-        return made
+        raw = attach(self, angles, has_angles, packets, profile)
+        return assemble(self._info, self.to_dict(), self.lines, self._moved, self._joined(), raw)
 
     def to_lines(self) -> list[Line]:
         """Its lines as values, in copies. Of open(raw=True)."""
@@ -365,7 +364,7 @@ class Frame:
                 types where no number changes. xyz, (n, 3), stands for x, y and z. Others are columns of one's own.
             lines: as Frame.lines; without it they are made from the columns line and eye. Without both there are none, and
                 no grid, and files without the columns line, eye and timestamp.
-            number: the frame's.
+            number: the frame's, below 2 ** 31, as files have it.
             sensor: the address of its sensor.
             utc_ns: when its earliest line was measured, nanoseconds since 1970 UTC; 0: not known.
             utc_error_ns: how far off that may be; None: not known.
@@ -575,7 +574,7 @@ class Frame:
         return f"<Frame {info.number} of {self.sensor}: {self._count} points, lines {lines}, {state}>"
 
     def __eq__(self, other: object) -> bool:
-        """Whether all columns, lines and clocks are the same, bit by bit."""
+        """Whether all columns, lines and clocks are the same, bit by bit. angles and packets are not compared."""
         if not isinstance(other, Frame):
             return NotImplemented
         return (self.columns == other.columns and self._info == other._info

@@ -13,7 +13,6 @@ import numpy as np
 
 from ._errors import OptionError, UnknownKeyError, warn
 from ._build import restore
-from ._columns import COLUMNS
 from ._frame import Frame
 from ._grid import JOINED
 from ._source import Source
@@ -116,7 +115,7 @@ class FrameSet(Mapping[str, Frame]):
 
 def _names_of(frames: Sequence[Frame], columns: Union[str, Iterable[str], None]) -> list[str]:
     if columns is None:
-        return [name for name in COLUMNS if all(name in frame for frame in frames)]
+        return [name for name in frames[0].columns if name != "sensor" and all(name in frame for frame in frames)]
     names = columns.split(",") if isinstance(columns, str) else list(columns)
     for name in names:
         for frame in frames:
