@@ -406,7 +406,9 @@ def test_a_preset_has_no_place_for_them(own, tmp_path):
     (lambda own: own.with_columns(scan_angle=own["own_bool"]), "las", "scan_angle is one of the format's own"),
     (lambda own: own.with_columns(scan_angle=own["own_bool"]), "laz", "scan_angle is one of the format's own"),
     (lambda own: own.with_columns(own_int64=own["own_int64"] + 2**31), "ply", "from 2147483648 to .* integers of 32 bits"),
-    (lambda own: small(), "csv", "has no lines, of which files have"),
+    (lambda own: small(), "csv", "has no lines, of which files have .*, or choose other columns"),
+    (lambda own: small(), "las", "has no lines, of which files have .*, or lines=$"),
+    (lambda own: MADE(own.to_dict()), "mcap", r"frame 0 has no times of arrival: give Frame.from_arrays\(\) utc_ns="),
 ])
 def test_a_file_that_cannot_have_them_is_none(own, made, kind, said, tmp_path):
     pytest.importorskip(NEEDS.get(kind, "numpy"))

@@ -116,6 +116,7 @@ class PointsFile:
         self._has_frames = kind == "mcap"
         self._time = "utc" if self._has_frames and time == "sensor" else time
         self._has_time = self._has_frames or columns is not None and "time" in columns
+        self._chosen = ", or choose other columns by columns=" if kind in ("csv", "ply", "pcd") else ""
         self._has_lines = kind != "xyz" and (columns is None or not {"line", "eye", "timestamp"}.isdisjoint(columns))
         self._own = {name: file_type(kind, dtype) for name, dtype in own.items()}
         self._names = ("x", "y", "z") if kind == "xyz" else OF_MESSAGES if kind == "mcap" else tuple(
@@ -139,7 +140,7 @@ class PointsFile:
         """Append the points of a frame, line by line."""
         if self._has_lines and len(frame) and not len(frame.lines):
             raise OptionError(f"frame {frame.number} has no lines, of which files have the columns line, eye and timestamp: give "
-                              "Frame.from_arrays() the columns line and eye, or lines=, or choose other columns by columns=")
+                              f"Frame.from_arrays() the columns line and eye, or lines={self._chosen}")
         samples = self._samples(frame)
         base = ffi.cast("char *", ffi.from_buffer(samples)) if len(samples) else ffi.NULL
         times = value(frame, "time") if self._has_time else None

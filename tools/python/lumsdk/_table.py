@@ -115,13 +115,16 @@ def check_names(columns: Names, default: Sequence[str], own: Iterable[str] = ())
 def _line_times(frame: Frame, time: str) -> Array:
     lines = frame.lines
     if time == "arrival":
+        if len(lines) and not lines["arrival_ns"].any():
+            raise OptionError(f"frame {frame.number} has no times of arrival: give Frame.from_arrays() utc_ns= and use \"utc\", or "
+                              "lines= with arrival_ns")
         return np.asarray(lines["arrival_ns"] // 1000)
     clocks = np.asarray(lines["clock_us"])
     if time == "sensor" or not len(clocks):
         return clocks
     if not frame.info["begin_utc_ns"]:
-        raise OptionError("time: 'utc' needs packets with a clock, which the profile does not have; "
-                          "use \"arrival\"")
+        raise OptionError("time: 'utc' needs packets with a clock, which the profile does not have: use \"arrival\"; or "
+                          "Frame.from_arrays() with utc_ns=")
     return np.asarray(clocks - frame.info["begin_clock_us"] + frame.utc_ns // 1000)
 
 
