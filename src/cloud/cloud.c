@@ -136,14 +136,22 @@ static char *put_ascii_rows(char *p, void *context, const lum_sample *samples,
 static int add_ascii(lum_writer *writer, const lum_line_samples *line,
                      lum_error *error)
 {
-    lum_text_line text;
-    lum_text_line_begin(&text, line, ' ');
-    return lum_writer_put(writer, line, LUM_TEXT_ROW_ROOM, put_ascii_rows,
-                          &text, error);
+    lum_writer_text text;
+    return lum_writer_text_begin(&text, writer, line, ' ')
+               ? lum_writer_put(writer, line, LUM_WRITER_TEXT_ROOM,
+                                put_ascii_rows, &text.line, error)
+               : lum_writer_put_chosen(writer, line, true, ' ', error);
 }
 
+/* What rows of a line share. */
+struct shared {
+    unsigned char line[LINE_BYTES];
+    const lum_extras *extras;
+    const lum_line_samples *of;
+};
+
 static unsigned char *put_binary_row(unsigned char *p,
-                                     const unsigned char line[LINE_BYTES],
+                                     const struct shared *shared,
                                      const lum_sample *s)
 {
     p = lum_put_f32(p, s->x);
@@ -153,12 +161,14 @@ static unsigned char *put_binary_row(unsigned char *p,
     p = lum_put_f32(p, s->range);
     p = lum_put_f32(p, s->azimuth);
     p = lum_put_f32(p, s->elevation);
-    memcpy(p, line, LINE_BYTES);
+    memcpy(p, shared->line, LINE_BYTES);
     p += LINE_BYTES;
     p = lum_put_le16(p, s->pixel);
     p = lum_put_le16(p, s->return_number);
     p = lum_put_le16(p, s->number_of_returns);
-    return lum_put_u8(p, s->edge);
+    p = lum_put_u8(p, s->edge);
+    return lum_extras_put(p, shared->extras, shared->of->extra,
+                          (size_t)(s - shared->of->samples));
 }
 
 static char *put_binary_rows(char *p, void *context, const lum_sample *samples,
@@ -174,14 +184,15 @@ static char *put_binary_rows(char *p, void *context, const lum_sample *samples,
 static int add_binary(lum_writer *writer, const lum_line_samples *line,
                       lum_error *error)
 {
-    unsigned char shared[LINE_BYTES];
+    struct shared shared = {.extras = &writer->extras, .of = line};
     unsigned char *p =
-        lum_put_f64(shared, lum_timestamp_number(line->timestamp_us));
+        lum_put_f64(shared.line, lum_timestamp_number(line->timestamp_us));
     p = lum_put_le32(p, (uint32_t)line->frame);
     p = lum_put_u8(p, line->eye);
     (void)lum_put_le32(p, line->line);
-    return lum_writer_put(writer, line, ROW_BYTES, put_binary_rows, shared,
-                          error);
+    return lum_writer_put(writer, line,
+                          ROW_BYTES + lum_extras_bytes(&writer->extras),
+                          put_binary_rows, &shared, error);
 }
 
 /* Numbers that do not fit in 32 bits become the nearest that does. */
@@ -193,10 +204,8 @@ int lum_cloud_add(lum_writer *writer, const lum_line_samples *line,
     if (line->line > INT32_MAX) {
         clipped.line = INT32_MAX;
     }
-    if (writer->has_chosen) {
-        return lum_writer_put_chosen(writer, &clipped, writer->options.ascii,
-                                     ' ', error);
-    }
     return writer->options.ascii ? add_ascii(writer, &clipped, error)
-                                 : add_binary(writer, &clipped, error);
+           : writer->has_chosen
+               ? lum_writer_put_chosen(writer, &clipped, false, ' ', error)
+               : add_binary(writer, &clipped, error);
 }

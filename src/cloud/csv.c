@@ -29,13 +29,11 @@ static char *put_rows(char *p, void *context, const lum_sample *samples,
 static int add(lum_writer *writer, const lum_line_samples *line,
                lum_error *error)
 {
-    lum_text_line text;
-    if (writer->has_chosen) {
-        return lum_writer_put_chosen(writer, line, true, ',', error);
-    }
-    lum_text_line_begin(&text, line, ',');
-    return lum_writer_put(writer, line, LUM_TEXT_ROW_ROOM, put_rows, &text,
-                          error);
+    lum_writer_text text;
+    return lum_writer_text_begin(&text, writer, line, ',')
+               ? lum_writer_put(writer, line, LUM_WRITER_TEXT_ROOM, put_rows,
+                                &text.line, error)
+               : lum_writer_put_chosen(writer, line, true, ',', error);
 }
 
 const lum_format_ops lum_csv_ops = {.name = "CSV",

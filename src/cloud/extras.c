@@ -181,6 +181,28 @@ size_t lum_extras_bytes(const lum_extras *extras)
     return n;
 }
 
+bool lum_extras_are_same(const lum_extras *extras, const void *const *values,
+                         size_t n)
+{
+    bool are_same = true;
+    for (unsigned k = 0; k < extras->count && are_same; k++) {
+        const unsigned char *first = values[k];
+        const size_t bytes = lum_number_types[extras->type[k]].bytes;
+        are_same = memcmp(first, first + bytes, bytes * (n - 1u)) == 0;
+    }
+    return are_same;
+}
+
+char *lum_extras_print(char *p, const lum_extras *extras,
+                       const void *const *values, char separator)
+{
+    for (unsigned k = 0; k < extras->count; k++) {
+        *p++ = separator;
+        p = lum_number_print(p, (lum_number_type)extras->type[k], values[k], 0);
+    }
+    return p;
+}
+
 unsigned char *lum_extras_put(unsigned char *p, const lum_extras *extras,
                               const void *const *values, size_t i)
 {

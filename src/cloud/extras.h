@@ -27,6 +27,19 @@ LUM_MUST_CHECK int lum_extras_take(lum_extras *out, lum_format format,
 /** Bytes of all of a point. */
 size_t lum_extras_bytes(const lum_extras *extras);
 
+/** Whether n points, one at least, have the same values. */
+bool lum_extras_are_same(const lum_extras *extras, const void *const *values,
+                         size_t n);
+
+/** Room that all values of a point take as text. */
+#define LUM_EXTRAS_ROOM (LUM_WRITER_EXTRA_MAX * (LUM_NUMBER_ROOM + 1u))
+
+/** Write the first values of all as text, each behind a separator.
+ * @param p has LUM_EXTRAS_ROOM bytes.
+ * @return the end of them. */
+char *lum_extras_print(char *p, const lum_extras *extras,
+                       const void *const *values, char separator);
+
 /** Write the i-th values of all, little-endian and without gaps.
  * @return the end of them. */
 unsigned char *lum_extras_put(unsigned char *p, const lum_extras *extras,

@@ -86,6 +86,19 @@ static double real_of(lum_number_type type, uint64_t bits)
     return type == LUM_NUMBER_F32 ? (double)single : v;
 }
 
+/* The program may have set another point, even one of several bytes. */
+static char *set_point(char *p, char *end)
+{
+    char *at = p + strspn(p, "-+0123456789einf");
+    char *rest = at + strcspn(at, "0123456789");
+    if (at == rest) {
+        return end;
+    }
+    *at = '.';
+    memmove(at + 1, rest, (size_t)(end - rest));
+    return end - (rest - at - 1);
+}
+
 /* Nearly all numbers of people have few digits. */
 static char *print_real(char *p, lum_number_type type, double v)
 {
@@ -102,7 +115,7 @@ static char *print_real(char *p, lum_number_type type, double v)
             type == LUM_NUMBER_F32 ? (float)again == (float)v : again == v;
         digits = is_same ? most : digits;
     }
-    return p + n;
+    return set_point(p, p + n);
 }
 
 char *lum_number_print(char *p, lum_number_type type, const void *values,

@@ -21,6 +21,7 @@
 
 #define LUM_ANGLE_COPY 16u /**< bytes that hold nearly every angle */
 #define LUM_LINE_COPY  32u /**< bytes that hold nearly every line's columns */
+#define LUM_TAIL_COPY  8u  /**< bytes that hold the tail of one small integer */
 
 /** Text of a column that is often the same as in the row before. */
 typedef struct lum_text_memory {
@@ -35,6 +36,9 @@ typedef struct lum_text_line {
     size_t line_bytes;                /**< of those */
     lum_text_memory azimuth;          /**< of the row before */
     lum_text_memory elevation;        /**< of the row before */
+    const char *tail;  /**< what each row has behind the edge, its newline
+                            included, with room for a copy of LUM_TAIL_COPY */
+    size_t tail_bytes; /**< of those; 0: the newline alone */
 } lum_text_line;
 
 /** How rows of a format differ. */
@@ -71,6 +75,7 @@ static inline void lum_text_line_begin(lum_text_line *text,
     p = lum_put_u64(p, line->line);
     *p++ = separator;
     text->line_bytes = (size_t)(p - text->line);
+    text->tail_bytes = 0;
 }
 
 /** Begin rows at a place that the rows before need not be at. */
@@ -157,7 +162,10 @@ LUM_ALWAYS_INLINE char *lum_put_text_row(char *p, lum_text_line *text,
     p = lum_put_return(p, s, separator);
     p[0] = s->edge != 0 ? '1' : '0';
     p[1] = '\n';
-    return p + 2;
+    return text->tail_bytes == 0
+               ? p + 2
+               : lum_put_shared(p + 1, text->tail, text->tail_bytes,
+                                LUM_TAIL_COPY);
 }
 
 #endif

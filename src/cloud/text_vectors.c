@@ -293,6 +293,7 @@ VECTORS char *put_rows(char *p, const lum_text_line *text,
                        const lum_sample *samples, size_t n,
                        lum_text_style style, size_t *done)
 {
+    const size_t tail_bytes = text->tail_bytes;
     struct numbers block[BLOCK];
     size_t count = BLOCK;
     size_t i = 0;
@@ -301,6 +302,10 @@ VECTORS char *put_rows(char *p, const lum_text_line *text,
         for (size_t k = 0; k < count; k++) {
             p = put_row(p, text, &block[k], style);
             p = put_return(p, return_of(&samples[i + k]), style.separator);
+            if (tail_bytes != 0) {
+                p = lum_put_shared(p - 1, text->tail, tail_bytes,
+                                   LUM_TAIL_COPY);
+            }
         }
         i += count;
     }

@@ -7,6 +7,7 @@
 #include "formats.h"
 #include "presets.h"
 #include "sink.h"
+#include "text_columns.h"
 
 /** What a writer is for. */
 typedef enum lum_writer_use {
@@ -26,7 +27,7 @@ struct lum_writer {
     lum_column_list columns;    /**< of the file */
     lum_extras extras;          /**< columns of the caller's own */
     bool has_chosen;            /**< whether other columns than the format's
-                                     are asked for */
+                                     are asked for, extras behind them aside */
     const lum_preset *preset;   /**< of points; NULL: columns are */
     bool has_rows;              /**< organised: rows are known */
     uint32_t rows;              /**< organised: lines to come in all */
@@ -51,6 +52,21 @@ LUM_MUST_CHECK int lum_writer_put(lum_writer *writer,
                                   const lum_line_samples *line, size_t room,
                                   lum_put_rows *put, void *context,
                                   lum_error *error);
+
+/** A line's columns as text, and those of the caller's own. */
+typedef struct lum_writer_text {
+    lum_text_line line;                         /**< what rows share */
+    char tail[LUM_EXTRAS_ROOM + LUM_TAIL_COPY]; /**< as lum_text_line.tail */
+} lum_writer_text;
+
+/** Begin a line of the format's columns, with the extras behind them.
+ * @return false if other columns are asked for, or extras differ from row to
+ *         row: lum_writer_put_chosen() writes such lines, more slowly. */
+bool lum_writer_text_begin(lum_writer_text *out, const lum_writer *writer,
+                           const lum_line_samples *line, char separator);
+
+/** Bytes that a row of lum_writer_text may take. */
+#define LUM_WRITER_TEXT_ROOM (LUM_TEXT_ROW_ROOM + LUM_EXTRAS_ROOM)
 
 /** Put a line's rows into the sink, of columns that were asked for. */
 LUM_MUST_CHECK int lum_writer_put_chosen(lum_writer *writer,

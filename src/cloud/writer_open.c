@@ -71,7 +71,6 @@ static int choose_columns(lum_writer *writer, const char *path,
     writer->options.extra = NULL;
     if (names == NULL) {
         writer->columns = own != NULL ? *own : (lum_column_list){0};
-        writer->has_chosen = own != NULL && writer->extras.count > 0;
         lum_column_list_append(&writer->columns, &writer->extras);
         return 0;
     }

@@ -71,6 +71,24 @@ lum_file_column_spec lum_writer_column(const lum_writer *writer, unsigned i)
                                   type->pcd, type->bytes, true};
 }
 
+bool lum_writer_text_begin(lum_writer_text *out, const lum_writer *writer,
+                           const lum_line_samples *line, char separator)
+{
+    const lum_extras *extras = &writer->extras;
+    if (writer->has_chosen ||
+        !lum_extras_are_same(extras, line->extra, line->count)) {
+        return false;
+    }
+    lum_text_line_begin(&out->line, line, separator);
+    if (extras->count > 0) {
+        char *end = lum_extras_print(out->tail, extras, line->extra, separator);
+        *end = '\n';
+        out->line.tail = out->tail;
+        out->line.tail_bytes = (size_t)(end - out->tail) + 1u;
+    }
+    return true;
+}
+
 int lum_writer_put_chosen(lum_writer *writer, const lum_line_samples *line,
                           bool is_text, char separator, lum_error *error)
 {

@@ -12,6 +12,8 @@
 #include "lum/cloud/writer.h"
 
 #include <errno.h>
+#include <locale.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -89,13 +91,14 @@ static lum_writer_options options_of(lum_format format, size_t count)
 }
 
 /* The file, a NUL behind it; removed. */
-static char *write_with(const lum_writer_options *options, size_t *size)
+static char *write_line(const lum_writer_options *options,
+                        const lum_line_samples *samples, size_t *size)
 {
     lum_writer *writer = NULL;
     lum_error error = {""};
     struct stat status;
     assert_int_equal(lum_writer_open(path, options, &writer, &error), 0);
-    assert_int_equal(lum_writer_add(writer, &line, &error), 0);
+    assert_int_equal(lum_writer_add(writer, samples, &error), 0);
     assert_int_equal(lum_writer_close(writer, &error), 0);
     assert_string_equal(error.text, "");
     FILE *file = fopen(path, "r");
@@ -109,6 +112,11 @@ static char *write_with(const lum_writer_options *options, size_t *size)
     fclose(file);
     assert_int_equal(unlink(path), 0);
     return bytes;
+}
+
+static char *write_with(const lum_writer_options *options, size_t *size)
+{
+    return write_line(options, &line, size);
 }
 
 static void csv_has_the_fewest_digits_that_are_exact(void **state)
@@ -141,6 +149,61 @@ static void without_columns_they_stand_behind_those_of_the_format(void **state)
              "2.0000,0.0000,0.0000,0.0000,0.00000,0.00000,0.000,1000,5,0,0,8,"
              "1,0,0,255\n");
     free(got);
+}
+
+/* A program may have set one, and files are the same. */
+static void the_locale_changes_nothing(void **state)
+{
+    static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "de_DE",
+                                        "fr_FR.UTF-8"};
+    bool found = false;
+    for (size_t i = 0; i < sizeof names / sizeof names[0] && !found; i++) {
+        found = setlocale(LC_ALL, names[i]) != NULL;
+    }
+    if (!found) {
+        print_message("no locale with a decimal comma is installed\n");
+    }
+    csv_has_the_fewest_digits_that_are_exact(state);
+    assert_non_null(setlocale(LC_ALL, "C"));
+}
+
+/* As text and as numbers; text of the same values goes another way. */
+static void values_that_are_the_same_are_written_in_every_row(void **state)
+{
+    (void)state;
+    static const struct {
+        lum_format format;
+        const char *end; /* of both rows */
+    } formats[] = {
+        {LUM_FORMAT_CSV,
+         "2,0.1,7\n2.0000,0.0000,0.0000,0.0000,0.00000,0.00000,0.000,1000,5,0,"
+         "0,8,1,0,0,2,0.1,7\n"},
+        {LUM_FORMAT_PLY,
+         "2 0.1 7\n2.0000 0.0000 0.0000 0.000 0.0000 0.00000 0.00000 1000 5 0 "
+         "0 8 1 0 0 2 0.1 7\n"}};
+    static const lum_writer_extra extra[] = {
+        {"a", LUM_NUMBER_U8}, {"h", LUM_NUMBER_F64}, {"u", LUM_NUMBER_U16}};
+    static const uint8_t twos[] = {2, 2};
+    static const double tenths[] = {0.1, 0.1};
+    static const uint16_t mixed[2][2] = {{7, 7}, {7, 8}};
+    for (size_t i = 0; i < 4u; i++) {
+        const void *const own[] = {twos, tenths, mixed[i / 2u]};
+        const lum_writer_options o = {.struct_size = sizeof o,
+                                      .format = formats[i % 2u].format,
+                                      .ascii = true,
+                                      .extra = extra,
+                                      .extra_count = 3};
+        lum_line_samples of = line;
+        char want[160];
+        size_t size;
+        of.extra = own;
+        snprintf(want, sizeof want, "%s", formats[i % 2u].end);
+        want[strlen(want) - 2u] = i < 2u ? '7' : '8';
+        char *got = write_line(&o, &of, &size);
+        assert_true(size > strlen(want));
+        assert_string_equal(got + size - strlen(want), want);
+        free(got);
+    }
 }
 
 /* Where values of the i-th point stand behind what the format has itself. */
@@ -307,6 +370,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(csv_has_the_fewest_digits_that_are_exact),
         cmocka_unit_test(without_columns_they_stand_behind_those_of_the_format),
+        cmocka_unit_test(the_locale_changes_nothing),
+        cmocka_unit_test(values_that_are_the_same_are_written_in_every_row),
         cmocka_unit_test(binary_clouds_have_every_value),
         cmocka_unit_test(las_has_them_as_extra_bytes),
         cmocka_unit_test(messages_have_fields_of_them),
