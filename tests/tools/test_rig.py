@@ -265,12 +265,50 @@ class Rig(unittest.TestCase):
         self.assertIn("- {name: sensor2, address: 10.42.0.37, interface: eth1}", done.stderr)
         self.assertIn("--rig FILE reads all of them", run("lumdump", self.drive).stdout)
 
+    def test_a_sensor_that_names_no_interface_is_none_of_those_that_others_name(self):
+        (self.at / "first.yaml").write_text(RIG.replace(", interface: eth0", ""))
+        self.dump("-q", *FEW, "-o", self.folder / "%s.csv", rig="first.yaml")
+        self.dump("-q", "-o", self.folder / "%s.pcapng", rig="first.yaml")
+        for name in ("front", "left"):
+            self.expect(name, read_csv(self.folder / f"{name}.csv"), POSES[name])
+            self.assertEqual(summary(self.folder / f"{name}.pcapng")["data"], summary(self.alone[name])["data"], name)
+        got = json.loads(self.dump("--json", rig="first.yaml").stdout)
+        self.assertEqual({s["rig_name"]: s.get("interface") for s in got["sensors"]}, {"front": "eth0", "left": "eth1", "rear": None})
+        self.assertEqual(self.dump("--sensor", "left", "-q", *FEW, "-o", self.folder / "a.csv", rig="first.yaml").stderr, "")
+        self.expect("left", read_csv(self.folder / "a.csv"), POSES["left"])
+        self.refuse("--sensor front: left of", "--sensor", "front", "-o", self.folder / "a.csv", rig="first.yaml")
+
+    def test_a_file_that_keeps_no_calibration_says_so(self):
+        self.assertIn("a.pcap: a capture of several sensors has no room for the calibrations and profiles of",
+                      self.dump("-o", self.folder / "a.pcap", rig=self.apart()).stderr)
+        said = self.dump("-o", self.folder / "%s.pcap").stderr
+        self.assertIn("left.pcap: pcap has no room for the calibration that is used", said)
+        self.assertIn("rear.pcap: pcap has no room for the profile that is used", said)
+        self.assertNotIn("front.pcap:", said)
+
+    def apart(self):
+        """A rig of sensors with an address each."""
+        (self.at / "apart.yaml").write_text("".join(line for line in RIG.splitlines(True) if "front" not in line).replace("%eth1", ""))
+        return "apart.yaml"
+
+    def test_rotated_captures_begin_with_a_frame_of_their_sensor(self):
+        self.dump("-q", "--rotate", "1MB", "-o", self.folder / "%s.pcapng")
+        for name in NAMES:
+            files = [self.folder / n for n in self.folder.names() if n.startswith(name)]
+            self.assertGreater(len(files), 1)
+            parts = [summary(f) for f in files]
+            self.assertEqual(sum(p["data"] for p in parts), summary(self.alone[name], *(self.at / a if ".yaml" in a else a for a in OWN[name]))["data"])
+            self.assertEqual([p["frames"] for p in parts], [1] * len(parts))
+
     def test_a_calibration_of_the_capture_is_not_taken(self):
         done = run("lumdump", self.alone["left"], "-q", "--calibration", self.at / "left.yaml", "-o", self.folder / "own.pcapng")
         self.assertEqual(done.returncode, 0, done.stderr)
         (self.at / "bare.yaml").write_text("version: 1\nsensors:\n  - {name: left, address: 10.42.0.37}\n")
         done = self.dump(*FEW, "-o", self.folder / "a.csv", source=self.folder / "own.pcapng", rig="bare.yaml")
         self.assertIn("it has a calibration of its own, which is not used", done.stderr)
+        (self.at / "own.yaml").write_text((self.at / "bare.yaml").read_text().replace("}", ", calibration: left.yaml}"))
+        done = self.dump(*FEW, "-o", self.folder / "c.csv", source=self.folder / "own.pcapng", rig="own.yaml")
+        self.assertNotIn("warning", done.stderr)
         done = run("lumdump", self.alone["left"], "-q", *FEW, "-o", self.folder / "b.csv")
         self.assertEqual([xyz(r) for r in read_csv(self.folder / "a.csv")], [xyz(r) for r in read_csv(self.folder / "b.csv")])
 

@@ -235,7 +235,8 @@ static int record_member(const struct pass *pass, const lum_record *record)
     if (pass->options->is_live) {
         return 0;
     }
-    return rig_member(pass->options->rig, record,
+    return rig_member(pass->options->rig, lum_framer_demux(pass->framer),
+                      record,
                       capture != NULL ? lum_capture_interface(capture) : NULL);
 }
 
@@ -363,7 +364,8 @@ enum pass_result pass_take(struct pass *pass, const lum_record *record,
         return note_ours(pass, record, kind, error);
     }
     if (pass->options->rig != NULL && pass->source.capture != NULL) {
-        rig_others_note(&pass->summary.others, pass->options, record,
+        rig_others_note(&pass->summary.others, pass->options,
+                        lum_framer_demux(pass->framer), record,
                         lum_capture_interface(pass->source.capture));
     }
     return PASS_DONE;

@@ -148,6 +148,28 @@ static int prepare(struct job *job, lum_error *error)
     return 0;
 }
 
+static unsigned flags_of(bool has_calibration, bool has_profile)
+{
+    return (has_calibration ? 1u : 0u) + (has_profile ? 2u : 0u);
+}
+
+/* What packets of an output are read by: 1 a calibration, 2 a profile, 3 both,
+ * of one of the sensors at least.
+ * sensor: as output_options.sensor. */
+static unsigned find_used(const struct job *job, unsigned sensor)
+{
+    const struct geometry *g = &job->geometry;
+    const struct rig *rig = job->options->rig;
+    unsigned what = flags_of(g->has_calibration, g->has_profile);
+    for (size_t i = 0; rig != NULL && i < rig->count; i++) {
+        if (sensor == 0 || sensor == i + 1u) {
+            g = &rig->sensors[i].geometry;
+            what |= flags_of(g->has_calibration, g->has_profile);
+        }
+    }
+    return what;
+}
+
 /* Who has the packets alone would read them by the built-in ones. */
 static void warn_of_pcap(const struct job *job)
 {
@@ -157,10 +179,17 @@ static void warn_of_pcap(const struct job *job)
         ("the calibration and the profile that are used: write pcapng to keep "
          "them")};
     const struct options *o = job->options;
-    const unsigned what = (job->geometry.has_calibration ? 1u : 0u) +
-                          (job->geometry.has_profile ? 2u : 0u);
-    for (size_t i = 0; i < o->output_count && what > 0; i++) {
-        if (o->outputs[i].format == FORMAT_PCAP) {
+    for (size_t i = 0; i < o->output_count; i++) {
+        const unsigned what = find_used(job, o->outputs[i].sensor);
+        const bool is_pcap = o->outputs[i].format == FORMAT_PCAP;
+        if (what > 0 && o->rig != NULL && o->rig->count > 1 &&
+            o->outputs[i].sensor == 0 && options_is_recording(o, i)) {
+            conclude_warn(o,
+                          "%s: a capture of several sensors has no room for "
+                          "the calibrations and profiles of %s: read it by "
+                          "that again, or put %%s into its name",
+                          o->outputs[i].name, o->rig->path);
+        } else if (what > 0 && is_pcap) {
             conclude_warn(o, "%s: pcap has no room for %s", o->outputs[i].name,
                           lost[what - 1u]);
         }
@@ -177,10 +206,25 @@ static enum exit_status run_live(struct job *job)
     return live_run(&job->pass);
 }
 
+/* What the rig names not for every sensor, as in find_used(). */
+static unsigned find_left_out(const struct rig *rig)
+{
+    unsigned what = 0;
+    for (size_t i = 0; i < rig->count; i++) {
+        const lum_rig_sensor_files *files =
+            &rig->files.sensor[rig->sensors[i].place];
+        what |= flags_of(files->calibration_path[0] == '\0',
+                         files->profile_path[0] == '\0');
+    }
+    return what;
+}
+
 /* A rig says which calibration each sensor has: that of the capture, which
  * could be any one's, is not taken. */
 static void take_about(struct job *job)
 {
+    static const char *const kinds[] = {"calibration", "profile",
+                                        "calibration and a profile"};
     const lum_capture *capture = job->pass.source.capture;
     const struct rig *rig = job->options->rig;
     if (rig == NULL) {
@@ -192,13 +236,13 @@ static void take_about(struct job *job)
     provenance_take(capture, &its, &job->source);
     job->source.takes_calibration = false;
     job->source.takes_profile = false;
-    if (its.has_calibration || its.has_profile) {
+    const unsigned lacks =
+        flags_of(its.has_calibration, its.has_profile) & find_left_out(rig);
+    if (lacks > 0) {
         conclude_warn(job->options,
-                      "%s: it has a %s of its own, which is not used: %s names "
-                      "those of each sensor, or the built-in ones are used",
-                      job->options->source,
-                      its.has_calibration ? "calibration" : "profile",
-                      rig->path);
+                      "%s: it has a %s of its own, which is not used: a sensor "
+                      "that %s names none for is read by the built-in one",
+                      job->options->source, kinds[lacks - 1u], rig->path);
     }
 }
 

@@ -111,8 +111,28 @@ static void list_names(const lum_rig *rig, char *out, size_t room)
     }
 }
 
+/* A sensor that is read alone is found by its own values. A live one is
+ * reached by its address. */
+static int check_alone(const struct rig *rig, bool is_live, lum_error *error)
+{
+    const lum_rig *all = &rig->files.rig;
+    const lum_rig_sensor *of = rig->sensors[0].of;
+    for (size_t i = 0; i < all->count && !is_live; i++) {
+        if (&all->sensor[i] != of && all->sensor[i].address == of->address &&
+            of->interface[0] == '\0') {
+            return lum_error_set(
+                error,
+                "--sensor %s: %s of %s has its address too, so "
+                "name the interface of %s there as well",
+                of->name, all->sensor[i].name, rig->path, of->name);
+        }
+    }
+    return 0;
+}
+
 /* Those that are read: one, or all. */
-static int choose(struct rig *rig, const char *name, lum_error *error)
+static int choose(struct rig *rig, const char *name, bool is_live,
+                  lum_error *error)
 {
     const lum_rig *all = &rig->files.rig;
     char names[LUM_RIG_SENSORS_MAX * (LUM_RIG_NAME_BYTES + 2u)];
@@ -124,7 +144,7 @@ static int choose(struct rig *rig, const char *name, lum_error *error)
         }
     }
     if (rig->count > 0) {
-        return 0;
+        return name != NULL ? check_alone(rig, is_live, error) : 0;
     }
     list_names(all, names, sizeof names);
     return lum_error_set(error,
@@ -190,7 +210,8 @@ int rig_open(struct options *o, struct rig **out, lum_error *error)
     *out = rig;
     rig->path = o->config.rig;
     if (geometry_read_rig(rig->path, &rig->files, error) != 0 ||
-        choose(rig, o->sensor.is_chosen ? o->sensor.text : NULL, error) != 0 ||
+        choose(rig, o->sensor.is_chosen ? o->sensor.text : NULL, o->is_live,
+               error) != 0 ||
         (o->is_live && choose_live(rig, o, error) != 0)) {
         return -1;
     }
@@ -440,21 +461,33 @@ int rig_prepare(struct rig *rig, const struct options *o,
 
 /* --- Asking --- */
 
-static bool is_there(const lum_rig_sensor *of, const char *interface)
+const lum_rig_sensor *rig_find(const struct rig *rig, uint32_t address,
+                               const char *interface)
 {
-    return of->interface[0] == '\0' ||
-           (interface != NULL && strcmp(of->interface, interface) == 0);
+    const lum_rig *all = &rig->files.rig;
+    const lum_rig_sensor *found = NULL;
+    for (size_t i = 0; i < all->count; i++) {
+        const lum_rig_sensor *of = &all->sensor[i];
+        const bool names_it =
+            interface != NULL && strcmp(of->interface, interface) == 0;
+        if (of->address == address && (names_it || of->interface[0] == '\0') &&
+            (found == NULL || names_it)) {
+            found = of;
+        }
+    }
+    return found;
 }
 
-int rig_member(const struct rig *rig, const lum_record *record,
-               const char *interface)
+int rig_member(const struct rig *rig, const lum_demux *demux,
+               const lum_record *record, const char *interface)
 {
+    const lum_rig_sensor *from = rig_find(rig, record->source, interface);
+    const lum_rig_sensor *of =
+        from != NULL ? from : rig_find(rig, record->destination, interface);
+    const bool is_certain = of != NULL && of->interface[0] != '\0';
     for (size_t i = 0; i < rig->count; i++) {
-        const lum_rig_sensor *of = rig->sensors[i].of;
-        const bool is_its =
-            record->source == of->address || record->destination == of->address;
-        if (is_its && is_there(of, interface)) {
-            return (int)i;
+        if (rig->sensors[i].of == of) {
+            return is_certain || lum_demux_is_wanted(demux) ? (int)i : -1;
         }
     }
     return -1;

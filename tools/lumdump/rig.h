@@ -60,10 +60,16 @@ int rig_prepare(struct rig *rig, const struct options *options,
                 const struct provenance_run *points,
                 const struct provenance_run *packets, lum_error *error);
 
-/* The member that a record of this interface is of; NULL: its interface is not
- * known. -1: none. */
-int rig_member(const struct rig *rig, const lum_record *record,
-               const char *interface);
+/* The sensor of the file that an address on an interface is: the one that
+ * names it, or else one that names none. interface: NULL: it is not known.
+ * Returns NULL if it is none. */
+const lum_rig_sensor *rig_find(const struct rig *rig, uint32_t address,
+                               const char *interface);
+
+/* The member that a record of this interface is of, which the demux was given
+ * last. -1: none. */
+int rig_member(const struct rig *rig, const lum_demux *demux,
+               const lum_record *record, const char *interface);
 
 /* The member that the i-th sensor of the framer is; -1: none. */
 int rig_member_of(const struct rig *rig, const lum_framer *framer, size_t i);

@@ -13,17 +13,13 @@ const char *rig_name_of(const struct rig *rig, const lum_framer *framer,
                         size_t i)
 {
     const lum_demux *demux = lum_framer_demux(framer);
-    const lum_rig *all = &rig->files.rig;
-    const char *interface = lum_demux_interface(demux, i);
-    for (size_t k = 0; k < all->count; k++) {
-        const lum_rig_sensor *of = &all->sensor[k];
-        if (of->address == lum_demux_address(demux, i) &&
-            (of->interface[0] == '\0' ||
-             (interface != NULL && strcmp(of->interface, interface) == 0))) {
-            return of->name;
-        }
-    }
-    return NULL;
+    const int member = rig_member_of(rig, framer, i);
+    const lum_rig_sensor *of = member >= 0 ? rig->sensors[member].of
+                               : rig->is_one
+                                   ? rig_find(rig, lum_demux_address(demux, i),
+                                              lum_demux_interface(demux, i))
+                                   : NULL;
+    return of != NULL ? of->name : NULL;
 }
 
 bool rig_has_data(const struct rig *rig, const lum_framer *framer, size_t k)
@@ -131,12 +127,13 @@ static struct rig_other *find(struct rig_others *others, uint32_t address,
 }
 
 void rig_others_note(struct rig_others *others, const struct options *options,
-                     const lum_record *record, const char *interface)
+                     const lum_demux *demux, const lum_record *record,
+                     const char *interface)
 {
     const uint16_t port =
         options->sensor.port != 0 ? options->sensor.port : LUM_PORT;
     if (record->kind != LUM_RECORD_DATAGRAM || record->source_port != port ||
-        rig_member(options->rig, record, interface) >= 0) {
+        rig_member(options->rig, demux, record, interface) >= 0) {
         return;
     }
     struct rig_other *other =

@@ -34,7 +34,8 @@ const char *rig_line_for(const lum_framer *framer, size_t i,
 /* Note a record that is of no sensor of the rig, if it is one of a sensor: of
  * their port. interface: NULL: not known. */
 void rig_others_note(struct rig_others *others, const struct options *options,
-                     const lum_record *record, const char *interface);
+                     const lum_demux *demux, const lum_record *record,
+                     const char *interface);
 
 /* How many came of the framer's i-th sensor. */
 uint64_t rig_others_packets(const struct rig_others *others,
