@@ -424,7 +424,7 @@ class Outputs(Case):
 
     def test_patterns_that_are_none_are_refused(self):
         source = self.capture()
-        for name in "f-%s.csv", "f-%d-%d.csv", "f-%.csv":
+        for name in "f-%5s.csv", "f-%d-%d.csv", "f-%.csv":
             self.refused(2, source, "-o", self.folder / name, message="%04d")
         self.refused(2, source, "-o", self.folder / "f-%d.pcap", message="name one file")
 

@@ -132,6 +132,13 @@ class Rig(unittest.TestCase):
         self.assertEqual({row["sensor"] for row in want}, {"0", "1", "2"})
         self.assertEqual(read_csv(self.folder / "box.csv"), want)
 
+    def test_what_the_rig_reads_is_not_overwritten(self):
+        for name, what in (("rig.yaml", "the rig"), ("left.yaml", "a calibration of the rig"), ("rear.yaml", "a profile of the rig")):
+            kept = (self.at / name).read_bytes()
+            self.refuse(f"{name} is {what}, which this run reads", "--format", "csv", "-o", self.at / name)
+            self.assertEqual((self.at / name).read_bytes(), kept)
+        self.refuse("standard input can be read only once: --rig and the source", source="-", rig="/dev/stdin")
+
     def test_one_sensor_by_its_name(self):
         self.dump("-q", *FEW, "--sensor", "left", "-o", self.folder / "a.csv")
         rows = read_csv(self.folder / "a.csv")
@@ -255,6 +262,9 @@ class Rig(unittest.TestCase):
         (self.at / "none.yaml").write_text("version: 1\nsensors:\n  - {name: top, address: 10.42.0.40}\n")
         done = self.dump("-o", self.folder / "a.csv", status=1, rig="none.yaml")
         self.assertIn("no data of top (10.42.0.40) in it", done.stderr)
+        (self.at / "none.yaml").write_text("version: 1\nsensors:\n  - {name: front, address: 10.42.0.37%eth0}\n")
+        done = self.dump("-o", self.folder / "a.csv", status=1, source=self.alone["front"], rig="none.yaml")  # a pcap file
+        self.assertIn("on which interface is not known: record with", done.stderr)
         self.assertEqual(self.folder.names(), [])
 
     def test_without_a_rig_it_says_what_one_would_do(self):

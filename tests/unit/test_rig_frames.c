@@ -581,6 +581,89 @@ static void an_index_of_other_members_is_not_used(void **state)
     (void)remove(index_path);
 }
 
+#define POSES 20u
+
+/* A vehicle that drives and turns, 0.1 s a pose; of it, or of a sensor on it.
+ */
+static lum_poses *drive_of(const lum_pose *sensor)
+{
+    const double turn[] = {0.6, -0.8, 0.5, 1};
+    int64_t times_ns[POSES];
+    lum_pose poses[POSES];
+    lum_poses *out = NULL;
+    lum_error error = {""};
+    for (size_t i = 0; i < POSES; i++) {
+        const double at[3] = {2.0 * (double)i, 30.0, 0.1 * (double)i};
+        times_ns[i] = BEGIN_NS + ((int64_t)i - 5) * 100000000;
+        poses[i] = lum_pose_of_angles(at, turn[i % 4u], turn[(i + 1u) % 4u],
+                                      4.0 * (double)i);
+        poses[i] = lum_pose_compose(&poses[i], sensor);
+    }
+    if (lum_poses_new(times_ns, poses, POSES, NULL, &out, &error) != 0) {
+        fail_msg("%s", error.text);
+    }
+    return out;
+}
+
+struct moved {
+    size_t count;
+    float *at[3];
+};
+
+static struct moved move(const lum_frame *frame, const lum_pose *sensor)
+{
+    lum_poses *poses = drive_of(sensor);
+    const lum_move_options options = {
+        .struct_size = sizeof options, .poses = poses, .to = LUM_MOVE_TO_WORLD};
+    lum_move_counts counts = {0};
+    lum_error error = {""};
+    struct moved out = {.count = lum_frame_count(frame)};
+    for (unsigned k = 0; k < 3; k++) {
+        out.at[k] = malloc(out.count * sizeof *out.at[k]);
+        assert_non_null(out.at[k]);
+    }
+    if (lum_frame_move(frame, &options, out.at[0], out.at[1], out.at[2],
+                       &counts, &error) != 0) {
+        fail_msg("%s", error.text);
+    }
+    assert_int_equal(counts.points, out.count);
+    assert_int_equal(lum_move_counts_without(&counts), 0);
+    lum_poses_free(poses);
+    return out;
+}
+
+/* Poses of the vehicle move what is placed as those of the sensor move what is
+ * not. */
+static void placed_points_are_moved_by_the_vehicle(void **state)
+{
+    struct rig rig = rig_of(false);
+    struct bytes b = make_capture(&rig);
+    const lum_pose still = lum_pose_identity();
+    (void)state;
+    for (size_t i = 0; i < MEMBERS; i++) {
+        lum_reader *joined = open_rig(&rig, &b, 1);
+        lum_reader *own = open_own(&rig, i, &b);
+        const struct moved alone = move(next(own), &rig.poses[i]);
+        const lum_frame *frame = next(joined);
+        while (info_of(frame).member != i + 1u) {
+            frame = next(joined);
+        }
+        const struct moved placed = move(frame, &still);
+        assert_true(alone.count > 1000 && alone.count == placed.count);
+        for (unsigned k = 0; k < 3; k++) {
+            for (size_t p = 0; p < alone.count; p++) {
+                const double a = (double)alone.at[k][p];
+                assert_true(fabs(a - (double)placed.at[k][p]) < 3e-4);
+            }
+            free(alone.at[k]);
+            free(placed.at[k]);
+        }
+        lum_reader_close(own);
+        lum_reader_close(joined);
+    }
+    free(b.at);
+}
+
 static void a_picture_is_seen_from_the_sensor(void **state)
 {
     struct rig rig = rig_of(false);
@@ -683,6 +766,7 @@ int main(void)
             one_without_an_interface_is_the_first_that_no_other_names),
         cmocka_unit_test(a_frame_that_is_sought_is_the_same),
         cmocka_unit_test(an_index_of_other_members_is_not_used),
+        cmocka_unit_test(placed_points_are_moved_by_the_vehicle),
         cmocka_unit_test(a_picture_is_seen_from_the_sensor),
         cmocka_unit_test(what_does_not_go_together_is_refused),
     };

@@ -115,6 +115,8 @@ static bool lacks_rig(const struct pass *pass)
 static enum exit_status refuse_rig(const struct pass *pass)
 {
     char text[RIG_TEXT_BYTES];
+    conclude_remarks(pass->options, pass->source.capture,
+                     lum_framer_demux(pass->framer));
     (void)rig_tell_missing(pass->options->rig, pass->framer, text);
     (void)fprintf(stderr, "lumdump: %s: %s\n", pass->options->source, text);
     return EXIT_FAILED;

@@ -1,5 +1,6 @@
 #include "rig.h"
 
+#include "../common/input_files.h"
 #include "../common/number.h"
 #include "../common/rig.h"
 #include "base/system.h"
@@ -197,6 +198,18 @@ static void ask_for_one(const struct rig *rig, bool is_live,
     }
 }
 
+/* It is read before the others. */
+static int check_standard_input(const struct options *o, lum_error *error)
+{
+    const struct input_file inputs[] = {
+        {o->config.rig, "--rig"},
+        {o->points.motion.poses, "--poses"},
+        {o->points.motion.times, "--pose-times"},
+        {sources_find_stdin(&o->sources), "the source"}};
+    return input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
+                                  error);
+}
+
 int rig_open(struct options *o, struct rig **out, lum_error *error)
 {
     *out = NULL;
@@ -209,7 +222,8 @@ int rig_open(struct options *o, struct rig **out, lum_error *error)
     }
     *out = rig;
     rig->path = o->config.rig;
-    if (geometry_read_rig(rig->path, &rig->files, error) != 0 ||
+    if (check_standard_input(o, error) != 0 ||
+        geometry_read_rig(rig->path, &rig->files, error) != 0 ||
         choose(rig, o->sensor.is_chosen ? o->sensor.text : NULL, o->is_live,
                error) != 0 ||
         (o->is_live && choose_live(rig, o, error) != 0)) {

@@ -6,19 +6,44 @@
 #include "../common/input_files.h"
 #include "base/system.h"
 #include "numbered.h"
+#include "rig.h"
 
 #include <string.h>
+
+#define INPUTS_MAX (5u + 2u * LUM_RIG_SENSORS_MAX)
+
+/* What the run reads beside its sources; a path may be NULL. */
+static size_t list_inputs(const struct options *o,
+                          struct input_file out[INPUTS_MAX])
+{
+    const struct input_file inputs[] = {
+        {o->config.calibration, "the calibration"},
+        {o->config.profile, "the profile"},
+        {o->points.motion.poses, "the file of poses"},
+        {o->points.motion.times, "the file of the poses' times"},
+        {o->config.rig, "the rig"}};
+    size_t n = sizeof inputs / sizeof inputs[0];
+    memcpy(out, inputs, sizeof inputs);
+    for (size_t i = 0; o->rig != NULL && i < o->rig->files.rig.count; i++) {
+        const lum_rig_sensor_files *of = &o->rig->files.sensor[i];
+        if (of->calibration_path[0] != '\0') {
+            out[n++] = (struct input_file){of->calibration_path,
+                                           "a calibration of the rig"};
+        }
+        if (of->profile_path[0] != '\0') {
+            out[n++] =
+                (struct input_file){of->profile_path, "a profile of the rig"};
+        }
+    }
+    return n;
+}
 
 int targets_check_inputs(const struct options *options, const char *name,
                          lum_error *error)
 {
-    const struct input_file inputs[] = {
-        {options->config.calibration, "the calibration"},
-        {options->config.profile, "the profile"},
-        {options->points.motion.poses, "the file of poses"},
-        {options->points.motion.times, "the file of the poses' times"}};
-    return sources_check(&options->sources, inputs,
-                         sizeof inputs / sizeof inputs[0], name, error);
+    struct input_file inputs[INPUTS_MAX];
+    const size_t count = list_inputs(options, inputs);
+    return sources_check(&options->sources, inputs, count, name, error);
 }
 
 /* Once more with the poses. */
@@ -160,11 +185,10 @@ static int check_all_numbered(const struct options *options, size_t i,
             return -1;
         }
     }
-    const char *const inputs[] = {
-        options->config.calibration, options->config.profile,
-        options->points.motion.poses, options->points.motion.times};
-    for (size_t k = 0; k < sizeof inputs / sizeof inputs[0]; k++) {
-        if (check_numbered(options, i, inputs[k], error) != 0) {
+    struct input_file inputs[INPUTS_MAX];
+    const size_t count = list_inputs(options, inputs);
+    for (size_t k = 0; k < count; k++) {
+        if (check_numbered(options, i, inputs[k].path, error) != 0) {
             return -1;
         }
     }
