@@ -141,7 +141,7 @@ LUM_MUST_CHECK int lum_reader_seek_frame(lum_reader *reader, uint64_t frame,
 /** Go to the frame of a sensor that has a number, or to its first with a higher
  * one; as lum_reader_seek_frame().
  * @param sensor its address, host order; of several with one address the first
- *               is meant.
+ *               is meant; to reach another, seek a time.
  * @param number 0 to 2^32 - 1. */
 LUM_MUST_CHECK int lum_reader_seek_number(lum_reader *reader, uint32_t sensor,
                                           int64_t number, lum_error *error);
