@@ -185,6 +185,24 @@ class Recording(Case):
         self.assertEqual(self.folder.names(), sorted([n.name for n in names] + ["sim.log", "stdout"]))
 
 
+    def test_of_a_rig_it_is_the_sensor_that_is_chosen(self):
+        self.simulator()
+        rig = self.folder.write("rig.yaml", f"version: 1\nsensors:\n  - {{name: right, address: {self.address}}}\n"
+                                f"  - {{name: left, address: {self.address}, interface: lo, pose: {{x_m: 900}}}}\n")
+        with open(self.folder / "said.json", "wb") as out:
+            p = self.start("--laser", "--rig", rig, "--sensor", "left", "--json", "-o", self.folder / "a.csv", "-o", self.folder / "%s.pcap",
+                           stdout=out)
+        self.wait_for_points("a.csv", "left.pcap")
+        p.send_signal(signal.SIGINT)
+        said = self.end(p)
+        self.assertEqual(p.returncode, 0, said)
+        got = json.loads((self.folder / "said.json").read_text())
+        self.assertEqual([s["rig_name"] for s in got["sensors"]], ["left"])
+        self.assertEqual(got["rig"] | {"file": ""}, {"file": "", "missing": [], "unnamed": []})
+        self.assertEqual(count_rows(self.folder / "a.csv"), summary(self.folder / "left.pcap")["points"])
+        self.assertGreater(float((self.folder / "a.csv").read_text().split("\n")[1].split(",")[0]), 600)
+
+
 class Rotation(Case):
     def files(self, stem, ending):
         names = [n for n in self.folder.names() if n.startswith(stem + "-") and n.endswith(ending)]
