@@ -88,6 +88,12 @@ class Pipe(unittest.TestCase):
             self.assertIn(name, data)
         self.assertNotIn(b"left", data)
 
+    def test_what_a_rig_has_already_is_refused(self):
+        rig = self.folder.write("rig.yaml", f"version: 1\nsensors:\n  - {{name: front, address: {self.address}}}\n")
+        p = self.start(f"rig={rig}", f"calibration={rig}")
+        self.assertNotEqual(p.wait(PATIENCE_S), 0)
+        self.assertIn("--calibration does not go with --rig", str(p.stderr.read()))
+
     def test_a_reader_that_dies_ends_it(self):
         p = self.start()
         self.until_clouds()
