@@ -3,6 +3,7 @@
 #include "packet_cut.h"
 
 #include "core/field.h"
+#include "lum/clock.h"
 
 static const lum_field *clock_of(const lum_layout *layout)
 {
@@ -43,11 +44,60 @@ bool lum_cut_keeps_head(const lum_layout *to, const lum_layout *from)
 uint64_t lum_cut_ticks(const lum_layout *layout, int64_t clock_us)
 {
     const int64_t unit = layout->profile.clock_unit_ns;
-    const int64_t whole = clock_us / unit * 1000;
     const int64_t rest = clock_us % unit * 1000; /* below 1e12 */
-    const int64_t up = unit <= 1000 && rest > 0 && rest % unit != 0 ? 1 : 0;
-    const int64_t down = unit > 1000 && rest < 0 && rest % unit != 0 ? 1 : 0;
-    return (uint64_t)(whole + rest / unit + up - down);
+    const uint64_t whole = (uint64_t)(clock_us / unit) * 1000u;
+    const uint64_t up = rest > 0 && rest % unit != 0 ? 1u : 0u;
+    const uint64_t ticks = whole + (uint64_t)(rest / unit) + up;
+    const bool is_after =
+        unit > 1000 && lum_clock_us(ticks, (uint32_t)unit) > clock_us;
+    return is_after ? ticks - 1u : ticks;
+}
+
+/* Half a round of the clock; 0: nothing reaches it. */
+static uint64_t half_us(const lum_layout *layout)
+{
+    const uint64_t unit = layout->profile.clock_unit_ns;
+    const unsigned bits = clock_bits(clock_of(layout));
+    const uint64_t half = bits > 0 ? UINT64_C(1) << (bits - 1u) : 0;
+    if (bits <= 32u) {
+        return half * unit / 1000u;
+    }
+    return half / 1000u <= UINT64_MAX / unit ? half / 1000u * unit : 0;
+}
+
+uint64_t lum_cut_extend(const lum_layout *layout, uint64_t near_ticks,
+                        uint64_t clock_raw)
+{
+    const unsigned bits = clock_bits(clock_of(layout));
+    return bits > 0 ? lum_clock_extend(near_ticks, clock_raw, bits) : 0;
+}
+
+/* How far a packet's clock is behind the line's: 0 if they are the same. */
+static uint64_t clock_delta(const lum_layout *layout, int64_t clock_us,
+                            uint64_t clock_raw)
+{
+    const uint64_t low = lum_cut_ticks(layout, clock_us);
+    const uint64_t ticks = lum_cut_extend(layout, low, clock_raw);
+    const bool is_same =
+        clock_bits(clock_of(layout)) == 0 ||
+        lum_clock_us(ticks, layout->profile.clock_unit_ns) == clock_us;
+    return is_same ? 0 : low - ticks;
+}
+
+void lum_cut_move(lum_cut *cut, const lum_layout *to, const lum_raw_line *line)
+{
+    if (cut->is_anew || cut->count == 0) {
+        return;
+    }
+    const lum_raw_packet first = cut->packets[0].head;
+    const uint64_t ticks = clock_delta(line->layout != NULL ? line->layout : to,
+                                       line->clock_us, first.clock_raw);
+    const uint64_t ns = (uint64_t)line->arrival_ns - (uint64_t)first.arrival_ns;
+    for (size_t i = 0; i < cut->count; i++) {
+        lum_raw_packet *p = &cut->packets[i].head;
+        p->clock_raw += ticks;
+        p->arrival_ns = (int64_t)((uint64_t)p->arrival_ns + ns);
+    }
 }
 
 /* Readers take the clock for the nearest one that fits its bits. */
@@ -65,30 +115,33 @@ int lum_cut_check_clock(const lum_layout *layout, const lum_raw_line *line,
             "timestamp is none",
             (unsigned long)line->number, lum_cut_eye(line->eye));
     }
-    if (bits == 0 || bits > 40u || before_us == NULL ||
+    const uint64_t half = half_us(layout);
+    if (half == 0 || before_us == NULL ||
         (line->packet_count > 0 && is_same_clock(layout, line->layout))) {
         return 0;
     }
-    const int64_t half =
-        (INT64_C(1) << (bits - 1u)) * layout->profile.clock_unit_ns / 1000;
-    const int64_t step = line->clock_us - *before_us;
-    if (step < half && step > -half) {
+    const bool is_up = line->clock_us > *before_us;
+    const uint64_t step = is_up
+                              ? (uint64_t)line->clock_us - (uint64_t)*before_us
+                              : (uint64_t)*before_us - (uint64_t)line->clock_us;
+    if (step < half) {
         return 0;
     }
     return lum_error_set(
         error,
-        "line %lu of the %s eye: its clock is %lld us from that "
+        "line %lu of the %s eye: its clock is %llu us from that "
         "of the line before it; the profile's clock of %u bits "
-        "tells less than %lld us",
-        (unsigned long)line->number, lum_cut_eye(line->eye), (long long)step,
-        bits, (long long)half);
+        "tells less than %llu us",
+        (unsigned long)line->number, lum_cut_eye(line->eye),
+        (unsigned long long)step, bits, (unsigned long long)half);
 }
 
-int lum_cut_check_time(const lum_raw_line *line, lum_error *error)
+int lum_cut_check_time(const lum_cut *cut, const lum_raw_line *line,
+                       lum_error *error)
 {
     int64_t low = line->arrival_ns;
-    for (size_t i = 0; i < line->packet_count; i++) {
-        const int64_t ns = line->packets[i].arrival_ns;
+    for (size_t i = 0; i < cut->count; i++) {
+        const int64_t ns = cut->packets[i].head.arrival_ns;
         low = ns < low ? ns : low;
     }
     return low >= 0

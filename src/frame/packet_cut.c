@@ -2,17 +2,14 @@
  * as the sensor does it. */
 #include "packet_cut.h"
 
+#include "core/cuts.h"
 #include "core/field.h"
 #include "lum/wire.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#define USUAL_BYTES   1472u /* the payload of an Ethernet frame */
-#define PAYLOAD_BYTES 65507u
-
-/* As a sensor cuts the angles of a line. */
-static const uint32_t angle_cuts[] = {334, 334, 332};
+#define USUAL_BYTES 1472u /* the payload of an Ethernet frame */
 
 /* Stands for a word that was skipped when the line was read. */
 #define BAD_WORD LUM_WORD_ZERO
@@ -166,7 +163,7 @@ static bool fits(lum_cut *cut, const lum_layout *layout,
         lum_cut_packet *p = &cut->packets[i];
         const bool is_possible =
             p->head.num_samples > 0 &&
-            p->head.num_samples <= room_of(layout, PAYLOAD_BYTES) &&
+            p->head.num_samples <= room_of(layout, LUM_CUT_BYTES_MAX) &&
             (p->head.tag == LUM_TAG_ANGLES   ? takes_angles(p, left)
              : p->head.tag == LUM_TAG_RANGES ? takes_words(p, line, &words)
                                              : false);
@@ -232,30 +229,13 @@ static bool cut_angles(lum_cut *cut, const lum_raw_line *line, uint32_t begin,
     return true;
 }
 
-/* Where a packet ends that begins with a word: before the first pixel whose
- * words do not all fit, or behind its first pixel. */
-static size_t end_of(const lum_raw_line *line, size_t begin, size_t room)
-{
-    size_t end = begin;
-    for (size_t i = begin; i < line->word_count; i++) {
-        const bool is_end =
-            i + 1u == line->word_count || lum_word_pixel(line->words[i + 1u]) !=
-                                              lum_word_pixel(line->words[i]);
-        if (i - begin >= room && end > begin) {
-            break;
-        }
-        end = is_end ? i + 1u : end;
-    }
-    return end;
-}
-
-static int cut_words(lum_cut *cut, const lum_layout *layout,
+static int add_words(lum_cut *cut, const lum_layout *layout,
                      const lum_raw_line *line, lum_error *error)
 {
     const size_t usual = room_of(layout, USUAL_BYTES);
     for (size_t at = 0; at < line->word_count;) {
-        const size_t end = end_of(line, at, usual);
-        if (end - at > room_of(layout, PAYLOAD_BYTES)) {
+        const size_t end = cut_words(line->words, line->word_count, at, usual);
+        if (end - at > room_of(layout, LUM_CUT_BYTES_MAX)) {
             return lum_error_set(
                 error,
                 "line %lu of the %s eye: pixel %lu has %zu words; a packet "
@@ -263,7 +243,7 @@ static int cut_words(lum_cut *cut, const lum_layout *layout,
                 "at most %zu, and a pixel does not cross packets",
                 (unsigned long)line->number, lum_cut_eye(line->eye),
                 (unsigned long)lum_word_pixel(line->words[at]), end - at,
-                room_of(layout, PAYLOAD_BYTES));
+                room_of(layout, LUM_CUT_BYTES_MAX));
         }
         if (add_new(cut, line, LUM_TAG_RANGES, (uint32_t)at,
                     (uint32_t)(end - at)) == NULL) {
@@ -280,13 +260,13 @@ static int cut_anew(lum_cut *cut, const lum_layout *layout,
     uint32_t at = 0;
     cut->is_anew = true;
     cut->count = 0;
-    for (size_t i = 0; i < sizeof angle_cuts / sizeof angle_cuts[0]; i++) {
-        if (!cut_angles(cut, line, at, at + angle_cuts[i])) {
+    for (size_t i = 0; i < LINE_CUTS; i++) {
+        if (!cut_angles(cut, line, at, at + line_cuts[i])) {
             return lum_error_set(error, "out of memory");
         }
-        at += angle_cuts[i];
+        at += line_cuts[i];
     }
-    return cut_words(cut, layout, line, error);
+    return add_words(cut, layout, line, error);
 }
 
 int lum_cut_line(lum_cut *cut, const lum_layout *layout,

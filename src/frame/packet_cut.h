@@ -31,6 +31,9 @@ LUM_MUST_CHECK int lum_cut_encode(const lum_layout *layout,
                                   const lum_cut_packet *packet, uint8_t *out,
                                   lum_error *error);
 
+/* A datagram holds at most so many. */
+#define LUM_CUT_BYTES_MAX 65507u
+
 size_t lum_cut_bytes(const lum_layout *layout, const lum_cut_packet *packet);
 
 /* --- Clocks: packet_clock.c. from: the layout that a line came with; NULL:
@@ -46,6 +49,15 @@ bool lum_cut_keeps_head(const lum_layout *to, const lum_layout *from);
  * one, the last before it. */
 uint64_t lum_cut_ticks(const lum_layout *layout, int64_t clock_us);
 
+/* The ticks nearest to others that a clock as sent can stand for; 0: there is
+ * no clock. */
+uint64_t lum_cut_extend(const lum_layout *layout, uint64_t near_ticks,
+                        uint64_t clock_raw);
+
+/* Move packets that are as they were by as much as the line's clock and arrival
+ * differ from those of the first. to: the file's layout. */
+void lum_cut_move(lum_cut *cut, const lum_layout *to, const lum_raw_line *line);
+
 /* Whether a reader can tell its clock. before_us: of the line before; NULL:
  * there is none. */
 LUM_MUST_CHECK int lum_cut_check_clock(const lum_layout *layout,
@@ -54,7 +66,8 @@ LUM_MUST_CHECK int lum_cut_check_clock(const lum_layout *layout,
                                        lum_error *error);
 
 /* Whether a capture can hold when its packets came. */
-LUM_MUST_CHECK int lum_cut_check_time(const lum_raw_line *line,
+LUM_MUST_CHECK int lum_cut_check_time(const lum_cut *cut,
+                                      const lum_raw_line *line,
                                       lum_error *error);
 
 /* The name of an eye, for messages. */

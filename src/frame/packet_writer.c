@@ -23,6 +23,7 @@ typedef struct waiting {
     uint64_t sequence; /* in which it was added */
     uint64_t frame;    /* that it is of, by lum_packet_writer_end_frame() */
     int64_t arrival_ns;
+    uint64_t ticks; /* of its clock, extended */
     size_t len;
     uint8_t bytes[];
 } waiting;
@@ -45,6 +46,8 @@ typedef struct stream {
     int64_t newest_ns; /* of what was written */
     bool has_clock;
     int64_t clock_us; /* of the line before */
+    bool has_ticks;   /* of its sensor: its first stream has them */
+    uint64_t ticks;   /* of the packet before */
 } stream;
 
 #define STREAMS_MAX (2u * LUM_DEMUX_SENSORS_MAX)
@@ -54,6 +57,7 @@ struct lum_packet_writer {
     lum_capture_writer *file;
     lum_demux *reader;
     bool is_accepted; /* by the reader: the packet at hand */
+    uint64_t strays;  /* of the reader */
     lum_cut cut;
     stream streams[STREAMS_MAX];
     size_t stream_count;
@@ -139,20 +143,58 @@ static void judge(lum_packet_writer *w, const lum_datagram *d)
     }
 }
 
-static void count_dropped(lum_packet_writer *w)
+/* Returns its strays. */
+static uint64_t count_dropped(lum_packet_writer *w)
 {
     lum_demux_counters total = {.struct_size = sizeof total};
     lum_packet_writer_counters *c = &w->counters;
     (void)lum_demux_total(w->reader, &total);
-    c->stray = total.assembly.stray - c->repeated;
     c->late = total.assembly.late;
     c->duplicate = total.assembly.duplicate;
     c->conflict = total.assembly.conflict;
     c->no_room = total.assembly.no_room;
+    return total.assembly.stray;
 }
 
-static int write_packet(lum_packet_writer *w, const stream *s,
-                        const waiting *packet, lum_error *error)
+/* The stream that has the clock of a stream's sensor. */
+static stream *clock_of(lum_packet_writer *w, stream *s)
+{
+    for (size_t i = 0; i < w->stream_count; i++) {
+        if (w->streams[i].sensor == s->sensor) {
+            return &w->streams[i];
+        }
+    }
+    return s;
+}
+
+/* A packet into the file. is_stray: whether a reader drops it as such. */
+static int write_once(lum_packet_writer *w, const lum_datagram *d,
+                      bool *is_stray, lum_error *error)
+{
+    w->counters.packets++;
+    judge(w, d);
+    *is_stray = false;
+    if (!w->is_accepted) {
+        const uint64_t strays = count_dropped(w);
+        *is_stray = strays > w->strays;
+        w->strays = strays;
+    }
+    return lum_capture_writer_add(w->file, d, error);
+}
+
+/* A reader takes a clock for the nearest that it can stand for. */
+static void note_clock(lum_packet_writer *w, stream *clock, uint64_t ticks)
+{
+    if (clock->has_ticks &&
+        lum_cut_extend(&w->layout, clock->ticks, ticks) != ticks) {
+        w->counters.clock_jumps++;
+    }
+    clock->has_ticks = true;
+    clock->ticks = ticks;
+}
+
+static int write_packet(lum_packet_writer *w, stream *s, const waiting *packet,
+                        lum_error *error)
 {
     const lum_datagram d = {.time_ns = packet->arrival_ns,
                             .payload = packet->bytes,
@@ -161,23 +203,18 @@ static int write_packet(lum_packet_writer *w, const stream *s,
                             .destination = CLIENT,
                             .source_port = LUM_PORT,
                             .destination_port = CLIENT_PORT};
-    w->counters.packets++;
-    judge(w, &d);
-    if (w->is_accepted) {
-        return lum_capture_writer_add(w->file, &d, error);
-    }
-    const uint64_t stray = w->counters.stray;
-    count_dropped(w);
-    if (w->counters.stray > stray) { /* the second one may prove the jump */
-        w->counters.packets++;
+    bool is_stray = false;
+    int result = write_once(w, &d, &is_stray, error);
+    if (result == 0 && is_stray) { /* the second one may prove the jump */
         w->counters.repeated++;
-        judge(w, &d);
-        count_dropped(w);
-        if (lum_capture_writer_add(w->file, &d, error) != 0) {
-            return -1;
-        }
+        result = write_once(w, &d, &is_stray, error);
     }
-    return lum_capture_writer_add(w->file, &d, error);
+    if (is_stray) {
+        w->counters.stray++;
+    } else {
+        note_clock(w, clock_of(w, s), packet->ticks);
+    }
+    return result;
 }
 
 /* --- The order of packets --- */
@@ -284,6 +321,7 @@ static int add_packet(lum_packet_writer *w, stream *s, const lum_raw_line *line,
                       const lum_cut_packet *packet, lum_error *error)
 {
     const size_t len = lum_cut_bytes(&w->layout, packet);
+    const uint64_t line_ticks = lum_cut_ticks(&w->layout, line->clock_us);
     waiting *p = malloc(sizeof *p + len);
     if (p == NULL || !push(&s->fresh, p)) {
         free(p);
@@ -293,6 +331,7 @@ static int add_packet(lum_packet_writer *w, stream *s, const lum_raw_line *line,
     p->arrival_ns = packet->head.arrival_ns;
     p->sequence = w->sequence++;
     p->frame = w->frame;
+    p->ticks = lum_cut_extend(&w->layout, line_ticks, packet->head.clock_raw);
     p->len = len;
     return lum_cut_encode(&w->layout, line, packet, p->bytes, error);
 }
@@ -313,8 +352,11 @@ static int add_line(lum_packet_writer *w, const lum_raw_line *line,
         return lum_error_set(error, "lines of more than %u sensors",
                              LUM_DEMUX_SENSORS_MAX);
     }
-    if (lum_cut_check_time(line, error) != 0 ||
-        lum_cut_line(&w->cut, &w->layout, line, error) != 0) {
+    if (lum_cut_line(&w->cut, &w->layout, line, error) != 0) {
+        return -1;
+    }
+    lum_cut_move(&w->cut, &w->layout, line);
+    if (lum_cut_check_time(&w->cut, line, error) != 0) {
         return -1;
     }
     const bool keeps_clock =

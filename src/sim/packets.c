@@ -1,12 +1,10 @@
 #include "packets.h"
 
+#include "core/cuts.h"
 #include "core/field.h"
 #include "lum/clock.h"
 
 #include <stdbool.h>
-
-/* As a sensor cuts the angles of a line. */
-static const uint32_t angle_cuts[] = {334, 334, 332};
 
 static uint64_t largest(unsigned field, uint32_t lines)
 {
@@ -105,8 +103,8 @@ lum_result lum_packets_add_angles(const lum_layout *layout,
                                   lum_packet_batch *out)
 {
     uint32_t first = 0;
-    for (size_t i = 0; i < sizeof angle_cuts / sizeof angle_cuts[0]; i++) {
-        const uint32_t n = angle_cuts[i];
+    for (size_t i = 0; i < LINE_CUTS; i++) {
+        const uint32_t n = line_cuts[i];
         const lum_group group =
             group_of(layout, line, LUM_TAG_ANGLES, first, n);
         lum_sim_packet *p = begin(layout, line, &group, out);
@@ -123,21 +121,6 @@ lum_result lum_packets_add_angles(const lum_layout *layout,
     return LUM_OK;
 }
 
-/* The end of a packet that begins with a word: before the first pixel whose
- * words do not all fit. */
-static size_t end_of_packet(const lum_sim_line *line, size_t first, size_t room)
-{
-    if (line->word_count - first <= room) {
-        return line->word_count;
-    }
-    size_t end = first + room;
-    while (end > first && lum_word_pixel(line->words[end]) ==
-                              lum_word_pixel(line->words[end - 1])) {
-        end--;
-    }
-    return end;
-}
-
 lum_result lum_packets_add_ranges(const lum_layout *layout,
                                   const lum_sim_line *line,
                                   lum_packet_batch *out)
@@ -145,11 +128,13 @@ lum_result lum_packets_add_ranges(const lum_layout *layout,
     const size_t room =
         (LUM_PACKET_BYTES_MAX - layout->profile.samples_at) / LUM_SAMPLE_BYTES;
     for (size_t first = 0; first < line->word_count;) {
-        const size_t end = end_of_packet(line, first, room);
+        const size_t end =
+            cut_words(line->words, line->word_count, first, room);
         const lum_group group =
             group_of(layout, line, LUM_TAG_RANGES, (uint32_t)first,
                      (uint32_t)(end - first));
-        lum_sim_packet *p = begin(layout, line, &group, out);
+        lum_sim_packet *p =
+            end - first <= room ? begin(layout, line, &group, out) : NULL;
         if (p == NULL) {
             return LUM_E_VALUE;
         }

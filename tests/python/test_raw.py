@@ -45,7 +45,7 @@ def undone(frame):
                           line.has_angles.copy(), packets, line.sensor)
 
 
-def points_of(path, fields=lumsdk._frame.LINE_DTYPE.names, **options):
+def points_of(path, fields=lumsdk._lines.LINE_DTYPE.names, **options):
     """What is compared: all columns, lines and times."""
     with lumsdk.open(path, columns="all", edge="both", **options) as source:
         return [(frame.number, frame.sensor, frame.utc_ns, frame.lines[list(fields)].tolist(), [frame[name].tobytes() for name in frame.columns])
@@ -154,7 +154,7 @@ def test_points_and_times_of_damaged_captures_come_again(make_capture, tmp_path,
     assert written.dropped == {}
     # A word whose pixel was corrupted may stand among those of another packet: that line is cut anew, and its gaps are not known.
     assert faults == "all" or written.cut_anew == 0
-    fields = [name for name in lumsdk._frame.LINE_DTYPE.names if name != "lost_words" or faults != "all"]
+    fields = [name for name in lumsdk._lines.LINE_DTYPE.names if name != "lost_words" or faults != "all"]
     assert points_of(out, fields, **options) == points_of(path, fields, **options)
 
 

@@ -350,6 +350,89 @@ static void a_jump_of_the_clock_is_written_twice(void **state)
     run_free(r);
 }
 
+/* Clocks and arrivals of the lines that a reader gets. */
+static void assert_read(const lum_layout *layout, const lum_raw_line *lines,
+                        size_t n)
+{
+    const lum_framer_options options = {.struct_size = sizeof options,
+                                        .layout = layout};
+    lum_capture *capture = NULL;
+    lum_record record;
+    struct run *r = run_new(false);
+    size_t at = 0;
+    lum_framer_free(r->framer);
+    assert_int_equal(lum_framer_new(&options, &r->framer, NULL), 0);
+    assert_int_equal(lum_capture_open(FILE_NAME, &capture, NULL), 0);
+    while (lum_capture_next(capture, &record, NULL) == 1) {
+        push(r, &record);
+    }
+    lum_capture_close(capture);
+    end(r);
+    for (size_t f = 0; f < r->count; f++) {
+        for (size_t i = 0; i < lum_frame_line_count(r->frames[f]); i++) {
+            lum_frame_line line = {.struct_size = sizeof line};
+            assert_true(lum_frame_get_line(r->frames[f], i, &line));
+            assert_true(at < n);
+            assert_int_equal(line.number, lines[at].number);
+            assert_true(line.clock_us == lines[at].clock_us);
+            assert_true(line.arrival_ns == lines[at].arrival_ns);
+            at++;
+        }
+    }
+    assert_int_equal(at, n);
+    run_free(r);
+    (void)remove(FILE_NAME);
+}
+
+static void a_line_that_is_moved_takes_its_packets_along(void **state)
+{
+    struct run *r = run_new(true);
+    lum_raw_line lines[2u * LINES];
+    lum_packet_writer_counters c = {.struct_size = sizeof c};
+    (void)state;
+    send_frames(r, 1);
+    end(r);
+    const lum_frame_raw raw = raw_of(r->frames[0]);
+    lum_packet_writer *w = open_writer(NULL);
+    for (size_t i = 0; i < raw.line_count; i++) {
+        lines[i] = line_of(r->frames[0], &raw, i);
+        lines[i].clock_us += 700;
+        lines[i].arrival_ns += 5000000;
+        lines[i].number += 2;
+        assert_int_equal(lum_packet_writer_add(w, &lines[i], NULL), 0);
+    }
+    assert_int_equal(lum_packet_writer_flush(w, NULL), 0);
+    assert_int_equal(lum_packet_writer_count(w, &c), LUM_OK);
+    assert_int_equal(c.lines_cut_anew, 0);
+    assert_int_equal(lum_packet_writer_close(w, NULL), 0);
+    assert_read(NULL, lines, raw.line_count);
+    run_free(r);
+}
+
+static void a_jump_that_readers_take_for_another_is_counted(void **state)
+{
+    struct run *r = run_new(true);
+    lum_packet_writer *w = open_writer(NULL);
+    lum_packet_writer_counters c = {.struct_size = sizeof c};
+    (void)state;
+    send_frames(r, 2);
+    end(r);
+    for (size_t f = 0; f < 2; f++) {
+        const lum_frame_raw raw = raw_of(r->frames[f]);
+        for (size_t i = 0; i < raw.line_count; i++) {
+            lum_raw_line line = line_of(r->frames[f], &raw, i);
+            line.clock_us += (int64_t)f << 31;
+            assert_int_equal(lum_packet_writer_add(w, &line, NULL), 0);
+        }
+        assert_int_equal(lum_packet_writer_end_frame(w, NULL), 0);
+    }
+    assert_int_equal(lum_packet_writer_flush(w, NULL), 0);
+    assert_int_equal(lum_packet_writer_count(w, &c), LUM_OK);
+    assert_int_equal(c.clock_jumps, 1);
+    lum_packet_writer_abort(w);
+    run_free(r);
+}
+
 /* --- Lines that are made up --- */
 
 static const lum_angle no_angles[LUM_LINE_PIXELS];
@@ -406,6 +489,44 @@ static void a_line_without_packets_is_cut_as_the_sensor_does_it(void **state)
     assert_int_equal(lum_packet_writer_close(w, NULL), 0);
     assert_cuts(cuts, sizeof cuts / sizeof cuts[0]);
     (void)remove(FILE_NAME);
+}
+
+static void made_up_clocks_are_those_that_are_read(const lum_layout *layout,
+                                                   const int64_t *clocks,
+                                                   size_t n)
+{
+    lum_raw_line lines[8];
+    uint32_t marks[LUM_PIXEL_MARK_WORDS];
+    lum_packet_writer_counters c = {.struct_size = sizeof c};
+    lum_packet_writer *w = open_writer(layout);
+    make_marks(marks);
+    for (size_t i = 0; i < n; i++) {
+        lines[i] = (lum_raw_line){.struct_size = sizeof lines[i],
+                                  .clock_us = clocks[i],
+                                  .arrival_ns = BEGIN_NS + (int64_t)i * 1000000,
+                                  .angles = no_angles,
+                                  .angle_marks = marks,
+                                  .sensor = DRIVE_SENSOR,
+                                  .number = (uint32_t)i};
+        assert_int_equal(lum_packet_writer_add(w, &lines[i], NULL), 0);
+    }
+    assert_int_equal(lum_packet_writer_flush(w, NULL), 0);
+    assert_int_equal(lum_packet_writer_count(w, &c), LUM_OK);
+    assert_int_equal(c.stray + c.late + c.clock_jumps, 0);
+    assert_int_equal(lum_packet_writer_close(w, NULL), 0);
+    assert_read(layout, lines, n);
+}
+
+static void a_tick_is_the_one_that_is_read_as_the_clock(void **state)
+{
+    const int64_t clocks[] = {1, 3001, 6003, 9004};
+    lum_profile profile;
+    lum_layout layout;
+    (void)state;
+    lum_profile_default(&profile);
+    profile.clock_unit_ns = 1500; /* 1 us is the first tick, of 1.5 us */
+    assert_int_equal(lum_layout_init(&layout, &profile, NULL, NULL), LUM_OK);
+    made_up_clocks_are_those_that_are_read(&layout, clocks, 4);
 }
 
 static void packets_that_no_longer_fit_are_not_used(void **state)
@@ -468,7 +589,10 @@ static void what_a_packet_cannot_hold_is_refused(void **state)
     line = fine;
     line.clock_us += INT64_C(1) << 31;
     assert_refused(w, &line,
-                   "is 2147483648 us from that of the line before it");
+                   "is 2147483648 us from that of the line before it; the "
+                   "profile's clock of 32 bits tells less than 2147483648");
+    line.clock_us = INT64_MIN;
+    assert_refused(w, &line, "is 9223372036855775808 us from that");
     lum_packet_writer_abort(w);
 }
 
@@ -491,7 +615,10 @@ int main(void)
         cmocka_unit_test(frames_are_written_as_the_packets_they_came_in),
         cmocka_unit_test(what_the_profile_does_not_know_comes_again),
         cmocka_unit_test(a_jump_of_the_clock_is_written_twice),
+        cmocka_unit_test(a_line_that_is_moved_takes_its_packets_along),
         cmocka_unit_test(a_line_without_packets_is_cut_as_the_sensor_does_it),
+        cmocka_unit_test(a_jump_that_readers_take_for_another_is_counted),
+        cmocka_unit_test(a_tick_is_the_one_that_is_read_as_the_clock),
         cmocka_unit_test(packets_that_no_longer_fit_are_not_used),
         cmocka_unit_test(what_a_packet_cannot_hold_is_refused),
         cmocka_unit_test(a_file_that_is_not_finished_is_not_there),

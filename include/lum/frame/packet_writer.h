@@ -11,7 +11,8 @@
  * @endcode
  *
  * Where a line's packets are known and still fit its angles and words, they are
- * cut, stamped and ordered as they were. Otherwise the line is cut as the
+ * cut, stamped and ordered as they were, moved if its clock or arrival is not
+ * that of the first of them any more. Otherwise the line is cut as the
  * sensor does it: 334, 334 and 332 angles, then words, whole pixels in packets
  * of up to 1472 bytes, each with the line's clock and arrival.
  *
@@ -55,8 +56,9 @@ typedef struct lum_raw_line {
                              writer's. Where its clock has another unit or
                              fewer bits, each packet has the line's clock */
     int64_t clock_us;   /**< sensor clock; cut to the width of the profile's
-                             field, as the clock itself goes round */
-    int64_t arrival_ns; /**< ns since 1970 UTC, 0 or above */
+                             field, as the clock itself goes round. Another one
+                             than that of the first of packets moves them all */
+    int64_t arrival_ns; /**< ns since 1970 UTC, 0 or above; likewise */
     const lum_angle *angles;       /**< LUM_LINE_PIXELS of them; NULL: none */
     const uint32_t *angle_marks;   /**< LUM_PIXEL_MARK_WORDS: which pixels have
                                         angles; NULL: none */
@@ -84,6 +86,9 @@ typedef struct lum_packet_writer_counters {
     uint64_t duplicate; /**< likewise: all of them was there */
     uint64_t conflict;  /**< likewise: some of them was there */
     uint64_t no_room;   /**< likewise: their words do not fit */
+    uint64_t clock_jumps; /**< steps of the clock by half a round of the
+                               profile's field or more: the clocks of what
+                               follows are read as others, by rounds */
 } lum_packet_writer_counters;
 
 /** A capture that lines are written to. */

@@ -42,6 +42,8 @@ class Written(NamedTuple):
     """Lines that were cut as the sensor does it: their packets are not known, or do not fit any more."""
     dropped: dict[str, int]
     """Packets that a reader will drop, by lumdump's names."""
+    clock_jumps: int
+    """Steps of the clock by half a round of its field or more: a reader takes what follows for other clocks, by rounds."""
 
 
 @dataclasses.dataclass
@@ -303,7 +305,7 @@ class _File:
         writer, self._writer = self._writer, None
         check(lib.lum_packet_writer_close(writer, self._error), self._error, TargetError)
         return Written(c.packets, c.lines, self.frames, c.repeated, c.lines_cut_anew,
-                       {name: getattr(c, name) for name in _DROPPED if getattr(c, name)})
+                       {name: getattr(c, name) for name in _DROPPED if getattr(c, name)}, c.clock_jumps)
 
     def discard(self) -> None:
         """Remove what was written."""
@@ -380,4 +382,7 @@ def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame
     if written.dropped:
         warn(f"{name}: a reader will drop packets of it: {', '.join(f'{kind} {n}' for kind, n in written.dropped.items())}; lines "
              "are repeated, or their clocks or numbers are out of order")
+    if written.clock_jumps:
+        warn(f"{name}: at {written.clock_jumps} places the clock jumps by half a round of the profile's field or more: a reader takes "
+             "what follows for other clocks, by rounds; move frames nearer to each other by clock_us of their lines")
     return written
