@@ -27,7 +27,7 @@ from ._settings import Calibration, Profile
 from ._source import Source, open
 from ._plan import APPLIES, OF_TABLES, PATTERN, Plan, name_for
 from ._summary import Summary
-from ._table import OF_RIG, Layout, extra, own_types
+from ._table import OF_RAW, Layout, extra, own_types
 from ._target import Target, UrlTarget, failed, is_url, local_for
 
 if TYPE_CHECKING:
@@ -284,9 +284,10 @@ class _Output:
         if self.motion is None and (frame._moved == "world") != self._plan.is_of_world:
             raise OptionError(f"frame {frame.number} {'is' if frame._moved == 'world' else 'is not'} in the world, unlike the first "
                               "one; right are frames that to_world() moved, or others alone")
-        own = own_types(frame)
-        if own != self._own:
-            first, other = (", ".join(f"{name} ({dtype})" for name, dtype in of.items()) or "none" for of in (self._own, own))
+        named = [{name: dtype for name, dtype in of.items() if name not in OF_RAW or name in self._layout.columns}
+                 for of in (self._own, own_types(frame))]
+        if named[0] != named[1]:
+            first, other = (", ".join(f"{name} ({dtype})" for name, dtype in of.items()) or "none" for of in named)
             raise OptionError(f"frame {frame.number} has other columns of its own than the first one: {other} and not {first}; right "
                               "are the same ones for all, in the same types")
 
@@ -501,7 +502,7 @@ def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Sum
     if plan.format == "mcap" and plan.has_rig and not plan.is_of_world:
         raise OptionError("frames of a rig are in the vehicle's frame, and messages are in that of each sensor: convert the capture "
                           "itself to mcap with rig=")
-    own = own_types(first) if isinstance(first, Frame) else {"sensor": OF_RIG.dtype} if plan.has_rig else {}
+    own = own_types(first) if isinstance(first, Frame) else plan.besides
     output = _Split(plan, about, own, _losses_by_sensor(source)) if plan.is_split else _Output(plan, about, own)
     thread = _Thread(output)
     try:
@@ -533,7 +534,7 @@ def _by_frames(plan: Plan) -> Summary:
     if plan.is_of_frames:
         return _write(plan, plan.source, None)
     kind = WRITERS.get(plan.format)
-    needs = kind.needs if kind is not None and kind.needs is not None else plan.layout().needs
+    needs = kind.needs if kind is not None and kind.needs is not None else plan.layout(plan.besides).needs
     if plan.format == "las":
         needs = WRITERS["laz"].needs or ()
     if plan.format == "mcap":

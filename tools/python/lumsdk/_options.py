@@ -12,7 +12,7 @@ from ._c import ffi, lib, sized
 from ._errors import OptionError
 from ._columns import COLUMNS
 from ._info import Member
-from ._raw import NEEDED
+from ._raw import NEEDED, RAW_COLUMNS
 from ._settings import Calibration, Profile, setting_of
 
 if TYPE_CHECKING:
@@ -375,7 +375,10 @@ class Choice:
         view = sized("lum_view")
         lib.lum_selection_default(ffi.addressof(view, "selection"))
         _fill_selection(view.selection, options)
-        view.columns = _columns(options.get("columns", DEFAULT_COLUMNS)) | (_columns(NEEDED) if is_raw else 0)
+        columns = options.get("columns", DEFAULT_COLUMNS)
+        if is_raw and not isinstance(columns, str):
+            columns = tuple(name for name in columns if name not in RAW_COLUMNS) or NEEDED
+        view.columns = _columns(columns) | (_columns(NEEDED) if is_raw else 0)
         view.smooth_window, view.smooth_order = _smooth(options.get("smooth", 0))
         return view
 

@@ -19,7 +19,7 @@ from ._options import Choice
 from ._points_file import FORMATS
 from ._poses import MOMENTS, Motion, Poses
 from ._source import Source
-from ._table import FILE_COLUMNS, TIMES, Layout, check_names, check_preset
+from ._table import FILE_COLUMNS, OF_RAW, OF_RIG, TIMES, Layout, check_names, check_preset
 from ._target import is_url
 
 _OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "png", "mcap", "pcap", "pcapng")
@@ -137,7 +137,12 @@ class Plan:
         of_lumdump = self.format in _OF_LUMDUMP or self.is_laz_of_las
         poses = self.output.get("poses")
         is_plain = not isinstance(poses, Poses) or poses.is_plain or self.format not in _MOVED
-        self.by_lumdump = of_lumdump and not self.is_of_frames and not self.raises and is_plain
+        is_raw = choice.raw or isinstance(source, Source) and source._choice.raw
+        self.besides: dict[str, np.dtype[Any]] = {name: column.dtype for name, column in OF_RAW.items() if is_raw}
+        """Columns of frames of a source beside those that every one has, and their types."""
+        if self.has_rig:
+            self.besides["sensor"] = OF_RIG.dtype
+        self.by_lumdump = of_lumdump and not self.is_of_frames and not self.raises and is_plain and not is_raw
         if self.is_laz_of_las and self.is_pattern:
             raise OptionError(f"{self.name}: with voxel, LAZ is one file; name one without % or {{utc_ns}}")
         self._check_output()
@@ -206,6 +211,7 @@ class Plan:
             check_preset(preset, columns)
         if self.is_split:  # the name of a file says whose it is
             own = {name: dtype for name, dtype in own.items() if name != "sensor"}
+        own = {name: dtype for name, dtype in own.items() if name not in OF_RAW}  # only where they are named
         if own and (preset is not None or self.format not in _NAMED):
             warn(f"the frames have columns of their own, {', '.join(own)}, which are left out: "
                  + (f"the preset {preset}" if preset is not None else self.format)

@@ -12,6 +12,7 @@ import numpy as np
 
 from ._errors import Error, OptionError, install
 from ._grid import JOINED
+from ._raw import RAW_COLUMNS
 
 if TYPE_CHECKING:
     from ._frame import Frame
@@ -61,6 +62,13 @@ FILE_COLUMNS = tuple(COLUMNS)[:15]
 _OF_LINES = {"timestamp", "frame", "sensor"}
 """Columns that a frame has for its lines or as a whole, and not for each point."""
 
+OF_RAW: Mapping[str, Column] = {
+    "tof": Column(RAW_COLUMNS["tof"], "", "time of flight as sent, in the profile's unit"),
+    "raw_azimuth": Column(RAW_COLUMNS["raw_azimuth"], "", "as sent; 32768 would be half the azimuth's width"),
+    "raw_elevation": Column(RAW_COLUMNS["raw_elevation"], "", "as sent; 32768 would be half the elevation's range"),
+}
+"""The columns that frames of open(raw=True) have besides. Files have them if they are named."""
+
 OF_RIG = _column("u1", "", "place of the sensor in the rig, from 0")
 """The column sensor of frames that were read with a rig."""
 
@@ -73,7 +81,7 @@ TIMES = ("sensor", "utc", "arrival")
 
 def needed(columns: Sequence[str]) -> list[str]:
     """The columns that frames must have, so that a table can have these."""
-    return [name for name in columns if name not in _OF_LINES]
+    return [name for name in columns if name not in _OF_LINES and name not in OF_RAW]
 
 
 def available(frame: Frame) -> tuple[str, ...]:
@@ -83,9 +91,9 @@ def available(frame: Frame) -> tuple[str, ...]:
 
 
 def own_types(frame: Frame) -> dict[str, np.dtype[Any]]:
-    """The columns of a frame besides those that every one has, and their types: those that a program added, and, of a rig, the
-    place of each point's sensor."""
-    own = {name: frame._array(name).dtype for name in frame._own}
+    """The columns of a frame besides those that every one has, and their types: those that a program added, raw ones, and, of a
+    rig, the place of each point's sensor."""
+    own = {name: frame._array(name).dtype for name in (*OF_RAW, *frame._own) if name in frame}
     return {**own, "sensor": OF_RIG.dtype} if frame._info.member else own
 
 
@@ -100,6 +108,8 @@ def check_names(columns: Names, default: Sequence[str], own: Iterable[str] = ())
     for name in names:
         if not isinstance(name, str):
             raise TypeError(f"columns: {name!r} is not a name; give names such as [\"x\", \"range\"]")
+        if name in OF_RAW and name not in known:
+            raise OptionError(f"columns: '{name}' is of raw frames; read them with raw=True")
         if name not in known:
             raise OptionError(f"columns: '{name}' is not a column; columns are {', '.join(known)}")
         if names.count(name) > 1:
@@ -252,7 +262,8 @@ class Layout:
         if self._preset is not None:
             return self._preset[name][:3]
         if name in self.own:
-            return OF_RIG if name == "sensor" else Column(self.own[name], "", "a column of the program that wrote this")
+            known = {**OF_RAW, "sensor": OF_RIG}
+            return known.get(name) or Column(self.own[name], "", "a column of the program that wrote this")
         column = COLUMNS[name]
         if name != "timestamp":
             return column.dtype, column.unit, column.description

@@ -11,9 +11,10 @@ import numpy as np
 from . import _raw
 from ._c import VERSION, check, ffi, lib, sized
 from ._errors import OptionError, warn
+from ._inputs import check_storage
 from ._options import parse_sensor
 from ._settings import Calibration, Profile
-from ._target import TargetError
+from ._target import TargetError, is_url, local_for
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,6 +27,7 @@ _EYES = ("blue", "green")
 _TOF = (-int(lib.LUM_TOF_MAX) - 1, int(lib.LUM_TOF_MAX))
 _COLUMNS = ("tof", "pixel", "edge", "line", "eye")
 _LINES_TOGETHER = 2048  # of lines without a frame, whose packets are put in order together
+_NO_SENSOR = "0.0.0.0"  # of frames that from_arrays() was not told one of
 _DROPPED = ("stray", "late", "duplicate", "conflict", "no_room")
 
 
@@ -127,7 +129,7 @@ def _put_angles(frame: Frame, raw: _raw.Raw, table: Array, columns: Mapping[str,
         changed = np.flatnonzero((raw.angles[which, pixel] != own).any(axis=1))
         if len(changed):
             raise OptionError(f"{where}row {changed[0]} has raw angles other than another row of its pixel; a pixel of a line has "
-                              "one pair")
+                              "one pair, and rows are ordered by pixel")
         has = raw.has_angles().copy()
         has[which, pixel] |= own.any(axis=1)
         raw.marks = _raw.marks_of(has)
@@ -212,8 +214,8 @@ def _documents(origin: Optional[_raw.Origin], profile: Profile) -> list[bytes]:
 class _File:
     """A capture that is written; the first lines tell what it says of itself."""
 
-    def __init__(self, name: str, file_format: int, profile: Optional[Profile]) -> None:
-        self._name, self._format, self._asked = name, file_format, profile
+    def __init__(self, path: str, name: str, file_format: int, profile: Optional[Profile]) -> None:
+        self._path, self._name, self._format, self._asked = path, name, file_format, profile
         self._error = ffi.new("lum_error *")
         self._writer: Any = None
         self._interfaces: dict[int, str] = {}
@@ -243,7 +245,7 @@ class _File:
             file.application, file.comments, file.comment_count = kept[0], kept[-1], len(texts)
         options = sized("lum_packet_writer_options", layout=self._layout(self._profile), file=file)
         out = ffi.new("lum_packet_writer **")
-        check(lib.lum_packet_writer_open(os.fsencode(self._name), options, out, self._error), self._error, TargetError)
+        check(lib.lum_packet_writer_open(os.fsencode(self._path), options, out, self._error), self._error, TargetError)
         self._writer = out[0]
 
     def _check_origin(self, origin: Optional[_raw.Origin]) -> None:
@@ -259,7 +261,7 @@ class _File:
             self._calibration = None
 
     def _address(self, sensor: str) -> int:
-        found = parse_sensor(sensor)
+        found = parse_sensor(sensor if sensor != _NO_SENSOR else Line.sensor)
         known = self._interfaces.setdefault(found.address, found.interface)
         if known != found.interface:
             raise OptionError(f"{self._name}: frames of {sensor} and of another sensor with its address; a capture that is written "
@@ -345,7 +347,8 @@ def _write_all(file: _File, items: Iterable[Union[Frame, Line]]) -> None:
 
 
 def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame, Line]], *,
-                  profile: Union[str, os.PathLike[str], Mapping[str, Any], Profile, None] = None) -> Written:
+                  profile: Union[str, os.PathLike[str], Mapping[str, Any], Profile, None] = None,
+                  storage_options: Optional[Mapping[str, Any]] = None) -> Written:
     """Write packets again from frames or lines, so that a drive can be cut, edited, disturbed and made up.
 
         with lumsdk.open("drive.pcap", raw=True) as source:
@@ -357,10 +360,11 @@ def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame
     goes round, and where a tick is longer than a microsecond it is rounded down.
 
     Args:
-        out: a path that ends with .pcap or .pcapng. A pcapng file says where it comes from, with calibration and profile. It
+        out: a path or a URL that ends with .pcap or .pcapng. A pcapng file says where it comes from, with calibration and profile. It
             is whole, or not there.
         items: frames of open(raw=True), or made of arrays; Line values; both may come mixed, and of several sensors.
         profile: of the packets; without it, that of the frames' source, or the built-in one.
+        storage_options: for the file system of a URL, as fsspec takes them.
 
     Returns:
         What was written. A CaptureWarning says how many packets a reader will drop.
@@ -373,12 +377,16 @@ def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame
     ending = os.path.splitext(name)[1]
     if ending not in _FORMATS:
         raise OptionError(f"{name}: captures that are written end with .pcap or .pcapng")
-    file = _File(name, _FORMATS[ending], None if profile is None else Profile(profile))
-    try:
-        _write_all(file, items)
-        written = file.finish()
-    finally:
-        file.discard()
+    storage = check_storage(storage_options)
+    if storage and not is_url(name):
+        raise OptionError(f"storage_options does not go with {name}: it is for a URL")
+    with local_for(name, storage) as path:
+        file = _File(path, name, _FORMATS[ending], None if profile is None else Profile(profile))
+        try:
+            _write_all(file, items)
+            written = file.finish()
+        finally:
+            file.discard()
     if written.dropped:
         warn(f"{name}: a reader will drop packets of it: {', '.join(f'{kind} {n}' for kind, n in written.dropped.items())}; lines "
              "are repeated, or their clocks or numbers are out of order")
