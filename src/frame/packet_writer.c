@@ -128,7 +128,7 @@ static void note_accepted(void *context, const lum_demux_taken *packet)
 }
 
 /* What a reader makes of it. */
-static void judge(lum_packet_writer *w, const lum_datagram *d)
+static int judge(lum_packet_writer *w, const lum_datagram *d, lum_error *error)
 {
     const lum_record record = {.time_ns = d->time_ns,
                                .payload = d->payload,
@@ -138,9 +138,12 @@ static void judge(lum_packet_writer *w, const lum_datagram *d)
                                .source_port = d->source_port,
                                .destination_port = d->destination_port,
                                .kind = LUM_RECORD_DATAGRAM};
+    lum_result r = LUM_OK;
     w->is_accepted = false;
-    while (lum_demux_push(w->reader, &record, NULL) > 0) {
-    }
+    do {
+        r = lum_demux_push(w->reader, &record, NULL);
+    } while (r > 0);
+    return r == LUM_E_SPACE ? lum_error_set(error, "out of memory") : 0;
 }
 
 /* Returns its strays. */
@@ -171,8 +174,10 @@ static stream *clock_of(lum_packet_writer *w, stream *s)
 static int write_once(lum_packet_writer *w, const lum_datagram *d,
                       bool *is_stray, lum_error *error)
 {
+    if (judge(w, d, error) != 0) {
+        return -1;
+    }
     w->counters.packets++;
-    judge(w, d);
     *is_stray = false;
     if (!w->is_accepted) {
         const uint64_t strays = count_dropped(w);
@@ -205,7 +210,10 @@ static int write_packet(lum_packet_writer *w, stream *s, const waiting *packet,
                             .destination_port = CLIENT_PORT};
     bool is_stray = false;
     int result = write_once(w, &d, &is_stray, error);
-    if (result == 0 && is_stray) { /* the second one may prove the jump */
+    if (result != 0) {
+        return -1;
+    }
+    if (is_stray) { /* the second one may prove the jump */
         w->counters.repeated++;
         result = write_once(w, &d, &is_stray, error);
     }
@@ -289,9 +297,13 @@ static int write_below(lum_packet_writer *w, uint64_t frame, lum_error *error)
     }
     while (left > 0 && result == 0) {
         stream *s = find_next(w, next);
-        const waiting *packet = s->older.at[next[s - w->streams]++];
-        left -= packet->frame < frame ? 1u : 0u;
+        size_t *at = &next[s - w->streams];
+        const waiting *packet = s->older.at[*at];
         result = write_packet(w, s, packet, error);
+        if (result == 0) {
+            left -= packet->frame < frame ? 1u : 0u;
+            (*at)++;
+        }
     }
     drop_written(w, next);
     return result;

@@ -355,8 +355,9 @@ def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame
             lumsdk.write_capture("part.pcapng", source[100:200])
 
     The columns tof, pixel, edge, line and eye of a frame are its words; raw_azimuth, raw_elevation and frame.angles its angles. Where
-    a line's packets in frame.packets still fit these, they are cut, stamped and ordered as they were. Otherwise the line is cut as
-    the sensor does it, with the line's clock and arrival. The clock is cut to the width of the profile's field, as the clock itself
+    a line's packets in frame.packets still fit these, they are cut, stamped and ordered as they were; if clock_us or arrival_ns in
+    frame.lines is not that of the first of them any more, all are moved by the difference. Otherwise the line is cut as the sensor
+    does it, with the line's clock and arrival. The clock is cut to the width of the profile's field, as the clock itself
     goes round, and where a tick is longer than a microsecond it is rounded down.
 
     Args:
