@@ -132,6 +132,7 @@ static lum_result count_datagram(lum_demux *demux, const lum_record *record)
     lum_demux_entry *entry = lum_demux_find_address(demux, address);
     const lum_layout *layout =
         entry->layout != NULL ? entry->layout : &demux->options.layout;
+    demux->packet.len = record->len;
     demux->packet.kind = lum_packet_decode(layout, record->payload, record->len,
                                            &demux->packet.group);
     if (demux->packet.kind != LUM_PACKET_DATA) {
@@ -182,6 +183,7 @@ static void tell(const lum_demux *demux, lum_result result)
                                         &demux->current->assembly->assembler,
                                     .layout = demux->current->layout,
                                     .group = &demux->packet.group,
+                                    .len = demux->packet.len,
                                     .time_ns = demux->packet.time_ns};
     demux->watch.watcher(demux->watch.context, &packet);
 }

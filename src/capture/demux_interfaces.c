@@ -196,6 +196,7 @@ lum_result lum_demux_give_held(lum_demux *demux)
            lum_queue_take(demux->trials.queue, &record, &way)) {
         lum_demux_entry *entry = &demux->addresses[way];
         lum_demux_entry *sensor = entry->sensor;
+        demux->packet.len = record.len;
         (void)lum_packet_decode(entry->layout, record.payload, record.len,
                                 &demux->packet.group);
         demux->trials.has_given = true;

@@ -56,6 +56,7 @@ typedef struct lum_demux_entry {
 typedef struct lum_demux_packet {
     lum_packet_kind kind;
     lum_group group;      /* of data */
+    size_t len;           /* of the whole datagram */
     bool is_pending;      /* its group waits for an assembler */
     int64_t time_ns;      /* when that came */
     int64_t behind_ns;    /* how far that stands behind later records */

@@ -105,6 +105,7 @@ typedef struct lum_demux_taken {
     const lum_assembler *assembler; /**< its sensor's */
     const lum_layout *layout;       /**< that it was decoded with */
     const lum_group *group;         /**< with its samples */
+    size_t len;                     /**< of the whole datagram */
     int64_t time_ns;                /**< when it came */
 } lum_demux_taken;
 

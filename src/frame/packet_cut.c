@@ -22,7 +22,8 @@ const char *lum_cut_eye(uint8_t eye)
 size_t lum_cut_bytes(const lum_layout *layout, const lum_cut_packet *packet)
 {
     return layout->profile.samples_at +
-           (size_t)LUM_SAMPLE_BYTES * packet->head.num_samples;
+           (size_t)LUM_SAMPLE_BYTES * packet->head.num_samples +
+           packet->head.tail_bytes;
 }
 
 static size_t room_of(const lum_layout *layout, size_t bytes)
@@ -155,6 +156,10 @@ static bool fits(lum_cut *cut, const lum_layout *layout,
 {
     uint32_t left[LUM_PIXEL_MARK_WORDS] = {0};
     size_t words = 0;
+    const bool has_number =
+        field_bits(&layout->profile.group[LUM_FIELD_NUM_SAMPLES]) > 0;
+    const uint32_t most_tail =
+        has_number ? LUM_RAW_TAIL_MAX : LUM_SAMPLE_BYTES - 1u;
     if (line->angle_marks != NULL) {
         memcpy(left, line->angle_marks, sizeof left);
     }
@@ -162,8 +167,9 @@ static bool fits(lum_cut *cut, const lum_layout *layout,
     for (size_t i = 0; i < cut->count; i++) {
         lum_cut_packet *p = &cut->packets[i];
         const bool is_possible =
-            p->head.num_samples > 0 &&
-            p->head.num_samples <= room_of(layout, LUM_CUT_BYTES_MAX) &&
+            p->head.num_samples > 0 && p->head.tail_bytes <= most_tail &&
+            p->head.num_samples <=
+                room_of(layout, LUM_CUT_BYTES_MAX - p->head.tail_bytes) &&
             (p->head.tag == LUM_TAG_ANGLES   ? takes_angles(p, left)
              : p->head.tag == LUM_TAG_RANGES ? takes_words(p, line, &words)
                                              : false);
@@ -179,8 +185,8 @@ static bool fits(lum_cut *cut, const lum_layout *layout,
     return over == 0 && words == line->word_count;
 }
 
-static int cut_as_it_was(lum_cut *cut, const lum_raw_line *line,
-                         lum_error *error)
+static int cut_as_it_was(lum_cut *cut, const lum_layout *layout,
+                         const lum_raw_line *line, lum_error *error)
 {
     for (size_t i = 0; i < line->packet_count; i++) {
         lum_cut_packet *p = add(cut);
@@ -189,6 +195,10 @@ static int cut_as_it_was(lum_cut *cut, const lum_raw_line *line,
         }
         p->head = line->packets[i];
         p->head.line = (uint32_t)i;
+        if (!lum_cut_keeps_head(layout, line->layout)) {
+            memset(p->head.head, 0, sizeof p->head.head);
+            p->head.tail_bytes = 0;
+        }
         p->first = p->head.first_sample_index;
     }
     return 0;
@@ -274,7 +284,8 @@ int lum_cut_line(lum_cut *cut, const lum_layout *layout,
 {
     cut->count = 0;
     cut->is_anew = false;
-    if (check_line(line, error) != 0 || cut_as_it_was(cut, line, error) != 0) {
+    if (check_line(line, error) != 0 ||
+        cut_as_it_was(cut, layout, line, error) != 0) {
         return -1;
     }
     return cut->count > 0 && fits(cut, layout, line)
@@ -368,5 +379,6 @@ int lum_cut_encode(const lum_layout *layout, const lum_raw_line *line,
                 to);
         }
     }
+    memcpy(out + bytes - head->tail_bytes, head->tail, head->tail_bytes);
     return 0;
 }

@@ -383,9 +383,6 @@ static int add_line(lum_packet_writer *w, const lum_raw_line *line,
         if (!keeps_clock) {
             p->head.clock_raw = lum_cut_ticks(&w->layout, line->clock_us);
         }
-        if (!lum_cut_keeps_head(&w->layout, line->layout)) {
-            memset(p->head.head, 0, sizeof p->head.head);
-        }
         if (add_packet(w, s, line, p, error) != 0) {
             drop_from(&s->fresh, before);
             return -1;

@@ -101,6 +101,12 @@ static void add(lum_raw_list *list, const lum_demux_taken *packet,
                           .tag = group->tag,
                           .first_pixel = first_pixel(group)};
     memcpy(p->head, group->samples - head, head);
+    const size_t samples = (size_t)LUM_SAMPLE_BYTES * group->num_samples;
+    const size_t tail = packet->len - head - samples;
+    if (tail <= LUM_RAW_TAIL_MAX) {
+        memcpy(p->tail, group->samples + samples, tail);
+        p->tail_bytes = (uint32_t)tail;
+    }
 }
 
 /* Without memory a packet is left out, which is_all() sees. */

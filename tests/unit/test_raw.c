@@ -314,6 +314,8 @@ static void what_the_profile_does_not_know_comes_again(void **state)
     make_line(&line, LUM_EYE_BLUE, 3, 1000);
     for (size_t k = 0; k < line.count; k++) {
         line.bytes[k][22] = 0xa5;
+        memset(line.bytes[k] + line.len[k], 0x5a, 8);
+        line.len[k] += 8;
         send(r, &line, k);
     }
     end(r);

@@ -155,7 +155,7 @@ typedef struct lum_framer_options {
     size_t member_count;           /**< at most LUM_RIG_MEMBERS_MAX */
     bool keeps_raw; /**< each frame keeps the words, angles and packets of its
                          lines (lum/frame/raw.h): 4 KB a line, 5 bytes a word,
-                         112 bytes a packet, and the time of copying them */
+                         136 bytes a packet, and the time of copying them */
 } lum_framer_options;
 
 /** A framer. */

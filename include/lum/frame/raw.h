@@ -19,6 +19,9 @@
 extern "C" {
 #endif
 
+/** Most bytes behind the last sample of a packet that are kept. */
+#define LUM_RAW_TAIL_MAX 16u
+
 /** A packet that a line was made of. It never grows. */
 typedef struct lum_raw_packet {
     uint64_t clock_raw; /**< sensor clock as sent, in ticks */
@@ -35,6 +38,9 @@ typedef struct lum_raw_packet {
     uint8_t head[LUM_GROUP_HEAD_MAX]; /**< the bytes before its first sample, as
                                            they came, then 0: a sensor may send
                                            more than the profile's fields */
+    uint8_t tail[LUM_RAW_TAIL_MAX];   /**< the bytes behind its last sample */
+    uint32_t tail_bytes; /**< how many these are; 0: none, or more than
+                              LUM_RAW_TAIL_MAX, which are not kept */
 } lum_raw_packet;
 
 /** The raw part of a frame. Its arrays live as long as the frame. */

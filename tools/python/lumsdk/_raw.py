@@ -29,7 +29,7 @@ _TYPES = {"uint64_t": "u8", "int64_t": "i8", "uint32_t": "u4"}
 def _packet_dtype() -> np.dtype[Any]:
     """The layout of lum_raw_packet."""
     fields = dict(ffi.typeof("lum_raw_packet").fields)
-    return np.dtype({"names": list(fields), "formats": [_TYPES.get(field.type.cname, "(64,)u1") for field in fields.values()],
+    return np.dtype({"names": list(fields), "formats": [_TYPES.get(field.type.cname) or f"({field.type.length},)u1" for field in fields.values()],
                      "offsets": [field.offset for field in fields.values()], "itemsize": ffi.sizeof("lum_raw_packet")})
 
 
