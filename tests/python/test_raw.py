@@ -264,6 +264,8 @@ def test_a_capture_is_made_up_from_nothing(tmp_path):
     ({"eye": "red"}, "eye is 'red'; right is \"blue\" or \"green\""),
     ({"arrival_ns": -1}, "arrival_ns is -1; right is a whole number from 0"),
     ({"sensor": "here"}, "sensor is 'here'; right is an address"),
+    ({"packets": 5}, "line 3 of the blue eye: packets has the fields of no structured array; right are clock_raw, arrival_ns"),
+    ({"packets": np.zeros(1, [("line", "u4")])}, "packets has the fields line; right are clock_raw, arrival_ns"),
 ])
 def test_what_a_packet_cannot_hold_is_refused(tmp_path, line, said):
     with pytest.raises(lumsdk.OptionError, match=said):

@@ -29,8 +29,9 @@ _TYPES = {"uint64_t": "u8", "int64_t": "i8", "uint32_t": "u4"}
 def _packet_dtype() -> np.dtype[Any]:
     """The layout of lum_raw_packet."""
     fields = dict(ffi.typeof("lum_raw_packet").fields)
-    return np.dtype({"names": list(fields), "formats": [_TYPES.get(field.type.cname) or f"({field.type.length},)u1" for field in fields.values()],
-                     "offsets": [field.offset for field in fields.values()], "itemsize": ffi.sizeof("lum_raw_packet")})
+    types = [_TYPES.get(field.type.cname) or f"({field.type.length},)u1" for field in fields.values()]
+    return np.dtype({"names": list(fields), "formats": types, "offsets": [field.offset for field in fields.values()],
+                     "itemsize": ffi.sizeof("lum_raw_packet")})
 
 
 PACKET_DTYPE = _packet_dtype()
@@ -136,29 +137,35 @@ def frame_of(base: Frame, origin: Origin) -> Frame:
     return made_frame
 
 
+def packets_of(packets: Any, where: str = "") -> Array:
+    """A table of packets, in a copy; None: an empty one."""
+    table = np.zeros(0, PACKET_DTYPE) if packets is None else np.asarray(packets)
+    if table.dtype.names != PACKET_DTYPE.names or table.ndim != 1:
+        raise OptionError(f"{where}packets has the fields {', '.join(table.dtype.names or ()) or 'of no structured array'}; right are "
+                          f"{', '.join(PACKET_DTYPE.names or ())}, as of frame.packets, a row a packet")
+    return np.array(table, PACKET_DTYPE)
+
+
 def attach(frame: Frame, angles: Any, has_angles: Any, packets: Any, profile: Any) -> Raw:
     """A raw part of arrays, for a frame with so many lines."""
     from ._settings import Calibration, Profile
 
     count = len(frame.lines)
     marks = np.ones((count, PIXELS), bool) if has_angles is None else np.asarray(has_angles)
-    table = np.zeros(0, PACKET_DTYPE) if packets is None else np.asarray(packets)
+    table = packets_of(packets)
     given = whole(angles, "angles", -32768, 32767)
     if given.shape != (count, PIXELS, 2):
         raise OptionError(f"angles has the shape {given.shape}; right is {(count, PIXELS, 2)}: raw azimuth and elevation of each "
                           "pixel of each line")
     if marks.shape != (count, PIXELS) or marks.dtype != bool:
         raise OptionError(f"has_angles has the shape {marks.shape} and the type {marks.dtype}; right is {(count, PIXELS)} bool")
-    if table.dtype.names != PACKET_DTYPE.names:
-        raise OptionError(f"packets has the fields {', '.join(table.dtype.names or ()) or 'of no structured array'}; right are "
-                          f"{', '.join(PACKET_DTYPE.names or ())}, as of frame.packets")
     if len(table) and (table["line"] >= count).any():
         raise OptionError(f"packets: line is {table['line'].max()}; right is a place in frame.lines, below {count}")
     origin = getattr(frame, "_raw", None)
     origin = None if origin is None else origin.origin
     if profile is not None:
         origin = Origin("", Calibration() if origin is None else origin.calibration, Profile(profile), ())
-    return Raw(np.ascontiguousarray(given, "i2"), marks_of(marks), np.array(table, PACKET_DTYPE), origin)
+    return Raw(np.ascontiguousarray(given, "i2"), marks_of(marks), table, origin)
 
 
 def whole(values: Any, name: str, low: int, high: int, where: str = "") -> Array:

@@ -191,7 +191,7 @@ def _take_line(line: Line) -> _Lines:
     for name, low, high in ("number", 0, 2 ** 32 - 1), ("clock_us", -2 ** 63, 2 ** 63 - 1), ("arrival_ns", 0, 2 ** 63 - 1):
         table[name] = _whole(line, name, low, high, ())
     table["eye"], table["point_count"] = _EYES.index(line.eye) if isinstance(line.eye, str) else line.eye, tof.size
-    packets = np.zeros(0, _raw.PACKET_DTYPE) if line.packets is None else np.array(line.packets, _raw.PACKET_DTYPE)
+    packets = _raw.packets_of(line.packets, f"line {line.number} of the {line.eye} eye: ")
     packets["line"] = 0
     return _Lines(line.sensor, table, _raw.words_of(tof.reshape(shape), edge, pixel), np.ascontiguousarray(angles[None], "i2"),
                   _raw.marks_of(has[None]), packets, line.origin)
