@@ -14,11 +14,6 @@
 /* Stands for a word that was skipped when the line was read. */
 #define BAD_WORD LUM_WORD_ZERO
 
-const char *lum_cut_eye(uint8_t eye)
-{
-    return eye == LUM_EYE_BLUE ? "blue" : "green";
-}
-
 size_t lum_cut_bytes(const lum_layout *layout, const lum_cut_packet *packet)
 {
     return layout->profile.samples_at +

@@ -71,6 +71,9 @@ LUM_MUST_CHECK int lum_cut_check_time(const lum_cut *cut,
                                       lum_error *error);
 
 /* The name of an eye, for messages. */
-const char *lum_cut_eye(uint8_t eye);
+static inline const char *lum_cut_eye(uint8_t eye)
+{
+    return eye == LUM_EYE_BLUE ? "blue" : "green";
+}
 
 #endif
