@@ -25,22 +25,6 @@ bool lum_cut_keeps_clock(const lum_layout *to, const lum_layout *from)
             field_bits(clock_of(to)) <= field_bits(clock_of(from)));
 }
 
-bool lum_cut_keeps_head(const lum_layout *to, const lum_layout *from)
-{
-    if (from == NULL) {
-        return true;
-    }
-    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
-        const lum_field *a = &to->profile.group[f];
-        const lum_field *b = &from->profile.group[f];
-        if (a->at != b->at || a->bytes != b->bytes || a->order != b->order ||
-            a->low != b->low || a->bits != b->bits) {
-            return false;
-        }
-    }
-    return to->profile.samples_at == from->profile.samples_at;
-}
-
 uint64_t lum_cut_ticks(const lum_layout *layout, int64_t clock_us)
 {
     const int64_t unit = layout->profile.clock_unit_ns;

@@ -180,6 +180,23 @@ static bool fits(lum_cut *cut, const lum_layout *layout,
     return over == 0 && words == line->word_count;
 }
 
+/* Whether fields of the file stand where those of the line do. */
+static bool keeps_head(const lum_layout *to, const lum_layout *from)
+{
+    if (from == NULL) {
+        return true;
+    }
+    for (unsigned f = 0; f < LUM_GROUP_FIELDS; f++) {
+        const lum_field *a = &to->profile.group[f];
+        const lum_field *b = &from->profile.group[f];
+        if (a->at != b->at || a->bytes != b->bytes || a->order != b->order ||
+            a->low != b->low || a->bits != b->bits) {
+            return false;
+        }
+    }
+    return to->profile.samples_at == from->profile.samples_at;
+}
+
 static int cut_as_it_was(lum_cut *cut, const lum_layout *layout,
                          const lum_raw_line *line, lum_error *error)
 {
@@ -190,7 +207,7 @@ static int cut_as_it_was(lum_cut *cut, const lum_layout *layout,
         }
         p->head = line->packets[i];
         p->head.line = (uint32_t)i;
-        if (!lum_cut_keeps_head(layout, line->layout)) {
+        if (!keeps_head(layout, line->layout)) {
             memset(p->head.head, 0, sizeof p->head.head);
             p->head.tail_bytes = 0;
         }

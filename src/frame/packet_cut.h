@@ -42,9 +42,6 @@ size_t lum_cut_bytes(const lum_layout *layout, const lum_cut_packet *packet);
 /* Whether ticks of its packets are what the file's packets need. */
 bool lum_cut_keeps_clock(const lum_layout *to, const lum_layout *from);
 
-/* Whether its fields stand where those of the file do. */
-bool lum_cut_keeps_head(const lum_layout *to, const lum_layout *from);
-
 /* The lowest tick that is this many microseconds. Where a tick is longer than
  * one, the last before it. */
 uint64_t lum_cut_ticks(const lum_layout *layout, int64_t clock_us);
