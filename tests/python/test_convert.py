@@ -662,7 +662,7 @@ def test_an_interruption_does_not_wait_for_what_is_written(frames, tmp_path, mon
     ("a", {}, "has no ending that shows a format"),
     ("a.npy", {"format": "e57"}, "format is 'e57'; formats are csv, ply, .*laz, parquet"),
     ("a.copc.laz", {}, "by pdal translate or untwine"),
-    ("a%s.npy", {}, r"a % in the name stands for the frame number and has to read %d or %04d, once"),
+    ("a%x.npy", {}, r"a % in the name stands for the frame number and has to read %d or %04d, once"),
     ("a%d%d.npy", {}, "has to read %d or %04d, once"),
     ("a.npy", {"columns": ["x", "colour"]}, "'colour' is not a column; columns are x, y, z"),
     ("a.bin", {"columns": ["x"]}, "columns does not go with the format bin; it goes with csv, ply, pcd, parquet"),

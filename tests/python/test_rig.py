@@ -114,7 +114,7 @@ BAD_FILES = [
     ("version: 1\nsensors:\n  - {name: a, address: 1.2.3.4}\n  - name: A\n    address: 1.2.3.5\n",
      "4: sensors.2.name: another sensor has this name"),
     ("version: 1\nsensors:\n  - {name: a, address: 1.2.3.4}\n  - name: b\n    address: 1.2.3.4\n",
-     "5: sensors.2.address: 1.2.3.4 is already that of 'a'; sensors with one address need an interface each"),
+     "5: sensors.2.address: 1.2.3.4 is already that of 'a'; to tell them apart, give each an interface of its own"),
     ("version: 1\nsensors:\n  - {name: a, address: 1.2.3.4, calibration: no.yaml}\n", "3: sensors.1.calibration: "),
     ("version: 1\nsensors:\n  - {name: a, address: 1.2.3.4, profile: bad.yaml}\n", "3: sensors.1.profile: "),
     ("version: 1\nsensors:\n" + "".join(f"  - {{name: a{i}, address: 1.2.3.{i}}}\n" for i in range(9)),

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lumsdk._frame import LINE_DTYPE, _restore
+from lumsdk._build import restore
+from lumsdk._lines import LINE_DTYPE
 
 PERIOD_NS = 100_000_000
 BEGIN_NS = 1_800_000_000 * 10 ** 9
@@ -30,7 +31,7 @@ def frame(name, number, at_ns, *, period_ns=PERIOD_NS, has_clock=True, member=0,
             "pose": tuple(map(tuple, np.eye(4).tolist())) if member else None}
     arrays = {column: np.full(points, number + i, "f4") for i, column in enumerate(columns)}
     arrays["time"] = np.linspace(0, 0.09, points, dtype="f4")
-    return _restore(info, arrays, lines)
+    return restore(info, arrays, lines)
 
 
 def stream(**sensors):

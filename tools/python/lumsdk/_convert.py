@@ -130,7 +130,7 @@ def _by_lumdump(plan: Plan) -> Summary:
     return Summary(source=said["source"], format=plan.format, outputs=names, frames=shown["frames"],
                    points=shown["points"] - (0 if "voxels" in said else said.get("poses", {}).get("without", 0)),
                    bytes=size, truncated=said["truncated"],
-                   sensors=[sensor.get("name", sensor["address"]) for sensor in said["sensors"]],
+                   sensors=[sensor.get("rig_name", sensor.get("name", sensor["address"])) for sensor in said["sensors"]],
                    losses={cause: said[cause] for cause in LOSSES if cause in said},
                    left_out=_lumdump.left_out_of(said))
 

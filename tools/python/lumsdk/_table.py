@@ -69,7 +69,7 @@ OF_RAW: Mapping[str, Column] = {
 }
 """The columns that frames of open(raw=True) have besides. Files have them if they are named."""
 
-OF_RIG = _column("u1", "", "place of the sensor in the rig, from 0")
+OF_RIG = _column("u1", "", "place in the rig, from 0")
 """The column sensor of frames that were read with a rig."""
 
 TIMES = ("sensor", "utc", "arrival")
