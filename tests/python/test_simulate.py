@@ -82,13 +82,17 @@ def test_a_room_is_simulated_with_its_true_calibration(tmp_path):
 
 
 def test_a_rig_is_simulated(tmp_path):
-    rig = tmp_path / "rig.yaml"
-    rig.write_text("version: 1\nsensors:\n  - {name: a, address: 10.42.0.37, interface: eth0}\n"
-                   "  - {name: b, address: 10.42.0.37, interface: eth1, pose: {x_m: -1, yaw_deg: 180}}\n")
+    rig = lumsdk.Rig([{"name": "a", "address": "10.42.0.37", "interface": "eth0"},
+                      {"name": "b", "address": "10.42.0.37%eth1", "calibration": {"tof_lsb_ps": 12.5}, "pose": {"x_m": -1}}])
     made = lumsdk.simulate(tmp_path / "a.pcapng", frames=1, rig=rig, truth=tmp_path / "%s.csv")
     with lumsdk.open(made) as source:
         points = [len(frame) for frame in source]
     assert sum(points) == sum(len((tmp_path / f"{name}.csv").read_text().splitlines()) - 1 for name in "ab")
+    rig.save(tmp_path / "rig.yaml")
+    lumsdk.simulate(tmp_path / "b.pcapng", frames=1, rig=tmp_path / "rig.yaml")
+    assert (tmp_path / "b.pcapng").read_bytes() == (tmp_path / "a.pcapng").read_bytes()
+    with pytest.raises(TypeError, match="a rig is a path, a text of YAML, a mapping"):
+        lumsdk.simulate(frames=1, rig=5)
     with pytest.raises(lumsdk.OptionError, match=r"'a' has an interface, and a pcap file .*; right is"):
         lumsdk.simulate(frames=1, rig=rig)
 

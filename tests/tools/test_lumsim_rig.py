@@ -236,6 +236,8 @@ class Options(unittest.TestCase):
         folder = Folder(self)
         write_rig(folder, *RIG)
         folder.write("same.yaml", "version: 1\nsensors:\n  - {name: a, address: 10.42.0.37}\n  - {name: b, address: 10.42.0.37}\n")
+        folder.write("crossed.yaml", "version: 1\nsensors:\n  - {name: front, address: 10.42.0.37, calibration: rear.yaml}\n"
+                                     "  - {name: rear, address: 10.42.0.38}\n")
         folder.write("short.txt", "10 0 0 1.8 0 0 0 1\n10.5 1 0 1.8 0 0 0 1\n")
         folder.write("left.npy", "")
         before = folder.names()
@@ -262,6 +264,7 @@ class Options(unittest.TestCase):
                 (("--rig", "same.yaml"), "--rig: same.yaml.*10.42.0.37"),
                 (("-o", "rig.yaml"), "--output: rig.yaml is the rig, which this run reads"),
                 (("--truth", "%s.yaml"), "--truth: left.yaml is the calibration, which this run reads"),
+                (("--rig", "crossed.yaml", "--truth", "%s.yaml"), "--truth: rear.yaml is the calibration, which this run reads"),
                 (("--labels", "%s.npy", "-o", "left.npy"), "has an interface"),
                 (("--path", "short.txt", "--frames", 5), r"last 0\.5 s, and 5 frames 0\.59\d+ s; right is --frames 4"),
                 (("--scene", "room", "--pose", "3.2,0,1.2,0,0,0"),

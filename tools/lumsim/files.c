@@ -6,25 +6,43 @@
 #include "../common/provenance.h"
 #include "../common/same_file.h"
 #include "layout.h"
+#include "rig.h"
 
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
+/* What the rig names, also for other sensors than the one of these options; an
+ * empty path is that of no file. */
+static size_t add_rig(const struct options *o,
+                      struct input_file out[2 * LUM_RIG_SENSORS_MAX])
+{
+    size_t count = 0;
+    for (size_t i = 0; i < o->rig.count; i++) {
+        const lum_rig_sensor_files *of = &o->rig.files->of.sensor[i];
+        out[count++] =
+            (struct input_file){of->calibration_path, "the calibration"};
+        out[count++] = (struct input_file){of->profile_path, "the profile"};
+    }
+    return count;
+}
+
+#define ALONE 5
+
 static bool check_inputs(const struct options *o, const char *option,
                          const char *output)
 {
-    const struct input_file inputs[] = {
+    struct input_file inputs[ALONE + 2 * LUM_RIG_SENSORS_MAX] = {
         {o->calibration, "the calibration"},
         {o->profile, "the profile"},
         {o->rig.path, "the rig"},
         {o->replay.path, "the capture to be replayed"},
         {o->render.place.path.kind == LUM_PATH_POSES ? o->moving.path : NULL,
          "the path"}};
+    const size_t count = ALONE + add_rig(o, inputs + ALONE);
     lum_error error = {""};
     if (output == NULL ||
-        input_files_check(inputs, sizeof inputs / sizeof inputs[0], output,
-                          &error) == 0) {
+        input_files_check(inputs, count, output, &error) == 0) {
         return true;
     }
     (void)fprintf(stderr, "lumsim: %s: %s\n", option, error.text);

@@ -14,12 +14,13 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import IO, TYPE_CHECKING, Any, Optional, Union, overload
 
 from ._errors import ClosedError, Error, OptionError, SensorError
-from ._lumdump import flatten, setting_file
+from ._lumdump import flatten, rig_file, setting_file
 from ._programs import find
 
 if TYPE_CHECKING:
     from typing_extensions import Literal
 
+    from ._rig import Given as OneRig
     from ._settings import Value
 
     Path = Union[str, os.PathLike[str]]
@@ -62,6 +63,8 @@ def _arguments(options: Mapping[str, Any], folder: str) -> list[str]:
             words.append(option)
         elif name in ("calibration", "profile"):
             words += [option, value if isinstance(value, str) else setting_file(name, value, folder)]
+        elif name == "rig":
+            words += [option, rig_file(value, folder)]
         elif name == "set":
             words += [word for pair in flatten(value) for word in (option, pair)]
         elif name in ("fault", "truth"):
@@ -123,7 +126,7 @@ def simulate(path: Path, frames: int = ..., lines: Literal[64, 640] = ..., seed:
              poses: Optional[Path] = ..., labels: Optional[Path] = ...,
              drift: float = ..., batch: float = ..., calibration: Optional[Settings] = ...,
              profile: Optional[Settings] = ..., set: Union[Mapping[str, Value], Iterable[str], None] = ...,
-             address: Optional[str] = ..., client: Optional[str] = ..., rig: Optional[Path] = ...) -> str: ...
+             address: Optional[str] = ..., client: Optional[str] = ..., rig: Optional[OneRig] = ...) -> str: ...
 @overload
 def simulate(path: None = ..., frames: int = ..., lines: Literal[64, 640] = ..., seed: int = ..., *, rate: float = ...,
              returns_max: int = ..., loss: float = ..., duplicate: float = ..., reorder: float = ...,
@@ -134,7 +137,7 @@ def simulate(path: None = ..., frames: int = ..., lines: Literal[64, 640] = ...,
              poses: Optional[Path] = ..., labels: Optional[Path] = ...,
              drift: float = ..., batch: float = ..., calibration: Optional[Settings] = ...,
              profile: Optional[Settings] = ..., set: Union[Mapping[str, Value], Iterable[str], None] = ...,
-             address: Optional[str] = ..., client: Optional[str] = ..., rig: Optional[Path] = ...) -> bytes: ...
+             address: Optional[str] = ..., client: Optional[str] = ..., rig: Optional[OneRig] = ...) -> bytes: ...
 
 
 def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 640] = 64, seed: int = 1, *,
@@ -147,7 +150,7 @@ def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 64
              drift: float = 0.0, batch: float = 0.0, calibration: Optional[Settings] = None,
              profile: Optional[Settings] = None, set: Union[Mapping[str, Value], Iterable[str], None] = None,
              address: Optional[str] = None, client: Optional[str] = None,
-             rig: Optional[Path] = None) -> Union[str, bytes]:
+             rig: Optional[OneRig] = None) -> Union[str, bytes]:
     """A capture of a sensor that drives along a simulated street or round a town, or is in a room or a yard, written to
     a path, which is returned; without a path, its bytes, for lumsdk.open().
 
@@ -167,8 +170,9 @@ def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 64
     calibration and profile are a path, a mapping or an object of lumsdk, set has single keys of them. address is the
     sensor's, client the receiver's HOST or HOST:PORT.
 
-    rig is the path of a rig: then all its sensors are in the capture, pose and motion are the vehicle's, and truth and
-    labels have %s in their names, for the name of the sensor. Sensors with an interface need a name that ends in .pcapng.
+    rig is what open() takes for it: then all its sensors are in the capture, pose and motion are the vehicle's, and truth
+    and labels have %s in their names, for the name of the sensor. Sensors with an interface need a name that ends in
+    .pcapng.
 
     Raises OptionError for what lumsim refuses, and Error where it fails, both with its sentence.
     """
