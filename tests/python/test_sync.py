@@ -1,6 +1,7 @@
 """lumsdk.sync(): frames that belong together, of made-up sensors."""
 import math
 import pickle
+import re
 import warnings
 
 import lumsdk
@@ -101,7 +102,24 @@ def test_a_sensor_that_stops_is_missed_and_comes_back():
     assert most < 20
     assert got == len(source)
     assert [i for i, made in enumerate(sets) if not made.complete] == list(range(10, 40))
-    assert "it has stopped; its last frame, 9, began " in sets[20].missing["b"]
+    assert sets[20].missing["b"] == "no later frame of it has come; its last frame, 9, began 1.080 s before"
+
+
+def test_a_frame_that_comes_late_is_a_set_that_says_so():
+    """The last one of a sensor that stops ends when the stream does."""
+    source = sorted([*stream(a=free(0, 16)), *stream(b=free(0, 4))], key=lambda one: one.utc_ns) + [frame("b", 4, 4 * PERIOD_NS)]
+    [late] = [made for made in lumsdk.sync(source) if numbers([made]) == [{"b": 4}]]
+    assert late.missing == {"a": "the set came late, after those of its time"}
+
+
+def test_a_clock_that_goes_back_is_told_by_its_times():
+    """Of the frames of one sensor from number 8 on, by 3 s."""
+    source = [frame(name, i, i * PERIOD_NS - (30 * PERIOD_NS if name == "b" and i >= 8 else 0)) for i in range(20) for name in "ab"]
+    sets = list(lumsdk.sync(source))
+    assert sorted((name, one.number) for made in sets for name, one in made.items()) == [(n, i) for n in "ab" for i in range(20)]
+    assert [made["b"].number for made in sets if made.complete] == list(range(8))
+    [missing] = [made.missing for made in sets if numbers([made]) == [{"a": 12}]]
+    assert re.fullmatch(r"no later frame of it has come; its last frame, \d+, began (2\.[6-9]|3\.\d)00 s before", missing["b"]), missing
 
 
 def test_a_sensor_that_never_comes_is_missed():

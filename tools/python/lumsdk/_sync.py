@@ -191,7 +191,8 @@ class _Track:
 
     def __init__(self) -> None:
         self.number: Optional[int] = None  # of its latest frame; None: none came yet
-        self.ns = 0
+        self.latest_ns = 0  # when that one began
+        self.ns = 0  # the latest time at which one began
         self.was_first = False
         self.period_ns = 0  # not known
         self._periods: collections.deque[int] = collections.deque(maxlen=_PERIODS)
@@ -208,7 +209,8 @@ class _Track:
             if steps > 0 and passed > 0 and not self.was_first:
                 self._periods.append(passed // steps)
                 self.period_ns = statistics.median_low(self._periods)
-        self.number, self.ns, self.was_first = number, max(ns, self.ns), frame.first
+        self.number, self.latest_ns, self.was_first = number, ns, frame.first
+        self.ns = max(ns, self.ns)
         return skipped
 
 
@@ -311,26 +313,29 @@ class _Sync:
             near = self._items[:bisect.bisect_right(self._items, (horizon, math.inf))]
             chosen = near[:_first_set(near, tolerance)]
             del self._items[:len(chosen)]
+            is_late = chosen[-1].ns < self._done_ns
             self._done_ns = max(self._done_ns, chosen[-1].ns)
             frames = {item.name: item.frame for item in chosen if item.frame is not None}
             if frames:
-                return self._set(frames, {item.name: item for item in chosen}, tolerance)
+                return self._set(frames, {item.name: item for item in chosen}, tolerance, is_late)
         return None
 
-    def _set(self, frames: Mapping[str, Frame], items: Mapping[str, _Item], tolerance: int) -> FrameSet:
+    def _set(self, frames: Mapping[str, Frame], items: Mapping[str, _Item], tolerance: int, is_late: bool) -> FrameSet:
         ns = min(frame.utc_ns for frame in frames.values())
-        missing = {name: self._why(name, items.get(name), ns, tolerance) for name in self._tracks if name not in frames}
+        missing = {name: self._why(name, items.get(name), ns, tolerance, is_late) for name in self._tracks if name not in frames}
         return FrameSet({name: frames[name] for name in self._tracks if name in frames}, missing)
 
-    def _why(self, name: str, skipped: Optional[_Item], ns: int, tolerance: int) -> str:
+    def _why(self, name: str, skipped: Optional[_Item], ns: int, tolerance: int, is_late: bool) -> str:
         track = self._tracks[name]
         if skipped is not None:
             return f"its frame {skipped.number} did not come"
         if track.number is None:
             return "no frame of it came" if self.has_ended else "no frame of it has come yet"
+        if is_late:
+            return "the set came late, after those of its time"
         if track.ns < ns:
-            ago = f"its last frame, {track.number}, began {(ns - track.ns) * 1e-9:.3f} s before"
-            return f"the stream ended; {ago}" if self.has_ended else f"it has stopped; {ago}"
+            ago = f"its last frame, {track.number}, began {(ns - track.latest_ns) * 1e-9:.3f} s before"
+            return f"the stream ended; {ago}" if self.has_ended else f"no later frame of it has come; {ago}"
         return f"no frame of it begins within {tolerance * 1e-9:.3f} s that is not in another set"
 
 
@@ -378,7 +383,7 @@ def sync(source: Union[Source, Iterable[Frame]], tolerance: Optional[float] = No
     Each frame is in exactly one set, and a set has at most one frame of each sensor; all of its frames begin within the
     tolerance. Nothing is dropped: what has no company is a set of one frame, and each set says which sensors it lacks, and why.
     Of several ways to make sets, those count in which frames that begin one after the other with little time between are
-    together; a set ends where nothing begins for long. Sets come by their time.
+    together; a set ends where nothing begins for long. Sets come by their time, but for late frames.
 
     Sensors that run freely at one rate make complete sets, whatever their phases are, as long as the tolerance is at least
     their period, or, of n sensors, (n - 1) / n of it. Where one runs twice as fast as others, every second of its frames is a set of
@@ -386,7 +391,8 @@ def sync(source: Union[Source, Iterable[Frame]], tolerance: Optional[float] = No
 
     A set comes when frames of all sensors have come that begin twice the tolerance later. A sensor from which nothing comes is
     waited for during five periods, so that memory is bounded when one stops: it then misses in the sets, and joins them
-    again when it goes on.
+    again when it goes on. Its last frame before ends only then, or with the stream, so it comes late, in a set behind those
+    of its time. The same happens where the clock of one goes back.
 
     Args:
         source: a Source, opened with rig= or of several sensors; or anything that gives frames, such as
