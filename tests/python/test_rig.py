@@ -152,6 +152,7 @@ A = {"name": "a", "address": "1.2.3.4"}
     ([{**A, "calibration": {"eyes.red": 1}}], lumsdk.OptionError, "the rig: sensors.1.calibration: the calibration: "),
     ([{**A, "profile": 5}], TypeError, "the rig: sensors.1.profile: a profile is a path"),
     ([{**A, "pose": {"x_m": float("nan")}}], lumsdk.OptionError, "sensors.1.pose.x_m: 'nan' is not a decimal number"),
+    ([{**A, "pose.x_m": 1, "pose": {"x_m": 2}}], lumsdk.OptionError, "sensors.1.pose.x_m: repeated"),
     ([{**A, "pose": np.eye(3)}], lumsdk.OptionError, r"sensors.1.pose: it is not a pose; right is a mapping of x_m, .* or a \(4, 4\)"),
     ([{**A, "pose": np.diag([1, 1, 1.001, 1])}], lumsdk.OptionError, "sensors.1.pose: the first three columns are no rotation"),
     ([{**A, "pose": np.diag([1, 1, -1, 1])}], lumsdk.OptionError, "are no rotation"),

@@ -596,6 +596,7 @@ def test_what_is_not_allowed_is_refused(simulated, call, says):
     (lambda s: s.frames(duration="5"), "duration is '5', of type str; right is a number of seconds"),
     (lambda s: s.frames(profile="x.yaml"), "the profile is that of the session"),
     (lambda s: s.frames(progress=print), "it is for captures"),
+    (lambda s: s.frames(rig="rig.yaml"), r"move xyz by rig\[name\].pose"),
     (lambda s: s.frames(colums=["x"]), "did you mean columns")])
 def test_wrong_types_tell_what_would_be_right(simulated, call, says):
     with lumsdk.Sensor(simulated.host) as sensor, pytest.raises(TypeError, match=says):

@@ -149,6 +149,16 @@ def test_arrival_in_place_of_a_clock_is_told():
     assert made.utc_error_ns is None
 
 
+def test_two_sensors_of_one_name_are_told():
+    with pytest.warns(lumsdk.CaptureWarning, match="frames of two sensors have the name a, .* names that differ") as said:
+        list(lumsdk.sync(stream(a=free(0)) + stream(b=free(0.2))))  # of b alone, as in a second capture
+        list(lumsdk.sync(sorted(stream(a=free(0)) + stream(a=free(0.2)), key=lambda one: one.utc_ns)))
+    assert len(said) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # a sensor that boots again
+        list(lumsdk.sync(stream(a=free(0)) + stream(a=free(20))))
+
+
 def test_a_set_is_a_mapping():
     [made] = lumsdk.sync([frame("a", 0, 0), frame("b", 3, 1000)], 1, ["a", "b", "c"])
     assert list(made) == ["a", "b"] and len(made) == 2 and "c" not in made
@@ -165,6 +175,7 @@ def test_a_set_is_a_mapping():
 @pytest.mark.parametrize(("arguments", "kind", "said"), [
     (([], "1"), TypeError, "tolerance is '1'"), (([], -1), lumsdk.OptionError, "tolerance is -1"),
     (([], float("nan")), lumsdk.OptionError, "tolerance is nan"), (([], 1, "front"), TypeError, "right is a list of names"),
+    (([], 1, 5), TypeError, "sensors is 5; right is a list"), (([], 1, [5]), TypeError, "right is a list of names"),
     ((3,), TypeError, "a source is given as int"), ((["drive.pcap"],), TypeError, "gives str and not frames")])
 def test_what_is_wrong_is_told(arguments, kind, said):
     with pytest.raises(kind, match=said):
@@ -279,5 +290,5 @@ def test_a_stream_that_stands_still_ends_nothing_and_keeps_little():
     """Clocks that all say the same: no period is ever known."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        sets = list(lumsdk.sync([frame("a", 0, 0) for _ in range(300)]))
+        sets = list(lumsdk.sync([frame("a", i, 0) for i in range(300)]))
     assert [len(made) for made in sets] == [1] * 300

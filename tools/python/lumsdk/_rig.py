@@ -274,10 +274,13 @@ def _set_sensor(made: _Made, place: int, given: Any) -> None:
     if not isinstance(given, Mapping):
         raise TypeError(f"the rig: {where} is {quoted(repr(given))}; right is a mapping of {', '.join(_SENSOR[:5])} and pose")
     made.files.append({})
-    files = []
+    files, seen = [], set()
     for key, value in _flat(where, given):
         if not isinstance(key, str):
             raise TypeError(f"the rig: {where}: a key is a text such as 'name', not {type(key).__name__}")
+        if key in seen:
+            _refuse(f"{where}.{key}: repeated")
+        seen.add(key)
         if key in _FILES:
             files.append((key, value))
             continue

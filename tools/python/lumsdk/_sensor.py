@@ -291,7 +291,7 @@ class Sensor:
         """
         for name, why in (("profile", "the profile is that of the session: lumsdk.Sensor(profile=...)"),
                           ("sensor", "frames are those of this sensor alone"),
-                          ("rig", "it is for captures; frames of several sensors are put together by lumsdk.sync()"),
+                          ("rig", "give lumsdk.Sensor() the calibration and profile of rig[name], and move xyz by rig[name].pose"),
                           ("broken", "it is for captures"), ("threads", "it is for captures"), ("raw", "it is for captures"),
                           ("progress", "it is for captures")):
             if name in options:

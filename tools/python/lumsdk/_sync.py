@@ -252,6 +252,7 @@ class _Sync:
         self._now_ns = 0
         self._done_ns = 0
         self._told: set[str] = set()
+        self._alike: set[str] = set()
         self.has_ended = False
 
     # What is known.
@@ -274,6 +275,16 @@ class _Sync:
                 known = min(known, since)
         return known
 
+    def _tell_alike(self, frame: Frame, name: str) -> None:
+        """The sources of two sensors may give both one name; a sensor's own numbers do not come twice in the time of a frame."""
+        track = self._tracks.get(name)
+        if track is None or track.number is None or name in self._alike:
+            return
+        if frame.number <= track.number and 0 <= frame.utc_ns - track.latest_ns < frame.duration * 1e9:
+            self._alike.add(name)
+            warn(f"frames of two sensors have the name {name}, so sync() takes them for one: right are names that differ, as "
+                 "open(rig=) gives them")
+
     def _tell(self, frame: Frame, name: str) -> None:
         if frame._info.begin_utc_ns or name in self._told:
             return
@@ -284,6 +295,7 @@ class _Sync:
         """Take a frame."""
         name = frame.sensor
         self._tell(frame, name)
+        self._tell_alike(frame, name)
         track = self._tracks.setdefault(name, _Track())
         for ns, number in track.note(frame):
             if ns > self._done_ns:
@@ -396,7 +408,7 @@ def sync(source: Union[Source, Iterable[Frame]], tolerance: Optional[float] = No
 
     Args:
         source: a Source, opened with rig= or of several sensors; or anything that gives frames, such as
-            heapq.merge(a, b, key=lambda frame: frame.utc_ns) of two sources.
+            heapq.merge(a, b, key=lambda frame: frame.utc_ns) of two sources, whose sensors have different names.
         tolerance: seconds. Without it, the shortest period of the sensors, as far as they have come.
         sensors: the names of all that are to come, such as a Rig; a Source that was opened with rig= has them itself.
             Without them, a sensor is missed only after its first frame.
@@ -405,9 +417,10 @@ def sync(source: Union[Source, Iterable[Frame]], tolerance: Optional[float] = No
         OptionError, TypeError: an option is not right, or the source gives something else than frames.
     """
     tolerance_ns = _check_tolerance(tolerance)
-    if isinstance(sensors, str):
+    names = list(sensors) if isinstance(sensors, Iterable) else []
+    if sensors is not None and (not isinstance(sensors, Iterable) or isinstance(sensors, str) or
+                                any(not isinstance(name, str) for name in names)):
         raise TypeError(f"sensors is {sensors!r}; right is a list of names, or a Rig")
-    names = list(sensors) if sensors is not None else []
     if isinstance(source, Source) and sensors is None:
         names = source._names()
     if not isinstance(source, Iterable):
