@@ -383,6 +383,10 @@ def test_names_that_cannot_be_are_refused(drive, rig, frames, tmp_path):
         lumsdk.convert(drive, tmp_path / "%s-%s.npy", rig=rig)
     with pytest.raises(lumsdk.OptionError, match="frames of several sensors have the same numbers: put %s"):
         lumsdk.convert(drive, tmp_path / "%04d.npy", rig=rig)
+    read = tmp_path / "rig.npy"
+    rig.save(read)
+    with pytest.raises(lumsdk.OptionError, match="rig.npy is the rig, which this run reads: name another output"):
+        lumsdk.convert(drive, read, rig=read)
     bare = next(iter(lumsdk.open(drive, columns="all")))
     with pytest.raises(lumsdk.OptionError, match="%s stands for the name of a rig's sensor, and a frame of 10.42.0"):
         lumsdk.convert([bare], tmp_path / "%s.npy")

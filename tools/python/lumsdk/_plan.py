@@ -188,9 +188,11 @@ class Plan:
         """OptionError: an output of this name would replace what the run reads."""
         poses = self.output.get("poses")
         files = [*(poses.files if isinstance(poses, Poses) else [poses]), self.output.get("pose_times")]
-        of_poses = [file for file in files if isinstance(file, (str, os.PathLike))]
-        for paths, what in (self.paths, "the source itself"), (of_poses, "a file of the poses"):
+        settings = (([self.read.get(name)], f"the {name}") for name in ("rig", "calibration", "profile"))
+        for paths, what in (self.paths, "the source itself"), (files, "a file of the poses"), *settings:
             for path in paths:
+                if not isinstance(path, (str, os.PathLike)) or "\n" in os.fsdecode(path):
+                    continue
                 if not is_url(name) and os.path.exists(name) and os.path.exists(path) and os.path.samefile(name, path):
                     raise OptionError(f"{name} is {what}, which this run reads: name another output")
 
