@@ -2,12 +2,9 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import itertools
 import os
 import queue
-import re
-import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Optional, Union
@@ -15,124 +12,28 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 import numpy as np
 
 from . import _lumdump
+from ._by_lumdump import FOREIGN, by_lumdump
 from ._c import VERSION
 from ._errors import Error, OptionError
 from ._formats import WRITERS, About, AnyTarget, Job, Writer
 from ._frame import Frame
-from ._inputs import Files, Stream, open_input
+from ._inputs import Files
 from ._points_file import FORMATS, OF_MESSAGES, Messages, PointsFile
 from ._poses import Motion, Poses
 from ._reading import LOSSES
 from ._settings import Calibration, Profile
 from ._source import Source, open
-from ._plan import APPLIES, OF_TABLES, PATTERN, Plan, name_for
+from ._plan import APPLIES, OF_TABLES, Plan, name_for
 from ._summary import Summary
-from ._table import OF_RAW, Layout, extra, own_types
+from ._table import OF_RAW, Layout, own_types
 from ._target import Target, UrlTarget, failed, is_url, local_for
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
     from ._types import ConvertOptions, Given, Path
 
-_POINTS_AT_ONCE = 500_000
-
 _UNTOLD = ("calibration", "profile", "set", "rig", "columns", "broken", "threads", "progress")
 """Options that the origin of a file does not name: what they give is in it."""
-
-
-# --- By lumdump ---
-
-
-def _sources(plan: Plan, kept: contextlib.ExitStack) -> Any:
-    """What lumdump reads: paths, or an object with read()."""
-    given = open_input(plan.source, plan.source_storage)
-    kept.callback(given.close)
-    if isinstance(given, Files):
-        plan.paths = given.paths
-        return given.paths
-    return given._rewind() if isinstance(given, Stream) else io.BytesIO(plan.source)
-
-
-def _made_by(name: str, rotates: bool, sensors: Iterable[str]) -> dict[str, tuple[int, int]]:
-    """The files that outputs of this name have, also of each sensor, and what tells one from another of the same name."""
-    if "%s" in name:
-        return {path: mark for sensor in sensors for path, mark in _made_by(name.replace("%s", sensor), rotates, ()).items()}
-    folder, base = os.path.split(name)
-    if "%" in base:
-        before, after = PATTERN.split(base)[0], PATTERN.split(base)[-1]
-        pattern = re.escape(before) + r" *\d+" + re.escape(after)
-    elif rotates:
-        stem, dot, ending = base.rpartition(".")
-        pattern = re.escape(stem if dot else base) + r"-\d{4,}" + re.escape(dot + ending if dot else "")
-    else:
-        pattern = re.escape(base)
-    out = {}
-    with contextlib.suppress(OSError):
-        for entry in os.scandir(folder or "."):
-            if re.fullmatch(pattern, entry.name):
-                status = entry.stat()
-                out[os.path.join(folder, entry.name)] = status.st_ino, status.st_mtime_ns
-    return out
-
-
-@contextlib.contextmanager
-def _laz_of(plan: Plan) -> Iterator[str]:
-    """A path for a LAS file, which becomes the LAZ file of the plan piece by piece."""
-    laspy = extra("laspy", "laz")
-    extra("lazrs", "laz")
-    target: AnyTarget = UrlTarget(plan.name, plan.storage) if is_url(plan.name) else Target(plan.name)
-    try:
-        with tempfile.TemporaryDirectory(prefix=".lumsdk-", dir=target.folder) as folder:
-            path = os.path.join(folder, "map.las")
-            yield path
-            with laspy.open(path) as reader, laspy.LasWriter(target.file, reader.header, do_compress=True, closefd=False,
-                                                             laz_backend=laspy.LazBackend.LazrsParallel) as writer:
-                for points in reader.chunk_iterator(_POINTS_AT_ONCE):
-                    writer.write_points(points)
-        target.finish()
-    except BaseException as error:
-        target.discard()
-        if isinstance(error, Exception) and type(error).__module__.split(".")[0] in _FOREIGN:
-            raise failed(plan.name, error) from error
-        raise
-
-
-def _by_lumdump(plan: Plan) -> Summary:
-    if "{utc_ns}" in plan.name:
-        raise OptionError(f"{plan.name}: {{utc_ns}} goes with {', '.join(WRITERS)}; use %04d, the number of the frame")
-    options = {name: value for name, value in {**plan.read, **plan.output}.items() if name not in ("broken", "progress")}
-    with contextlib.ExitStack() as kept:
-        source = _sources(plan, kept)
-        plan.check_written(plan.name)
-        folder = kept.enter_context(tempfile.TemporaryDirectory(prefix="lumsdk-"))
-        written = "las" if plan.is_laz_of_las else plan.format
-        arguments = [f"--format={written}", *_lumdump.arguments(options, folder)]
-        total = _lumdump.bytes_of(source)
-        if plan.progress is not None:
-            plan.progress(0, total)
-        with _laz_of(plan) if plan.is_laz_of_las else local_for(plan.name, plan.storage) as local:
-            like = local, "rotate" in options, plan.sensors
-            before = _made_by(*like)
-            said = _lumdump.run(source, local, arguments)
-            made = {name: mark for name, mark in _made_by(*like).items() if before.get(name) != mark}
-            size = sum(os.path.getsize(name) for name in made)
-        if plan.is_laz_of_las:
-            made = {plan.name: (0, 0)}
-            size = 0 if is_url(plan.name) else os.path.getsize(plan.name)
-        if plan.progress is not None:
-            plan.progress(total, total)
-    names = sorted(made)
-    [shown] = said.get("pictures", [{"frames": said["frames_selected"], "points": said["points"]}])  # a picture shows one frame
-    if "voxels" in said:
-        shown = {**shown, "points": said["voxels"]["voxels"]}
-    if is_url(plan.name):
-        names = [plan.name.rsplit("/", 1)[0] + "/" + os.path.basename(name) for name in names]
-    return Summary(source=said["source"], format=plan.format, outputs=names, frames=shown["frames"],
-                   points=shown["points"] - (0 if "voxels" in said else said.get("poses", {}).get("without", 0)),
-                   bytes=size, truncated=said["truncated"],
-                   sensors=[sensor.get("rig_name", sensor.get("name", sensor["address"])) for sensor in said["sensors"]],
-                   losses={cause: said[cause] for cause in LOSSES if cause in said},
-                   left_out=_lumdump.left_out_of(said))
 
 
 # --- Of frames ---
@@ -140,9 +41,6 @@ def _by_lumdump(plan: Plan) -> Summary:
 
 class _Cancelled(Exception):
     """The output was given up."""
-
-
-_FOREIGN = ("pyarrow", "laspy", "lazrs")
 
 
 def _why(error: Exception, target: Optional[AnyTarget]) -> Exception:
@@ -210,7 +108,7 @@ class _File:
         except Error:
             raise
         except Exception as error:
-            if not isinstance(error, OSError) and type(error).__module__.split(".")[0] not in _FOREIGN:
+            if not isinstance(error, OSError) and type(error).__module__.split(".")[0] not in FOREIGN:
                 raise
             raise failed(self.name, _why(error, self._target)) from error
 
@@ -598,4 +496,4 @@ def convert(source: Union[Given, Source, Iterable[Frame], Frame], destination: P
         TypeError: the source or an option is of a wrong type.
     """
     plan = Plan(source, destination, {**options})
-    return _by_lumdump(plan) if plan.by_lumdump else _by_frames(plan)
+    return by_lumdump(plan) if plan.by_lumdump else _by_frames(plan)
