@@ -49,6 +49,12 @@ int lum_demux_take_members(lum_demux_members *out,
         return lum_error_set(error, "%zu members; at most %u are accepted",
                              options->member_count, LUM_DEMUX_MEMBERS_MAX);
     }
+    if (count != 0 && members == NULL) {
+        return lum_error_set(error,
+                             "%zu members and no array of them; give "
+                             "members, or 0 as their number",
+                             count);
+    }
     *out = (lum_demux_members){.count = count};
     for (size_t i = 0; i < count; i++) {
         take(&out->of[i], &members[i], &options->layout);

@@ -470,6 +470,18 @@ static lum_demux *begin_members(void)
     return demux;
 }
 
+static void members_need_an_array(void **state)
+{
+    const lum_demux_options options = {.struct_size = sizeof options,
+                                       .member_count = 3};
+    lum_demux *demux = NULL;
+    lum_error error = {""};
+    (void)state;
+    assert_int_equal(lum_demux_new(&options, &demux, &error), -1);
+    assert_string_equal(error.text, "3 members and no array of them; give "
+                                    "members, or 0 as their number");
+}
+
 static void assert_remark(const lum_demux *demux, size_t i, const char *text)
 {
     lum_error remark = {""};
@@ -549,6 +561,7 @@ int main(void)
         cmocka_unit_test(joined_datagrams_are_those_that_were_sent),
         cmocka_unit_test(what_stands_behind_by_both_clocks_is_out_of_order),
         cmocka_unit_test(the_fewer_of_two_that_stand_apart_are_out_of_order),
+        cmocka_unit_test(members_need_an_array),
         cmocka_unit_test(members_that_sent_nothing_are_told),
         cmocka_unit_test(a_member_whose_data_is_anothers_is_told),
         cmocka_unit_test(members_keep_their_places),

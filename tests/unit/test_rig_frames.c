@@ -736,6 +736,10 @@ static void what_does_not_go_together_is_refused(void **state)
     o.member_count = LUM_RIG_MEMBERS_MAX + 1u;
     assert_refused(&o, "9 members; at most 8 are accepted");
     o.member_count = MEMBERS;
+    o.members = NULL;
+    assert_refused(&o, "3 members and no array of them; give members, or 0 as "
+                       "their number");
+    o.members = m;
     m[1].interface = m[0].interface;
     assert_refused(&o, "members 0 and 1 are the same sensor; those of one "
                        "address need other interfaces");
