@@ -31,6 +31,12 @@ static const char *const of_las[] = {"X",
                                      "gps_time",
                                      "full_return_number",
                                      "full_number_of_returns",
+                                     "return_num",
+                                     "num_returns",
+                                     "scan_dir_flag",
+                                     "edge_flight_line",
+                                     "pt_src_id",
+                                     "flag_byte",
                                      NULL};
 static const char *const of_messages[] = {"ring", "return", NULL};
 

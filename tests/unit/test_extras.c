@@ -322,6 +322,8 @@ static void what_cannot_be_is_refused_with_what_can(void **state)
     refuse(LUM_FORMAT_CSV, NULL, &one, 1, "give yours another name");
     one.name = "classification";
     refuse(LUM_FORMAT_LAS, NULL, &one, 1, "give yours another name");
+    one.name = "return_num";
+    refuse(LUM_FORMAT_LAS, NULL, &one, 1, "give yours another name");
     assert_int_equal(
         lum_writer_check_extra(LUM_FORMAT_CSV, NULL, &one, 1, NULL), 0);
     one.name = "ring";
