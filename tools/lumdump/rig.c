@@ -12,19 +12,6 @@
 
 /* --- Names of outputs --- */
 
-/* The name with a sensor's name for its %s; NULL without memory. */
-static char *name_for(const char *name, const char *sensor)
-{
-    const char *at = strstr(name, "%s");
-    const size_t room = strlen(name) + strlen(sensor);
-    char *out = malloc(room);
-    if (out != NULL) {
-        (void)snprintf(out, room, "%.*s%s%s", (int)(at - name), name, sensor,
-                       at + 2);
-    }
-    return out;
-}
-
 static int check_percent(const char *name, lum_error *error)
 {
     return strstr(strstr(name, "%s") + 2, "%s") == NULL
@@ -56,7 +43,7 @@ static int spread(struct options *o, struct rig *rig,
     }
     for (size_t i = 0; i < rig->count; i++) {
         struct output_options one = *output;
-        char *name = name_for(output->name, rig->sensors[i].of->name);
+        char *name = rig_file_name(output->name, rig->sensors[i].of->name);
         one.name = name;
         one.sensor = (unsigned)i + 1u;
         if (name == NULL) {

@@ -118,12 +118,17 @@ static void print_unnamed(const struct summary *s, size_t i, FILE *out)
     }
 }
 
+/* NULL: no rig names it. */
+static const char *name_in_rig(const struct summary *s, size_t i)
+{
+    return s->rig != NULL ? rig_name_of(s->rig, s->framer, i) : NULL;
+}
+
 static void print_sensor_name(const struct summary *s, size_t i,
                               const char *title, FILE *out)
 {
     const lum_demux *demux = lum_framer_demux(s->framer);
-    const char *of_rig =
-        s->rig != NULL ? rig_name_of(s->rig, s->framer, i) : NULL;
+    const char *of_rig = name_in_rig(s, i);
     char name[LUM_SENSOR_NAME_BYTES];
     (void)lum_demux_name(demux, i, name);
     (void)fprintf(out, "%-10s %14s%s%s%s\n", title,
@@ -272,8 +277,10 @@ static void print_clocks(const struct summary *s, FILE *out)
         if (lum_demux_is_requested(demux, i) &&
             summary_find_clock(s, i, &clock)) {
             if (n > 1) {
+                const char *of_rig = name_in_rig(s, i);
                 (void)fprintf(out, "%-10s %14s\n", "clock",
-                              lum_demux_name(demux, i, name));
+                              of_rig != NULL ? of_rig
+                                             : lum_demux_name(demux, i, name));
             }
             print_clock(n > 1 ? "" : "clock", &clock, out);
         }

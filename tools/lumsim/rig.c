@@ -144,19 +144,6 @@ static lum_render_start start_of(const struct options *o, uint32_t i)
     return start;
 }
 
-/* With the sensor's name in it; NULL: no memory. */
-static char *name_for(const char *name, const char *sensor)
-{
-    const char *at = strstr(name, "%s");
-    const size_t room = strlen(name) + strlen(sensor);
-    char *out = malloc(room);
-    if (out != NULL) {
-        (void)snprintf(out, room, "%.*s%s%s", (int)(at - name), name, sensor,
-                       at + 2);
-    }
-    return out;
-}
-
 static const char *path_or_none(const char *path)
 {
     return path[0] != '\0' ? path : NULL;
@@ -169,7 +156,7 @@ static bool set_names(struct options *one, char *names[RIG_NAMES])
                                    &one->moving.labels};
     for (int i = 0; i < RIG_NAMES; i++) {
         if (*all[i] != NULL) {
-            names[i] = name_for(*all[i], one->rig.name);
+            names[i] = rig_file_name(*all[i], one->rig.name);
             *all[i] = names[i];
             if (names[i] == NULL) {
                 return refuse("--rig: not enough memory");
