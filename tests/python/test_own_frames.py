@@ -483,11 +483,13 @@ def test_numpy_takes_a_frame_as_records(own):
 
 @pytest.mark.skipif(not hasattr(np, "from_dlpack"), reason="this NumPy has no from_dlpack")
 def test_dlpack_shares_each_column(own):
+    is_new = tuple(map(int, np.__version__.split(".")[:2])) >= (2, 1)
     for name in own.columns:
-        assert np.shares_memory(np.from_dlpack(own[name]), own[name])
+        if is_new or own[name].dtype != bool:
+            assert np.shares_memory(np.from_dlpack(own[name]), own[name])
     fixed = own["line"].copy()
     fixed.flags.writeable = False
-    if tuple(map(int, np.__version__.split(".")[:2])) >= (2, 1):
+    if is_new:
         shared = np.from_dlpack(own.replace(line=fixed)["line"])
         assert np.shares_memory(shared, fixed) and not shared.flags.writeable
 

@@ -337,6 +337,7 @@ def read(path):
 @pytest.mark.parametrize(("kind", "way"), [("npy", "capture"), ("csv", "capture"), ("parquet", "source"), ("laz", "source"),
                                            ("npy", "frames"), ("csv", "frames")])
 def test_a_file_has_the_places_of_its_sensors(kind, way, drive, rig, frames, tmp_path):
+    pytest.importorskip({"parquet": "pyarrow", "laz": "laspy", "csv": "pandas"}.get(kind, "numpy"))
     path = tmp_path / f"a.{kind}"
     frames = [frame for frame in frames if frame.number == 2]
     if way == "capture":
@@ -359,7 +360,8 @@ def test_a_file_has_the_places_of_its_sensors(kind, way, drive, rig, frames, tmp
 
 
 def test_tables_of_frames_have_the_place(frames):
-    table = frames[1].to_arrow() if pytest.importorskip("pyarrow") else None
+    pytest.importorskip("pyarrow")
+    table = frames[1].to_arrow()
     assert str(table.schema.field("sensor").type) == "uint8"
     assert set(table["sensor"].to_pylist()) == {["front", "left", "back"].index(frames[1].sensor)}
 

@@ -50,9 +50,12 @@ static struct action action_of(const struct pass *pass)
 {
     const struct rig *rig = pass->options->rig;
     const size_t i = member_of(pass);
-    return rig == NULL ? (struct action){.sensor = 0}
-                       : (struct action){.sensor = (unsigned)i + 1u,
-                                         .extra = &rig->sensors[i].column};
+    struct action action = {.sensor = 0};
+    if (rig != NULL) {
+        action.sensor = (unsigned)i + 1u;
+        action.extra = &rig->sensors[i].column;
+    }
+    return action;
 }
 
 static int64_t clock_of_line(const void *pass, const lum_frame_line *line)
