@@ -150,7 +150,7 @@ void lum_points_mark(const lum_projector *projector, const lum_line *line,
         const uint32_t word = line->words[i];
         const bool has_range = lum_word_tof(word) >= min_tof;
         const bool has_angles = lum_line_has_angles(line, lum_word_pixel(word));
-        out[i] = has_range && has_angles ? 1u : 0u;
+        out[i] = (has_range && has_angles) ? 1u : 0u;
     }
 }
 
