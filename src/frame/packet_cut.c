@@ -146,11 +146,96 @@ static bool takes_words(lum_cut_packet *p, const lum_raw_line *line, size_t *at)
                lum_word_pixel(line->words[begin]);
 }
 
-static bool fits(lum_cut *cut, const lum_layout *layout,
+/* All words, in the order of pixels. */
+static bool take_by_pixel(lum_cut *cut, const lum_raw_line *line)
+{
+    size_t words = 0;
+    bool is_taken = true;
+    qsort(cut->packets, cut->count, sizeof *cut->packets, compare_pixel);
+    for (size_t i = 0; i < cut->count && is_taken; i++) {
+        lum_cut_packet *p = &cut->packets[i];
+        is_taken =
+            p->head.tag != LUM_TAG_RANGES || takes_words(p, line, &words);
+    }
+    qsort(cut->packets, cut->count, sizeof *cut->packets, compare_place);
+    return is_taken && words == line->word_count;
+}
+
+/* All words to samples, of which there are so many; those of a pixel stay in
+ * their order. */
+static bool put_at_places(lum_cut *cut, const lum_raw_line *line, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        cut->samples[i] = BAD_WORD;
+    }
+    for (size_t i = 0; i < line->word_count; i++) {
+        const uint16_t place = line->places[i];
+        const uint32_t word = line->words[i];
+        if (place >= count || cut->samples[place] != BAD_WORD ||
+            (i > 0 && place < line->places[i - 1u] &&
+             lum_word_pixel(word) == lum_word_pixel(line->words[i - 1u]))) {
+            return false;
+        }
+        cut->samples[place] = word;
+    }
+    return true;
+}
+
+/* Whether a packet has as many good words as it should. owners: of each pixel,
+ * the packet that has its words, from 1; a pixel does not cross packets. */
+static bool is_whole(const lum_cut *cut, size_t packet,
+                     size_t owners[LUM_LINE_PIXELS])
+{
+    const lum_cut_packet *p = &cut->packets[packet];
+    uint32_t good = 0;
+    for (uint32_t i = 0; i < p->head.num_samples; i++) {
+        const uint32_t word = cut->samples[p->first + i];
+        if (word == BAD_WORD) {
+            continue;
+        }
+        size_t *owner = &owners[lum_word_pixel(word)];
+        if (*owner != 0 && *owner != packet + 1u) {
+            return false;
+        }
+        *owner = packet + 1u;
+        good++;
+    }
+    return p->head.bad_words == p->head.num_samples - good;
+}
+
+/* All words, each to its place. */
+static bool take_by_place(lum_cut *cut, const lum_raw_line *line)
+{
+    size_t owners[LUM_LINE_PIXELS] = {0};
+    uint32_t count = 0;
+    for (size_t i = 0; i < cut->count; i++) {
+        lum_cut_packet *p = &cut->packets[i];
+        if (p->head.tag != LUM_TAG_RANGES) {
+            continue;
+        }
+        if (p->head.num_samples > LUM_RAW_PLACES_MAX - count) {
+            return false;
+        }
+        p->first = count;
+        count += p->head.num_samples;
+    }
+    if (!put_at_places(cut, line, count)) {
+        return false;
+    }
+    for (size_t i = 0; i < cut->count; i++) {
+        if (cut->packets[i].head.tag == LUM_TAG_RANGES &&
+            !is_whole(cut, i, owners)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Whether packets are possible, and have the angles of the line. */
+static bool fits(const lum_cut *cut, const lum_layout *layout,
                  const lum_raw_line *line)
 {
     uint32_t left[LUM_PIXEL_MARK_WORDS] = {0};
-    size_t words = 0;
     const bool has_number =
         field_bits(&layout->profile.group[LUM_FIELD_NUM_SAMPLES]) > 0;
     const uint32_t most_tail =
@@ -158,16 +243,14 @@ static bool fits(lum_cut *cut, const lum_layout *layout,
     if (line->angle_marks != NULL) {
         memcpy(left, line->angle_marks, sizeof left);
     }
-    qsort(cut->packets, cut->count, sizeof *cut->packets, compare_pixel);
     for (size_t i = 0; i < cut->count; i++) {
-        lum_cut_packet *p = &cut->packets[i];
+        const lum_cut_packet *p = &cut->packets[i];
         const bool is_possible =
             p->head.num_samples > 0 && p->head.tail_bytes <= most_tail &&
             p->head.num_samples <=
                 room_of(layout, LUM_CUT_BYTES_MAX - p->head.tail_bytes) &&
-            (p->head.tag == LUM_TAG_ANGLES   ? takes_angles(p, left)
-             : p->head.tag == LUM_TAG_RANGES ? takes_words(p, line, &words)
-                                             : false);
+            (p->head.tag == LUM_TAG_RANGES ||
+             (p->head.tag == LUM_TAG_ANGLES && takes_angles(p, left)));
         if (!is_possible) {
             return false;
         }
@@ -176,8 +259,22 @@ static bool fits(lum_cut *cut, const lum_layout *layout,
     for (size_t i = 0; i < LUM_PIXEL_MARK_WORDS; i++) {
         over |= left[i];
     }
-    qsort(cut->packets, cut->count, sizeof *cut->packets, compare_place);
-    return over == 0 && words == line->word_count;
+    return over == 0;
+}
+
+/* 1: all words are in its packets; 0: they do not fit; -1 without memory. */
+static int take_words(lum_cut *cut, const lum_raw_line *line, lum_error *error)
+{
+    if (line->places != NULL) {
+        if (cut->samples == NULL) {
+            cut->samples = malloc(LUM_RAW_PLACES_MAX * sizeof *cut->samples);
+        }
+        if (cut->samples == NULL) {
+            return lum_error_set(error, "out of memory");
+        }
+        cut->is_placed = take_by_place(cut, line);
+    }
+    return cut->is_placed || take_by_pixel(cut, line) ? 1 : 0;
 }
 
 /* Whether fields of the file stand where those of the line do. */
@@ -294,15 +391,24 @@ static int cut_anew(lum_cut *cut, const lum_layout *layout,
 int lum_cut_line(lum_cut *cut, const lum_layout *layout,
                  const lum_raw_line *line, lum_error *error)
 {
+    int taken = 0;
     cut->count = 0;
     cut->is_anew = false;
+    cut->is_placed = false;
     if (check_line(line, error) != 0 ||
         cut_as_it_was(cut, layout, line, error) != 0) {
         return -1;
     }
-    return cut->count > 0 && fits(cut, layout, line)
-               ? 0
-               : cut_anew(cut, layout, line, error);
+    if (cut->count > 0 && fits(cut, layout, line)) {
+        taken = take_words(cut, line, error);
+    }
+    return taken == 0 ? cut_anew(cut, layout, line, error) : taken < 0 ? -1 : 0;
+}
+
+void lum_cut_free(lum_cut *cut)
+{
+    free(cut->packets);
+    free(cut->samples);
 }
 
 /* --- Bytes --- */
@@ -364,8 +470,20 @@ static void put_rest(const lum_layout *layout, const uint8_t *head,
     }
 }
 
-int lum_cut_encode(const lum_layout *layout, const lum_raw_line *line,
-                   const lum_cut_packet *packet, uint8_t *out, lum_error *error)
+static uint32_t word_of(const lum_cut *cut, const lum_raw_line *line,
+                        const lum_cut_packet *packet, uint32_t i)
+{
+    if (cut->is_placed) {
+        return cut->samples[packet->first + i];
+    }
+    return i < packet->head.num_samples - packet->head.bad_words
+               ? line->words[packet->first + i]
+               : BAD_WORD;
+}
+
+int lum_cut_encode(const lum_cut *cut, const lum_layout *layout,
+                   const lum_raw_line *line, const lum_cut_packet *packet,
+                   uint8_t *out, lum_error *error)
 {
     const lum_raw_packet *head = &packet->head;
     const lum_group group = {.line = line->number,
@@ -379,16 +497,13 @@ int lum_cut_encode(const lum_layout *layout, const lum_raw_line *line,
     if (lum_group_encode(layout, &group, out, bytes, &len) != LUM_OK) {
         return refuse_value(layout, line, &group, error);
     }
-    const uint32_t good = head->num_samples - head->bad_words;
     put_rest(layout, head->head, out);
     for (uint32_t i = 0; i < head->num_samples; i++) {
         uint8_t *to = out + len + (size_t)LUM_SAMPLE_BYTES * i;
         if (head->tag == LUM_TAG_ANGLES) {
             lum_angle_encode(layout, line->angles[packet->first + i], to);
         } else {
-            lum_group_word_encode(
-                layout, i < good ? line->words[packet->first + i] : BAD_WORD,
-                to);
+            lum_group_word_encode(layout, word_of(cut, line, packet, i), to);
         }
     }
     memcpy(out + bytes - head->tail_bytes, head->tail, head->tail_bytes);

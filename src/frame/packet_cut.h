@@ -9,7 +9,8 @@
 /* One packet of a line, which is still to be encoded. */
 typedef struct lum_cut_packet {
     lum_raw_packet head; /* order: 0 where it is not known */
-    uint32_t first;      /* its first word in the line; angles: the pixel */
+    uint32_t first;      /* its first word: in the line, or in lum_cut.samples;
+                            angles: the pixel */
 } lum_cut_packet;
 
 /* The packets of a line, in the order in which they are sent. */
@@ -17,8 +18,12 @@ typedef struct lum_cut {
     lum_cut_packet *packets;
     size_t count;
     size_t room;
-    bool is_anew; /* its own packets are not known, or do not fit */
+    bool is_anew;      /* its own packets are not known, or do not fit */
+    bool is_placed;    /* words stand in samples, each at its place */
+    uint32_t *samples; /* LUM_RAW_PLACES_MAX; NULL: none were needed yet */
 } lum_cut;
+
+void lum_cut_free(lum_cut *cut);
 
 /* Cut a line. layout: of the packets. -1 with the reason in error. */
 LUM_MUST_CHECK int lum_cut_line(lum_cut *cut, const lum_layout *layout,
@@ -26,7 +31,7 @@ LUM_MUST_CHECK int lum_cut_line(lum_cut *cut, const lum_layout *layout,
 
 /* Encode a packet of it.
  * out: the bytes that lum_cut_bytes() tells. */
-LUM_MUST_CHECK int lum_cut_encode(const lum_layout *layout,
+LUM_MUST_CHECK int lum_cut_encode(const lum_cut *cut, const lum_layout *layout,
                                   const lum_raw_line *line,
                                   const lum_cut_packet *packet, uint8_t *out,
                                   lum_error *error);

@@ -345,7 +345,7 @@ static int add_packet(lum_packet_writer *w, stream *s, const lum_raw_line *line,
     p->frame = w->frame;
     p->ticks = lum_cut_extend(&w->layout, line_ticks, packet->head.clock_raw);
     p->len = len;
-    return lum_cut_encode(&w->layout, line, packet, p->bytes, error);
+    return lum_cut_encode(&w->cut, &w->layout, line, packet, p->bytes, error);
 }
 
 static void drop_from(queue *q, size_t count)
@@ -476,7 +476,7 @@ static void release(lum_packet_writer *w)
         clear(&w->streams[i].older);
     }
     lum_demux_free(w->reader);
-    free(w->cut.packets);
+    lum_cut_free(&w->cut);
     free(w);
 }
 

@@ -22,6 +22,8 @@ struct lum_raw_store {
     array angles;
     array marks;
     array packets;
+    array places;
+    bool has_places;
 };
 
 static bool grow(array *a, size_t needed, size_t bytes)
@@ -71,6 +73,7 @@ void lum_raw_store_free(lum_raw_store *store)
     free(store->angles.at);
     free(store->marks.at);
     free(store->packets.at);
+    free(store->places.at);
     free(store);
 }
 
@@ -81,6 +84,7 @@ void lum_raw_store_clear(lum_raw_store *store)
     store->line_count = 0;
     store->lines_without_packets = 0;
     store->packet_count = 0;
+    store->has_places = false;
 }
 
 bool lum_raw_store_reserve(lum_raw_store *store, const lum_line *line,
@@ -95,7 +99,9 @@ bool lum_raw_store_reserve(lum_raw_store *store, const lum_line *line,
            grow(&store->marks, lines * LUM_PIXEL_MARK_WORDS,
                 sizeof(uint32_t)) &&
            grow(&store->packets, store->packet_count + packets->count,
-                sizeof(lum_raw_packet));
+                sizeof(lum_raw_packet)) &&
+           (!(store->has_places || packets->places != NULL) ||
+            grow(&store->places, words, sizeof(uint16_t)));
 }
 
 static void add_packets(lum_raw_store *s, const lum_raw_list *list)
@@ -107,6 +113,33 @@ static void add_packets(lum_raw_store *s, const lum_raw_list *list)
         s->packet_count++;
     }
     s->lines_without_packets += list->count == 0 ? 1u : 0u;
+}
+
+/* The places of the words from begin to end of a line; NULL: in their order. */
+static void put_places(lum_raw_store *s, const uint16_t *places, size_t begin,
+                       size_t end)
+{
+    uint16_t *to = s->places.at;
+    for (size_t i = begin; i < end; i++) {
+        to[i] = places != NULL ? places[i - begin] : (uint16_t)(i - begin);
+    }
+}
+
+/* The first line with places has the lines before it get theirs. */
+static void add_places(lum_raw_store *s, const lum_line *line,
+                       const uint16_t *places)
+{
+    const uint64_t *first = s->first_word.at;
+    const size_t begin = count_words(s);
+    if (places != NULL && !s->has_places) {
+        for (size_t i = 0; i < s->line_count; i++) {
+            put_places(s, NULL, (size_t)first[i], (size_t)first[i + 1u]);
+        }
+        s->has_places = true;
+    }
+    if (s->has_places) {
+        put_places(s, places, begin, begin + line->word_count);
+    }
 }
 
 void lum_raw_store_add(lum_raw_store *store, const lum_projector *projector,
@@ -127,6 +160,7 @@ void lum_raw_store_add(lum_raw_store *store, const lum_projector *projector,
     memcpy(marks + store->line_count * LUM_PIXEL_MARK_WORDS, line->angle_marks,
            LUM_PIXEL_MARK_WORDS * sizeof *marks);
     add_packets(store, packets);
+    add_places(store, line, packets->places);
     store->line_count++;
     first[store->line_count] = at + line->word_count;
 }
@@ -142,6 +176,7 @@ void lum_raw_store_look(const lum_raw_store *store, lum_frame_raw *out)
     out->packet_count = store->packet_count;
     out->packets = store->packets.at;
     out->lines_without_packets = store->lines_without_packets;
+    out->places = store->has_places ? store->places.at : NULL;
 }
 
 lum_result lum_frame_get_raw(const lum_frame *frame, lum_frame_raw *out)

@@ -15,6 +15,8 @@ typedef struct lum_raw_list {
     lum_raw_packet *packets; /* their line is not set */
     size_t count;
     size_t room;
+    const uint16_t
+        *places; /* as in lum_frame_raw, of the line; NULL: likewise */
 } lum_raw_list;
 
 typedef struct lum_raw_watch lum_raw_watch;

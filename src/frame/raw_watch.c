@@ -2,17 +2,32 @@
  * an eye has at most one open line of each. */
 #include "raw.h"
 
+#include "core/group.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #define OPEN_MAX LUM_ASSEMBLER_SLOTS(LUM_OPEN_LINES_MAX)
 #define ROOM_MIN 16u
+#define UNKNOWN  UINT16_MAX /* no place: LUM_RAW_PLACES_MAX */
+
+/* The pixels of a line's samples of ranges, as they came, from the first packet
+ * on that is not in order; what came before is. */
+typedef struct pixel_list {
+    uint32_t before; /* samples that came before */
+    uint32_t last;   /* pixel of the last of them */
+    bool is_full;    /* there are too many: none is of use */
+    uint16_t *at;    /* a bad word has none that is possible */
+    size_t count;
+    size_t room;
+} pixel_list;
 
 typedef struct open_line {
     bool is_used;
     uint8_t eye;
     uint32_t number;
     lum_raw_list list;
+    pixel_list pixels;
 } open_line;
 
 typedef struct watched {
@@ -25,6 +40,7 @@ struct lum_raw_watch {
     size_t samples_at;                       /* of packets */
     watched *sensors[LUM_DEMUX_SENSORS_MAX]; /* NULL: nothing came */
     lum_raw_list taken;
+    uint16_t places[LUM_LINE_WORDS_MAX]; /* of taken */
 };
 
 /* --- Packets come --- */
@@ -54,6 +70,10 @@ static open_line *open_one(watched *s, uint8_t eye, uint32_t number)
     o->eye = eye;
     o->number = number;
     o->list.count = 0;
+    o->pixels.before = 0;
+    o->pixels.last = 0;
+    o->pixels.is_full = false;
+    o->pixels.count = 0;
     return o;
 }
 
@@ -69,6 +89,63 @@ static bool reserve(lum_raw_list *list)
     }
     list->packets = packets;
     list->room = room;
+    return true;
+}
+
+/* Whether a packet's words are good, and ordered by pixel behind what came. A
+ * bad word is above every pixel, so that the last one tells of it. */
+static bool is_in_order(const pixel_list *pixels, const lum_group *group)
+{
+    uint32_t borrow = place_of(group_word(group, 0)) - pixels->last;
+    for (uint32_t i = 1; i < group->num_samples; i++) {
+        borrow |= place_of(group_word(group, i)) -
+                  place_of(group_word(group, i - 1u));
+    }
+    return borrow >> 31 == 0 &&
+           place_of(group_word(group, group->num_samples - 1u)) <
+               LUM_LINE_PIXELS;
+}
+
+static bool reserve_pixels(pixel_list *pixels, size_t needed)
+{
+    if (needed <= pixels->room) {
+        return true;
+    }
+    size_t room = 2u * pixels->room;
+    room = room > needed ? room : needed;
+    uint16_t *at = realloc(pixels->at, room * sizeof *at);
+    if (at == NULL) {
+        return false;
+    }
+    pixels->at = at;
+    pixels->room = room;
+    return true;
+}
+
+/* At most LUM_RAW_PLACES_MAX: nobody takes memory with bad words. */
+static bool add_pixels(pixel_list *pixels, const lum_group *group)
+{
+    const uint32_t n = group->num_samples;
+    if (group->tag != LUM_TAG_RANGES) {
+        return true;
+    }
+    if (!pixels->is_full && pixels->count == 0 && is_in_order(pixels, group)) {
+        pixels->before += n;
+        pixels->last = place_of(group_word(group, n - 1u));
+        return true;
+    }
+    if (n > LUM_RAW_PLACES_MAX - pixels->before - pixels->count) {
+        pixels->is_full = true;
+    }
+    if (pixels->is_full) {
+        return true;
+    }
+    if (!reserve_pixels(pixels, pixels->count + n)) {
+        return false;
+    }
+    for (uint32_t i = 0; i < n; i++) {
+        pixels->at[pixels->count++] = (uint16_t)place_of(group_word(group, i));
+    }
     return true;
 }
 
@@ -127,7 +204,7 @@ static void take(void *context, const lum_demux_taken *packet)
     const uint64_t bad = lum_assembler_counters(packet->assembler)->bad_words;
     open_line *o = find(s, group->eye, group->line);
     o = o != NULL ? o : open_one(s, group->eye, group->line);
-    if (o != NULL && reserve(&o->list)) {
+    if (o != NULL && reserve(&o->list) && add_pixels(&o->pixels, group)) {
         add(&o->list, packet, w->order++, (uint32_t)(bad - s->bad_words));
     }
     s->bad_words = bad;
@@ -149,12 +226,40 @@ static bool is_all(const lum_raw_list *list, const lum_line *line)
     return angles == line->angle_count && words == line->word_count;
 }
 
+/* NULL: the words came in their order. Words of a pixel are of one packet. */
+static const uint16_t *find_places(lum_raw_watch *w, const pixel_list *pixels,
+                                   const lum_line *line)
+{
+    uint16_t next[LUM_LINE_PIXELS] = {0}; /* of each pixel */
+    uint16_t place = 0;
+    if (pixels->count == 0 || pixels->is_full) {
+        return NULL;
+    }
+    for (uint32_t i = line->word_count; i > 0; i--) {
+        next[lum_word_pixel(line->words[i - 1u])] = (uint16_t)(i - 1u);
+        w->places[i - 1u] = UNKNOWN;
+    }
+    for (size_t i = 0; i < pixels->count; i++) {
+        const uint16_t pixel = pixels->at[i];
+        if (pixel < LUM_LINE_PIXELS) {
+            w->places[next[pixel]++] = (uint16_t)(pixels->before + i);
+        }
+    }
+    for (uint32_t i = 0; i < line->word_count; i++) {
+        if (w->places[i] == UNKNOWN) {
+            w->places[i] = place++;
+        }
+    }
+    return w->places;
+}
+
 const lum_raw_list *lum_raw_watch_take(lum_raw_watch *watch, size_t sensor,
                                        const lum_line *line)
 {
     watched *s = watch->sensors[sensor];
     open_line *o = s != NULL ? find(s, line->eye, line->number) : NULL;
     watch->taken.count = 0;
+    watch->taken.places = NULL;
     if (o == NULL) {
         return &watch->taken;
     }
@@ -162,7 +267,9 @@ const lum_raw_list *lum_raw_watch_take(lum_raw_watch *watch, size_t sensor,
     o->list = watch->taken;
     o->is_used = false;
     watch->taken = list;
-    if (!is_all(&list, line)) {
+    if (is_all(&list, line)) {
+        watch->taken.places = find_places(watch, &o->pixels, line);
+    } else {
         watch->taken.count = 0;
     }
     return &watch->taken;
@@ -199,6 +306,7 @@ void lum_raw_watch_free(lum_raw_watch *watch)
         watched *s = watch->sensors[i];
         for (size_t k = 0; s != NULL && k < OPEN_MAX; k++) {
             free(s->open[k].list.packets);
+            free(s->open[k].pixels.at);
         }
         free(s);
     }

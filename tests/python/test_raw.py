@@ -43,7 +43,8 @@ def undone(frame):
         pixel, tof, rising = np.column_stack([line.pixel, line.tof, line.rising]).T
         packets = np.array(line.packets.tolist(), line.packets.dtype)
         yield lumsdk.Line(line.number, line.eye, line.clock_us, line.angles.astype("f8"), pixel, tof, rising, line.arrival_ns,
-                          line.has_angles.copy(), packets, line.sensor)
+                          line.has_angles.copy(), packets, line.sensor,
+                          place=None if line.place is None else np.array(line.place.tolist()))
 
 
 def of_arrays(frame):
@@ -51,6 +52,20 @@ def of_arrays(frame):
     columns = {name: np.array(frame[name].tolist(), frame[name].dtype) for name in frame.columns}
     made = lumsdk.Frame.from_arrays(columns, lines=frame.lines.copy(), number=frame.number, sensor=frame.sensor, utc_ns=frame.utc_ns)
     yield made.with_raw(frame.angles.astype("i8"), frame.has_angles.copy(), frame.packets.copy(), frame.profile)
+
+
+def mixed(path, out):
+    """The words of each packet, which are in the order of pixels, in the opposite order; those of a pixel stay in theirs."""
+    content, at = bytearray(path.read_bytes()), 24
+    while at < len(content):
+        length, = struct.unpack_from("<8xI", content, at)
+        payload = memoryview(content)[at + 16 + 42:at + 16 + length]
+        if content[at + 16 + 34:at + 16 + 36] == struct.pack(">H", 5517) and payload[12] == 3:
+            words = np.frombuffer(payload[28:], "<u4")
+            words[:] = words[np.argsort(-(words & 1023).astype("i4"), kind="stable")]
+        at += 16 + length
+    out.write_bytes(content)
+    return out
 
 
 def points_of(path, fields=lumsdk._lines.LINE_DTYPE.names, **options):
@@ -148,6 +163,33 @@ def test_undamaged_packets_come_again_byte_for_byte(make_capture, tmp_path, prof
         assert packets_of(out) == packets_of(path)
 
 
+def test_words_that_are_not_ordered_by_pixel_come_again_in_their_order(make_capture, tmp_path):
+    path, out = mixed(make_capture("-n", 2), tmp_path / "mixed.pcap"), tmp_path / "out.pcap"
+    for edit in undone, of_arrays:
+        assert rewrite(path, out, edit).cut_anew == 0
+        assert packets_of(out) == packets_of(path)
+
+    def without_places(frame):
+        assert "raw_place" in frame.columns
+        columns = {name: frame[name] for name in frame.columns if name != "raw_place"}
+        made = lumsdk.Frame.from_arrays(columns, lines=frame.lines, number=frame.number, utc_ns=frame.utc_ns)
+        yield made.with_raw(frame.angles, frame.has_angles, frame.packets, frame.profile)
+
+    def back(frame):
+        yield frame.replace(raw_place=frame["raw_place"][::-1])
+
+    def masked(frame):  # the words of some lines
+        yield frame[frame["line"] % 3 > 0]
+
+    for edit in without_places, back:
+        assert rewrite(path, out, edit).cut_anew == 0
+        assert packets_of(out) != packets_of(path)
+        assert points_of(out) == points_of(path)
+    written = rewrite(path, out, masked)
+    assert 0 < written.cut_anew < written.lines
+    assert set(packets_of(out)) & set(packets_of(path))
+
+
 @pytest.mark.parametrize(("faults", "profile"), [("lost", None), ("twice", "no-clock"), ("in another order", "bits"),
                                                  ("in another order", "no-clock"), ("all", None), ("all", "bits")])
 def test_points_and_times_of_damaged_captures_come_again(make_capture, tmp_path, faults, profile):
@@ -160,10 +202,8 @@ def test_points_and_times_of_damaged_captures_come_again(make_capture, tmp_path,
     out = tmp_path / "out.pcap"
     written = rewrite(path, out, undone, options, **options)
     assert written.dropped == {}
-    # A word whose pixel was corrupted may stand among those of another packet: that line is cut anew, and its gaps are not known.
-    assert faults == "all" or written.cut_anew == 0
-    fields = [name for name in lumsdk._lines.LINE_DTYPE.names if name != "lost_words" or faults != "all"]
-    assert points_of(out, fields, **options) == points_of(path, fields, **options)
+    assert written.cut_anew == 0
+    assert points_of(out, **options) == points_of(path, **options)
 
 
 def test_a_part_of_a_drive_is_cut_out(capture, tmp_path):
@@ -263,6 +303,8 @@ def test_a_capture_is_made_up_from_nothing(tmp_path):
     ({"number": 70_000}, "its line number is 70000; the profile's field of 16 bits holds at most 65535"),
     ({"eye": "red"}, "eye is 'red'; right is \"blue\" or \"green\""),
     ({"arrival_ns": -1}, "arrival_ns is -1; right is a whole number from 0"),
+    ({"place": np.arange(1000) - 1}, "place is -1; right is a whole number from 0 to 65535"),
+    ({"place": [0]}, r"place has the shape \(1,\); right is \(1000,\)"),
     ({"sensor": "here"}, "sensor is 'here'; right is an address"),
     ({"packets": 5}, "line 3 of the blue eye: packets has the fields of no structured array; right are clock_raw, arrival_ns"),
     ({"packets": np.zeros(1, [("line", "u4")])}, "packets has the fields line; right are clock_raw, arrival_ns"),

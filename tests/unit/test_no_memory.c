@@ -137,14 +137,19 @@ static void threads_without_memory_leave_their_work_to_the_caller(void **state)
 
 #define RAW_LINES 3u
 
-/* The frame of a few lines; failures are tried again. */
+/* The frame of a few lines, with words in no order; failures are tried again.
+ */
 static lum_frame *raw_frame(lum_framer *framer)
 {
     static struct drive_line packets;
+    static uint32_t words[LUM_LINE_PIXELS];
     lum_frame *frame = NULL;
     for (uint32_t i = 0; i < RAW_LINES; i++) {
-        drive_pixels(&packets, LUM_EYE_BLUE, i, 1000000u + 1000u * i, 0,
-                     LUM_LINE_PIXELS);
+        for (uint32_t p = 0; p < LUM_LINE_PIXELS; p++) {
+            words[p] = lum_word_make(1000, true, 7u * p % LUM_LINE_PIXELS);
+        }
+        drive_make(&packets, LUM_EYE_BLUE, i, 1000000u + 1000u * i, words,
+                   LUM_LINE_PIXELS);
         for (size_t k = 0; k < packets.count; k++) {
             const lum_record record =
                 drive_record(&packets, k, DRIVE_SENSOR, 1000 + i);
@@ -190,6 +195,7 @@ static void a_raw_line_has_all_packets_or_none(void **state)
                         : 0u;
         }
         assert_int_equal(with + raw.lines_without_packets, RAW_LINES);
+        assert_true(with == 0 || raw.places != NULL);
         lum_frame_release(frame);
         lum_framer_free(framer);
     }
@@ -215,7 +221,8 @@ static uint64_t write_all(lum_packet_writer *w, const lum_frame_raw *raw)
                                    .packets = raw->packets + i * packets,
                                    .packet_count = packets,
                                    .sensor = DRIVE_SENSOR,
-                                   .number = (uint32_t)i};
+                                   .number = (uint32_t)i,
+                                   .places = raw->places + raw->first_word[i]};
         while (lum_packet_writer_add(w, &line, &error) != 0) {
             failed++;
         }

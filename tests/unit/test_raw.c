@@ -244,7 +244,9 @@ static lum_raw_line line_of(const lum_frame *frame, const lum_frame_raw *raw,
         .packet_count = packets,
         .sensor = DRIVE_SENSOR,
         .number = line.number,
-        .eye = line.eye};
+        .eye = line.eye,
+        .places =
+            raw->places != NULL ? raw->places + raw->first_word[i] : NULL};
 }
 
 static void write_frames(const struct run *r, lum_packet_writer *w)
@@ -323,6 +325,167 @@ static void what_the_profile_does_not_know_comes_again(void **state)
     write_frames(r, w);
     assert_int_equal(lum_packet_writer_close(w, NULL), 0);
     assert_written(r);
+    run_free(r);
+    (void)remove(FILE_NAME);
+}
+
+/* Words of a line in order, and of one whose pixels stand in no order, also
+ * across packets; each pixel has two in one packet. */
+static void make_mixed(uint32_t *words, uint32_t line)
+{
+    for (uint32_t i = 0; i < 1000u; i++) {
+        const uint32_t pixel = line == 0 ? i / 2u : i / 2u * 7u % 500u;
+        words[i] = lum_word_make((int32_t)(1000u + i), i % 2u == 0, pixel);
+    }
+}
+
+static void send_mixed(struct run *r)
+{
+    static uint32_t words[1000];
+    static struct drive_line line;
+    for (uint32_t i = 0; i < 3u; i++) {
+        make_mixed(words, i % 2u);
+        drive_make(&line, LUM_EYE_BLUE, i, 1000000u + i * PERIOD_US, words,
+                   1000);
+        for (size_t k = line.count; k > 0; k--) {
+            send(r, &line, k - 1u);
+        }
+    }
+    end(r);
+}
+
+static void words_in_no_order_have_their_places(void **state)
+{
+    struct run *r = run_new(true);
+    (void)state;
+    send_mixed(r);
+    const lum_frame_raw raw = raw_of(r->frames[0]);
+    assert_int_equal(raw.line_count, 3);
+    assert_non_null(raw.places);
+    for (size_t i = 0; i < 3; i++) {
+        const lum_raw_line line = line_of(r->frames[0], &raw, i);
+        for (size_t k = 0; k < line.word_count; k++) {
+            const uint32_t sent = (uint32_t)lum_word_tof(line.words[k]) - 1000u;
+            uint32_t before = 0;
+            uint32_t p = 0;
+            /* the last packet came first */
+            while (line.packets[p].tag != LUM_TAG_RANGES ||
+                   sent < line.packets[p].first_sample_index) {
+                before += line.packets[p].tag == LUM_TAG_RANGES
+                              ? line.packets[p].num_samples
+                              : 0;
+                p++;
+            }
+            assert_int_equal(line.places[k],
+                             before + sent -
+                                 line.packets[p].first_sample_index);
+        }
+    }
+    run_free(r);
+}
+
+static void words_in_order_have_no_places(void **state)
+{
+    struct run *r = run_new(true);
+    (void)state;
+    send_frames(r, 1);
+    end(r);
+    assert_null(raw_of(r->frames[0]).places);
+    run_free(r);
+}
+
+static void words_in_no_order_come_again_as_they_were(void **state)
+{
+    struct run *r = run_new(true);
+    lum_packet_writer *w = open_writer(NULL);
+    (void)state;
+    send_mixed(r);
+    write_frames(r, w);
+    assert_int_equal(lum_packet_writer_close(w, NULL), 0);
+    assert_written(r);
+    run_free(r);
+    (void)remove(FILE_NAME);
+}
+
+/* A bad word is one of another value. */
+static void bad_words_stay_at_their_place(void **state)
+{
+    static struct drive_line line;
+    struct run *r = run_new(true);
+    const uint32_t words[] = {LUM_WORD_ZERO, lum_word_make(1000, true, 4),
+                              LUM_WORD_ZERO, lum_word_make(2000, true, 9)};
+    (void)state;
+    drive_make(&line, LUM_EYE_GREEN, 3, 1000000, words, 4);
+    for (size_t k = 0; k < line.count; k++) {
+        send(r, &line, k);
+    }
+    end(r);
+    lum_packet_writer *w = open_writer(NULL);
+    write_frames(r, w);
+    assert_int_equal(lum_packet_writer_close(w, NULL), 0);
+    assert_written(r);
+    run_free(r);
+    (void)remove(FILE_NAME);
+}
+
+/* No place is kept of lines with more bad words than anyone sends. */
+static void bad_words_without_end_take_no_memory(void **state)
+{
+    static uint32_t words[300];
+    static struct drive_line line;
+    struct run *r = run_new(true);
+    (void)state;
+    for (uint32_t i = 0; i < 300u; i++) {
+        words[i] = LUM_WORD_ZERO;
+    }
+    drive_make(&line, LUM_EYE_GREEN, 3, 1000000, words, 300);
+    for (size_t k = 0; k + 1u < line.count; k++) {
+        send(r, &line, k);
+    }
+    for (uint32_t n = 0; n <= LUM_RAW_PLACES_MAX; n += 300u) {
+        r->record_count = RECORDS_MAX - 1u;
+        send(r, &line, line.count - 1u);
+    }
+    words[7] = lum_word_make(1000, true, 4);
+    drive_make(&line, LUM_EYE_GREEN, 3, 1000000, words, 300);
+    r->record_count = RECORDS_MAX - 1u;
+    send(r, &line, line.count - 1u);
+    end(r);
+    const lum_frame_raw raw = raw_of(r->frames[0]);
+    assert_int_equal(raw.first_word[1], 1);
+    assert_int_equal(raw.lines_without_packets, 0);
+    assert_null(raw.places);
+    run_free(r);
+}
+
+/* By pixel instead: a place that is none, one that is there twice, words of a
+ * pixel in another order, a pixel in two packets. */
+static void places_that_do_not_fit_are_not_used(void **state)
+{
+    static uint16_t places[4][1000];
+    static struct drive_line packets;
+    struct run *r = run_new(true);
+    (void)state;
+    make_line(&packets, LUM_EYE_BLUE, 3, 1000000);
+    for (size_t k = 0; k < packets.count; k++) {
+        send(r, &packets, k);
+    }
+    end(r);
+    const lum_frame_raw raw = raw_of(r->frames[0]);
+    lum_raw_line line = line_of(r->frames[0], &raw, 0);
+    for (uint16_t k = 0; k < 1000u; k++) {
+        places[0][k] = k == 500u ? 1000u : k;
+        places[1][k] = k == 500u ? 499u : k;
+        places[2][k] = k ^ 1u;
+        places[3][k] = (uint16_t)(k % 2u * 500u + k / 2u);
+    }
+    for (size_t i = 0; i < 4; i++) {
+        lum_packet_writer *w = open_writer(NULL);
+        line.places = places[i];
+        assert_int_equal(lum_packet_writer_add(w, &line, NULL), 0);
+        assert_int_equal(lum_packet_writer_close(w, NULL), 0);
+        assert_written(r);
+    }
     run_free(r);
     (void)remove(FILE_NAME);
 }
@@ -616,6 +779,12 @@ int main(void)
         cmocka_unit_test(bad_words_are_counted_in_their_packet),
         cmocka_unit_test(frames_are_written_as_the_packets_they_came_in),
         cmocka_unit_test(what_the_profile_does_not_know_comes_again),
+        cmocka_unit_test(words_in_no_order_have_their_places),
+        cmocka_unit_test(words_in_order_have_no_places),
+        cmocka_unit_test(words_in_no_order_come_again_as_they_were),
+        cmocka_unit_test(bad_words_stay_at_their_place),
+        cmocka_unit_test(bad_words_without_end_take_no_memory),
+        cmocka_unit_test(places_that_do_not_fit_are_not_used),
         cmocka_unit_test(a_jump_of_the_clock_is_written_twice),
         cmocka_unit_test(a_line_that_is_moved_takes_its_packets_along),
         cmocka_unit_test(a_line_without_packets_is_cut_as_the_sensor_does_it),

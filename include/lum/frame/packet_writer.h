@@ -70,6 +70,10 @@ typedef struct lum_raw_line {
     uint32_t sensor;               /**< address, host order */
     uint32_t number;               /**< line number */
     uint8_t eye;                   /**< an ::lum_eye */
+    const uint16_t *places; /**< of each word, as in lum_frame_raw: the words
+                                 of a packet are written in this order if that
+                                 fits packets and words; NULL, or it does not
+                                 fit: ordered by pixel */
 } lum_raw_line;
 
 /** What was written. */

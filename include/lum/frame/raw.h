@@ -22,6 +22,9 @@ extern "C" {
 /** Most bytes behind the last sample of a packet that are kept. */
 #define LUM_RAW_TAIL_MAX 16u
 
+/** Most samples of a line's packets of ranges whose places are kept. */
+#define LUM_RAW_PLACES_MAX 65535u
+
 /** A packet that a line was made of. It never grows. */
 typedef struct lum_raw_packet {
     uint64_t clock_raw; /**< sensor clock as sent, in ticks */
@@ -69,6 +72,13 @@ typedef struct lum_frame_raw {
                                         lines that had begun before the place
                                         where reading went on */
     size_t lines_without_packets;  /**< lines whose packets are not known */
+    const uint16_t *places; /**< of each word, its place among the samples of
+                               its line's packets of ranges, in the order of
+                                 packets and with the bad words: 0, 1, ...
+                                 NULL: that is the order of words in all lines.
+                                 So it is taken to be where a line has more than
+                                 LUM_RAW_PLACES_MAX such samples, or packets
+                               that are not known */
 } lum_frame_raw;
 
 /** The raw part of a frame.

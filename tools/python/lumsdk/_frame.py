@@ -187,7 +187,8 @@ class Frame:
             return UnknownKeyError(f"the frame has no column {name!r}, only {has}: name it in columns= when the source is opened, "
                                    f'say columns="all", or set it by replace({name}=...)')
         if name in RAW_COLUMNS:
-            return UnknownKeyError(f"the frame has no column {name!r}, only {has}: open the source with raw=True")
+            why = "open the source with raw=True" if "tof" not in self else "words of its packets are in order"
+            return UnknownKeyError(f"the frame has no column {name!r}, only {has}: {why}")
         return UnknownKeyError(f"there is no column {name!r}; there are {', '.join((*COLUMNS, *self._own))}")
 
     @overload
@@ -195,7 +196,7 @@ class Frame:
     @overload
     def __getitem__(self, key: Uint32Column) -> NDArray[np.uint32]: ...
     @overload
-    def __getitem__(self, key: Uint16Column) -> NDArray[np.uint16]: ...
+    def __getitem__(self, key: Union[Uint16Column, Literal["raw_place"]]) -> NDArray[np.uint16]: ...
     @overload
     def __getitem__(self, key: Union[Uint8Column, Literal["sensor"]]) -> NDArray[np.uint8]: ...
     @overload

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 PIXELS = int(lib.LUM_LINE_PIXELS)
 MARKS = (PIXELS + 31) // 32
 
-RAW_COLUMNS: dict[str, np.dtype[Any]] = {"tof": np.dtype("i4"), "raw_azimuth": np.dtype("i2"), "raw_elevation": np.dtype("i2")}
-"""The columns that raw=True adds, and the type of their numbers."""
+RAW_COLUMNS: dict[str, np.dtype[Any]] = {"tof": np.dtype("i4"), "raw_azimuth": np.dtype("i2"), "raw_elevation": np.dtype("i2"),
+                                         "raw_place": np.dtype("u2")}
+"""The columns that raw=True adds, and the type of their numbers; raw_place only to frames with packets out of order."""
 
 NEEDED = ("line", "pixel", "eye", "edge")
 """The columns that a raw frame has whichever are chosen: with tof they are the words."""
@@ -132,6 +133,8 @@ def frame_of(base: Frame, origin: Origin) -> Frame:
     columns.update(line=lines["number"][which], eye=lines["eye"][which], pixel=pixel,
                    edge=(words >> 10 & 1).astype("u1"), tof=words.view("i4") >> 12,
                    raw_azimuth=angles[which, pixel, 0], raw_elevation=angles[which, pixel, 1])
+    if raw.places != ffi.NULL:
+        columns["raw_place"] = np.array(_view(owner, raw.places, (len(words),), "u2"))
     made_frame = restore(vars(base._info), columns, lines)
     made_frame._raw = Raw(angles, marks, packets, origin)
     return made_frame

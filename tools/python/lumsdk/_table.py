@@ -66,6 +66,7 @@ OF_RAW: Mapping[str, Column] = {
     "tof": Column(RAW_COLUMNS["tof"], "", "time of flight as sent, in the profile's unit"),
     "raw_azimuth": Column(RAW_COLUMNS["raw_azimuth"], "", "as sent; 32768 would be half the azimuth's width"),
     "raw_elevation": Column(RAW_COLUMNS["raw_elevation"], "", "as sent; 32768 would be half the elevation's range"),
+    "raw_place": Column(RAW_COLUMNS["raw_place"], "", "place in the packets of the line, from 0"),
 }
 """The columns that frames of open(raw=True) have besides. Files have them if they are named."""
 

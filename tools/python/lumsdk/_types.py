@@ -45,7 +45,7 @@ Column = Literal[FloatColumn, Uint32Column, Uint16Column, Uint8Column]
 OwnColumn = NewType("OwnColumn", str)
 """The name of a column of one's own, for type checkers, which take no other text: frame[OwnColumn("label")]."""
 
-AnyColumn = Union[Column, Literal["tof", "sensor"], Int16Column, OwnColumn]
+AnyColumn = Union[Column, Literal["tof", "raw_place", "sensor"], Int16Column, OwnColumn]
 """Also those of raw=True, and that of frames which were joined."""
 ImageColumn = Union[AnyColumn, Literal["xyz"]]
 DataColumn = Union[Column, Literal["xyz"]]

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _FORMATS = {".pcap": lib.LUM_CAPTURE_PCAP, ".pcapng": lib.LUM_CAPTURE_PCAPNG}
 _EYES = ("blue", "green")
+_PLACE = (0, 2 ** 16 - 1)
 _TOF = (-int(lib.LUM_TOF_MAX) - 1, int(lib.LUM_TOF_MAX))
 _COLUMNS = ("tof", "pixel", "edge", "line", "eye")
 _LINES_TOGETHER = 2048  # of lines without a frame, whose packets are put in order together
@@ -73,6 +74,8 @@ class Line:
     """Those that it was made of, as in frame.packets; None: not known."""
     sensor: str = "10.42.0.37"
     origin: Optional[_raw.Origin] = dataclasses.field(default=None, repr=False, compare=False)
+    place: Any = None
+    """Of each word, its place in its packets, as in the column raw_place; None: packets have their words ordered by pixel."""
 
 
 # --- A frame to arrays ---
@@ -85,6 +88,7 @@ class _Lines(NamedTuple):
     table: Array
     """LINE_DTYPE; first_point and point_count are those of words."""
     words: Array
+    places: Optional[Array]
     angles: Array
     marks: Array
     packets: Array
@@ -151,7 +155,10 @@ def _take(frame: Frame) -> _Lines:
                           "lines")
     raw = dataclasses.replace(kept)
     _put_angles(frame, raw, table, columns, where)
-    return _Lines(frame.sensor, table, _raw.words_of(columns["tof"], columns["edge"], columns["pixel"]),
+    places = None
+    if "raw_place" in frame.columns:
+        places = np.ascontiguousarray(_raw.whole(frame._array("raw_place"), "raw_place", *_PLACE, where=where), "u2")
+    return _Lines(frame.sensor, table, _raw.words_of(columns["tof"], columns["edge"], columns["pixel"]), places,
                   np.ascontiguousarray(raw.angles), np.ascontiguousarray(raw.marks), raw.packets, raw.origin)
 
 
@@ -161,11 +168,13 @@ def to_lines(frame: Frame) -> list[Line]:
     has = _raw.Raw(found.angles, found.marks, found.packets, None).has_angles()
     made = []
     for i, line in enumerate(found.table):
-        words = found.words[line["first_point"]:line["first_point"] + line["point_count"]]
+        rows = slice(line["first_point"], line["first_point"] + line["point_count"])
+        words = found.words[rows]
         packets = found.packets[found.packets["line"] == i]
         made.append(Line(int(line["number"]), _EYES[line["eye"]], int(line["clock_us"]), found.angles[i].copy(),
                          (words & lib.LUM_WORD_PIXEL).astype("u2"), words.view("i4") >> 12, (words >> 10 & 1).astype(bool),
-                         int(line["arrival_ns"]), has[i].copy(), packets, found.sensor, found.origin))
+                         int(line["arrival_ns"]), has[i].copy(), packets, found.sensor, found.origin,
+                         None if found.places is None else found.places[rows].copy()))
     return made
 
 
@@ -193,7 +202,8 @@ def _take_line(line: Line) -> _Lines:
     table["eye"], table["point_count"] = _EYES.index(line.eye) if isinstance(line.eye, str) else line.eye, tof.size
     packets = _raw.packets_of(line.packets, f"line {line.number} of the {line.eye} eye: ")
     packets["line"] = 0
-    return _Lines(line.sensor, table, _raw.words_of(tof.reshape(shape), edge, pixel), np.ascontiguousarray(angles[None], "i2"),
+    places = None if line.place is None else np.ascontiguousarray(_whole(line, "place", *_PLACE, shape), "u2")
+    return _Lines(line.sensor, table, _raw.words_of(tof.reshape(shape), edge, pixel), places, np.ascontiguousarray(angles[None], "i2"),
                   _raw.marks_of(has[None]), packets, line.origin)
 
 
@@ -281,11 +291,13 @@ class _File:
             one.layout = self._layout(lines.origin.profile)
         words, angles, marks, table = (ffi.cast(kind, array.ctypes.data) for kind, array in (
             ("uint32_t *", lines.words), ("lum_angle *", lines.angles), ("uint32_t *", lines.marks), ("lum_raw_packet *", packets)))
+        places = None if lines.places is None else ffi.cast("uint16_t *", lines.places.ctypes.data)
         add, writer, error = lib.lum_packet_writer_add, self._writer, self._error
         for i, (number, eye, first, count, clock_us, arrival_ns) in enumerate(lines.table[
                 ["number", "eye", "first_point", "point_count", "clock_us", "arrival_ns"]].tolist()):
             one.number, one.eye, one.clock_us, one.arrival_ns = number, eye, clock_us, arrival_ns
             one.words, one.word_count = words + first, count
+            one.places = ffi.NULL if places is None else places + first
             one.angles, one.angle_marks = angles + i * _raw.PIXELS, marks + i * _raw.MARKS
             begin = int(starts[i])
             one.packets, one.packet_count = table + begin, int(starts[i + 1]) - begin
