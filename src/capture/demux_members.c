@@ -3,16 +3,17 @@
 #include <stdio.h>
 #include <string.h>
 
-static void take(lum_demux_wanted *out, const lum_demux_member *member,
+static void take(lum_demux_known *out, const lum_demux_member *member,
                  const lum_layout *usual)
 {
     out->address = member->address;
     (void)snprintf(out->interface, sizeof out->interface, "%s",
                    member->interface != NULL ? member->interface : "");
     out->layout = member->layout != NULL ? *member->layout : *usual;
+    out->is_left_out = member->is_left_out;
 }
 
-static bool is_same(const lum_demux_wanted *a, const lum_demux_wanted *b)
+static bool is_same(const lum_demux_known *a, const lum_demux_known *b)
 {
     return a->address == b->address && strcmp(a->interface, b->interface) == 0;
 }
@@ -67,7 +68,7 @@ int lum_demux_find_member(const lum_demux_members *members, uint32_t address,
 {
     int found = LUM_DEMUX_NO_MEMBER;
     for (size_t i = 0; i < members->count; i++) {
-        const lum_demux_wanted *m = &members->of[i];
+        const lum_demux_known *m = &members->of[i];
         const bool is_any = *m->interface == '\0';
         if (m->address == address && !is_any &&
             strcmp(m->interface, interface) == 0) {
@@ -102,7 +103,7 @@ static const lum_layout *first_like(const lum_demux_members *members,
     if (is_same_layout(layout, usual)) {
         return usual;
     }
-    const lum_demux_wanted *m = members->of;
+    const lum_demux_known *m = members->of;
     while (&m->layout != layout && !is_same_layout(&m->layout, layout)) {
         m++;
     }
@@ -130,7 +131,7 @@ const lum_layout *lum_demux_layout_for(const lum_demux_members *members,
 bool lum_demux_members_name(const lum_demux_members *members, uint32_t address)
 {
     for (size_t i = 0; i < members->count; i++) {
-        const lum_demux_wanted *m = &members->of[i];
+        const lum_demux_known *m = &members->of[i];
         if (m->address == address && *m->interface != '\0') {
             return true;
         }
@@ -138,11 +139,17 @@ bool lum_demux_members_name(const lum_demux_members *members, uint32_t address)
     return false;
 }
 
+bool lum_demux_members_want(const lum_demux_members *members, int member)
+{
+    return member != LUM_DEMUX_NO_MEMBER && !members->of[member].is_left_out;
+}
+
 size_t lum_demux_members_absent(const lum_demux_members *members, int but)
 {
     size_t absent = 0;
     for (size_t i = 0; i < members->count; i++) {
-        absent += !members->of[i].is_there && (int)i != but;
+        absent += lum_demux_members_want(members, (int)i) &&
+                  !members->of[i].is_there && (int)i != but;
     }
     return absent;
 }
@@ -169,9 +176,10 @@ void lum_demux_pack_profile(lum_profile p, lum_pack *pack)
 void lum_demux_pack_members(const lum_demux_members *members, lum_pack *pack)
 {
     for (size_t i = 0; i < members->count; i++) {
-        lum_demux_wanted m = members->of[i];
+        lum_demux_known m = members->of[i];
         lum_pack_u32(pack, &m.address);
         lum_pack_text(pack, m.interface, sizeof m.interface);
         lum_demux_pack_profile(m.layout.profile, pack);
+        lum_pack_bool(pack, &m.is_left_out);
     }
 }

@@ -1,6 +1,6 @@
 /** @file
- * Which sensors of a demultiplexer are wanted, and by which layout each is
- * decoded. Internal to it. */
+ * Which sensors of a demultiplexer are known and wanted, and by which layout
+ * each is decoded. Internal to it. */
 #ifndef LUM_CAPTURE_DEMUX_MEMBERS_H
 #define LUM_CAPTURE_DEMUX_MEMBERS_H
 
@@ -11,19 +11,20 @@
 /** No member. */
 #define LUM_DEMUX_NO_MEMBER (-1)
 
-/** A sensor that is wanted. */
-typedef struct lum_demux_wanted {
+/** A sensor that is known. */
+typedef struct lum_demux_known {
     uint32_t address;
     char interface[LUM_INTERFACE_BYTES]; /* empty: the first of its address that
                                             is no other's */
     lum_layout layout;
+    bool is_left_out;
     bool is_there; /* it is one of the sensors */
-} lum_demux_wanted;
+} lum_demux_known;
 
-/** Those that are wanted. */
+/** Those that are known. */
 typedef struct lum_demux_members {
     size_t count; /* 0: all sensors */
-    lum_demux_wanted of[LUM_DEMUX_MEMBERS_MAX];
+    lum_demux_known of[LUM_DEMUX_MEMBERS_MAX];
 } lum_demux_members;
 
 /** Take those of the options: members, or one requested sensor.
@@ -48,7 +49,10 @@ const lum_layout *lum_demux_layout_for(const lum_demux_members *members,
 /** Whether a member of an address names its interface. */
 bool lum_demux_members_name(const lum_demux_members *members, uint32_t address);
 
-/** How many have not come, without this one. */
+/** Whether this one is a member that is wanted. */
+bool lum_demux_members_want(const lum_demux_members *members, int member);
+
+/** How many that are wanted have not come, without this one. */
 size_t lum_demux_members_absent(const lum_demux_members *members, int but);
 
 /** What decides which data of which members is taken: only to be compared. */

@@ -166,7 +166,7 @@ static int member_of(const lum_demux *demux, const lum_demux_entry *entry)
 static bool is_asked_for(const lum_demux *demux, const lum_demux_entry *entry)
 {
     return demux->members.count == 0 ||
-           member_of(demux, entry) != LUM_DEMUX_NO_MEMBER;
+           lum_demux_members_want(&demux->members, member_of(demux, entry));
 }
 
 /* Those that are asked for keep their places. */

@@ -23,7 +23,7 @@ static void add_text(lum_error *out, const char *text)
 
 /* The entry of a member whose data is another sensor's too; NULL: none. */
 static const lum_demux_entry *find_copy(const lum_demux *demux,
-                                        const lum_demux_wanted *member)
+                                        const lum_demux_known *member)
 {
     for (size_t i = 0; i < demux->address_count; i++) {
         const lum_demux_entry *entry = &demux->addresses[i];
@@ -49,7 +49,7 @@ static void add_sensors(const lum_demux *demux, lum_error *out)
     }
 }
 
-static void say_absent(const lum_demux *demux, const lum_demux_wanted *member,
+static void say_absent(const lum_demux *demux, const lum_demux_known *member,
                        lum_error *out)
 {
     const lum_demux_entry *copy = find_copy(demux, member);
@@ -106,7 +106,8 @@ bool lum_remarks_say_members(const lum_demux *demux, size_t *n, lum_error *out)
         return false;
     }
     for (size_t i = 0; i < members->count; i++) {
-        if (!members->of[i].is_there && (*n)-- == 0) {
+        if (lum_demux_members_want(members, (int)i) &&
+            !members->of[i].is_there && (*n)-- == 0) {
             say_absent(demux, &members->of[i], out);
             return true;
         }

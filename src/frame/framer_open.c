@@ -208,7 +208,8 @@ static void take_members(const lum_framer_options *o,
     for (size_t i = 0; i < o->member_count; i++) {
         out[i] = (lum_demux_member){.address = o->members[i].address,
                                     .interface = o->members[i].interface,
-                                    .layout = o->members[i].layout};
+                                    .layout = o->members[i].layout,
+                                    .is_left_out = o->members[i].is_left_out};
     }
 }
 

@@ -130,8 +130,6 @@ class Rig(Case):
                  "--calibration and --profile"),
                 (["--rig", rig, "--sensor", "10.42.0.37", source], f"--sensor: '10.42.0.37' is not a sensor of {rig}, which has front, "
                  "left, rear"),
-                (["--rig", shared, "--sensor", "a", source], f"{shared}: 'a' has the address of another sensor, so --sensor needs "
-                 "its interface: name it there"),
                 (["--rig", "-", "-"], "standard input can be read only once"),
                 (["--rig", "none.yaml", source], "none.yaml"),
                 (["--rig", "", source], "--rig"),
@@ -139,7 +137,7 @@ class Rig(Case):
             r = run("lumview", "--no-open", *arguments)
             self.assertEqual((r.returncode, r.stdout, r.stderr.count("\n")), (2, "", 1), r.stderr)
             self.assertIn(message, r.stderr)
-        self.assertEqual(run("lumview", "--no-open", "--rig", shared, "--sensor", "b", self.folder / "gone.pcap").returncode, 1)
+        self.assertEqual(run("lumview", "--no-open", "--rig", shared, "--sensor", "a", self.folder / "gone.pcap").returncode, 1)
 
 
 if __name__ == "__main__":

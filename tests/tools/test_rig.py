@@ -146,6 +146,14 @@ class Rig(unittest.TestCase):
         self.expect("left", rows, POSES["left"])
         self.dump("-q", *FEW, "--sensor", "left", "--columns", "x,sensor", "--frames", "whole:1", "-o", self.folder / "b.csv")
         self.assertEqual({row["sensor"] for row in read_csv(self.folder / "b.csv")}, {"1"})
+        done = self.dump("--json", "--sensor", "left")
+        got = json.loads(done.stdout)
+        self.assertEqual((done.stderr, got["rig"]["missing"], got["rig"]["unnamed"]), ("", [], []))  # rear's profile is its own
+        self.assertEqual([s["rig_name"] for s in got["sensors"]], ["left"])
+        self.assertEqual((got["data"], got["unknown_type"]), (summary(self.alone["left"])["data"], 0))
+        text = self.dump("--sensor", "left").stdout
+        for name in ("front", "rear"):
+            self.assertRegex(text, rf"{name}  10\.42\.0\.3[78].*  left out: another was asked for")
         self.refuse("'right' is not a sensor of", "--sensor", "right", "-o", self.folder / "a.csv")
 
     def test_files_say_of_which_sensors_they_are(self):
@@ -286,7 +294,8 @@ class Rig(unittest.TestCase):
         self.assertEqual({s["rig_name"]: s.get("interface") for s in got["sensors"]}, {"front": "eth0", "left": "eth1", "rear": None})
         self.assertEqual(self.dump("--sensor", "left", "-q", *FEW, "-o", self.folder / "a.csv", rig="first.yaml").stderr, "")
         self.expect("left", read_csv(self.folder / "a.csv"), POSES["left"])
-        self.refuse("--sensor front: left of", "--sensor", "front", "-o", self.folder / "a.csv", rig="first.yaml")
+        self.assertEqual(self.dump("--sensor", "front", "-q", *FEW, "-o", self.folder / "b.csv", rig="first.yaml").stderr, "")
+        self.expect("front", read_csv(self.folder / "b.csv"), POSES["front"])
 
     def test_a_file_that_keeps_no_calibration_says_so(self):
         self.assertIn("a.pcap: a capture of several sensors has no room for the calibrations and profiles of",

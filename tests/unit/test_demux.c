@@ -459,15 +459,20 @@ static const lum_demux_member members[] = {
     {.address = DRIVE_SENSOR + 99u},
 };
 
-static lum_demux *begin_members(void)
+static lum_demux *begin_with(const lum_demux_member of[3])
 {
     lum_demux_options options = {
-        .struct_size = sizeof options, .members = members, .member_count = 3};
+        .struct_size = sizeof options, .members = of, .member_count = 3};
     lum_demux *demux = NULL;
     lum_layout_default(&options.layout);
     lum_assembler_config_default(&options.config);
     assert_int_equal(lum_demux_new(&options, &demux, NULL), 0);
     return demux;
+}
+
+static lum_demux *begin_members(void)
+{
+    return begin_with(members);
 }
 
 static void members_need_an_array(void **state)
@@ -550,6 +555,30 @@ static void members_keep_their_places(void **state)
     lum_demux_free(demux);
 }
 
+static void those_left_out_are_not_missed_and_have_no_places(void **state)
+{
+    lum_demux_member of[3] = {members[0], members[1], members[2]};
+    lum_error remark = {""};
+    of[0].is_left_out = true;
+    of[2].is_left_out = true;
+    lum_demux *demux = begin_with(of);
+    (void)state;
+    assert_remark(demux, 0,
+                  "the rig's sensor 10.42.0.37%eth1 sent no data; no "
+                  "sensor did");
+    assert_false(lum_capture_remark(NULL, demux, 0, 1, &remark));
+    lum_demux_set_interface(demux, "eth0");
+    push_line(demux, DRIVE_SENSOR);
+    assert_false(lum_demux_is_wanted(demux));
+    assert_false(lum_demux_is_requested(demux, 0));
+    assert_int_equal(lum_demux_member_of(demux, 0), 0);
+    for (uint32_t i = 1; i <= LUM_DEMUX_SENSORS_MAX; i++) {
+        push_line(demux, DRIVE_SENSOR + i);
+    }
+    assert_int_equal(lum_demux_sensor_count(demux), LUM_DEMUX_SENSORS_MAX - 1u);
+    lum_demux_free(demux);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -564,6 +593,7 @@ int main(void)
         cmocka_unit_test(members_need_an_array),
         cmocka_unit_test(members_that_sent_nothing_are_told),
         cmocka_unit_test(a_member_whose_data_is_anothers_is_told),
+        cmocka_unit_test(those_left_out_are_not_missed_and_have_no_places),
         cmocka_unit_test(members_keep_their_places),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

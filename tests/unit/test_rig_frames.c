@@ -56,6 +56,7 @@ struct rig {
     lum_calibration calibrations[MEMBERS];
     lum_pose poses[MEMBERS];
     lum_rig_member members[MEMBERS];
+    bool left_out[MEMBERS];
     bool names_interfaces; /* as pcapng files do */
 };
 
@@ -241,7 +242,8 @@ static const lum_rig_member *members_of(struct rig *rig)
             .interface = i < 2 ? interfaces[sensors[i].interface] : NULL,
             .layout = &rig->layouts[i],
             .calibration = &rig->calibrations[i],
-            .pose = &rig->poses[i]};
+            .pose = &rig->poses[i],
+            .is_left_out = rig->left_out[i]};
     }
     return rig->members;
 }
@@ -458,6 +460,43 @@ static void the_one_that_no_member_names_is_known_and_not_assembled(
     free(b.at);
 }
 
+static void one_that_is_left_out_is_known_and_not_assembled(void **state)
+{
+    struct rig rig = rig_of(true);
+    struct bytes b = make_capture(&rig);
+    lum_demux_counters wanted = {.struct_size = sizeof wanted};
+    lum_demux_counters total = {.struct_size = sizeof total};
+    (void)state;
+    rig.left_out[0] = true;
+    rig.left_out[2] = true;
+    assert_own_run(&rig, &b, 1, 1);
+    lum_reader *reader = open_rig(&rig, &b, 1);
+    const lum_frame *frame = NULL;
+    while ((frame = next(reader)) != NULL) {
+        assert_int_equal(info_of(frame).member, 2);
+    }
+    const lum_framer *framer = lum_reader_framer(reader);
+    const lum_demux *demux = lum_framer_demux(framer);
+    lum_error remark = {""};
+    assert_int_equal(lum_demux_sensor_count(demux), SENSORS);
+    for (size_t i = 0; i < MEMBERS; i++) {
+        lum_demux_counters c = {.struct_size = sizeof c};
+        assert_int_equal(lum_framer_member(framer, i), i);
+        assert_int_equal(lum_demux_is_requested(demux, i), i == 1);
+        assert_int_equal(lum_demux_count(demux, i, &c), LUM_OK);
+        assert_int_equal(c.assembly.lines != 0, i == 1);
+        assert_int_equal(c.packets[LUM_PACKET_UNKNOWN_TYPE], 0);
+    }
+    assert_int_equal(lum_demux_count(demux, 1, &wanted), LUM_OK);
+    assert_int_equal(lum_demux_total(demux, &total), LUM_OK);
+    assert_memory_equal(total.packets, wanted.packets, sizeof total.packets);
+    assert_true(lum_reader_remark(reader, 0, &remark));
+    assert_non_null(strstr(remark.text, "name in the rig: 10.42.0.46%eth1"));
+    assert_false(lum_reader_remark(reader, 1, &remark));
+    lum_reader_close(reader);
+    free(b.at);
+}
+
 /* Counts the frames of each member, and returns the first remark.
  * without: a member that names no interface. */
 static lum_error count_frames(struct rig *rig, size_t without,
@@ -575,6 +614,9 @@ static void an_index_of_other_members_is_not_used(void **state)
     rig.poses[1].at[0] += 1.0; /* which frames there are is the same */
     assert_int_equal(load_index(open_rig(&rig, &of_file, 1)), 1);
     assert_int_equal(load_index(open_own(&rig, 0, &of_file)), -1);
+    rig.left_out[0] = true;
+    assert_int_equal(load_index(open_rig(&rig, &of_file, 1)), -1);
+    rig.left_out[0] = false;
     set_profile(&rig.layouts[2], 20000);
     assert_int_equal(load_index(open_rig(&rig, &of_file, 1)), -1);
     (void)remove(file_path);
@@ -764,6 +806,7 @@ int main(void)
         cmocka_unit_test(threads_change_nothing),
         cmocka_unit_test(
             the_one_that_no_member_names_is_known_and_not_assembled),
+        cmocka_unit_test(one_that_is_left_out_is_known_and_not_assembled),
         cmocka_unit_test(
             without_names_of_interfaces_members_on_them_are_not_found),
         cmocka_unit_test(

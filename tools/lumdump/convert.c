@@ -503,7 +503,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     const unsigned wants = find_wants(pass);
     const lum_view view = make_view(o, wants);
     /* the layout is for sensors that the rig does not name */
-    const bool has_members = o->rig != NULL && !o->rig->is_one;
+    const bool has_members = o->rig != NULL && !o->is_live;
     const lum_framer_options options = {
         .struct_size = sizeof options,
         .layout = has_members ? NULL : pass->layout,
@@ -522,7 +522,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
         .frame_last = o->choice.frame_last,
         .drop_incomplete = o->choice.drop_incomplete,
         .members = has_members ? o->rig->members : NULL,
-        .member_count = has_members ? o->rig->count : 0,
+        .member_count = has_members ? o->rig->files.rig.count : 0,
         .threads = framer_threads(o, wants)};
     if (lum_framer_new(&options, &pass->framer, error) != 0) {
         return PASS_FAILED;

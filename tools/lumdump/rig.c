@@ -99,40 +99,40 @@ static void list_names(const lum_rig *rig, char *out, size_t room)
     }
 }
 
-/* A sensor that is read alone is found by its own values. A live one is
- * reached by its address. */
-static int check_alone(const struct rig *rig, bool is_live, lum_error *error)
+static void set_place(struct rig *rig, size_t i, size_t place)
 {
-    const lum_rig *all = &rig->files.rig;
-    const lum_rig_sensor *of = rig->sensors[0].of;
-    for (size_t i = 0; i < all->count && !is_live; i++) {
-        if (&all->sensor[i] != of && all->sensor[i].address == of->address &&
-            of->interface[0] == '\0') {
-            return lum_error_set(
-                error,
-                "--sensor %s: %s of %s has its address too, so "
-                "name the interface of %s there as well",
-                of->name, all->sensor[i].name, rig->path, of->name);
-        }
-    }
-    return 0;
+    rig->sensors[i].of = &rig->files.rig.sensor[place];
+    rig->sensors[i].place = place;
+}
+
+/* Of all sensors, by their places, only one is read. */
+static void choose_only(struct rig *rig, size_t place)
+{
+    set_place(rig, place, 0);
+    set_place(rig, 0, place);
+    rig->count = 1;
+    rig->is_one = true;
 }
 
 /* Those that are read: one, or all. */
-static int choose(struct rig *rig, const char *name, bool is_live,
-                  lum_error *error)
+static int choose(struct rig *rig, const char *name, lum_error *error)
 {
     const lum_rig *all = &rig->files.rig;
     char names[LUM_RIG_SENSORS_MAX * (LUM_RIG_NAME_BYTES + 2u)];
-    rig->is_one = name != NULL;
+    size_t chosen = 0;
     for (size_t i = 0; i < all->count; i++) {
-        if (name == NULL || strcmp(all->sensor[i].name, name) == 0) {
-            rig->sensors[rig->count].of = &all->sensor[i];
-            rig->sensors[rig->count++].place = i;
-        }
+        set_place(rig, i, i);
     }
-    if (rig->count > 0) {
-        return name != NULL ? check_alone(rig, is_live, error) : 0;
+    rig->count = all->count;
+    if (name == NULL) {
+        return 0;
+    }
+    while (chosen < all->count && strcmp(all->sensor[chosen].name, name) != 0) {
+        chosen++;
+    }
+    if (chosen < all->count) {
+        choose_only(rig, chosen);
+        return 0;
     }
     list_names(all, names, sizeof names);
     return lum_error_set(error,
@@ -147,9 +147,11 @@ static int choose_live(struct rig *rig, struct options *o, lum_error *error)
     const lum_rig *all = &rig->files.rig;
     const uint32_t address = o->live.address.address;
     size_t kept = 0;
+    size_t found = 0;
     for (size_t i = 0; i < rig->count; i++) {
         if (rig->sensors[i].of->address == address) {
-            rig->sensors[kept++] = rig->sensors[i];
+            found = rig->sensors[i].place;
+            kept++;
         }
     }
     if (kept != 1u) {
@@ -163,26 +165,14 @@ static int choose_live(struct rig *rig, struct options *o, lum_error *error)
             o->source, kept == 0 ? "no sensor" : "several sensors", rig->path,
             kept == 0 ? "has" : "have", names);
     }
-    rig->count = 1;
-    rig->is_one = true;
+    if (!rig->is_one) {
+        choose_only(rig, found);
+    }
+    rig->is_live = true;
     if (o->live.interface == NULL && rig->sensors[0].of->interface[0] != '\0') {
         o->live.interface = rig->sensors[0].of->interface;
     }
     return 0;
-}
-
-/* One sensor is read as without a rig. A live one's datagrams name no
- * interface. */
-static void ask_for_one(const struct rig *rig, bool is_live,
-                        struct sensor_options *out)
-{
-    const lum_rig_sensor *of = rig->sensors[0].of;
-    out->is_chosen = rig->is_one && !is_live;
-    if (out->is_chosen) {
-        out->address = of->address;
-        (void)snprintf(out->interface, sizeof out->interface, "%s",
-                       of->interface);
-    }
 }
 
 /* It is read before the others. */
@@ -211,12 +201,11 @@ int rig_open(struct options *o, struct rig **out, lum_error *error)
     rig->path = o->config.rig;
     if (check_standard_input(o, error) != 0 ||
         geometry_read_rig(rig->path, &rig->files, error) != 0 ||
-        choose(rig, o->sensor.is_chosen ? o->sensor.text : NULL, o->is_live,
-               error) != 0 ||
+        choose(rig, o->sensor.is_chosen ? o->sensor.text : NULL, error) != 0 ||
         (o->is_live && choose_live(rig, o, error) != 0)) {
         return -1;
     }
-    ask_for_one(rig, o->is_live, &o->sensor);
+    o->sensor.is_chosen = false; /* by an address */
     return spread_all(o, rig, error);
 }
 
@@ -418,7 +407,8 @@ static int prepare_sensor(struct rig *rig, size_t i, lum_error *error)
         .interface = s->of->interface[0] != '\0' ? s->of->interface : NULL,
         .layout = &s->layout,
         .calibration = &s->geometry.calibration,
-        .pose = rig->is_placed ? &s->pose : NULL};
+        .pose = rig->is_placed ? &s->pose : NULL,
+        .is_left_out = i >= rig->count};
     return 0;
 }
 
@@ -451,7 +441,7 @@ int rig_prepare(struct rig *rig, const struct options *o,
 {
     rig->is_placed =
         o->points.motion.poses != NULL || !options_any(o, options_has_messages);
-    for (size_t i = 0; i < rig->count; i++) {
+    for (size_t i = 0; i < rig->files.rig.count; i++) {
         if (prepare_sensor(rig, i, error) != 0) {
             return -1;
         }
@@ -462,8 +452,11 @@ int rig_prepare(struct rig *rig, const struct options *o,
 
 /* --- Asking --- */
 
-const lum_rig_sensor *rig_find(const struct rig *rig, uint32_t address,
-                               const char *interface)
+/* The sensor of the file that an address on an interface is: the one that
+ * names it, or else one that names none. interface: NULL: it is not known.
+ * Returns NULL if it is none. */
+static const lum_rig_sensor *find(const struct rig *rig, uint32_t address,
+                                  const char *interface)
 {
     const lum_rig *all = &rig->files.rig;
     const lum_rig_sensor *found = NULL;
@@ -482,9 +475,9 @@ const lum_rig_sensor *rig_find(const struct rig *rig, uint32_t address,
 int rig_member(const struct rig *rig, const lum_demux *demux,
                const lum_record *record, const char *interface)
 {
-    const lum_rig_sensor *from = rig_find(rig, record->source, interface);
+    const lum_rig_sensor *from = find(rig, record->source, interface);
     const lum_rig_sensor *of =
-        from != NULL ? from : rig_find(rig, record->destination, interface);
+        from != NULL ? from : find(rig, record->destination, interface);
     const bool is_certain = of != NULL && of->interface[0] != '\0';
     for (size_t i = 0; i < rig->count; i++) {
         if (rig->sensors[i].of == of) {
@@ -496,9 +489,8 @@ int rig_member(const struct rig *rig, const lum_demux *demux,
 
 int rig_member_of(const struct rig *rig, const lum_framer *framer, size_t i)
 {
-    const bool is_asked =
-        rig->is_one && lum_demux_is_requested(lum_framer_demux(framer), i);
-    return is_asked ? 0 : lum_framer_member(framer, i);
+    const int member = rig->is_live ? 0 : lum_framer_member(framer, i);
+    return member < (int)rig->count ? member : -1;
 }
 
 bool rig_has_column(const struct options *o, size_t i)

@@ -15,7 +15,7 @@
 /* Name of the column with a sensor's place in the rig's file. */
 #define RIG_COLUMN "sensor"
 
-/* One sensor that is read. */
+/* One sensor. */
 struct rig_sensor {
     const lum_rig_sensor *of;
     size_t place; /* in the rig's file, from 0 */
@@ -34,11 +34,12 @@ struct rig_sensor {
 struct rig {
     const char *path;
     lum_rig_files files;
-    bool is_one;    /* --sensor chose it */
+    bool is_one;    /* --sensor or a live source chose it */
+    bool is_live;   /* then no other sends data */
     bool is_placed; /* points come in the vehicle's frame */
-    size_t count;   /* sensors that are read */
-    struct rig_sensor sensors[LUM_RIG_SENSORS_MAX];
-    lum_rig_member members[LUM_RIG_SENSORS_MAX];
+    size_t count;   /* sensors that are read: the first of these */
+    struct rig_sensor sensors[LUM_RIG_SENSORS_MAX]; /* all of its file */
+    lum_rig_member members[LUM_RIG_SENSORS_MAX];    /* they, but if live */
     lum_mcap_sensor messages[LUM_RIG_SENSORS_MAX];
     char *names[OUTPUTS_MAX]; /* of outputs, made of %s */
 };
@@ -60,18 +61,12 @@ int rig_prepare(struct rig *rig, const struct options *options,
                 const struct provenance_run *points,
                 const struct provenance_run *packets, lum_error *error);
 
-/* The sensor of the file that an address on an interface is: the one that
- * names it, or else one that names none. interface: NULL: it is not known.
- * Returns NULL if it is none. */
-const lum_rig_sensor *rig_find(const struct rig *rig, uint32_t address,
-                               const char *interface);
-
-/* The member that a record of this interface is of, which the demux was given
- * last. -1: none. */
+/* Which of those that are read a record of this interface is of, which the
+ * demux was given last. -1: none. */
 int rig_member(const struct rig *rig, const lum_demux *demux,
                const lum_record *record, const char *interface);
 
-/* The member that the i-th sensor of the framer is; -1: none. */
+/* Which of those that are read the i-th sensor of the framer is; -1: none. */
 int rig_member_of(const struct rig *rig, const lum_framer *framer, size_t i);
 
 /* Whether the i-th output has the column RIG_COLUMN. */

@@ -12,14 +12,8 @@
 const char *rig_name_of(const struct rig *rig, const lum_framer *framer,
                         size_t i)
 {
-    const lum_demux *demux = lum_framer_demux(framer);
-    const int member = rig_member_of(rig, framer, i);
-    const lum_rig_sensor *of = member >= 0 ? rig->sensors[member].of
-                               : rig->is_one
-                                   ? rig_find(rig, lum_demux_address(demux, i),
-                                              lum_demux_interface(demux, i))
-                                   : NULL;
-    return of != NULL ? of->name : NULL;
+    const int member = rig->is_live ? 0 : lum_framer_member(framer, i);
+    return member >= 0 ? rig->sensors[member].of->name : NULL;
 }
 
 bool rig_has_data(const struct rig *rig, const lum_framer *framer, size_t k)

@@ -204,13 +204,6 @@ static void print_clock(const struct summary *s, size_t sensor, FILE *out)
     (void)fputs("},\n", out);
 }
 
-static bool is_reported(const struct summary *s, size_t i)
-{
-    return s->rig != NULL
-               ? rig_member_of(s->rig, s->framer, i) >= 0
-               : lum_demux_is_requested(lum_framer_demux(s->framer), i);
-}
-
 static void print_sensors(const struct summary *s, FILE *out)
 {
     const lum_demux *demux = lum_framer_demux(s->framer);
@@ -219,7 +212,7 @@ static void print_sensors(const struct summary *s, FILE *out)
     (void)fputs("  \"sensors\": [", out);
     for (size_t i = 0; i < n; i++) {
         lum_demux_counters counters = {.struct_size = sizeof counters};
-        if (!is_reported(s, i)) {
+        if (!lum_demux_is_requested(demux, i)) {
             continue;
         }
         (void)fprintf(out, "%s\n    {\n      \"address\": \"%s\",\n",

@@ -96,13 +96,8 @@ static void print_stream(const lum_capture *capture, FILE *out)
 static const char *remark_of(const struct summary *s, size_t i)
 {
     const lum_demux *demux = lum_framer_demux(s->framer);
-    if (s->rig == NULL) {
-        return lum_demux_is_requested(demux, i)
-                   ? ""
-                   : "  left out: another was asked for";
-    }
-    return rig_member_of(s->rig, s->framer, i) >= 0 ? ""
-           : rig_name_of(s->rig, s->framer, i) != NULL
+    return lum_demux_is_requested(demux, i) ? ""
+           : s->rig == NULL || rig_name_of(s->rig, s->framer, i) != NULL
                ? "  left out: another was asked for"
                : "  left out: the rig does not name it";
 }

@@ -63,24 +63,24 @@ struct decoder *decoder_new(const struct decoder_options *options)
     if (d == NULL) {
         return NULL;
     }
-    const bool has_rig = options->member_count > 0;
+    const size_t parts = options->rig != NULL ? options->member_count : 0;
+    const bool has_members = options->member_count > 0;
     const lum_framer_options framer = {
         .struct_size = sizeof framer,
         .layout = options->layout,
         .projector = options->projector,
-        .wants = LUM_WANT_FRAMES | (has_rig ? 0u : LUM_WANT_LINES),
-        .only_first = !has_rig,
-        .has_sensor = options->sensor.is_given,
+        .wants = LUM_WANT_FRAMES | (parts > 0 ? 0u : LUM_WANT_LINES),
+        .only_first = !has_members,
+        .has_sensor = options->sensor.is_given && !has_members,
         .sensor = options->sensor.address,
         .port = options->sensor.port,
         .records_are_single = true,
         .sensor_interface = options->sensor.interface,
         .members = options->members,
         .member_count = options->member_count,
-        .points_max = FRAME_POINTS_MAX /
-                      (has_rig ? (uint32_t)options->member_count : 1u)};
+        .points_max = FRAME_POINTS_MAX / (parts > 0 ? (uint32_t)parts : 1u)};
     d->options = *options;
-    d->gather.members = options->member_count;
+    d->gather.members = parts;
     d->from = INT64_MIN;
     d->kind = LUM_PACKET_KINDS;
     if (lum_framer_new(&framer, &d->framer, NULL) != 0 ||
@@ -106,7 +106,7 @@ void decoder_free(struct decoder *decoder)
 
 static bool has_rig(const struct decoder *d)
 {
-    return d->options.member_count > 0;
+    return d->options.rig != NULL;
 }
 
 /* --- Counters, and what is skipped --- */

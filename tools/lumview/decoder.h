@@ -20,10 +20,10 @@ struct decoder_options {
     const lum_projector *projector;
     const lum_layout *second_layout; /* of a profile beside it; or NULL */
     const lum_projector *second_projector;
-    const lum_rig_member *members; /* the sensors of a rig; then no choice of
-                                      one and no second layout */
+    const lum_rig_member *members; /* the sensors of a rig; then no second
+                                      layout */
     size_t member_count;           /* 0: no rig */
-    const lum_rig *rig;            /* their names */
+    const lum_rig *rig; /* their names; NULL: one alone is shown, as without */
     struct sensor_choice sensor;
     struct stage *stage; /* has the views that are wanted */
 };

@@ -44,10 +44,10 @@ static int start(struct feed *feed, const struct options *o, lum_error *error)
                                       .projector = &feed->sensors[0].projector,
                                       .sensor = o->sensor,
                                       .stage = &feed->stage};
-    if (o->rig != NULL && !o->sensor.is_given) {
+    if (o->rig != NULL) {
         decoder.members = feed->members;
         decoder.member_count = o->rig->rig.count;
-        decoder.rig = &o->rig->rig;
+        decoder.rig = o->sensor.is_given ? NULL : &o->rig->rig;
     }
     if (feed->has_second) {
         decoder.second_layout = &feed->second_layout;
@@ -78,7 +78,7 @@ static int make(const struct options *o, const struct geometry *from,
 
 /* Each sensor of a rig has its own, and what captures say of themselves is not
  * taken. */
-static int make_rig(struct feed *feed, const lum_rig_files *files,
+static int make_rig(struct feed *feed, const lum_rig_files *files, size_t shown,
                     lum_error *error)
 {
     feed->said.takes_calibration = true;
@@ -98,7 +98,8 @@ static int make_rig(struct feed *feed, const lum_rig_files *files,
             .address = s->address,
             .interface = s->interface[0] != '\0' ? s->interface : NULL,
             .layout = &to->layout,
-            .projector = &to->projector};
+            .projector = &to->projector,
+            .is_left_out = i >= shown};
     }
     return 0;
 }
@@ -111,7 +112,7 @@ static int complete(struct feed *feed, const struct options *o,
 {
     struct geometry geometry = *loaded;
     if (o->rig != NULL) {
-        return make_rig(feed, o->rig, error);
+        return make_rig(feed, o->rig, o->shown, error);
     }
     if (!o->is_live) {
         provenance_ask("lumview", &o->sources, o->quiet, &geometry,

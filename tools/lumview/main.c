@@ -73,17 +73,6 @@ static int load_second(const struct options *o, struct files *out,
     return geometry_set(&tried, &o->set, error);
 }
 
-/* Where another sensor has its address too, a sensor without an interface is
- * not known from it alone. */
-static bool is_ambiguous(const lum_rig *rig, size_t i)
-{
-    size_t same = 0;
-    for (size_t k = 0; k < rig->count; k++) {
-        same += rig->sensor[k].address == rig->sensor[i].address ? 1u : 0u;
-    }
-    return same > 1u && rig->sensor[i].interface[0] == '\0';
-}
-
 static int refuse_name(const struct options *o, const lum_rig *rig,
                        lum_error *error)
 {
@@ -99,7 +88,7 @@ static int refuse_name(const struct options *o, const lum_rig *rig,
                          o->sensor.text, o->rig_path, names);
 }
 
-/* The sensor of --sensor becomes the only one. */
+/* The sensor of --sensor becomes the first, and the only one that is shown. */
 static int choose_sensor(struct options *o, lum_rig_files *files,
                          lum_error *error)
 {
@@ -111,18 +100,13 @@ static int choose_sensor(struct options *o, lum_rig_files *files,
     if (i == rig->count) {
         return refuse_name(o, rig, error);
     }
-    if (is_ambiguous(rig, i)) {
-        return lum_error_set(error,
-                             "%s: '%s' has the address of another sensor, so "
-                             "--sensor needs its interface: name it there",
-                             o->rig_path, o->sensor.text);
-    }
+    const lum_rig_sensor first = rig->sensor[0];
+    const lum_rig_sensor_files its = files->sensor[0];
     rig->sensor[0] = rig->sensor[i];
     files->sensor[0] = files->sensor[i];
-    rig->count = 1;
-    o->sensor.address = rig->sensor[0].address;
-    (void)snprintf(o->sensor.interface, sizeof o->sensor.interface, "%s",
-                   rig->sensor[0].interface);
+    rig->sensor[i] = first;
+    files->sensor[i] = its;
+    o->shown = 1;
     return 0;
 }
 
@@ -136,8 +120,11 @@ static int load_rig(struct options *o, lum_rig_files *out, lum_error *error)
     }
     if (input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
                                error) != 0 ||
-        geometry_read_rig(o->rig_path, out, error) != 0 ||
-        (o->sensor.is_given && choose_sensor(o, out, error) != 0)) {
+        geometry_read_rig(o->rig_path, out, error) != 0) {
+        return -1;
+    }
+    o->shown = out->rig.count;
+    if (o->sensor.is_given && choose_sensor(o, out, error) != 0) {
         return -1;
     }
     o->rig = out;

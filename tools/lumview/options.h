@@ -53,7 +53,8 @@ struct options {
     struct set_keys set;      /* on top of files */
     const char *profile;      /* NULL: the default */
     const char *rig_path;     /* in place of both; NULL: no rig */
-    const lum_rig_files *rig; /* once it is read; of --sensor that one alone */
+    const lum_rig_files *rig; /* once it is read; of --sensor that one first */
+    size_t shown;             /* of it: the first ones */
     const char *second;       /* another to show beside it; NULL: none */
     bool stays_closed;        /* no browser is started */
     bool json;

@@ -123,12 +123,12 @@ static void write_differences(struct json *json, const struct feed *feed)
     json_close_array(json);
 }
 
-static void write_rig(struct json *json, const lum_rig *rig)
+static void write_rig(struct json *json, const lum_rig *rig, size_t shown)
 {
     json_open_object(json, "rig");
     json_text(json, "frame", rig->frame);
     json_open_array(json, "sensors");
-    for (size_t i = 0; i < rig->count; i++) {
+    for (size_t i = 0; i < shown; i++) {
         json_text(json, NULL, rig->sensor[i].name);
     }
     json_close_array(json);
@@ -162,10 +162,9 @@ int status_hello(const struct options *options, const struct feed *feed,
     json_text(&json, "version", LUM_VERSION);
     json_text(&json, "source", options->source);
     json_bool(&json, "live", options->is_live);
-    write_eyes(&json, feed,
-               options->rig != NULL ? options->rig->rig.count : 1u);
+    write_eyes(&json, feed, options->rig != NULL ? options->shown : 1u);
     if (options->rig != NULL) {
-        write_rig(&json, &options->rig->rig);
+        write_rig(&json, &options->rig->rig, options->shown);
     }
     write_profiles(&json, options, feed);
     json_uint(&json, "smooth_max", LUM_SMOOTH_WINDOW_MAX);

@@ -28,7 +28,7 @@ extern "C" {
 /** Most sensors in one stream; data of more counts as *other*. */
 #define LUM_DEMUX_SENSORS_MAX 16u
 
-/** A sensor that is wanted. It never grows. */
+/** A sensor that is known by name, and wanted or left out. It never grows. */
 typedef struct lum_demux_member {
     uint32_t address;         /**< host order */
     const char *interface;    /**< as lum_capture_interface() names it; NULL:
@@ -36,9 +36,11 @@ typedef struct lum_demux_member {
                                    other member names */
     const lum_layout *layout; /**< of its data packets; NULL: that of the
                                    options */
+    bool is_left_out; /**< it is not wanted: its packets are told apart from
+                           those of others, by its layout, and no more */
 } lum_demux_member;
 
-/** Most sensors that can be wanted by name. */
+/** Most sensors that can be known by name. */
 #define LUM_DEMUX_MEMBERS_MAX 8u
 
 /** Options of a demultiplexer. */
@@ -57,11 +59,12 @@ typedef struct lum_demux_options {
     bool records_are_single; /**< no record holds joined datagrams, as those of
                                   lum_capture_next() and of a live sensor: none
                                   is looked through for them */
-    const lum_demux_member *members; /**< only these sensors are wanted: data of
-                               others is not assembled, and nothing of theirs
-                               is counted. No two have the same address and
-                               interface. has_sensor does
-                               not go with them. NULL: none are named */
+    const lum_demux_member *members; /**< only these sensors are wanted, but for
+                               those that are left out: data of others is not
+                               assembled, and nothing of theirs is counted. No
+                               two have the same address and interface.
+                               has_sensor does not go with them. NULL: none are
+                               named */
     size_t member_count;             /**< at most LUM_DEMUX_MEMBERS_MAX */
 } lum_demux_options;
 
@@ -172,8 +175,8 @@ const char *lum_demux_name(const lum_demux *demux, size_t i,
  *         requested; -1: it is none. */
 int lum_demux_member_of(const lum_demux *demux, size_t i);
 
-/** Whether the i-th sensor is the one that was requested or a member, or none
- * was named.
+/** Whether the i-th sensor is the one that was requested or a member that is
+ * not left out, or none was named.
  * @param i below lum_demux_sensor_count(). */
 bool lum_demux_is_requested(const lum_demux *demux, size_t i);
 
@@ -199,9 +202,9 @@ lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
 /** What is odd about a stream, each with its cause and what to do: packets of a
  * G2 that are on another port, in the capture only in part, wrapped in what is
  * not read, or dropped since records stand out of order; and sensors that were
- * left out, as the requested one has their address. Of members: each that sent
- * no data, and why if that is known, and the sensors that are none. Complete at
- * the end of the stream.
+ * left out, as the requested one has their address. Of members: each wanted one
+ * that sent no data, and why if that is known, and the sensors that are none.
+ * Complete at the end of the stream.
  * @param capture that was read; NULL: the records were others.
  * @param demux   that took them; NULL: none did, and what it counts is left
  *                out.

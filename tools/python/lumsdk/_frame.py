@@ -12,7 +12,7 @@ from ._c import address_of, ffi, lib
 from ._columns import COLUMNS, NUMBERS, Memory
 from ._errors import UnknownKeyError
 from ._grid import EYES
-from ._info import Info, Member
+from ._info import Info
 from ._raw import RAW_COLUMNS, Raw, attach
 from ._raw import of as raw_of
 from ._settings import Profile
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from ._poses import Poses
     from ._project import Projection
+    from ._rig import RigSensor
     from ._types import (AnyColumn, Array, Eye, Eyes, Filling, FloatColumn, Floats, ImageColumn, Int16Column, Moment, Outside,
                          OwnColumn, Places, Preset, Records, TableColumn, Uint8Column, Uint16Column, Uint32Column)
     from ._write import Line
@@ -42,7 +43,7 @@ class Frame:
 
     __slots__ = ("__weakref__", "_arrays", "_block", "_c", "_count", "_info_made", "_lines_made", "_members", "_moved", "_own", "_raw")
 
-    def __init__(self, pointer: Any, members: Sequence[Member] = ()) -> None:
+    def __init__(self, pointer: Any, members: Sequence[RigSensor] = ()) -> None:
         """Keep a frame of the library. Programs get frames from a source or a sensor."""
         self._members = members
         self._c = ffi.gc(lib.lum_frame_keep(pointer), lib.lum_frame_release)

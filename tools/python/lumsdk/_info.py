@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Optional
+from typing import TYPE_CHECKING, Any, Optional
 
 from ._c import lib, sized, text
 from ._grid import EYES
@@ -14,14 +14,6 @@ if TYPE_CHECKING:
 LOSSES = ("lost_words", "lines_missing_angles", "lines_missing", "lines_in_pauses", "lines_cut", "lines_late", "points_cut",
           "no_angle", "no_range")
 """The causes in Frame.losses."""
-
-
-class Member(NamedTuple):
-    """A sensor of a rig that is read."""
-
-    place: int
-    """In the rig, from 0."""
-    sensor: RigSensor
 
 
 @dataclasses.dataclass
@@ -50,7 +42,7 @@ class Info:
     pose: Optional[tuple[tuple[float, ...], ...]] = None
 
     @classmethod
-    def of(cls, frame: Any, members: Sequence[Member]) -> Info:
+    def of(cls, frame: Any, members: Sequence[RigSensor]) -> Info:
         """That of a frame of the library."""
         i = sized("lum_frame_info")
         lib.lum_frame_get_info(frame, i)
@@ -60,6 +52,6 @@ class Info:
         values.update(interface=text(i.sensor_interface), lines=tuple(i.lines), losses=losses,
                       rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
         if members and i.member:
-            place, sensor = members[i.member - 1]
-            values.update(member=place + 1, name=sensor.name, pose=tuple(map(tuple, sensor.pose.tolist())))
+            sensor = members[i.member - 1]
+            values.update(member=i.member, name=sensor.name, pose=tuple(map(tuple, sensor.pose.tolist())))
         return cls(**values)

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Optional, cast
 from ._c import ffi, lib, sized
 from ._errors import OptionError
 from ._columns import COLUMNS
-from ._info import Member
 from ._raw import NEEDED, RAW_COLUMNS
 from ._settings import Calibration, Profile, setting_of
 
 if TYPE_CHECKING:
-    from ._rig import Rig
+    from ._rig import Rig, RigSensor
     from ._types import Column, DataColumn, Options
 
 DEFAULT_COLUMNS = ("x", "y", "z", "range", "pulse_width", "line", "pixel", "eye")
@@ -312,8 +311,10 @@ class Choice:
         self.rig = self._take_rig(options)
         self.calibration, self.profile = self._settings(options)
         self.range = _frames(options["frames"]) if "frames" in options else FrameRange()
-        self.members = self._members(options)
-        """The sensors of the rig whose frames are to come; none without a rig."""
+        self.members = () if self.rig is None else tuple(self.rig.values())
+        """The sensors of the rig; none without one."""
+        self.wanted = self._wanted(options)
+        """Those whose frames are to come."""
         self.sensor: Optional[ChosenSensor] = parse_sensor(options["sensor"]) if "sensor" in options and self.rig is None else None
         self.port = parse_port(options["port"]) if "port" in options else int(lib.LUM_PORT)
         self.eyes = _word("eye", options.get("eye", "both"))
@@ -341,18 +342,15 @@ class Choice:
                                   "there")
         return Rig(options["rig"])
 
-    def _members(self, options: Mapping[str, Any]) -> tuple[Member, ...]:
-        if self.rig is None:
-            return ()
-        every = tuple(Member(place, sensor) for place, sensor in enumerate(self.rig.values()))
+    def _wanted(self, options: Mapping[str, Any]) -> tuple[RigSensor, ...]:
         name = options.get("sensor")
-        if name is None:
-            return every
+        if self.rig is None or name is None:
+            return self.members
         if not isinstance(name, str):
             raise _wrong_type("sensor", name, f"one of the rig: {', '.join(self.rig)}")
         if name not in self.rig:
             raise _wrong("sensor", name, f"one of the rig: {', '.join(self.rig)}")
-        return tuple(member for member in every if member.sensor.name == name)
+        return (self.rig[name],)
 
     def _settings(self, options: Mapping[str, Any]) -> tuple[Calibration, Profile]:
         """Those that are named, without what set= has on top."""
@@ -385,11 +383,12 @@ class Choice:
     def _c_members(self, kept: list[Any]) -> Any:
         out = ffi.new("lum_rig_member []", len(self.members))
         kept.append(out)
-        for c, (_, sensor) in zip(out, self.members):
+        for c, sensor in zip(out, self.members):
             of_sensor = sensor.to_c()
             kept.append(of_sensor)
             c.address, c.interface = of_sensor.address, of_sensor.interface
             c.layout, c.calibration, c.pose = of_sensor.layout, of_sensor.calibration, of_sensor.pose
+            c.is_left_out = sensor not in self.wanted
         return out
 
     def framer_options(self, calibration: Calibration, profile: Profile) -> tuple[Any, list[Any]]:

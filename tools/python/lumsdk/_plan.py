@@ -127,7 +127,7 @@ class Plan:
         """Whether each sensor of the rig has files of its own."""
         choice = Choice(self.read)
         self.progress: Optional[Callable[[int, int], object]] = choice.progress
-        self.sensors = [member.sensor.name for member in choice.members]
+        self.sensors = [sensor.name for sensor in choice.wanted]
         """Of the rig, those that are converted."""
         if self.is_of_frames and self.read:
             raise OptionError(f"{', '.join(self.read)}: frames have been read already: give such options when the source is "

@@ -15,14 +15,12 @@ from ._frame import Frame
 from ._raw import Origin, frame_of
 
 if TYPE_CHECKING:
-    from ._info import Member
     from ._inputs import Functions, Input
     from ._options import Choice
+    from ._rig import RigSensor
     from ._settings import Calibration, Profile
 
 _PROGRESS_S = 0.1
-_NOT_IN_RIG = " not in the rig, so "
-"""Of the remark about sensors that no member names: where one of the rig is chosen, these are its others."""
 
 _KINDS = {"data": lib.LUM_PACKET_DATA, "heartbeat": lib.LUM_PACKET_HEARTBEAT, "set_ip": lib.LUM_PACKET_SET_IP,
           "timestamp": lib.LUM_PACKET_TIMESTAMP, "tlv": lib.LUM_PACKET_TLV}
@@ -69,7 +67,7 @@ def _of_clock(clock: Any) -> dict[str, int]:
 class Counts:
     """What was counted: counts by lumdump's names, and the sensors that sent data."""
 
-    def __init__(self, reader: Any, damaged: int = 0, members: Sequence[Member] = ()) -> None:
+    def __init__(self, reader: Any, damaged: int = 0, members: Sequence[RigSensor] = ()) -> None:
         """Of a reader, or all 0 without one."""
         framer = ffi.NULL if reader is None else lib.lum_reader_framer(reader)
         demux = ffi.NULL if reader is None else lib.lum_framer_demux(framer)
@@ -93,8 +91,8 @@ class Counts:
             for name, count in here.items():
                 lines[name] += count
             if of_member[i] >= 0:
-                self.sensors[i] = members[of_member[i]].sensor.name
-            if of_member[i] >= 0 or not members:
+                self.sensors[i] = members[of_member[i]].name
+            if not members or lib.lum_demux_is_requested(demux, i):
                 self.by_sensor[self.sensors[i]] = {**_of_packets(of_packets), **here}
         self.counts: dict[str, int] = {**_of_packets(total), **lines, "damaged": damaged}
 
@@ -250,10 +248,10 @@ class Reading:
         return frame_of(frame, self._origin_of(frame)) if self._choice.raw else frame
 
     def _origin_of(self, frame: Frame) -> Origin:
-        for place, sensor in self._choice.members:
-            if place == frame._info.member - 1:
-                return self._origin._replace(calibration=sensor.calibration, profile=sensor.profile)
-        return self._origin
+        if not frame._info.member:
+            return self._origin
+        sensor = self._choice.members[frame._info.member - 1]
+        return self._origin._replace(calibration=sensor.calibration, profile=sensor.profile)
 
     def _next(self) -> Optional[Frame]:
         status = lib.lum_reader_next_frame(self._reader, self._out, self._error)
@@ -348,13 +346,11 @@ class Reading:
         out = ffi.new("lum_error *")
         while lib.lum_reader_remark(self._reader, len(remarks), out):
             remarks.append(text(out.text))
-        rig = self._choice.rig
-        is_part = rig is not None and len(self._choice.members) < len(rig)
-        return [remark for remark in remarks if not (is_part and _NOT_IN_RIG in remark)]
+        return remarks
 
     def _check_rig(self, counts: Counts) -> None:
         """Sensors of the rig of which one sent nothing are told by the remarks."""
-        wanted = [sensor for _, sensor in self._choice.members]
+        wanted = self._choice.wanted
         if wanted and counts.sensors and not counts.by_sensor:
             raise CaptureError(f"{self._name}: no data of {', '.join(map(str, wanted))} in it, but of {', '.join(counts.sensors)}: "
                                "right are the addresses, and for sensors with one address the interfaces, that the capture has")

@@ -250,7 +250,7 @@ class Source:
 
     def _names(self) -> list[str]:
         """The sensors whose frames are to come, as far as it is known before."""
-        return [member.sensor.name for member in self._choice.members]
+        return [sensor.name for sensor in self._choice.wanted]
 
     @property
     def name(self) -> str:
@@ -274,7 +274,7 @@ class Source:
     def _refuse_of_rig(self, what: str) -> None:
         if self._choice.rig is not None:
             raise OptionError(f"{self.name}: it was opened with a rig, in which each sensor has its own {what}: "
-                              f'source.rig["{self._choice.members[0].sensor.name}"].{what}')
+                              f'source.rig["{self._choice.wanted[0].name}"].{what}')
 
     @property
     def rig(self) -> Optional[Rig]:
