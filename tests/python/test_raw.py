@@ -262,6 +262,16 @@ def test_frames_of_several_sensors_come_into_one_file(make_capture, tmp_path):
         assert points_of(out, sensor=f"10.42.0.{i}") == points_of(path)
 
 
+def test_frames_of_a_rig_have_the_addresses_of_their_sensors(make_capture, tmp_path):
+    path, out = make_capture("-n", 2, name="one.pcap"), tmp_path / "out.pcap"
+    rig = [{"name": "front", "address": "10.42.0.37", "pose": {"x_m": 1}}]
+    lumsdk.write_capture(out, lumsdk.open(path, raw=True, rig=rig))
+    assert packets_of(out) == packets_of(path) and points_of(out) == points_of(path)
+    [made] = list(lumsdk.sync(lumsdk.open(path, raw=True, rig=rig)))[:1]
+    with pytest.raises(lumsdk.OptionError, match=r"the points of several sensors, front; right are .*frames.values\(\)"):
+        lumsdk.write_capture(out, made.joined())
+
+
 def test_a_pcapng_file_says_where_it_comes_from(make_capture, tmp_path):
     profile = tmp_path / "profile.yaml"
     profile.write_text(lumsdk.Profile(PROFILES["wide"]).to_yaml())
@@ -353,6 +363,44 @@ def test_what_is_no_capture_is_refused(tmp_path, raw_frame):
     with pytest.raises(TypeError, match="takes frames and lines, not int"):
         lumsdk.write_capture(tmp_path / "out.pcap", [raw_frame, 5])
     assert not list(tmp_path.iterdir())
+    with pytest.raises(lumsdk.Error, match="the directory does not exist") as caught:
+        lumsdk.write_capture(tmp_path / "none" / "out.pcap", [raw_frame])
+    assert isinstance(caught.value, OSError)
+
+
+@pytest.mark.parametrize("items", [lambda source: source, lambda source: source[1:3], list,
+                                   lambda source: (line for frame in source for line in frame.to_lines())])
+def test_the_source_is_not_written_over(items, make_capture, tmp_path, monkeypatch):
+    path = make_capture("-n", 2, name="source.pcap")
+    content = path.read_bytes()
+    monkeypatch.chdir(path.parent)
+    for given in path.name, open(path, "rb"):
+        with lumsdk.open(given, raw=True) as source, \
+                pytest.raises(lumsdk.OptionError, match="is the source itself, which this run reads: name another output"):
+            lumsdk.write_capture(path, items(source))
+    assert path.read_bytes() == content
+
+
+def test_what_packets_do_not_have_is_told(raw_frame, tmp_path):
+    out = tmp_path / "out.pcap"
+    changed = raw_frame.replace(range=raw_frame["range"] + 1).replace(xyz=raw_frame.xyz + 1).with_columns(label=raw_frame["pixel"])
+    with pytest.warns(lumsdk.CaptureWarning, match="range, xyz of frames were changed, which packets do not have: what is written"):
+        lumsdk.write_capture(out, [changed])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert lumsdk.write_capture(out, [raw_frame.replace(tof=np.maximum(raw_frame["tof"], 1))]).no_range == 0
+    tof = np.abs(raw_frame["tof"]) + 1
+    tof[:5], tof[5] = -tof[:5], 0
+    known = raw_frame.losses["no_range"]
+    assert lumsdk.write_capture(out, raw_frame.replace(tof=np.where(np.arange(len(tof)) < known, -1, 9))).no_range == known > 0
+    with pytest.warns(lumsdk.CaptureWarning, match="6 words have a tof of 0 or below, and will give no range"):
+        lumsdk.write_capture(out, raw_frame.replace(tof=tof).to_lines())
+
+
+def test_a_line_is_shown_in_a_line(raw_frame):
+    line = raw_frame.to_lines()[0]
+    eye = "blue" if line.eye in ("blue", 0) else "green"
+    assert repr(line) == f"<Line {line.number} of the {eye} eye of 10.42.0.37: {len(line.tof)} words>"
 
 
 def test_columns_are_what_is_written(raw_frame, tmp_path):

@@ -1,4 +1,5 @@
 """Rigs: their files and mappings, captures that are read by one, and what does not go together."""
+import json
 import os
 import pickle
 import subprocess
@@ -404,6 +405,26 @@ def test_names_that_cannot_be_are_refused(drive, rig, frames, tmp_path):
     with pytest.raises(lumsdk.OptionError, match="some frames were read with a rig, and others without"):
         lumsdk.convert([frames[0], bare], tmp_path / "a.npy")
     assert not [path for path in tmp_path.iterdir() if path.stat().st_size and "part" in path.name]
+
+
+def test_files_of_frames_say_the_rig_or_nothing(drive, rig, frames, tmp_path):
+    front = [frame for frame in frames if frame.sensor == "front"]
+    with lumsdk.open(drive, rig=rig, columns="all", frames=2) as source:
+        [joined, *_] = [made.joined() for made in lumsdk.sync(source)]
+    for given in joined, front, iter(frames):
+        lumsdk.convert(given, tmp_path / "a.ply")
+        said = (tmp_path / "a.ply").read_bytes().split(b"end_header")[0].decode()
+        assert all(json.dumps(line) in said for line in rig.describe()) and "calibration:" not in said
+        lumsdk.convert(given if isinstance(given, (list, lumsdk.Frame)) else frames, tmp_path / "a.npz")
+        about = json.loads(str(np.load(tmp_path / "a.npz")["metadata"]))
+        assert json.loads(about["lumsdk.rig"]) == rig.describe()
+        assert not {"lumsdk.calibration", "lumsdk.profile", "lumsdk.options"} & set(about)
+    bare = next(iter(lumsdk.open(drive, columns="all", calibration={"eyes.blue.mount.x_m": 1})))
+    lumsdk.convert(bare, tmp_path / "a.ply")
+    assert b"calibration:" not in (tmp_path / "a.ply").read_bytes().split(b"end_header")[0]
+    other = next(iter(lumsdk.open(drive, rig=[{"name": "front", "address": "10.42.0.37"}], columns="all")))
+    with pytest.raises(lumsdk.OptionError, match="was read with another rig than the first one"):
+        lumsdk.convert([frames[0], other], tmp_path / "a.npy")
 
 
 def test_a_joined_set_can_be_written(drive, rig, tmp_path):

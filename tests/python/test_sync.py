@@ -213,6 +213,31 @@ def test_frames_without_a_rig_are_not_joined():
         made.joined()
 
 
+def test_a_column_that_not_all_frames_have_is_told():
+    one, other = frame("a", 0, 0, member=1), frame("b", 0, 0, member=2)
+    [made] = lumsdk.sync([one.with_columns(label=np.arange(3)), other], 0.05)
+    with pytest.warns(lumsdk.CaptureWarning, match="that all of them have, without label, which b has not"):
+        assert "label" not in made.joined()
+    assert made.time == one.time
+
+
+def test_frames_that_were_moved_to_other_moments_are_not_joined():
+    times = BEGIN_NS + np.arange(-2, 3) * PERIOD_NS
+    poses = np.tile(np.eye(4), (5, 1, 1))
+    poses[:, 0, 3] = np.arange(5.0)
+    moving = lumsdk.Poses(times, poses)
+    for to in "start", "middle":
+        frames = [frame("a", 0, 0, member=1), frame("b", 0, 30_000_000, member=2)]
+        [made] = lumsdk.sync([one.deskew(moving, to) for one in frames], 0.05)
+        with pytest.raises(lumsdk.OptionError, match=rf"its {to}, and these are 30.0 ms apart: .*frames.joined\(\).deskew"):
+            made.joined()
+    [made] = lumsdk.sync(frames, 0.05)
+    right, world = made.joined().deskew(moving), made.joined().to_world(moving)
+    assert np.abs(world["x"] - right["x"] - 2).max() < 1e-5 and np.ptp(world["x"] - made.joined()["x"]) > 0.5
+    [near] = lumsdk.sync([one.deskew(moving) for one in (frames[0], frame("b", 0, 50_000, member=2))], 0.05)
+    assert len(near.joined()) == 6
+
+
 def test_joined_frames_were_moved_to_the_same_place():
     frames = [frame("a", 0, 0, member=1), frame("b", 0, 0, member=2)]
     times = BEGIN_NS + np.arange(-2, 3) * PERIOD_NS

@@ -15,9 +15,9 @@ from ._errors import OptionError, UnknownKeyError
 from ._columns import COLUMNS
 from ._frame import Frame
 from ._grid import EYES, PIXELS
-from ._info import LOSSES, Info
+from ._info import LOSSES, Info, Members
 from ._lines import LINE_DTYPE
-from ._raw import RAW_COLUMNS
+from ._raw import RAW_COLUMNS, WRITTEN
 
 if TYPE_CHECKING:
     from ._raw import Raw
@@ -41,7 +41,7 @@ def assemble(info: Info, columns: Mapping[str, Array], lines: Array, moved: str,
              raw: Optional[Raw] = None) -> Frame:
     """A frame of these arrays, which are kept; x, y and z are then those of xyz if that is given."""
     frame = Frame.__new__(Frame)
-    frame._c, frame._members, frame._count = None, (), len(next(iter(columns.values()))) if columns else 0
+    frame._c, frame._members, frame._count = None, Members(), len(next(iter(columns.values()))) if columns else 0
     frame._info_made, frame._lines_made, frame._moved, frame._raw = info, lines, moved, raw
     frame._own = tuple(name for name in columns if name not in KNOWN)
     frame._arrays, frame._block = dict(columns), xyz
@@ -324,7 +324,11 @@ def replace(frame: Frame, given: Any, more: Mapping[str, Any]) -> Frame:
         lines = _lines.renumber(lines, known)
         of, rows = _line_info(lines)
         info = dataclasses.replace(info, lines=of, rows=rows)
-    return assemble(info, columns, lines, frame._moved, xyz, frame._raw)
+    raw = frame._raw
+    if raw is not None:
+        beside = (name for name in given if name not in WRITTEN and name not in frame._own)
+        raw = dataclasses.replace(raw, replaced=tuple(dict.fromkeys((*raw.replaced, *beside))))
+    return assemble(info, columns, lines, frame._moved, xyz, raw)
 
 
 def with_columns(frame: Frame, given: Any, more: Mapping[str, Any]) -> Frame:

@@ -17,7 +17,6 @@ from ._c import VERSION
 from ._errors import Error, OptionError
 from ._formats import WRITERS, About, AnyTarget, Job, Writer
 from ._frame import Frame
-from ._inputs import Files
 from ._points_file import FORMATS, OF_MESSAGES, Messages, PointsFile
 from ._poses import Motion, Poses
 from ._reading import LOSSES
@@ -167,6 +166,9 @@ class _Output:
             raise OptionError(f"{self._about.source}: some frames were read with a rig, and others without, so their points are in "
                               "several frames of reference: read all of them with it")
         if self._plan.has_rig:
+            if self._about.rig != list(frame._info.rig):
+                raise OptionError(f"frame {frame.number} of {frame.sensor} was read with another rig than the first one; right are "
+                                  "frames of one rig")
             if frame.sensor != self._sensor and self._plan.is_pattern:
                 raise OptionError(f"{self._about.source}: frames of several sensors have the same numbers: put %s, the sensor's name, "
                                   f"into the name of the files, as in {_with_sensor(self._plan.name)}")
@@ -363,7 +365,7 @@ def _about(source: Optional[Source], read: Mapping[str, Any]) -> About:
     told = {name: value for name, value in read.items() if name not in _UNTOLD}
     options = _lumdump.arguments(told, "")
     if source is None:
-        return About(f"lumsdk {VERSION}", "frames", options)
+        return About(f"lumsdk {VERSION}", "frames", options, is_of_frames=True)
     name = source.name.replace("\\", "/").rsplit("/", 1)[-1]
     if source.rig is not None:
         return About(f"lumsdk {VERSION}", name, options, rig=source.rig.describe(), earlier=source.provenance)
@@ -397,6 +399,7 @@ def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Sum
     plan.is_of_world = plan.is_of_world or getattr(first, "_moved", "") == "world"
     if isinstance(first, Frame):
         plan.has_rig = first._info.member != 0
+        about.rig = list(first._info.rig)
     if plan.format == "mcap" and plan.has_rig and not plan.is_of_world:
         raise OptionError("frames of a rig are in the vehicle's frame, and messages are in that of each sensor: convert the capture "
                           "itself to mcap with rig=")
@@ -421,13 +424,9 @@ def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Sum
     return summary
 
 
-def _paths_of(source: Source) -> list[str]:
-    return source._input.paths if isinstance(source._input, Files) else []
-
-
 def _by_frames(plan: Plan) -> Summary:
     if isinstance(plan.source, Source):
-        plan.paths = _paths_of(plan.source)
+        plan.paths = list(plan.source._input.files)
         return _write(plan, plan.source, plan.source)
     if plan.is_of_frames:
         return _write(plan, plan.source, None)
@@ -441,7 +440,7 @@ def _by_frames(plan: Plan) -> Summary:
         needs = tuple(dict.fromkeys((*needs, *Motion.needs)))
     options: dict[str, Any] = {"broken": "warn", **plan.read, "columns": list(needs)}
     with open(plan.source, storage_options=plan.source_storage, **options) as source:
-        plan.paths = _paths_of(source)
+        plan.paths = list(source._input.files)
         return _write(plan, source, source)
 
 

@@ -43,6 +43,8 @@ class About:
     """Its sensors, a line each, if there are several: then there is no single calibration or profile."""
     earlier: list[str] = field(default_factory=list)
     """What the source itself says of its origin."""
+    is_of_frames: bool = False
+    """Whether they are of frames, which know the rig that they were read with, and neither calibration nor profile."""
 
     def text(self) -> str:
         """As lumdump writes it into files: YAML documents, with --- between them."""
@@ -51,7 +53,7 @@ class About:
             lines += ["options:", *(f"  - {json.dumps(option)}" for option in self.options)]
         if self.rig:
             lines += ["rig:", *(f"  - {json.dumps(sensor)}" for sensor in self.rig)]
-        else:
+        elif not self.is_of_frames:
             lines.append(f"calibration: {'built-in' if self.usual_calibration else 'below'}")
             lines.append(f"profile: {'built-in' if self.usual_profile else 'below'}")
         documents = ["\n".join(lines) + "\n"]
@@ -64,9 +66,14 @@ class About:
     def metadata(self) -> dict[str, str]:
         """As keys and texts. A name may have bytes that are no text."""
         source = self.source.encode(errors="surrogateescape").decode(errors="replace")
-        return {"lumsdk.program": self.program, "lumsdk.source": source, "lumsdk.options": json.dumps(self.options),
-                **({"lumsdk.rig": json.dumps(self.rig)} if self.rig else
-                   {"lumsdk.calibration": self.calibration, "lumsdk.profile": self.profile})}
+        made = {"lumsdk.program": self.program, "lumsdk.source": source}
+        if self.options or not self.is_of_frames:
+            made["lumsdk.options"] = json.dumps(self.options)
+        if self.rig:
+            made["lumsdk.rig"] = json.dumps(self.rig)
+        elif not self.is_of_frames:
+            made.update({"lumsdk.calibration": self.calibration, "lumsdk.profile": self.profile})
+        return made
 
 
 @dataclass

@@ -12,7 +12,7 @@ from ._c import address_of, ffi, lib
 from ._columns import COLUMNS, NUMBERS, Memory
 from ._errors import UnknownKeyError
 from ._grid import EYES
-from ._info import Info
+from ._info import Info, Members
 from ._raw import RAW_COLUMNS, Raw, attach
 from ._raw import of as raw_of
 from ._settings import Profile
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from ._poses import Poses
     from ._project import Projection
-    from ._rig import RigSensor
     from ._types import (AnyColumn, Array, Eye, Eyes, Filling, FloatColumn, Floats, ImageColumn, Int16Column, Moment, Outside,
                          OwnColumn, Places, Preset, Records, TableColumn, Uint8Column, Uint16Column, Uint32Column)
     from ._write import Line
@@ -43,7 +42,7 @@ class Frame:
 
     __slots__ = ("__weakref__", "_arrays", "_block", "_c", "_count", "_info_made", "_lines_made", "_members", "_moved", "_own", "_raw")
 
-    def __init__(self, pointer: Any, members: Sequence[RigSensor] = ()) -> None:
+    def __init__(self, pointer: Any, members: Members = Members()) -> None:
         """Keep a frame of the library. Programs get frames from a source or a sensor."""
         self._members = members
         self._c = ffi.gc(lib.lum_frame_keep(pointer), lib.lum_frame_release)
@@ -149,7 +148,7 @@ class Frame:
         """All that is known of it as a whole: numbers, clocks, lines of both eyes, and what losses has."""
         values = {**vars(self._info)}
         losses = values.pop("losses")
-        for name in ("interface", "member", "name", "pose"):
+        for name in ("interface", "member", "name", "pose", "rig"):
             del values[name]
         values["utc_error_ns"] = self.utc_error_ns
         values["sensor"] = self.sensor

@@ -2,8 +2,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Optional
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional
 
 from ._c import lib, sized, text
 from ._grid import EYES
@@ -14,6 +13,14 @@ if TYPE_CHECKING:
 LOSSES = ("lost_words", "lines_missing_angles", "lines_missing", "lines_in_pauses", "lines_cut", "lines_late", "points_cut",
           "no_angle", "no_range")
 """The causes in Frame.losses."""
+
+
+class Members(NamedTuple):
+    """The sensors of a rig that is read."""
+
+    sensors: tuple[RigSensor, ...] = ()
+    rig: tuple[str, ...] = ()
+    """All of the rig, as Rig.describe() says it."""
 
 
 @dataclasses.dataclass
@@ -40,9 +47,11 @@ class Info:
     """1 + the place of its sensor in the rig; 0: it was read without one; JOINED."""
     name: str = ""
     pose: Optional[tuple[tuple[float, ...], ...]] = None
+    rig: tuple[str, ...] = ()
+    """All of the rig, as Rig.describe() says it."""
 
     @classmethod
-    def of(cls, frame: Any, members: Sequence[RigSensor]) -> Info:
+    def of(cls, frame: Any, members: Members) -> Info:
         """That of a frame of the library."""
         i = sized("lum_frame_info")
         lib.lum_frame_get_info(frame, i)
@@ -51,7 +60,7 @@ class Info:
         values = {name: getattr(i.times if name.endswith(("_us", "_ns")) else i, name) for name in list(cls.__annotations__)[:12]}
         values.update(interface=text(i.sensor_interface), lines=tuple(i.lines), losses=losses,
                       rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
-        if members and i.member:
-            sensor = members[i.member - 1]
-            values.update(member=i.member, name=sensor.name, pose=tuple(map(tuple, sensor.pose.tolist())))
+        if i.member:
+            sensor = members.sensors[i.member - 1]
+            values.update(member=i.member, name=sensor.name, pose=tuple(map(tuple, sensor.pose.tolist())), rig=members.rig)
         return cls(**values)

@@ -128,6 +128,8 @@ class Input:
     name: str
     given: Any = None
     """What open() needs to read the same in any process; None: it cannot."""
+    files: tuple[str, ...] = ()
+    """Paths from the root of the files that it reads, as far as they are known."""
     storage: Optional[Mapping[str, Any]] = None
     """The storage_options that go with it."""
 
@@ -173,6 +175,7 @@ class Files(Input):
         if all(not os.path.exists(path) or _is_regular(path) for path in self.paths):
             self.given = [os.path.abspath(path) for path in self.paths]
         self._full = self.given or self.paths
+        self.files = tuple(map(os.path.abspath, self.paths))
         self._found: dict[tuple[int, int], str] = {}
         self._check_twice()
 
@@ -280,6 +283,8 @@ class Stream(Input):
         self.name = name
         self._files = [file] if is_own else []  # to be closed
         self._shared = _Shared(file, name)
+        path = getattr(file, "name", None)
+        self.files = (os.path.abspath(path),) if isinstance(path, str) and _is_regular(path) else ()
         self._opened: Optional[tuple[Any, Functions]] = None
         self._used = False
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Optional, cast
 
 from ._c import ffi, lib, sized
 from ._errors import OptionError
+from ._info import Members
 from ._columns import COLUMNS
 from ._raw import NEEDED, RAW_COLUMNS
 from ._settings import Calibration, Profile, setting_of
@@ -312,6 +313,8 @@ class Choice:
         self.calibration, self.profile = self._settings(options)
         self.range = _frames(options["frames"]) if "frames" in options else FrameRange()
         self.members = () if self.rig is None else tuple(self.rig.values())
+        self.of_frames = Members() if self.rig is None else Members(self.members, tuple(self.rig.describe()))
+        """What frames know of the rig."""
         """The sensors of the rig; none without one."""
         self.wanted = self._wanted(options)
         """Those whose frames are to come."""

@@ -20,7 +20,7 @@ from ._points_file import FORMATS
 from ._poses import MOMENTS, Motion, Poses
 from ._source import Source
 from ._table import FILE_COLUMNS, OF_RAW, OF_RIG, TIMES, Layout, check_names, check_preset
-from ._target import is_url
+from ._target import check_not_read, is_url
 
 _OF_LUMDUMP = ("csv", "ply", "pcd", "las", "xyz", "png", "mcap", "pcap", "pcapng")
 OF_TABLES = ("parquet", "feather", "npy", "npz")
@@ -190,11 +190,7 @@ class Plan:
         files = [*(poses.files if isinstance(poses, Poses) else [poses]), self.output.get("pose_times")]
         settings = (([self.read.get(name)], f"the {name}") for name in ("rig", "calibration", "profile"))
         for paths, what in (self.paths, "the source itself"), (files, "a file of the poses"), *settings:
-            for path in paths:
-                if not isinstance(path, (str, os.PathLike)) or "\n" in os.fsdecode(path):
-                    continue
-                if not is_url(name) and os.path.exists(name) and os.path.exists(path) and os.path.samefile(name, path):
-                    raise OptionError(f"{name} is {what}, which this run reads: name another output")
+            check_not_read(name, paths, what)
 
     def motion(self) -> Optional[Motion]:
         """What moves the points; None: they stay where they were seen."""

@@ -21,6 +21,9 @@ RAW_COLUMNS: dict[str, np.dtype[Any]] = {"tof": np.dtype("i4"), "raw_azimuth": n
                                          "raw_place": np.dtype("u2")}
 """The columns that raw=True adds, and the type of their numbers; raw_place only to frames with packets out of order."""
 
+WRITTEN = (*RAW_COLUMNS, "line", "pixel", "eye", "edge")
+"""The columns that packets are made of again."""
+
 NEEDED = ("line", "pixel", "eye", "edge")
 """The columns that a raw frame has whichever are chosen: with tof they are the words."""
 
@@ -46,6 +49,8 @@ class Origin(NamedTuple):
     calibration: Calibration
     profile: Profile
     earlier: tuple[str, ...]
+    paths: tuple[str, ...] = ()
+    """The files that they are read from, from the root."""
 
 
 @dataclasses.dataclass
@@ -58,6 +63,8 @@ class Raw:
     """(lines, 32) uint32: a bit for each pixel that has angles."""
     packets: Array
     origin: Optional[Origin]
+    replaced: tuple[str, ...] = ()
+    """Columns that were replaced and are not of packets."""
 
     def has_angles(self) -> Array:
         """(lines, 1000) bool."""
@@ -164,11 +171,12 @@ def attach(frame: Frame, angles: Any, has_angles: Any, packets: Any, profile: An
         raise OptionError(f"has_angles has the shape {marks.shape} and the type {marks.dtype}; right is {(count, PIXELS)} bool")
     if len(table) and (table["line"] >= count).any():
         raise OptionError(f"packets: line is {table['line'].max()}; right is a place in frame.lines, below {count}")
-    origin = getattr(frame, "_raw", None)
-    origin = None if origin is None else origin.origin
+    kept: Optional[Raw] = getattr(frame, "_raw", None)
+    origin = None if kept is None else kept.origin
     if profile is not None:
-        origin = Origin("", Calibration() if origin is None else origin.calibration, Profile(profile), ())
-    return Raw(np.ascontiguousarray(given, "i2"), marks_of(marks), table, origin)
+        paths = () if origin is None else origin.paths
+        origin = Origin("", Calibration() if origin is None else origin.calibration, Profile(profile), (), paths)
+    return Raw(np.ascontiguousarray(given, "i2"), marks_of(marks), table, origin, replaced=() if kept is None else kept.replaced)
 
 
 def whole(values: Any, name: str, low: int, high: int, where: str = "") -> Array:

@@ -161,7 +161,7 @@ class Reading:
     def __init__(self, source: Input, choice: Choice, settings: tuple[Calibration, Profile],
                  origins: Sequence[str]) -> None:
         self._choice, self._name = choice, source.name
-        self._origin = Origin(source.name, *settings, tuple(origins))
+        self._origin = Origin(source.name, *settings, tuple(origins), source.files)
         self._busy = threading.Lock()
         self._reader: Any = None
         self._error, self._out = ffi.new("lum_error *"), ffi.new("const lum_frame **")
@@ -244,7 +244,7 @@ class Reading:
                 raise RuntimeError(f"{self._name}: a function of the program that was called raised StopIteration") from problem
 
     def _make(self, pointer: Any) -> Frame:
-        frame = Frame(pointer, self._choice.members)
+        frame = Frame(pointer, self._choice.of_frames)
         return frame_of(frame, self._origin_of(frame)) if self._choice.raw else frame
 
     def _origin_of(self, frame: Frame) -> Origin:

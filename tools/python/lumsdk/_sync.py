@@ -4,6 +4,7 @@ from __future__ import annotations
 import bisect
 import collections
 import dataclasses
+import datetime
 import math
 import statistics
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -25,6 +26,8 @@ _PERIODS = 9
 _SILENT = 5
 """Periods after which a sensor without a frame is not waited for."""
 _SKIPPED_MAX = 16
+_MOMENT_NS = 100_000
+"""Moments that are so near are one: a vehicle moves some millimetres."""
 _HELD_MAX = 128
 """Most frames that wait. Only tolerances of many periods, or clocks that stand, make so many."""
 
@@ -72,6 +75,11 @@ class FrameSet(Mapping[str, Frame]):
         return min(frame.utc_ns for frame in self._frames.values())
 
     @property
+    def time(self) -> datetime.datetime:
+        """utc_ns as a datetime in UTC, down to the microsecond."""
+        return min(self._frames.values(), key=lambda frame: frame.utc_ns).time
+
+    @property
     def utc_error_ns(self) -> Optional[int]:
         """The largest estimated error of the times by which the frames were put together. None: of one it is not known."""
         errors = [frame.utc_error_ns for frame in self._frames.values()]
@@ -91,11 +99,13 @@ class FrameSet(Mapping[str, Frame]):
         in the rig's order. grid() needs the frame of one sensor.
 
         Args:
-            columns: names, as a list or "x,y,z"; without them, those that all of its frames have.
+            columns: names, as a list or "x,y,z"; without them, those that all of its frames have; a warning names
+                others.
 
         Raises:
             OptionError: frames were read without a rig: x, y and z are then in each sensor's own frame; or some of them were
-                moved by poses, and others were not, or elsewhere.
+                moved by poses, and others were not, or elsewhere, or each by deskew() to its own moment: right is
+                frames.joined().deskew(poses).
             UnknownKeyError: a frame lacks a column.
         """
         return _join(list(self._frames.values()), columns, self.complete)
@@ -115,13 +125,30 @@ class FrameSet(Mapping[str, Frame]):
 
 def _names_of(frames: Sequence[Frame], columns: Union[str, Iterable[str], None]) -> list[str]:
     if columns is None:
-        return [name for name in frames[0].columns if name != "sensor" and all(name in frame for frame in frames)]
+        every = dict.fromkeys(name for frame in frames for name in frame.columns if name != "sensor")
+        lacking = {name: [frame.sensor for frame in frames if name not in frame] for name in every}
+        left_out = [f"{name}, which {' and '.join(of)} {'has' if len(of) == 1 else 'have'} not" for name, of in lacking.items() if of]
+        if left_out:
+            warn(f"joined frames have the columns that all of them have, without {'; '.join(left_out)}")
+        return [name for name, of in lacking.items() if not of]
     names = columns.split(",") if isinstance(columns, str) else list(columns)
     for name in names:
         for frame in frames:
             if name != "sensor" and name not in frame:
                 raise frame._refuse(name)
     return [name for name in dict.fromkeys(names) if name != "sensor"]
+
+
+def _check_moments(frames: list[Frame]) -> None:
+    """Points as of several moments are not one cloud of a vehicle that moves."""
+    if frames[0]._moved not in ("start", "middle"):
+        return
+    part = 0.5 if frames[0]._moved == "middle" else 0.0
+    moments = [frame.utc_ns + round(part * frame.duration * 1e9) for frame in frames]
+    apart = max(moments) - min(moments)
+    if apart > _MOMENT_NS:
+        raise OptionError(f"each frame of the set was moved to a moment of its own, its {frames[0]._moved}, and these are "
+                          f"{apart * 1e-6:.1f} ms apart: join them first, and move the joined frame: frames.joined().deskew(poses)")
 
 
 def _join(frames: list[Frame], columns: Union[str, Iterable[str], None], is_whole: bool) -> Frame:
@@ -132,6 +159,10 @@ def _join(frames: list[Frame], columns: Union[str, Iterable[str], None], is_whol
     if len({frame._moved for frame in frames}) > 1:
         raise OptionError("some frames of the set were moved by poses, and others were not, or elsewhere: move all of them "
                           "to the same place before they are joined")
+    if len({frame._info.rig for frame in frames}) > 1:
+        raise OptionError("the frames were read with several rigs, and the places of sensors are those of one: read all of them with "
+                          "one rig")
+    _check_moments(frames)
     names = _names_of(frames, columns)
     arrays = {name: np.concatenate([frame._array(name) for frame in frames]) for name in names}
     first = min(frames, key=lambda frame: frame.utc_ns)

@@ -10,7 +10,7 @@ import os
 import secrets
 import stat
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, BinaryIO, Optional
 
 from ._errors import Error, OptionError, install
@@ -30,6 +30,15 @@ class TargetError(Error, OSError):
 def is_url(name: str) -> bool:
     """Whether a name is a URL and not a path."""
     return "://" in name
+
+
+def check_not_read(name: str, paths: Iterable[Any], what: str) -> None:
+    """OptionError: an output of this name would replace one of these files, which are read."""
+    for path in paths:
+        if not isinstance(path, (str, os.PathLike)) or "\n" in os.fsdecode(path):
+            continue
+        if not is_url(name) and os.path.exists(name) and os.path.exists(path) and os.path.samefile(name, path):
+            raise OptionError(f"{name} is {what}, which this run reads: name another output")
 
 
 def _reason(error: Exception) -> str:

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 import numpy as np
 
 from . import _raw
-from ._c import VERSION, check, ffi, lib, sized
+from ._c import VERSION, address_of, check, ffi, lib, sized
 from ._errors import OptionError, warn
+from ._grid import JOINED
 from ._inputs import check_storage
 from ._options import parse_sensor
 from ._settings import Calibration, Profile
-from ._target import TargetError, is_url, local_for
+from ._target import TargetError, check_not_read, is_url, local_for
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,6 +48,8 @@ class Written(NamedTuple):
     """Packets that a reader will drop, by lumdump's names."""
     clock_jumps: int
     """Steps of the clock by half a round of its field or more: a reader takes what follows for other clocks, by rounds."""
+    no_range: int
+    """Words that give no range: their time of flight is 0 or below."""
 
 
 @dataclasses.dataclass
@@ -73,9 +76,13 @@ class Line:
     packets: Any = None
     """Those that it was made of, as in frame.packets; None: not known."""
     sensor: str = "10.42.0.37"
-    origin: Optional[_raw.Origin] = dataclasses.field(default=None, repr=False, compare=False)
+    origin: Optional[_raw.Origin] = dataclasses.field(default=None, compare=False)
     place: Any = None
     """Of each word, its place in its packets, as in the column raw_place; None: packets have their words ordered by pixel."""
+
+    def __repr__(self) -> str:
+        eye = _EYES[self.eye] if self.eye in (0, 1) else self.eye
+        return f"<Line {self.number} of the {eye} eye of {self.sensor}: {np.size(self.tof)} words>"
 
 
 # --- A frame to arrays ---
@@ -93,6 +100,10 @@ class _Lines(NamedTuple):
     marks: Array
     packets: Array
     origin: Optional[_raw.Origin]
+    replaced: tuple[str, ...] = ()
+    """Columns that were replaced and are not of packets."""
+    had_no_range: int = 0
+    """Words that had no range when they were read."""
 
 
 def _numbers(frame: Frame, where: str) -> dict[str, Array]:
@@ -139,8 +150,18 @@ def _put_angles(frame: Frame, raw: _raw.Raw, table: Array, columns: Mapping[str,
         raw.marks = _raw.marks_of(has)
 
 
+def _sensor_of(frame: Frame, where: str) -> str:
+    """Its address, also with a rig."""
+    info = frame._info
+    if info.member == JOINED:
+        raise OptionError(f"{where}it has the points of several sensors, {info.name}; right are the frames of a set one by one: "
+                          "frames.values()")
+    return address_of(info.sensor) + (f"%{info.interface}" if info.interface else "")
+
+
 def _take(frame: Frame) -> _Lines:
     where = f"frame {frame.number}: "
+    sensor = _sensor_of(frame, where)
     columns = _numbers(frame, where)
     table = _lines_of(frame, columns, where)
     kept: Optional[_raw.Raw] = getattr(frame, "_raw", None)
@@ -158,23 +179,33 @@ def _take(frame: Frame) -> _Lines:
     places = None
     if "raw_place" in frame.columns:
         places = np.ascontiguousarray(_raw.whole(frame._array("raw_place"), "raw_place", *_PLACE, where=where), "u2")
-    return _Lines(frame.sensor, table, _raw.words_of(columns["tof"], columns["edge"], columns["pixel"]), places,
-                  np.ascontiguousarray(raw.angles), np.ascontiguousarray(raw.marks), raw.packets, raw.origin)
+    replaced = (*raw.replaced, *(("xyz",) if frame._moved else ()))
+    return _Lines(sensor, table, _raw.words_of(columns["tof"], columns["edge"], columns["pixel"]), places,
+                  np.ascontiguousarray(raw.angles), np.ascontiguousarray(raw.marks), raw.packets, raw.origin, replaced,
+                  frame.losses["no_range"])
+
+
+def _by_line(packets: Array) -> Array:
+    """Packets line by line, those of each in their order."""
+    if (packets["line"][1:] < packets["line"][:-1]).any():
+        packets = packets[np.argsort(packets["line"], kind="stable")]
+    return np.ascontiguousarray(packets)
 
 
 def to_lines(frame: Frame) -> list[Line]:
     """The lines of a frame, in copies."""
     found = _take(frame)
     has = _raw.Raw(found.angles, found.marks, found.packets, None).has_angles()
+    packets = _by_line(found.packets)
+    starts = np.searchsorted(packets["line"], np.arange(len(found.table) + 1))
     made = []
     for i, line in enumerate(found.table):
         rows = slice(line["first_point"], line["first_point"] + line["point_count"])
         words = found.words[rows]
-        packets = found.packets[found.packets["line"] == i]
         made.append(Line(int(line["number"]), _EYES[line["eye"]], int(line["clock_us"]), found.angles[i].copy(),
                          (words & lib.LUM_WORD_PIXEL).astype("u2"), words.view("i4") >> 12, (words >> 10 & 1).astype(bool),
-                         int(line["arrival_ns"]), has[i].copy(), packets, found.sensor, found.origin,
-                         None if found.places is None else found.places[rows].copy()))
+                         int(line["arrival_ns"]), has[i].copy(), packets[starts[i]:starts[i + 1]].copy(), found.sensor,
+                         found.origin, None if found.places is None else found.places[rows].copy()))
     return made
 
 
@@ -232,7 +263,11 @@ class _File:
         self._profile: Optional[Profile] = None
         self._calibration: Optional[Calibration] = None
         self._layouts: dict[Profile, Any] = {}
+        self._seen: Optional[_raw.Origin] = None
+        self._no_range = 0
         self.frames = 0
+        self.made_no_range = 0  # words that have no range since they were read
+        self.replaced: dict[str, None] = {}  # columns that were replaced and are not written
 
     def _layout(self, profile: Profile) -> Any:
         if profile not in self._layouts:
@@ -259,6 +294,9 @@ class _File:
         self._writer = out[0]
 
     def _check_origin(self, origin: Optional[_raw.Origin]) -> None:
+        if origin is not None and origin is not self._seen:
+            self._seen = origin
+            check_not_read(self._name, origin.paths, "the source itself")
         if self._writer is None:
             self.begin(origin)
         if origin is None:
@@ -281,10 +319,11 @@ class _File:
     def add(self, lines: _Lines, where: str) -> None:
         """Write lines."""
         self._check_origin(lines.origin)
-        packets = lines.packets
-        if len(packets) and (np.diff(packets["line"].astype("i8")) < 0).any():
-            packets = packets[np.argsort(packets["line"], kind="stable")]
-        packets = np.ascontiguousarray(packets)
+        no_range = int((lines.words.view("i4") >> 12 <= 0).sum())
+        self._no_range += no_range
+        self.made_no_range += max(0, no_range - lines.had_no_range)
+        self.replaced.update(dict.fromkeys(lines.replaced))
+        packets = _by_line(lines.packets)
         starts = np.searchsorted(packets["line"], np.arange(len(lines.table) + 1))
         one = sized("lum_raw_line", sensor=self._address(lines.sensor))
         if lines.origin is not None:
@@ -319,7 +358,7 @@ class _File:
         writer, self._writer = self._writer, None
         check(lib.lum_packet_writer_close(writer, self._error), self._error, TargetError)
         return Written(c.packets, c.lines, self.frames, c.repeated, c.lines_cut_anew,
-                       {name: getattr(c, name) for name in _DROPPED if getattr(c, name)}, c.clock_jumps)
+                       {name: getattr(c, name) for name in _DROPPED if getattr(c, name)}, c.clock_jumps, self._no_range)
 
     def discard(self) -> None:
         """Remove what was written."""
@@ -380,11 +419,12 @@ def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame
         storage_options: for the file system of a URL, as fsspec takes them.
 
     Returns:
-        What was written. A CaptureWarning says how many packets a reader will drop.
+        What was written. A CaptureWarning says how many packets a reader will drop, how many words will give no range, and
+        which changed columns, such as range, packets do not have.
 
     Raises:
-        OptionError: a frame without raw columns, a value that a packet cannot hold, rows out of order, frames of two profiles.
-        TargetError: the file cannot be written.
+        OptionError: the file is the source that frames come from, a frame without raw columns, a value that a packet cannot hold, rows out of order, frames of two profiles.
+        Error: the file cannot be written (also an OSError).
     """
     name = os.fsdecode(out)
     ending = os.path.splitext(name)[1]
@@ -400,6 +440,11 @@ def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame
             written = file.finish()
         finally:
             file.discard()
+    if file.replaced:
+        warn(f"{name}: {', '.join(file.replaced)} of frames were changed, which packets do not have: what is written of points are "
+             "tof, raw_azimuth and raw_elevation")
+    if file.made_no_range:
+        warn(f"{name}: {file.made_no_range} words have a tof of 0 or below, and will give no range")
     if written.dropped:
         warn(f"{name}: a reader will drop packets of it: {', '.join(f'{kind} {n}' for kind, n in written.dropped.items())}; lines "
              "are repeated, or their clocks or numbers are out of order")
