@@ -254,6 +254,8 @@ def test_what_is_no_array_of_numbers_says_what_is(call, said):
 
 
 def test_a_column_that_is_not_there_is_told():
+    with pytest.raises(KeyError, match="no column 'rnage'; did you mean 'range'"):
+        small()["rnage"]
     for name, said in ("range", r"only x, y, z: .*or set it by replace\(range=...\)"), ("tof", "open the source with raw=True"):
         with pytest.raises(KeyError, match=said):
             small()[name]
@@ -310,6 +312,39 @@ def test_joined_points_keep_columns_and_the_places_of_sensors(make_capture):
     assert joined.replace(sensor=np.full(len(joined), 7))["sensor"].dtype == np.uint8
     with pytest.raises(lumsdk.OptionError, match="sensor: 0.5 at 0 cannot be a number of type uint8"):
         joined.replace(sensor=np.full(len(joined), 0.5))
+
+
+@pytest.mark.parametrize("kind", ["npy", "npz", "parquet", "array"])
+def test_a_frame_is_made_of_what_the_package_made(kind, make_capture, tmp_path):
+    path = make_capture("-n", 2, name="one.pcap")
+    frame = lumsdk.open(path, columns="all")[1]
+    out = tmp_path / f"a.{kind}"
+    if kind == "array":
+        given = frame.to_arrow(columns="all").to_pandas().to_records(index=False)
+    else:
+        lumsdk.convert(frame, out, columns="all")
+        given = pytest.importorskip("pandas").read_parquet(out) if kind == "parquet" else np.load(out)
+    made = MADE(given)
+    assert (made.number, made.sensor, made.columns) == (frame.number, frame.sensor, frame.columns)
+    assert np.array_equal(made.xyz, frame.xyz)
+    has = frame.lines["point_count"] > 0
+    assert np.array_equal(made.lines[["number", "eye", "clock_us"]], frame.lines[has][["number", "eye", "clock_us"]])
+    assert MADE(given, number=7, sensor="10.0.0.9", clock_us=5).number == 7
+    both = np.concatenate([lumsdk.open(path)[i].to_arrow(["x", "frame"]).to_pandas()["frame"] for i in (0, 1)])
+    with pytest.raises(lumsdk.OptionError, match=r'points of 1 and of 2; right are those of one frame, .*rows\["frame"\] == 1'):
+        MADE(x=np.zeros(len(both)), frame=both)
+
+
+def test_a_frame_is_made_of_a_joined_one(make_capture):
+    paths = [make_capture("-n", 1, "--address", f"10.42.0.{i}", name=f"{i}.pcap") for i in (37, 38)]
+    rig = [{"name": "front", "address": "10.42.0.37"}, {"name": "left", "address": "10.42.0.38"}]
+    [one] = lumsdk.sync(lumsdk.open(paths, rig=rig, columns="all"))
+    joined = one.joined()
+    with pytest.warns(lumsdk.CaptureWarning, match="the places in a rig are left out"):
+        made = MADE(np.asarray(joined))
+    assert np.array_equal(made.xyz, joined.xyz) and "sensor" not in made
+    has = joined.lines["point_count"] > 0
+    assert np.array_equal(made.lines[["number", "eye", "point_count"]], joined.lines[has][["number", "eye", "point_count"]])
 
 
 # --- Files ---

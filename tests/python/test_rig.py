@@ -141,6 +141,7 @@ A = {"name": "a", "address": "1.2.3.4"}
 @pytest.mark.parametrize(("value", "kind", "said"), [
     (5, TypeError, "a rig is a path, a text of YAML, a mapping, a list"),
     ([], lumsdk.OptionError, "the rig: sensors: missing; a rig has 1 to 8"),
+    ({"front": {"address": "1.2.3.4"}}, lumsdk.OptionError, "'front' is not a key of it; right are version, frame, sensors, and"),
     ([5], TypeError, "the rig: sensors.1 is 5; right is a mapping"),
     ([{}], lumsdk.OptionError, "the rig: sensors.1: has no keys"),
     ({"sensors": A}, TypeError, "right is a list of mappings"),
@@ -411,11 +412,11 @@ def test_files_of_frames_say_the_rig_or_nothing(drive, rig, frames, tmp_path):
     front = [frame for frame in frames if frame.sensor == "front"]
     with lumsdk.open(drive, rig=rig, columns="all", frames=2) as source:
         [joined, *_] = [made.joined() for made in lumsdk.sync(source)]
-    for given in joined, front, iter(frames):
-        lumsdk.convert(given, tmp_path / "a.ply")
+    for points in joined, front, iter(frames):
+        lumsdk.convert(points, tmp_path / "a.ply")
         said = (tmp_path / "a.ply").read_bytes().split(b"end_header")[0].decode()
         assert all(json.dumps(line) in said for line in rig.describe()) and "calibration:" not in said
-        lumsdk.convert(given if isinstance(given, (list, lumsdk.Frame)) else frames, tmp_path / "a.npz")
+        lumsdk.convert(points if isinstance(points, (list, lumsdk.Frame)) else frames, tmp_path / "a.npz")
         about = json.loads(str(np.load(tmp_path / "a.npz")["metadata"]))
         assert json.loads(about["lumsdk.rig"]) == rig.describe()
         assert not {"lumsdk.calibration", "lumsdk.profile", "lumsdk.options"} & set(about)
@@ -425,6 +426,11 @@ def test_files_of_frames_say_the_rig_or_nothing(drive, rig, frames, tmp_path):
     other = next(iter(lumsdk.open(drive, rig=[{"name": "front", "address": "10.42.0.37"}], columns="all")))
     with pytest.raises(lumsdk.OptionError, match="was read with another rig than the first one"):
         lumsdk.convert([frames[0], other], tmp_path / "a.npy")
+
+
+def test_what_is_left_out_of_a_file_without_columns_is_named(frames, tmp_path):
+    with pytest.warns(lumsdk.CaptureWarning, match="the frames have the column sensor, the place in the rig, which are left out: xyz has"):
+        lumsdk.convert(frames[0], tmp_path / "a.xyz")
 
 
 def test_a_joined_set_can_be_written(drive, rig, tmp_path):

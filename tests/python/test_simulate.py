@@ -187,3 +187,11 @@ def test_a_sensor_that_is_forgotten_ends():
     sim = lumsdk.SimulatedSensor(where, frames=1)
     del sim
     lumsdk.SimulatedSensor(where, frames=1).close()
+
+
+def test_options_that_are_not_there_say_what_is(tmp_path):
+    for options, said in (({"path": "circle"}, "path is given twice: .*motion="), ({"rigs": 1}, "no option rigs; did you mean rig?"),
+                          ({"zzzz": 1}, "no option zzzz; there are path, frames")):
+        with pytest.raises(TypeError, match=said):
+            lumsdk.simulate(tmp_path / "a.pcap", **options)
+    assert not list(tmp_path.iterdir())

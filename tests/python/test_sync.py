@@ -238,6 +238,19 @@ def test_frames_that_were_moved_to_other_moments_are_not_joined():
     assert len(near.joined()) == 6
 
 
+def test_a_set_where_frames_are_taken_says_what_is_right(tmp_path):
+    [made] = lumsdk.sync([frame("a", 0, 0, member=1), frame("b", 0, 0, member=2)], 0.05)
+    for call in (lambda: lumsdk.convert(made, tmp_path / "a.npy"), lambda: lumsdk.convert([made], tmp_path / "a.npy"),
+                 lambda: lumsdk.convert(iter([made]), tmp_path / "a.npy"), lambda: lumsdk.write_capture(tmp_path / "a.pcap", made),
+                 lambda: lumsdk.write_capture(tmp_path / "a.pcap", [made]), lambda: list(lumsdk.sync([made]))):
+        with pytest.raises(TypeError, match=r"frames.joined\(\) is one frame of all its points, and frames.values\(\)"):
+            call()
+    for source in "drive.pcapng", tmp_path:
+        with pytest.raises(TypeError, match=r"right is a Source: lumsdk.sync\(lumsdk.open\("):
+            lumsdk.sync(source)
+    assert not list(tmp_path.iterdir())
+
+
 def test_joined_frames_were_moved_to_the_same_place():
     frames = [frame("a", 0, 0, member=1), frame("b", 0, 0, member=2)]
     times = BEGIN_NS + np.arange(-2, 3) * PERIOD_NS

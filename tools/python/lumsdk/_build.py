@@ -5,13 +5,13 @@ import dataclasses
 import difflib
 import ipaddress
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Optional
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional
 
 import numpy as np
 
 from . import _lines
-from ._c import lib
-from ._errors import OptionError, UnknownKeyError
+from ._c import address_of, lib
+from ._errors import OptionError, UnknownKeyError, warn
 from ._columns import COLUMNS
 from ._frame import Frame
 from ._grid import EYES, PIXELS
@@ -146,6 +146,38 @@ def _collect(columns: Any, more: Mapping[str, Any]) -> dict[str, Any]:
 # --- From arrays ---
 
 
+def _one(name: str, array: Array) -> Optional[int]:
+    """The number that all points have; None: there are no points."""
+    found = np.unique(array)
+    if len(found) > 1:
+        raise OptionError(f"{name}: points of {found[0]} and of {found[1]}; right are those of one {name}, such as "
+                          f'rows[rows["{name}"] == {found[0]}]')
+    return int(found[0]) if len(found) else None
+
+
+class _OfFile(NamedTuple):
+    """What columns of files say that are not of points."""
+
+    number: Optional[int] = None
+    sensor: Optional[str] = None
+    clocks_us: Optional[Array] = None
+
+    @classmethod
+    def take(cls, given: dict[str, Any]) -> tuple[_OfFile, dict[str, Array]]:
+        """What they say, and the columns, which are taken out."""
+        if np.asarray(given.get("metadata", 0)).dtype.kind == "U":
+            del given["metadata"]  # a text, of npz
+        found = {name: _fitted(name, _numbers(name, given.pop(name)), np.dtype("i8")) for name in _OF_TABLES if name in given}
+        number = _one("frame", found["frame"]) if "frame" in found else None
+        sensor = None
+        if "sensor" in found and (found["sensor"] < lib.LUM_RIG_SENSORS_MAX).all():
+            warn("sensor: the places in a rig are left out, since a frame of arrays has none: give them another name to keep them")
+        elif "sensor" in found:
+            address = _one("sensor", found["sensor"])
+            sensor = None if address is None else address_of(address)
+        return cls(number, sensor, found.get("timestamp")), found
+
+
 def _own_of(given: Mapping[str, Any]) -> dict[str, Array]:
     """The columns of one's own among all of a frame."""
     own = {name: array for name, array in given.items() if name not in KNOWN and name != "xyz"}
@@ -209,31 +241,36 @@ def _clocks_us(columns: Mapping[str, Array], count: int, begin_us: int) -> Array
     return np.asarray(begin_us + np.rint(seconds * 1e6).astype("i8"))
 
 
-def from_arrays(given: Any, more: Mapping[str, Any], lines: Any, number: int, sensor: str, utc_ns: int, utc_error_ns: Optional[int],
-                clock_us: Optional[int]) -> Frame:
+def from_arrays(given: Any, more: Mapping[str, Any], lines: Any, number: Optional[int], sensor: Optional[str], utc_ns: int,
+                utc_error_ns: Optional[int], clock_us: Optional[int]) -> Frame:
     """As Frame.from_arrays() has it."""
     given = _collect(given, more)
+    told, beside = _OfFile.take(given)
     known, xyz = _known(given)
     columns = {**known, **_own_of(given)}
     if not columns:
         raise OptionError("a frame of no columns; right is at least one, such as x=...")
     first, count = next((name, len(array)) for name, array in columns.items())
-    _check_lengths(columns, count, f"{first} has them")
+    _check_lengths({**columns, **beside}, count, f"{first} has them")
     given_lines = None if lines is None else _given_lines(lines, columns, count)
     begin_us = _whole("clock_us", 0 if clock_us is None else clock_us)
     if clock_us is None and given_lines is not None and len(given_lines):
         begin_us = int(given_lines["clock_us"].min())
+    stamps = told.clocks_us if clock_us is None and lines is None and count else None
+    if stamps is not None:
+        begin_us = int(stamps.min())
     clocks_us = _clocks_us(columns, count, begin_us)
     if given_lines is not None:
         lines = given_lines
     elif "line" in columns and "eye" in columns:
-        lines = _lines.of_columns(columns["line"], columns["eye"], clocks_us)
+        lines = _lines.of_columns(columns["line"], columns["eye"], clocks_us if stamps is None else stamps, beside.get("sensor"))
     else:
         lines = np.zeros(0, LINE_DTYPE)
-    address, interface = _address(sensor)
+    address, interface = _address(sensor or told.sensor or "0.0.0.0")
     arrivals, (of, rows) = lines["arrival_ns"], _line_info(lines)
-    info = Info(number=_whole("number", number, 2 ** 31 - 1), sensor=address, interface=interface, is_complete=True, is_first=False,
-                 is_last=False, begin_clock_us=begin_us, end_clock_us=int(np.r_[begin_us, lines["clock_us"], clocks_us].max()),
+    number = _whole("number", number if number is not None else told.number or 0, 2 ** 31 - 1)
+    info = Info(number=number, sensor=address, interface=interface, is_complete=True, is_first=False, is_last=False,
+                 begin_clock_us=begin_us, end_clock_us=int(np.r_[begin_us, lines["clock_us"], clocks_us].max()),
                  begin_arrival_ns=int(arrivals.min()) if len(lines) else 0, end_arrival_ns=int(arrivals.max()) if len(lines) else 0,
                  begin_utc_ns=_whole("utc_ns", utc_ns),
                  utc_error_ns=lib.LUM_CLOCK_ERROR_UNKNOWN if utc_error_ns is None else _whole("utc_error_ns", utc_error_ns),

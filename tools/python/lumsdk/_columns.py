@@ -1,7 +1,7 @@
 """The columns that frames of the library have, and their memory as arrays."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, Optional
 
@@ -17,6 +17,20 @@ NUMBERS: dict[str, int] = {text(lib.lum_column_name(c)): c for c in range(lib.LU
 COLUMNS: Mapping[str, np.dtype[Any]] = MappingProxyType(
     {name: _TYPES[lib.lum_column_get_type(c)] for name, c in NUMBERS.items()})
 """Every column that a frame can have, and the type of its numbers."""
+
+
+_ROWS = 4096
+"""As many records stay in a cache while all of their fields are filled."""
+
+
+def records(dtype: np.dtype[Any], columns: Iterable[np.ndarray[Any, np.dtype[Any]]], count: int) -> np.ndarray[Any, np.dtype[Any]]:
+    """A structured array of columns, in the order of its fields."""
+    out = np.empty(count, dtype)
+    pairs = [(out[name], column) for name, column in zip(dtype.names or (), columns)]
+    for first in range(0, count, _ROWS):
+        for field, column in pairs:
+            field[first:first + _ROWS] = column[first:first + _ROWS]
+    return out
 
 
 class Memory:

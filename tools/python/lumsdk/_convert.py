@@ -24,6 +24,7 @@ from ._settings import Calibration, Profile
 from ._source import Source, open
 from ._plan import APPLIES, OF_TABLES, Plan, name_for
 from ._summary import Summary
+from ._sync import refuse_set
 from ._table import OF_RAW, Layout, own_types
 from ._target import Target, UrlTarget, failed, is_url, local_for
 
@@ -336,6 +337,7 @@ class _Thread(threading.Thread):
     def write(self, frames: Iterable[Frame], losses: Callable[[], dict[str, int]]) -> None:
         """Write all of them, and complete the output."""
         for frame in frames:
+            refuse_set(frame)
             if not isinstance(frame, Frame):
                 raise TypeError(f"the source gives {type(frame).__name__} and not frames")
             self._put(frame)

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import datetime
+import difflib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union, cast, overload
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from . import _grid, _image, _lines
 from ._c import address_of, ffi, lib
-from ._columns import COLUMNS, NUMBERS, Memory
+from ._columns import COLUMNS, NUMBERS, Memory, records
 from ._errors import UnknownKeyError
 from ._grid import EYES
 from ._info import Info, Members
@@ -189,7 +190,9 @@ class Frame:
         if name in RAW_COLUMNS:
             why = "open the source with raw=True" if "tof" not in self else "words of its packets are in order"
             return UnknownKeyError(f"the frame has no column {name!r}, only {has}: {why}")
-        return UnknownKeyError(f"there is no column {name!r}; there are {', '.join((*COLUMNS, *self._own))}")
+        near = difflib.get_close_matches(str(name), (*COLUMNS, *RAW_COLUMNS, *self._own), 1)
+        return UnknownKeyError(f"there is no column {name!r}; " + (f"did you mean {near[0]!r}? " if near else "") +
+                               f"there are {', '.join((*COLUMNS, *self._own))}")
 
     @overload
     def __getitem__(self, key: FloatColumn) -> Floats: ...
@@ -352,21 +355,26 @@ class Frame:
     # Other frames of it, and frames of arrays.
 
     @classmethod
-    def from_arrays(cls, columns: Optional[Mapping[str, ArrayLike]] = None, /, *, lines: Optional[Records] = None, number: int = 0,
-                    sensor: str = "0.0.0.0", utc_ns: int = 0, utc_error_ns: Optional[int] = None,
+    def from_arrays(cls, columns: Optional[Mapping[str, ArrayLike]] = None, /, *, lines: Optional[Records] = None,
+                    number: Optional[int] = None, sensor: Optional[str] = None, utc_ns: int = 0, utc_error_ns: Optional[int] = None,
                     clock_us: Optional[int] = None, **more: ArrayLike) -> Frame:
         """A frame of a program's own arrays, which it keeps: they are not copied if they have the columns' types.
 
             lumsdk.Frame.from_arrays(xyz=points, intensity=intensity)
             lumsdk.Frame.from_arrays(numpy.asarray(frame), lines=frame.lines, number=frame.number, utc_ns=frame.utc_ns)
+            lumsdk.Frame.from_arrays(numpy.load("frame.npy"))
+
+        The columns of files that are not of points are used where nothing else says the same: frame, which has to be one, for
+        number; timestamp for the clocks of lines, where there are neither lines nor clock_us; sensor for the address. Places in
+        a rig cannot be used: they are left out, and a warning says so.
 
         Args:
             columns: arrays by their names, or a structured array; keywords do the same. Those of COLUMNS are converted to its
                 types where no number changes. xyz, (n, 3), stands for x, y and z. Others are columns of one's own.
             lines: as Frame.lines; without it they are made from the columns line and eye. Without both there are none, and
                 no grid, and files without the columns line, eye and timestamp.
-            number: the frame's, below 2 ** 31, as files have it.
-            sensor: the address of its sensor.
+            number: the frame's, below 2 ** 31, as files have it; 0 if nothing says it.
+            sensor: the address of its sensor, such as "10.42.0.37"; "0.0.0.0" if nothing says it.
             utc_ns: when its earliest line was measured, nanoseconds since 1970 UTC; 0: not known.
             utc_error_ns: how far off that may be; None: not known.
             clock_us: the same moment on the sensor's clock; without it, that of the earliest line, else 0.
@@ -538,10 +546,7 @@ class Frame:
     def to_structured(self) -> Records:
         """A copy as a structured array: (n,), with a field for each column."""
         names = self.columns
-        out = np.empty(self._count, np.dtype([(name, self[name].dtype) for name in names]))
-        for name in names:
-            out[name] = self[name]
-        return out
+        return records(np.dtype([(name, self[name].dtype) for name in names]), (self[name] for name in names), self._count)
 
     def to_arrow(self, columns: Union[Literal["all"], Iterable[TableColumn], None] = None,
                  preset: Optional[Preset] = None) -> pyarrow.Table:

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
@@ -45,14 +45,17 @@ def of_library(frame: Any) -> Array:
     return out
 
 
-def of_columns(line: Array, eye: Array, clocks_us: Array) -> Array:
-    """Those of points that stand line by line: each begins where the number of the line or the eye is another one."""
-    starts = np.flatnonzero(np.r_[True, (line[1:] != line[:-1]) | (eye[1:] != eye[:-1])]) if len(line) else np.zeros(0, "i8")
+def of_columns(line: Array, eye: Array, clocks_us: Array, sensor: Optional[Array] = None) -> Array:
+    """Those of points that stand line by line: each begins where the number of the line, the eye, or the sensor is another one."""
+    sensor = np.zeros(len(line), "u1") if sensor is None else sensor
+    changes = (line[1:] != line[:-1]) | (eye[1:] != eye[:-1]) | (sensor[1:] != sensor[:-1])
+    starts = np.flatnonzero(np.r_[True, changes]) if len(line) else np.zeros(0, "i8")
     out = np.zeros(len(starts), LINE_DTYPE)
     out["number"], out["eye"], out["first_point"] = line[starts], eye[starts], starts
     out["point_count"] = np.diff(starts, append=len(line))
     out["angle_count"], out["clock_us"] = lib.LUM_LINE_PIXELS, clocks_us[starts]
-    _, first, which = np.unique(out[["eye", "number"]], return_index=True, return_inverse=True)
+    each = np.stack([sensor[starts].astype("i8"), out["eye"], out["number"]])
+    _, first, which = np.unique(each, axis=1, return_index=True, return_inverse=True)
     again = np.flatnonzero(first[which.ravel()] != np.arange(len(out)))
     if len(again):
         one, other = out[first[which.ravel()[again[0]]]], out[again[0]]

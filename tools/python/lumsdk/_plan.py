@@ -19,6 +19,7 @@ from ._options import Choice
 from ._points_file import FORMATS
 from ._poses import MOMENTS, Motion, Poses
 from ._source import Source
+from ._sync import refuse_set
 from ._table import FILE_COLUMNS, OF_RAW, OF_RIG, TIMES, Layout, check_names, check_preset
 from ._target import check_not_read, is_url
 
@@ -153,7 +154,10 @@ class Plan:
             return True
         if isinstance(given, (str, os.PathLike, bytes, bytearray, memoryview)) or callable(getattr(given, "read", None)):
             return False
+        refuse_set(given)
         if isinstance(given, (list, tuple)):
+            for item in given:
+                refuse_set(item)
             return bool(given) and all(isinstance(item, Frame) for item in given)
         if isinstance(given, Iterable):
             return True
@@ -211,7 +215,10 @@ class Plan:
             own = {name: dtype for name, dtype in own.items() if name != "sensor"}
         own = {name: dtype for name, dtype in own.items() if name not in OF_RAW}  # only where they are named
         if own and (preset is not None or self.format not in _NAMED):
-            warn(f"the frames have columns of their own, {', '.join(own)}, which are left out: "
+            added = [name for name in own if name != "sensor"]
+            what = [f"columns of their own, {', '.join(added)}"] if added else []
+            what += ["the column sensor, the place in the rig"] if "sensor" in own else []
+            warn(f"the frames have {' and '.join(what)}, which are left out: "
                  + (f"the preset {preset}" if preset is not None else self.format)
                  + f" has no place for them; {', '.join(_NAMED)} have")
             own = known = {}

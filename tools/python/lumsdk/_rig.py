@@ -300,6 +300,9 @@ def _of_mapping(given: Mapping[str, Any]) -> _Made:
     for key, value in given.items():
         if key == "sensors":
             continue
+        if isinstance(value, Mapping):
+            _refuse(f"{key!r} is not a key of it; right are {', '.join(_RIG)}, and sensors is a list of mappings: "
+                    f"[{{'name': {key!r}, ...}}]")
         as_text = written(value)
         if not isinstance(key, str) or as_text is None:
             raise TypeError(f"the rig: {key!r}: right is a text such as 'frame', and a text or a number for its value")

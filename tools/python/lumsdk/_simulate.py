@@ -2,6 +2,9 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
+import functools
+import inspect
 import json
 import os
 import signal
@@ -11,7 +14,7 @@ import tempfile
 import threading
 import time as clock
 from collections.abc import Callable, Iterable, Mapping
-from typing import IO, TYPE_CHECKING, Any, Optional, Union, overload
+from typing import IO, TYPE_CHECKING, Any, Optional, TypeVar, Union, cast, overload
 
 from ._errors import ClosedError, Error, OptionError, SensorError
 from ._lumdump import flatten, rig_file, setting_file
@@ -25,6 +28,8 @@ if TYPE_CHECKING:
 
     Path = Union[str, os.PathLike[str]]
     Settings = Union[Path, Mapping[str, Any]]
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 _READY_S = 120.0
 _END_S = 10.0
@@ -116,6 +121,24 @@ def _run(arguments: list[str]) -> bytes:
     return out
 
 
+def _with_known_names(call: _Function) -> _Function:
+    """A function whose refusals of options say what is right."""
+    names = list(inspect.signature(call).parameters)
+
+    @functools.wraps(call)
+    def checked(*given: Any, **options: Any) -> Any:
+        if given and "path" in options:
+            raise TypeError("path is given twice: it is the file's name; how the sensor moves is motion=, such as "
+                            'motion="circle"')
+        for name in options:
+            if name not in names:
+                near = difflib.get_close_matches(name, names, 1)
+                raise TypeError(f"there is no option {name}; " + (f"did you mean {near[0]}?" if near else
+                                                                  f"there are {', '.join(names)}"))
+        return call(*given, **options)
+    return cast(_Function, checked)
+
+
 @overload
 def simulate(path: Path, frames: int = ..., lines: Literal[64, 640] = ..., seed: int = ..., *, rate: float = ...,
              returns_max: int = ..., loss: float = ..., duplicate: float = ..., reorder: float = ...,
@@ -140,6 +163,7 @@ def simulate(path: None = ..., frames: int = ..., lines: Literal[64, 640] = ...,
              address: Optional[str] = ..., client: Optional[str] = ..., rig: Optional[OneRig] = ...) -> bytes: ...
 
 
+@_with_known_names
 def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 640] = 64, seed: int = 1, *,
              rate: float = 10.0, returns_max: int = 4, loss: float = 0.0, duplicate: float = 0.0, reorder: float = 0.0,
              corrupt: float = 0.0, scene: Literal["street", "room", "yard", "town", None] = None,

@@ -6,6 +6,7 @@ import collections
 import dataclasses
 import datetime
 import math
+import os
 import statistics
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
@@ -121,6 +122,13 @@ class FrameSet(Mapping[str, Frame]):
         frames = ", ".join(f"{name} {frame.number}" for name, frame in self._frames.items())
         missing = f"; missing: {', '.join(self._missing)}" if self._missing else ""
         return f"<FrameSet {frames}{missing}; {self.spread * 1e3:.1f} ms apart>"
+
+
+def refuse_set(given: Any) -> None:
+    """TypeError: a set is given where frames are taken."""
+    if isinstance(given, FrameSet):
+        raise TypeError("a FrameSet is given, and frames are taken: frames.joined() is one frame of all its points, and "
+                        "frames.values() are its frames")
 
 
 def _names_of(frames: Sequence[Frame], columns: Union[str, Iterable[str], None]) -> list[str]:
@@ -398,6 +406,7 @@ def _check_tolerance(value: Any) -> Optional[int]:
 
 def _sets(frames: Iterable[Frame], state: _Sync) -> Iterator[FrameSet]:
     for frame in frames:
+        refuse_set(frame)
         if not isinstance(frame, Frame):
             raise TypeError(f"the source gives {type(frame).__name__} and not frames")
         state.add(frame)
@@ -454,6 +463,9 @@ def sync(source: Union[Source, Iterable[Frame]], tolerance: Optional[float] = No
         raise TypeError(f"sensors is {sensors!r}; right is a list of names, or a Rig")
     if isinstance(source, Source) and sensors is None:
         names = source._names()
+    if isinstance(source, (str, os.PathLike, bytes)):
+        raise TypeError(f"a source is given as {type(source).__name__}; right is a Source: "
+                        "lumsdk.sync(lumsdk.open(..., rig=...))")
     if not isinstance(source, Iterable):
         raise TypeError(f"a source is given as {type(source).__name__}; right is a Source, or what gives frames")
     return _sets(source, _Sync(tolerance_ns, names))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 import numpy as np
 
+from ._columns import records
 from ._errors import Error, OptionError, install
 from ._grid import JOINED
 from ._raw import RAW_COLUMNS
@@ -283,10 +284,7 @@ class Layout:
 
     def structured(self, frame: Frame) -> Any:
         """The points of a frame as an array of records."""
-        out: Any = np.empty(len(frame), self.dtype())
-        for name, column in zip(self.columns, self.values(frame)):
-            out[name] = column
-        return out
+        return records(self.dtype(), self.values(frame), len(frame))
 
 
 # --- Arrow and pandas ---

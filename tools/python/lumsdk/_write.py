@@ -137,8 +137,11 @@ def _put_angles(frame: Frame, raw: _raw.Raw, table: Array, columns: Mapping[str,
     if not {"raw_azimuth", "raw_elevation"} <= set(frame.columns):
         return
     which, pixel = np.repeat(np.arange(len(table)), table["point_count"].astype("i8")), columns["pixel"]
-    own = np.stack([_raw.whole(frame._array(name), name, -32768, 32767, where) for name in ("raw_azimuth", "raw_elevation")], axis=-1)
-    if not np.array_equal(raw.angles[which, pixel], own):
+    own = np.empty((len(frame), 2), "i2")
+    for i, name in enumerate(("raw_azimuth", "raw_elevation")):
+        own[:, i] = _raw.whole(frame._array(name), name, -32768, 32767, where)
+    pairs = np.ascontiguousarray(raw.angles).view("i4").ravel()  # both at once is faster
+    if not np.array_equal(pairs.take(which * _raw.PIXELS + pixel), own.view("i4").ravel()):
         raw.angles = raw.angles.copy()
         raw.angles[which, pixel] = own
         changed = np.flatnonzero((raw.angles[which, pixel] != own).any(axis=1))
@@ -369,10 +372,13 @@ class _File:
 
 def _each(items: Iterable[Union[Frame, Line]]) -> Iterator[Union[Frame, Line]]:
     from ._frame import Frame
+    from ._sync import refuse_set
 
+    refuse_set(items)
     if isinstance(items, (Frame, Line)):
         items = [items]
     for item in items:
+        refuse_set(item)
         if not isinstance(item, (Frame, Line)):
             raise TypeError(f"write_capture() takes frames and lines, not {type(item).__name__}; frames are those of open(raw=True)")
         yield item
@@ -423,7 +429,8 @@ def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame
         which changed columns, such as range, packets do not have.
 
     Raises:
-        OptionError: the file is the source that frames come from, a frame without raw columns, a value that a packet cannot hold, rows out of order, frames of two profiles.
+        OptionError: the file is the source that frames come from, a frame without raw columns, a value that a packet cannot hold,
+            rows out of order, frames of two profiles.
         Error: the file cannot be written (also an OSError).
     """
     name = os.fsdecode(out)
