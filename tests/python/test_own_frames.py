@@ -330,6 +330,7 @@ def test_a_frame_is_made_of_what_the_package_made(kind, make_capture, tmp_path):
     has = frame.lines["point_count"] > 0
     assert np.array_equal(made.lines[["number", "eye", "clock_us"]], frame.lines[has][["number", "eye", "clock_us"]])
     assert MADE(given, number=7, sensor="10.0.0.9", clock_us=5).number == 7
+    assert MADE(frame.to_arrow(columns="all")) == MADE(frame.to_arrow(columns="all").to_pandas())
     both = np.concatenate([lumsdk.open(path)[i].to_arrow(["x", "frame"]).to_pandas()["frame"] for i in (0, 1)])
     with pytest.raises(lumsdk.OptionError, match=r'points of 1 and of 2; right are those of one frame, .*rows\["frame"\] == 1'):
         MADE(x=np.zeros(len(both)), frame=both)

@@ -131,6 +131,8 @@ def _collect(columns: Any, more: Mapping[str, Any]) -> dict[str, Any]:
     """What was given as a mapping, as a structured array or by keywords."""
     if isinstance(columns, np.ndarray) and columns.dtype.names is not None:
         columns = {name: columns[name] for name in columns.dtype.names}
+    if hasattr(columns, "column_names"):  # a table of Arrow
+        columns = {name: columns[name] for name in columns.column_names}
     if columns is None:
         columns = {}
     if not isinstance(columns, Mapping) and not hasattr(columns, "keys"):
