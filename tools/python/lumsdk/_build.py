@@ -15,7 +15,7 @@ from ._errors import OptionError, UnknownKeyError, warn
 from ._columns import COLUMNS
 from ._frame import Frame
 from ._grid import EYES, PIXELS
-from ._info import LOSSES, Info, Members
+from ._info import LOSSES, Info
 from ._lines import LINE_DTYPE
 from ._raw import RAW_COLUMNS, WRITTEN
 
@@ -41,7 +41,7 @@ def assemble(info: Info, columns: Mapping[str, Array], lines: Array, moved: str,
              raw: Optional[Raw] = None) -> Frame:
     """A frame of these arrays, which are kept; x, y and z are then those of xyz if that is given."""
     frame = Frame.__new__(Frame)
-    frame._c, frame._members, frame._count = None, Members(), len(next(iter(columns.values()))) if columns else 0
+    frame._c, frame._members, frame._count = None, None, len(next(iter(columns.values()))) if columns else 0
     frame._info_made, frame._lines_made, frame._moved, frame._raw = info, lines, moved, raw
     frame._own = tuple(name for name in columns if name not in KNOWN)
     frame._arrays, frame._block = dict(columns), xyz

@@ -43,7 +43,7 @@ class Frame:
 
     __slots__ = ("__weakref__", "_arrays", "_block", "_c", "_count", "_info_made", "_lines_made", "_members", "_moved", "_own", "_raw")
 
-    def __init__(self, pointer: Any, members: Members = Members()) -> None:
+    def __init__(self, pointer: Any, members: Optional[Members] = None) -> None:
         """Keep a frame of the library. Programs get frames from a source or a sensor."""
         self._members = members
         self._c = ffi.gc(lib.lum_frame_keep(pointer), lib.lum_frame_release)

@@ -18,8 +18,8 @@ LOSSES = ("lost_words", "lines_missing_angles", "lines_missing", "lines_in_pause
 class Members(NamedTuple):
     """The sensors of a rig that is read."""
 
-    sensors: tuple[RigSensor, ...] = ()
-    rig: tuple[str, ...] = ()
+    sensors: tuple[RigSensor, ...]
+    rig: tuple[str, ...]
     """All of the rig, as Rig.describe() says it."""
 
 
@@ -51,7 +51,7 @@ class Info:
     """All of the rig, as Rig.describe() says it."""
 
     @classmethod
-    def of(cls, frame: Any, members: Members) -> Info:
+    def of(cls, frame: Any, members: Optional[Members]) -> Info:
         """That of a frame of the library."""
         i = sized("lum_frame_info")
         lib.lum_frame_get_info(frame, i)
@@ -60,7 +60,7 @@ class Info:
         values = {name: getattr(i.times if name.endswith(("_us", "_ns")) else i, name) for name in list(cls.__annotations__)[:12]}
         values.update(interface=text(i.sensor_interface), lines=tuple(i.lines), losses=losses,
                       rows=tuple(lib.lum_frame_rows(frame, eye) for eye in range(len(EYES))))
-        if i.member:
+        if members is not None and i.member:
             sensor = members.sensors[i.member - 1]
             values.update(member=i.member, name=sensor.name, pose=tuple(map(tuple, sensor.pose.tolist())), rig=members.rig)
         return cls(**values)

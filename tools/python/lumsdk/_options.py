@@ -313,7 +313,7 @@ class Choice:
         self.calibration, self.profile = self._settings(options)
         self.range = _frames(options["frames"]) if "frames" in options else FrameRange()
         self.members = () if self.rig is None else tuple(self.rig.values())
-        self.of_frames = Members() if self.rig is None else Members(self.members, tuple(self.rig.describe()))
+        self.of_frames = None if self.rig is None else Members(self.members, tuple(self.rig.describe()))
         """What frames know of the rig."""
         """The sensors of the rig; none without one."""
         self.wanted = self._wanted(options)
