@@ -3,7 +3,7 @@
 
 /* --- Members that are not there --- */
 
-/* Adds a sensor's name: its address, and its interface if that is known. */
+/* Adds a name: its address, and its interface if that is known. */
 static void add_name(lum_error *out, const char *before, uint32_t a,
                      const char *interface)
 {
@@ -36,16 +36,25 @@ static const lum_demux_entry *find_copy(const lum_demux *demux,
     return NULL;
 }
 
-static void add_sensors(const lum_demux *demux, lum_error *out)
+/* Adds the i-th sensor; its interface if it is asked for, or where its address
+ * is not enough. */
+static void add_sensor(lum_error *out, const char *before,
+                       const lum_demux *demux, size_t i, bool has_interface)
+{
+    const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+    const bool is_full = has_interface || lum_demux_is_shared(demux, i);
+    add_name(out, before, sensor->address, is_full ? sensor->interface : "");
+}
+
+static void add_sensors(const lum_demux *demux, bool has_interface,
+                        lum_error *out)
 {
     if (demux->sensor_count == 0) {
         add_text(out, "no sensor did");
         return;
     }
     for (size_t i = 0; i < demux->sensor_count; i++) {
-        const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
-        add_name(out, i == 0 ? "these did: " : ", ", sensor->address,
-                 sensor->interface);
+        add_sensor(out, i == 0 ? "these did: " : ", ", demux, i, has_interface);
     }
 }
 
@@ -65,7 +74,7 @@ static void say_absent(const lum_demux *demux, const lum_demux_known *member,
     }
     add_text(out, " sent no data; ");
     if (other == NULL || *other->interface != '\0') {
-        add_sensors(demux, out);
+        add_sensors(demux, *member->interface != '\0', out);
     } else {
         add_name(out, "", other->address, "");
         add_text(out, " did, but on which interface is not known: record with "
@@ -81,10 +90,8 @@ static bool say_unnamed(const lum_demux *demux, lum_error *out)
     size_t count = 0;
     lum_error names = {""};
     for (size_t i = 0; i < demux->sensor_count; i++) {
-        const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
         if (lum_demux_member_of(demux, i) == LUM_DEMUX_NO_MEMBER) {
-            add_name(&names, count++ == 0 ? "" : ", ", sensor->address,
-                     sensor->interface);
+            add_sensor(&names, count++ == 0 ? "" : ", ", demux, i, false);
         }
     }
     if (count != 0) {

@@ -25,6 +25,7 @@ POSES = {"front": ((1.2, 0, 1.8), (0, 0, 0)), "left": ((0, 0.9, 0), (0, 5, 90)),
 NAMES = tuple(POSES)
 OWN = {"front": (), "left": ("--calibration", "left.yaml"), "rear": ("--profile", "rear.yaml")}
 FEW = ("--range", "30:40", "--return", "first")  # points enough
+EPOCH = 1767225600
 EXACT = ("range", "azimuth", "elevation", "frame", "eye", "line", "pixel")
 
 
@@ -108,6 +109,24 @@ class Rig(unittest.TestCase):
             self.assertNotIn("sensor", alone[0])
             self.assertEqual(alone, [{key: row[key] for key in alone[0]} for row in of_it])
         self.assertEqual({row["sensor"] for row in joined}, {"0", "1", "2"})
+
+    def test_times_of_several_sensors_are_utc(self):
+        """Their clocks differ by up to a minute; those of one sensor stay its own."""
+        poses = self.folder.write("p.txt", "".join(f"{t} 0 0 0 0 0 0 1\n" for t in range(20)))
+        for of, joined in (("all", True), ("%s", False)):
+            self.dump("-q", *FEW, "-o", self.folder / f"{of}.csv", "--comments")
+            names = [of] if joined else NAMES
+            for name in names:
+                text = (self.folder / f"{name}.csv").read_text()
+                self.assertEqual("--time=utc" in text, joined)
+                lines = [line for line in text.splitlines() if not line.startswith("#")]
+                at = lines[0].split(",").index("timestamp")
+                for line in lines[1:]:
+                    self.assertEqual(float(line.split(",")[at]) > EPOCH * 1e6, joined)
+        self.refuse("--time sensor: each sensor has a clock of its own", "--time", "sensor", "-o", self.folder / "a.ply")
+        self.dump("-q", *FEW, "--time", "sensor", "-o", self.folder / "%s.ply")
+        self.refuse("has times of a sensor's clock, and each sensor of", "--poses", poses, "-o", self.folder / "a.ply")
+        self.dump("-q", *FEW, "--sensor", "rear", "--poses", poses, "-o", self.folder / "a.ply")
 
     def test_threads_and_pipes_give_the_same_bytes(self):
         all_points = ("--frames", "1:1", "--eye", "green")  # their words go to the threads, and no samples
@@ -222,7 +241,7 @@ class Rig(unittest.TestCase):
         return out
 
     def test_poses_are_the_vehicles(self):
-        poses = self.folder.write("poses.txt", "".join(f"{t / 10} 10 20 0.5 0 0 1 0\n" for t in range(0, 120)))
+        poses = self.folder.write("poses.txt", "".join(f"{EPOCH + t / 10} 10 20 0.5 0 0 1 0\n" for t in range(0, 120)))
         self.dump("-q", *FEW, "--poses", poses, "-o", self.folder / "a.csv", "-o", self.folder / "a.mcap", "--compression", "none")
         rows = read_csv(self.folder / "a.csv")
         for place, name in enumerate(NAMES):
@@ -238,7 +257,7 @@ class Rig(unittest.TestCase):
         self.assertEqual(b.text(), "map")
 
     def test_one_map_of_all(self):
-        poses = self.folder.write("poses.txt", "".join(f"{t / 10} 0 0 0 0 0 0 1\n" for t in range(0, 120)))
+        poses = self.folder.write("poses.txt", "".join(f"{EPOCH + t / 10} 0 0 0 0 0 0 1\n" for t in range(0, 120)))
         done = self.dump("--json", *FEW, "--poses", poses, "--voxel", 0.5, "-o", self.folder / "map.csv")
         got = json.loads(done.stdout)
         self.assertEqual(got["voxels"]["points"], sum(map(len, self.own.values())))
@@ -280,7 +299,9 @@ class Rig(unittest.TestCase):
         self.assertEqual(done.returncode, 2)
         self.assertIn("choose one by --sensor:", done.stderr)
         self.assertIn("read all of them by --rig FILE", done.stderr)
-        self.assertIn("- {name: sensor2, address: 10.42.0.37, interface: eth1}", done.stderr)
+        told = self.folder.write("told.yaml", done.stderr[done.stderr.index("version: 1"):])
+        self.assertIn("- {name: sensor2, address: 10.42.0.37, interface: eth1}", told.read_text())
+        self.dump("-q", *FEW, "-o", self.folder / "a.csv", rig=told)
         self.assertIn("--rig FILE reads all of them", run("lumdump", self.drive).stdout)
 
     def test_a_sensor_that_names_no_interface_is_none_of_those_that_others_name(self):

@@ -116,7 +116,7 @@ static const struct option_spec specs[] = {
      .max = LUM_MCAP_LINES_MAX},
     {"compression", WORD(compressions, mcap.is_plain),
      HAS(mcap.has_compression)},
-    {"time", WORD(clocks, points.time)},
+    {"time", WORD(clocks, points.time), HAS(points.has_time)},
     {"json", FLAG(json)},
     {"infer", FLAG(instead.infer)},
     {"laser", FLAG(live.laser)},
@@ -137,7 +137,7 @@ static const struct option_spec specs[] = {
     {"return", CALL(values_take_return),
      .allowed = "all, first, last, strongest or a number from 1"},
     {"frames", CALL(values_take_frames),
-     .allowed = "FIRST:LAST, such as 10:20 or 10:, or whole:N"},
+     .allowed = "FIRST:LAST, numbers from 1 such as 10:20 or 10:, or whole:N"},
     {"range", CALL(values_take_range),
      .allowed = "MIN:MAX in metres, such as 2:80"},
     {"box", CALL(values_take_box),
@@ -294,6 +294,9 @@ static void note_filters(const struct option_result *given, struct options *o)
             }
         }
     }
+    if (!o->points.has_time && o->points.time == TIME_UTC) {
+        add_filter(o, "time", "utc", false);
+    }
 }
 
 /* --- Reading --- */
@@ -337,7 +340,11 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
         return rules_allow_infer(out, &table, &result) ? PARSED_RUN
                                                        : PARSED_BAD;
     }
-    if (!take_rig(out) || !find_formats(out) || !rules_allow(out)) {
+    if (!take_rig(out) || !find_formats(out)) {
+        return PARSED_BAD;
+    }
+    rig_choose_time(out);
+    if (!rules_allow(out)) {
         return PARSED_BAD;
     }
     if (out->is_live) {

@@ -82,7 +82,7 @@ static void print_sensors(const struct pass *pass)
         char name[LUM_SENSOR_NAME_BYTES];
         (void)fprintf(stderr, " %s", lum_demux_name(demux, i, name));
     }
-    (void)fputc('\n', stderr);
+    (void)fputs(", and perhaps more\n", stderr);
 }
 
 static enum exit_status name_sensors(const struct pass *pass)
@@ -92,10 +92,9 @@ static enum exit_status name_sensors(const struct pass *pass)
                   "--sensor:",
                   pass->options->source);
     print_sensors(pass);
-    (void)fprintf(stderr,
-                  "or read all of them by --rig FILE, each by its own "
-                  "calibration and pose (docs/formats.md), from lines such "
-                  "as:\n");
+    (void)fprintf(stderr, "or read all of them by --rig FILE, each by its own "
+                          "calibration and pose (docs/formats.md), a file such "
+                          "as:\nversion: 1\nsensors:\n");
     for (size_t i = 0;
          i < lum_demux_sensor_count(lum_framer_demux(pass->framer)); i++) {
         char line[RIG_TEXT_BYTES];

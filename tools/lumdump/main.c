@@ -112,9 +112,19 @@ static int prepare_motion(struct job *job, lum_error *error)
                              "poses by; leave --poses out",
                              clockless);
     }
-    return motion_new(o, &job->motion, error) == 0
-               ? world_begin(o, job->motion, error)
-               : -1;
+    if (motion_new(o, &job->motion, error) != 0) {
+        return -1;
+    }
+    if (o->rig != NULL && o->rig->count > 1 && job->motion != NULL &&
+        !motion_is_utc(job->motion)) {
+        return lum_error_set(error,
+                             "--poses: %s has times of a sensor's clock, and "
+                             "each sensor of %s has another: give poses with "
+                             "times of UTC, or choose one sensor by --sensor "
+                             "NAME",
+                             o->points.motion.poses, o->rig->path);
+    }
+    return world_begin(o, job->motion, error);
 }
 
 /* What outputs say names what the run uses. */

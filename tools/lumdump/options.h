@@ -106,6 +106,7 @@ struct point_options {
     uint32_t smooth_window; /* of angles; 0: none */
     uint32_t smooth_order;
     enum time_base time;
+    bool has_time;    /* --time was given */
     unsigned threads; /* 0: by the cores */
     struct motion_options motion;
 };

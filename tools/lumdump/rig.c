@@ -238,12 +238,29 @@ static bool is_of_all(const struct options *o, size_t i)
     return o->outputs[i].sensor == 0 && o->rig->count > 1;
 }
 
+static bool has_points(const struct options *o, size_t i)
+{
+    return !options_is_recording(o, i) && !options_has_messages(o, i);
+}
+
+void rig_choose_time(struct options *o)
+{
+    for (size_t i = 0; o->rig != NULL && i < o->output_count; i++) {
+        if (!o->points.has_time && is_of_all(o, i) && has_points(o, i)) {
+            o->points.time = TIME_UTC;
+        }
+    }
+}
+
 /* What an output of all sensors cannot be; NULL: it can. */
 static const char *find_fault(const struct options *o, size_t i)
 {
     const struct output_options *output = &o->outputs[i];
     if (output->format == (unsigned)LUM_FORMAT_PNG) {
         return "a picture is of one sensor";
+    }
+    if (has_points(o, i) && o->points.time == TIME_SENSOR) {
+        return "--time sensor: each sensor has a clock of its own";
     }
     if (options_is_organized(o, i)) {
         return "the rows of --organized are of one sensor";
@@ -280,11 +297,6 @@ static int check_output(const struct options *o, size_t i, lum_error *error)
                                "output for each, or choose one by --sensor "
                                "NAME",
                                o->outputs[i].name, fault);
-}
-
-static bool has_points(const struct options *o, size_t i)
-{
-    return !options_is_recording(o, i) && !options_has_messages(o, i);
 }
 
 /* Messages without poses are in each sensor's own frame. */

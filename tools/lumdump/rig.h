@@ -52,6 +52,10 @@ int rig_open(struct options *options, struct rig **out, lum_error *error);
 /* NULL is allowed. */
 void rig_free(struct rig *rig);
 
+/* Outputs with points of several sensors have UTC, unless --time says more:
+ * their clocks differ. */
+void rig_choose_time(struct options *options);
+
 /* Refuse what does not go with it. 0, or -1 with the reason in error. */
 int rig_check(const struct options *options, lum_error *error);
 
