@@ -28,6 +28,13 @@ lum_stance lum_place_usual_pose(lum_place_kind kind)
     return (lum_stance){.at = {0.0, 0.0, z}};
 }
 
+/* A vehicle's frame is on the ground. */
+static lum_stance usual_pose(const lum_place_options *options)
+{
+    return options->is_on_vehicle ? (lum_stance){.at = {0.0}}
+                                  : lum_place_usual_pose(options->kind);
+}
+
 bool lum_place_is_still(const lum_place *place)
 {
     return place->options.has_pose;
@@ -109,12 +116,13 @@ bool lum_place_has_path(lum_place_kind kind, lum_path_kind path)
 }
 
 /* A circle is the first half of an eight. */
-static lum_course course_of(lum_place_kind kind, lum_path_kind path)
+static lum_course course_of(const lum_place_options *options)
 {
-    lum_course course = {.count = path == LUM_PATH_EIGHT ? 2u : 1u};
-    const lum_stance usual = lum_place_usual_pose(kind);
+    lum_course course = {.count =
+                             options->path.kind == LUM_PATH_EIGHT ? 2u : 1u};
+    const lum_stance usual = usual_pose(options);
     memcpy(course.at, usual.at, sizeof course.at);
-    switch (kind) {
+    switch (options->kind) {
     case LUM_PLACE_ROOM:
         course.pieces = room_course;
         return course;
@@ -122,7 +130,9 @@ static lum_course course_of(lum_place_kind kind, lum_path_kind path)
         course.pieces = yard_course;
         return course;
     case LUM_PLACE_TOWN:
-        return lum_town_circuit();
+        course = lum_town_circuit();
+        course.at[2] = usual.at[2];
+        return course;
     case LUM_PLACE_STREET:
     default:
         course.count = 0;
@@ -174,7 +184,7 @@ lum_pose lum_place_vehicle_pose(const lum_place *place, double time_s)
     }
     lum_stance p = place->vehicle;
     if (!place->options.has_pose) {
-        p = lum_place_usual_pose(place->options.kind);
+        p = usual_pose(&place->options);
         p.at[0] += LUM_STREET_SENSOR_SPEED * time_s;
     }
     return pose_of(&p);
@@ -262,11 +272,11 @@ void lum_place_init(lum_place *out, const lum_place_options *options,
     memset(out, 0, sizeof *out);
     out->options = *options;
     out->seed = seed;
-    out->options.path.course = course_of(options->kind, options->path.kind);
+    out->options.path.course = course_of(options);
     if (options->kind != LUM_PLACE_STREET && !options->has_pose &&
         options->path.kind == LUM_PATH_NONE) {
         out->options.has_pose = true;
-        out->options.pose = lum_place_usual_pose(options->kind);
+        out->options.pose = usual_pose(options);
     }
     out->vehicle = out->options.pose;
     if (out->options.has_pose && options->is_on_vehicle) {

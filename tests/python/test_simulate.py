@@ -82,8 +82,8 @@ def test_a_room_is_simulated_with_its_true_calibration(tmp_path):
 
 
 def test_a_rig_is_simulated(tmp_path):
-    rig = lumsdk.Rig([{"name": "a", "address": "10.42.0.37", "interface": "eth0"},
-                      {"name": "b", "address": "10.42.0.37%eth1", "calibration": {"tof_lsb_ps": 12.5}, "pose": {"x_m": -1}}])
+    rig = lumsdk.Rig([{"name": "a", "address": "10.42.0.37", "interface": "eth0", "pose": {"z_m": 1.8}},
+                      {"name": "b", "address": "10.42.0.37%eth1", "calibration": {"tof_lsb_ps": 12.5}, "pose": {"x_m": -1, "z_m": 1.8}}])
     made = lumsdk.simulate(tmp_path / "a.pcapng", frames=1, rig=rig, truth=tmp_path / "%s.csv")
     with lumsdk.open(made) as source:
         points = [len(frame) for frame in source]

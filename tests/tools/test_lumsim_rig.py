@@ -15,9 +15,9 @@ from test_scene import columns
 LEAKS = {**os.environ, "ASAN_OPTIONS": os.environ.get("ASAN_OPTIONS", "") + ":detect_leaks=1"}
 EPOCH = 1767225600
 # Of each: name, address, interface, x, y, z, yaw; two have one address.
-FRONT = ("front", "10.42.0.37", "eth0", 1.2, 0.0, 0.2, 0.0)
-LEFT = ("left", "10.42.0.37", "eth1", 0.1, 0.3, 0.0, 90.0)
-REAR = ("rear", "10.42.0.39", "eth0", -0.5, -0.1, 0.1, -170.0)
+FRONT = ("front", "10.42.0.37", "eth0", 1.2, 0.0, 1.7, 0.0)
+LEFT = ("left", "10.42.0.37", "eth1", 0.1, 0.3, 1.5, 90.0)
+REAR = ("rear", "10.42.0.39", "eth0", -0.5, -0.1, 1.6, -170.0)
 RIG = (FRONT, LEFT, REAR)
 FILES = {"front": "", "left": ", calibration: left.yaml", "rear": ", calibration: rear.yaml, profile: rear-profile.yaml"}
 NAMES = "frame line eye pixel return_number"
@@ -74,7 +74,7 @@ def files_of(folder, sensor):
 
 class Sensors(unittest.TestCase):
     def test_each_is_what_it_is_alone_where_it_stands(self):
-        vehicle = (0.3, -0.2, 1.3, 40.0)
+        vehicle = (0.3, -0.2, -0.2, 40.0)
         for first in range(3):
             sensors = RIG[first:] + RIG[:first]
             name, address, interface, x, y, z, yaw = sensors[0]
@@ -97,9 +97,10 @@ class Sensors(unittest.TestCase):
 
     def test_the_first_is_one_alone_on_its_way(self):
         folder = Folder(self)
-        here = (*LEFT[:3], 0, 0, 0, 0)
-        rig = write_rig(folder, here, FRONT, REAR)
-        for scene in (("--scene", "yard", "--path", "eight"), ("--path", "straight", "--velocity", 12)):
+        for height, *scene in ((1.5, "--scene", "yard", "--path", "eight"), (1.8, "--path", "straight", "--velocity", 12),
+                               (1.2, "--scene", "room")):
+            here = (*LEFT[:3], 0, 0, height, 0)  # the vehicle's frame is on the ground
+            rig = write_rig(folder, here, FRONT, REAR)
             with self.subTest(scene):
                 simulate(folder / "rig.pcapng", *scene, "--rig", rig, "--frames", 2, "--drift", 40)
                 simulate(folder / "one.pcapng", *scene, "--frames", 2, "--drift", 40, *files_of(folder, LEFT))
@@ -145,8 +146,8 @@ class Sensors(unittest.TestCase):
 
     def test_a_rig_without_interfaces_is_a_pcap_too(self):
         folder = Folder(self)
-        rig = folder.write("rig.yaml", "version: 1\nsensors:\n  - {name: a, address: 10.42.0.37}\n  - {name: b, address: 10.42.0.38, "
-                                       "pose: {yaw_deg: 180}}\n")
+        rig = folder.write("rig.yaml", "version: 1\nsensors:\n  - {name: a, address: 10.42.0.37, pose: {z_m: 1.8}}\n  - {name: b, "
+                                       "address: 10.42.0.38, pose: {z_m: 1.8, yaw_deg: 180}}\n")
         simulate(folder / "a.pcap", "--rig", rig, "--frames", 1)
         simulate(folder / "a.pcapng", "--rig", rig, "--frames", 1)
         self.assertEqual(blocks((folder / "a.pcapng").read_bytes())[0], [""])
@@ -236,8 +237,9 @@ class Options(unittest.TestCase):
         folder = Folder(self)
         write_rig(folder, *RIG)
         folder.write("same.yaml", "version: 1\nsensors:\n  - {name: a, address: 10.42.0.37}\n  - {name: b, address: 10.42.0.37}\n")
-        folder.write("crossed.yaml", "version: 1\nsensors:\n  - {name: front, address: 10.42.0.37, calibration: rear.yaml}\n"
-                                     "  - {name: rear, address: 10.42.0.38}\n")
+        folder.write("crossed.yaml", "version: 1\nsensors:\n  - {name: front, address: 10.42.0.37, calibration: rear.yaml, pose: {z_m: 1.8}}\n"
+                                     "  - {name: rear, address: 10.42.0.38, pose: {z_m: 1.8}}\n")
+        folder.write("low.yaml", "version: 1\nsensors:\n  - {name: a, address: 10.42.0.37}\n")
         folder.write("short.txt", "10 0 0 1.8 0 0 0 1\n10.5 1 0 1.8 0 0 0 1\n")
         folder.write("left.npy", "")
         before = folder.names()
@@ -267,8 +269,11 @@ class Options(unittest.TestCase):
                 (("--rig", "crossed.yaml", "--truth", "%s.yaml"), "--truth: rear.yaml is the calibration, which this run reads"),
                 (("--labels", "%s.npy", "-o", "left.npy"), "has an interface"),
                 (("--path", "short.txt", "--frames", 5), r"last 0\.5 s, and 5 frames 0\.59\d+ s; right is --frames 4"),
-                (("--scene", "room", "--pose", "3.2,0,1.2,0,0,0"),
+                (("--scene", "room", "--pose", "3.2,0,0,0,0,0"),
                  "--rig: the sensor 'front', with --pose: the blue eye would be outside the room"),
+                (("--rig", "low.yaml", "--scene", "room"),
+                 r"'a', with its pose on a vehicle that stands at 0,0,0 \(or use --pose\): the blue eye would be"),
+                (("--path", "loop"), "--path: loop: cannot be read: .*; right is straight, circle, eight, stop-and-go or"),
                 (("--scene", "room", "--path", "circle", "--pose", "0,0,1.2,0,0,0"), "--path and --pose"),
                 (("--interface", "lo"), "is for a sensor on the network; it does not go with -o")]:
             with self.subTest(arguments):

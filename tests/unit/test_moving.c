@@ -205,7 +205,7 @@ static void test_walls_are_flat_by_the_poses_alone(void **state)
 }
 
 /* Half of a turn about the sensor's x, and a quarter to the left. */
-static const lum_pose aside = {{1.2, -0.4, 0.3}, {0.5, 0.5, 0.5, 0.5}};
+static const lum_pose aside = {{1.2, -0.4, 1.8}, {0.5, 0.5, 0.5, 0.5}};
 
 static void test_so_they_are_by_the_poses_of_a_vehicle(void **state)
 {
@@ -414,7 +414,7 @@ static void test_sensors_of_a_vehicle_see_one_street(void **state)
     f->options.place.is_on_vehicle = true;
     f->options.place.on_vehicle = lum_pose_identity();
     f->options.place.on_vehicle.at[0] = -1.5;
-    f->options.place.on_vehicle.at[2] = 0.2;
+    f->options.place.on_vehicle.at[2] = 2.0;
     f->options.start.late_us = 43000;
     const double behind = find_leader(f, LUM_EYE_GREEN);
     assert_true(alone > 5.0 && alone < 20.0);

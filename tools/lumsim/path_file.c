@@ -103,7 +103,8 @@ bool moving_load(struct options *o)
         return true;
     }
     if (lum_poses_read(o->moving.path, NULL, NULL, &read, &error) != 0) {
-        (void)fprintf(stderr, "lumsim: --path: %s\n", error.text);
+        (void)fprintf(stderr, "lumsim: --path: %s; right is " MOVING_PATH "\n",
+                      error.text);
         return false;
     }
     (void)lum_poses_get_info(read, &info);

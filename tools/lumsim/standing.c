@@ -149,9 +149,10 @@ static const char *cause(const struct options *o, char text[CAUSE_MAX],
                        "--path, %.3f s after the beginning", *time_s);
     } else {
         (void)snprintf(text + n, CAUSE_MAX - (size_t)n, "%s",
-                       o->render.place.has_pose || n > 0
-                           ? "--pose"
-                           : "the mount of an eye");
+                       o->render.place.has_pose ? "--pose"
+                       : n > 0 ? "its pose on a vehicle that stands at 0,0,0 "
+                                 "(or use --pose)"
+                               : "the mount of an eye");
     }
     return text;
 }

@@ -22,8 +22,9 @@ static size_t make_text(const struct options *o, char out[TEXT_BYTES])
         n += snprintf(out + n, TEXT_BYTES - (size_t)n, "# Path: %.200s\n",
                       o->moving.path);
     } else if (place->has_pose || place->kind != LUM_PLACE_STREET) {
-        const lum_stance pose =
-            place->has_pose ? place->pose : lum_place_usual_pose(place->kind);
+        const lum_stance pose = place->has_pose || place->is_on_vehicle
+                                    ? place->pose
+                                    : lum_place_usual_pose(place->kind);
         n += snprintf(out + n, TEXT_BYTES - (size_t)n,
                       "# Pose%s: %.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n",
                       place->is_on_vehicle ? " of its vehicle" : "", pose.at[0],
