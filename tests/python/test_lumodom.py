@@ -125,6 +125,19 @@ def test_every_point_of_the_drive_has_a_pose(kiss, drive, clock):
         assert np.isfinite(frame.to_world(poses).xyz).all()
 
 
+def test_with_a_rig_poses_are_the_vehicles(kiss, tmp_path, capsys):
+    """A sensor to the left looks aside; the vehicle drives along x all the same."""
+    pathlib.Path("rig.yaml").write_text("version: 1\nsensors:\n  - {name: front, address: 10.42.0.37, pose: {x_m: 1.2, z_m: 1.8}}\n"
+                                        "  - {name: left, address: 10.42.0.38, pose: {x_m: 2, y_m: 0.9, z_m: 1.7, yaw_deg: 40}}\n")
+    drive = lumsdk.simulate("drive.pcap", frames=8, rig="rig.yaml", motion="straight", velocity=8, poses="truth.txt", time="utc")
+    assert _cli.main([drive, "--rig", "rig.yaml", "--sensor", "left", "-o", "poses.txt", "--truth", "truth.txt", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["errors"]["absolute_rms_m"] < 0.3
+    went = read("poses.txt")[-1, 1:4]
+    assert went[0] > 5 and abs(went[1]) < 0.5
+    assert _cli.main([drive, "--rig", "rig.yaml"]) == 1
+    assert "has frames of several sensors, front and left: a drive is of one; name it with --sensor" in capsys.readouterr().err
+
+
 def test_one_frame_is_no_drive(kiss, drive, tmp_path, capsys):
     assert _cli.main([drive, "--frames", "2:2", "-o", "a.txt", "-q"]) == 1
     assert capsys.readouterr().err == f"lumodom: {drive}: has one frame with points; a motion is between two at least\n"

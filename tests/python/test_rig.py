@@ -17,11 +17,11 @@ RIG = """version: 1
 frame: chassis
 sensors:
   - {name: front, address: 10.42.0.37, interface: eth0, calibration: front.yaml, pose: {x_m: 1.2, z_m: 1.8, pitch_deg: 3}}
-  - {name: left, address: 10.42.0.37%eth1, pose: {y_m: 0.9, yaw_deg: 90, roll_deg: -2.5}}
+  - {name: left, address: 10.42.0.37%eth1, pose: {y_m: 0.9, z_m: 1.7, yaw_deg: 90, roll_deg: -2.5}}
   - name: back
     address: 10.42.0.38
     profile: back.yaml
-    pose: {x_m: -2, yaw_deg: 180}
+    pose: {x_m: -2, z_m: 1.6, yaw_deg: 180}
 """
 FRONT = lumsdk.Calibration({"eyes.blue.mount.yaw_deg": -30.5, "eyes.green.tof_offset_ps": 1500})
 BACK = lumsdk.Profile({"data_packet_type": 77})
@@ -67,7 +67,7 @@ def test_a_rig_is_the_same_however_it_is_given(rig, folder, tmp_path, monkeypatc
     assert lumsdk.Rig(RIG) == lumsdk.Rig("rig.yaml") == rig
     sensors = [{"name": "front", "address": "10.42.0.37%eth0", "calibration": dict(FRONT), "pose": rig["front"].pose},
                {"name": "left", "address": "10.42.0.37", "interface": "eth1", "pose": rig["left"].pose.astype("f4")},
-               {"name": "back", "address": "10.42.0.38", "profile": BACK, "pose": {"x_m": -2, "yaw_deg": 180.0}}]
+               {"name": "back", "address": "10.42.0.38", "profile": BACK, "pose": {"x_m": -2, "z_m": 1.6, "yaw_deg": 180.0}}]
     assert lumsdk.Rig({"version": 1, "frame": "chassis", "sensors": sensors}) == rig
     assert lumsdk.Rig(sensors) != rig and lumsdk.Rig(sensors).frame == "base_link"
     with pytest.raises(lumsdk.OptionError, match="calibration of front is not the default.*save"):
@@ -366,6 +366,27 @@ def test_a_file_has_the_places_of_its_sensors(kind, way, drive, rig, frames, tmp
     assert np.array_equal(columns[4], places) and (kind == "csv" or columns[4].dtype == np.uint8)
     for i, name in enumerate("xyz"):
         assert np.abs(columns[i] - np.concatenate([frame[name] for frame in frames])).max() < 1e-3
+
+
+@pytest.mark.parametrize("kind", ["npy", "csv"])
+def test_times_of_several_sensors_are_utc(kind, drive, rig, tmp_path):
+    """Their clocks differ by up to a minute; those of one sensor stay its own."""
+    def times(name, source=drive, **options):
+        path = tmp_path / f"{name}.{kind}"
+        lumsdk.convert(source, path, frames=2, **options) if source is drive else lumsdk.convert(source, path, **options)
+        path = str(path).replace("%s", "left")
+        return np.load(path)["timestamp"] if kind == "npy" else pytest.importorskip("pandas").read_csv(path, comment="#")["timestamp"]
+
+    def opened(**options):
+        return lumsdk.open(drive, rig=rig, columns="all", frames=2, **options)
+
+    assert min(times("all", rig=rig)) > 1e15 and min(times("all", opened())) > 1e15 and min(times("all", list(opened()))) > 1e15
+    assert max(times("%s", rig=rig)) < 1e9 and max(times("%s", opened())) < 1e9
+    assert max(times("one", rig=rig, sensor="left")) < 1e9 and max(times("one", opened(sensor="left"))) < 1e9
+    assert min(times("all", rig=rig, time="arrival")) > 1e15
+    for source in (drive, opened()):
+        with pytest.raises(lumsdk.OptionError, match="sensor has a clock of its own"):
+            times("all", source, time="sensor", **({"rig": rig} if source is drive else {}))
 
 
 def test_tables_of_frames_have_the_place(frames):

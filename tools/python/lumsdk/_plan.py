@@ -128,7 +128,8 @@ class Plan:
         """Whether each sensor of the rig has files of its own."""
         choice = Choice(self.read)
         self.progress: Optional[Callable[[int, int], object]] = choice.progress
-        self.sensors = [sensor.name for sensor in choice.wanted]
+        wanted = source._choice.wanted if isinstance(source, Source) else choice.wanted
+        self.sensors = [sensor.name for sensor in wanted]
         """Of the rig, those that are converted."""
         if self.is_of_frames and self.read:
             raise OptionError(f"{', '.join(self.read)}: frames have been read already: give such options when the source is "
@@ -177,6 +178,9 @@ class Plan:
                 raise OptionError(f"{name} goes with poses, which say where the sensor was: give poses= too")
             if name == "to" and value not in MOMENTS:
                 raise OptionError(f"to is {value!r}; right is one of {', '.join(MOMENTS)}")
+            if name == "time" and value == "sensor" and self._is_joined:
+                raise OptionError(f'time is "sensor", and each sensor has a clock of its own: leave it out, or put %s into '
+                                  f"{self.name}, which makes a file for each")
             if name == "time" and value not in TIMES:
                 raise OptionError(f"time is {value!r}; right is " + ", ".join(f'"{time}"' for time in TIMES))
         if not self.by_lumdump and self.format in ("png", "pcap", "pcapng"):
@@ -184,9 +188,14 @@ class Plan:
                               "writes it")
 
     @property
+    def _is_joined(self) -> bool:
+        """Whether a file has points of several sensors of the rig, or may have: of frames it is not known."""
+        return self.has_rig and not self.is_split and not self.is_pattern and len(self.sensors) != 1
+
+    @property
     def time(self) -> str:
-        """What timestamps are."""
-        return str(self.output.get("time", "sensor"))
+        """What timestamps are; sensors of a rig have no clock in common."""
+        return str(self.output.get("time", "utc" if self._is_joined else "sensor"))
 
     def check_written(self, name: str) -> None:
         """OptionError: an output of this name would replace what the run reads."""

@@ -32,7 +32,9 @@ how far that is from the truth, if there is one.
       --eye blue|green|both   (default both)
       --range MIN:MAX         metres from the eye
       --frames A:B            frame numbers, both included; A: or :B too
-      --sensor ADDRESS        take only this sensor
+      --sensor ADDRESS|NAME   take only this sensor, of a rig by its name
+      --rig FILE              its sensors on a vehicle; poses are then the
+                              vehicle's
       --calibration FILE      default: the drive's own, or typical values
       --profile FILE          wire profile of the drive
       --set KEY=VALUE         one key of them, such as tof_lsb_ps=13
@@ -50,7 +52,7 @@ Examples:
   lumdump drive.pcap --poses poses.txt --voxel 0.1 -o map.las
 """
 
-_OF_OPEN = ("eye", "range", "frames", "sensor")
+_OF_OPEN = ("eye", "range", "frames", "sensor", "rig")
 _TEXTS = ("report", "truth", "time", "max-range", "voxel", "calibration", "profile", *_OF_OPEN)
 
 
@@ -132,6 +134,6 @@ def parse(arguments: list[str]) -> Options:
     check_end("--report", given.report, ".png")
     if given.time is not None and given.output is None:
         raise OptionError("--time: is of the seconds in the output, and there is none: name one by --output")
-    check_apart((given.output, given.report), (*given.drives, given.truth, given.calibration, given.profile))
+    check_apart((given.output, given.report), (*given.drives, given.truth, given.calibration, given.profile, given.rig))
     return Options(given.drives[0], given.output, given.report, given.truth, given.time or "utc", _settings(given), _reading(given),
                    given.json, given.quiet)
