@@ -387,6 +387,10 @@ def test_times_of_several_sensors_are_utc(kind, drive, rig, tmp_path):
     for source in (drive, opened()):
         with pytest.raises(lumsdk.OptionError, match="sensor has a clock of its own"):
             times("all", source, time="sensor", **({"rig": rig} if source is drive else {}))
+        poses = tmp_path / "poses.txt"
+        poses.write_text("".join(f"{t} 0 0 0 0 0 0 1\n" for t in range(20)))
+        with pytest.raises(lumsdk.OptionError, match="has times of a sensor's clock, and each sensor of"):
+            times("all", source, poses=poses, **({"rig": rig} if source is drive else {}))
 
 
 def test_tables_of_frames_have_the_place(frames):

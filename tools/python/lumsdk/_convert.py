@@ -475,7 +475,8 @@ def convert(source: Union[Given, Source, Iterable[Frame], Frame], destination: P
                      there, too, and in las, laz and mcap
         poses        where the sensor was: Poses, or the name of a file of them; points are moved, what has no pose is left
                      out; pose_times, the file of times of KITTI; to, "world" if not given, "start" or "middle"
-        time         what timestamps are: "sensor", the sensor's clock; "utc"; "arrival"
+        time         what timestamps are: "sensor", the sensor's clock; "utc", usual where a file has several sensors;
+                     "arrival"
         preset       of parquet and feather: "argoverse2", its columns in its types
         compression  of parquet and feather: "zstd", "lz4", "none" and so on
         storage_options  a mapping for fsspec: for the URLs of destination and source, or, if they are of different stores

@@ -210,8 +210,12 @@ class Plan:
         if "poses" not in self.output:
             return None
         is_bare = self.format in ("npy", "bin") or (self.format in APPLIES["comments"] and not self.output.get("comments"))
-        return Motion(self.output["poses"], self.output.get("pose_times"), str(self.output.get("to", "world")),
+        made = Motion(self.output["poses"], self.output.get("pose_times"), str(self.output.get("to", "world")),
                       self.format if is_bare else "")
+        if len(self.sensors) > 1 and made.poses.clock != "utc":
+            raise OptionError(f"poses: {made.poses.name} has times of a sensor's clock, and each sensor of the rig has another: give "
+                              "poses with times of UTC, or choose one sensor by sensor=")
+        return made
 
     def layout(self, own: Mapping[str, np.dtype[Any]] = MappingProxyType({})) -> Layout:
         """The columns of a table; own are those that the frames have besides."""
