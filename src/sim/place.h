@@ -85,7 +85,8 @@ typedef struct lum_place {
 } lum_place;
 
 /** Where the sensor stands if nothing else is said: in the middle of a room or
- * yard, and at the beginning of the drive. */
+ * yard, and at the beginning of the drive. A vehicle's frame stands below, at
+ * z = 0. */
 lum_stance lum_place_usual_pose(lum_place_kind kind);
 
 /** Begin. Cannot fail. */
