@@ -31,7 +31,8 @@ lum_stance lum_place_usual_pose(lum_place_kind kind)
 /* A vehicle's frame is on the ground. */
 static lum_stance usual_pose(const lum_place_options *options)
 {
-    return options->is_on_vehicle ? (lum_stance){.at = {0.0}}
+    const lum_stance on_ground = {.at = {0.0}};
+    return options->is_on_vehicle ? on_ground
                                   : lum_place_usual_pose(options->kind);
 }
 
