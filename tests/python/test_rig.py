@@ -50,7 +50,7 @@ def test_a_file_has_all(rig):
     assert (rig["left"].address, rig["left"].interface) == ("10.42.0.37", "eth1")
     assert rig["front"].calibration == FRONT and rig["front"].profile == lumsdk.Profile()
     assert rig["back"].profile == BACK and rig["back"].interface == ""
-    assert np.allclose(rig["back"].pose, [[-1, 0, 0, -2], [0, -1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    assert np.allclose(rig["back"].pose, [[-1, 0, 0, -2], [0, -1, 0, 0], [0, 0, 1, 1.6], [0, 0, 0, 1]])
     assert rig["back"].pose.dtype == np.float64 and not rig["back"].pose.flags.writeable
     with pytest.raises(lumsdk.UnknownKeyError, match="no sensor 'lft'; did you mean 'left'"):
         rig["lft"]
