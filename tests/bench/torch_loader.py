@@ -8,11 +8,15 @@ import sys
 import time
 import warnings
 
-import lumsdk
 import numpy as np
-import torch
-from lumsdk.torch import Frames, StreamedFrames, collate
-from torch.utils.data import DataLoader
+
+try:
+    import lumsdk
+    import torch
+    from lumsdk.torch import Frames, StreamedFrames, collate
+    from torch.utils.data import DataLoader
+except ImportError as e:
+    sys.exit(f"bench: --workers needs torch and cffi (Debian: python3-torch python3-cffi): {e}")
 
 PASSES = 3
 COLUMNS = ["xyz", "range"]

@@ -44,6 +44,7 @@ class Measuring(unittest.TestCase):
     def test_without_a_build(self):
         folder = Folder(self)
         self.refused("bench", folder.path, "bin/lumsim is not there")
+        self.refused("bench", folder.path, "bin/lumsim is not there", "--workers")
         for what in "load", "view":
             self.refused("soak", folder.path, "bin/lumsim is not there", what)
 
