@@ -161,8 +161,8 @@ static bool take_by_pixel(lum_cut *cut, const lum_raw_line *line)
     return is_taken && words == line->word_count;
 }
 
-/* All words to samples, of which there are so many; those of a pixel stay in
- * their order. */
+/* Puts each word at its place, of count places. False: places do not fit, or
+ * words of a pixel are not in their order. */
 static bool put_at_places(lum_cut *cut, const lum_raw_line *line, size_t count)
 {
     for (size_t i = 0; i < count; i++) {

@@ -122,7 +122,7 @@ static bool reserve_pixels(pixel_list *pixels, size_t needed)
     return true;
 }
 
-/* At most LUM_RAW_PLACES_MAX: nobody takes memory with bad words. */
+/* At most LUM_RAW_PLACES_MAX: bad words cannot use up memory. */
 static bool add_pixels(pixel_list *pixels, const lum_group *group)
 {
     const uint32_t n = group->num_samples;

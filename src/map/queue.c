@@ -91,7 +91,7 @@ static int failure_of(const lum_map_queue *queue, lum_error *error)
 }
 
 /* Wait until at most so many batches are queued. */
-static int wait(lum_map_queue *queue, unsigned most, lum_error *error)
+static int wait_until(lum_map_queue *queue, unsigned most, lum_error *error)
 {
     while (queue->queued > most && queue->failure == 0) {
         (void)pthread_cond_wait(&queue->changed, &queue->lock);
@@ -105,7 +105,7 @@ static int push(lum_map_queue *queue, unsigned most, lum_error *error)
     queue->queued++;
     queue->filling = (queue->filling + 1u) % LUM_MAP_BATCHES;
     (void)pthread_cond_broadcast(&queue->changed);
-    const int result = wait(queue, most, error);
+    const int result = wait_until(queue, most, error);
     (void)pthread_mutex_unlock(&queue->lock);
     return result;
 }

@@ -134,6 +134,7 @@ def test_with_a_rig_poses_are_the_vehicles(kiss, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["errors"]["absolute_rms_m"] < 0.3
     went = read("poses.txt")[-1, 1:4]
     assert went[0] > 5 and abs(went[1]) < 0.5
+    assert "where the vehicle was" in pathlib.Path("poses.txt").read_text()
     assert _cli.main([drive, "--rig", "rig.yaml"]) == 1
     assert "has frames of several sensors, front and left: a drive is of one; name it with --sensor" in capsys.readouterr().err
 

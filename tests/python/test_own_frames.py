@@ -3,6 +3,7 @@ arrays, without copies that need not be; in files, and in other libraries."""
 import gc
 import importlib
 import pickle
+import warnings
 import weakref
 
 import lumsdk
@@ -336,6 +337,30 @@ def test_a_frame_is_made_of_what_the_package_made(kind, make_capture, tmp_path):
     both = np.concatenate([lumsdk.open(path)[i].to_arrow(["x", "frame"]).to_pandas()["frame"] for i in (0, 1)])
     with pytest.raises(lumsdk.OptionError, match=r'points of 1 and of 2; right are those of one frame, .*rows\["frame"\] == 1'):
         MADE(x=np.zeros(len(both)), frame=both)
+
+
+@pytest.mark.parametrize("time", ["sensor", "utc"])
+def test_a_part_of_rows_begins_where_their_frame_began(time, make_capture, tmp_path):
+    frame = lumsdk.open(make_capture("-n", 2), columns="all")[1]
+    lumsdk.convert(frame, tmp_path / "a.npy", columns="all", time=time)
+    rows = np.load(tmp_path / "a.npy")
+    later = rows[(rows["time"] > 0.05) & (rows["pixel"] > 500)]
+    for part in rows, later:
+        made = MADE(part, utc_ns=frame.utc_ns)
+        assert made.utc_ns == frame.utc_ns
+        assert made.info["begin_clock_us"] == (frame.info["begin_clock_us"] if time == "sensor" else frame.utc_ns // 1000)
+    assert MADE(later).utc_ns == (0 if time == "sensor" else frame.utc_ns // 1000 * 1000)
+    rows["timestamp"][0] = -5
+    with pytest.raises(lumsdk.OptionError, match="timestamp is -5; right is a whole number"):
+        MADE(rows)
+
+
+def test_a_frame_of_no_points_has_no_places(whole):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(MADE({"x": np.zeros(0), "sensor": np.zeros(0)})) == 0
+    with pytest.raises(TypeError, match="metadata: values of type"):
+        MADE(x=np.zeros(2), metadata=np.array(["a", "b"]))
 
 
 def test_a_frame_is_made_of_a_joined_one(make_capture):

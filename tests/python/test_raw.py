@@ -374,10 +374,11 @@ def test_the_source_is_not_written_over(items, make_capture, tmp_path, monkeypat
     path = make_capture("-n", 2, name="source.pcap")
     content = path.read_bytes()
     monkeypatch.chdir(path.parent)
-    for given in path.name, open(path, "rb"):
-        with lumsdk.open(given, raw=True) as source, \
-                pytest.raises(lumsdk.OptionError, match="is the source itself, which this run reads: name another output"):
-            lumsdk.write_capture(path, items(source))
+    with open(path, "rb") as file:
+        for given in path.name, file:
+            with lumsdk.open(given, raw=True) as source, \
+                    pytest.raises(lumsdk.OptionError, match="is the source itself, which this run reads: name another output"):
+                lumsdk.write_capture(path, items(source))
     assert path.read_bytes() == content
 
 
@@ -393,7 +394,7 @@ def test_what_packets_do_not_have_is_told(raw_frame, tmp_path):
     tof[:5], tof[5] = -tof[:5], 0
     known = raw_frame.losses["no_range"]
     assert lumsdk.write_capture(out, raw_frame.replace(tof=np.where(np.arange(len(tof)) < known, -1, 9))).no_range == known > 0
-    with pytest.warns(lumsdk.CaptureWarning, match="6 words have a tof of 0 or below, and will give no range"):
+    with pytest.warns(lumsdk.CaptureWarning, match="6 words have a tof of 0 or below, which gives no range unless"):
         lumsdk.write_capture(out, raw_frame.replace(tof=tof).to_lines())
 
 
@@ -469,6 +470,18 @@ def test_raw_columns_are_in_files_that_name_them(capture, raw_frame, tmp_path, e
         assert b"tof" in whole[:1000] and b"raw_azimuth" in whole[:1000]
     lumsdk.convert([raw_frame], out)
     assert b"raw_azimuth" not in out.read_bytes()
+
+
+def test_all_columns_of_raw_frames_are_those_that_each_has(make_capture, tmp_path):
+    """Not the places of words, which only some frames have."""
+    path = make_capture("-n", 2)
+    out = tmp_path / "out.npz"
+    for source in path, mixed(path, tmp_path / "mixed.pcap"):
+        lumsdk.convert(source, out, raw=True, columns="all")
+        made = np.load(out)
+        assert "tof" in made and "raw_place" not in made
+        lumsdk.convert(list(lumsdk.open(source, raw=True, columns="all")), out, columns="all")
+        assert np.array_equal(np.load(out)["tof"], made["tof"])
 
 
 def test_tables_have_the_raw_columns(raw_frame):

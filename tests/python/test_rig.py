@@ -371,10 +371,10 @@ def test_a_file_has_the_places_of_its_sensors(kind, way, drive, rig, frames, tmp
 @pytest.mark.parametrize("kind", ["npy", "csv"])
 def test_times_of_several_sensors_are_utc(kind, drive, rig, tmp_path):
     """Their clocks differ by up to a minute; those of one sensor stay its own."""
-    def times(name, source=drive, **options):
-        path = tmp_path / f"{name}.{kind}"
+    def times(made, source=drive, name="left", **options):
+        path = tmp_path / f"{made}.{kind}"
         lumsdk.convert(source, path, frames=2, **options) if source is drive else lumsdk.convert(source, path, **options)
-        path = str(path).replace("%s", "left")
+        path = str(path).replace("%s", "left").replace("joined-%d", name)
         return np.load(path)["timestamp"] if kind == "npy" else pytest.importorskip("pandas").read_csv(path, comment="#")["timestamp"]
 
     def opened(**options):
@@ -384,13 +384,17 @@ def test_times_of_several_sensors_are_utc(kind, drive, rig, tmp_path):
     assert max(times("%s", rig=rig)) < 1e9 and max(times("%s", opened())) < 1e9
     assert max(times("one", rig=rig, sensor="left")) < 1e9 and max(times("one", opened(sensor="left"))) < 1e9
     assert min(times("all", rig=rig, time="arrival")) > 1e15
-    for source in (drive, opened()):
+    [joined, *_] = [made.joined() for made in lumsdk.sync(opened())]
+    assert min(times("all", [joined])) > 1e15 and min(times("joined-%d", [joined], name=f"joined-{joined.number}")) > 1e15
+    poses = tmp_path / "poses.txt"
+    poses.write_text("".join(f"{t} 0 0 0 0 0 0 1\n" for t in range(90)))
+    for source in (drive, opened(), list(opened()), [joined]):
         with pytest.raises(lumsdk.OptionError, match="sensor has a clock of its own"):
             times("all", source, time="sensor", **({"rig": rig} if source is drive else {}))
-        poses = tmp_path / "poses.txt"
-        poses.write_text("".join(f"{t} 0 0 0 0 0 0 1\n" for t in range(20)))
-        with pytest.raises(lumsdk.OptionError, match="has times of a sensor's clock, and each sensor of"):
+        with pytest.raises(lumsdk.OptionError, match="has times of a sensor's clock, and each sensor"):
             times("all", source, poses=poses, **({"rig": rig} if source is drive else {}))
+    with pytest.raises(lumsdk.OptionError, match="has times of a sensor's clock, and each sensor"):
+        joined.deskew(lumsdk.Poses(poses))
 
 
 def test_tables_of_frames_have_the_place(frames):

@@ -121,6 +121,7 @@ class Rig(unittest.TestCase):
                 self.assertEqual("--time=utc" in text, joined)
                 lines = [line for line in text.splitlines() if not line.startswith("#")]
                 at = lines[0].split(",").index("timestamp")
+                self.assertGreater(len(lines), 1)
                 for line in lines[1:]:
                     self.assertEqual(float(line.split(",")[at]) > EPOCH * 1e6, joined)
         self.refuse("--time sensor: each sensor has a clock of its own", "--time", "sensor", "-o", self.folder / "a.ply")

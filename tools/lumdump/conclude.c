@@ -82,7 +82,6 @@ static void print_sensors(const struct pass *pass)
         char name[LUM_SENSOR_NAME_BYTES];
         (void)fprintf(stderr, " %s", lum_demux_name(demux, i, name));
     }
-    (void)fputs(", and perhaps more\n", stderr);
 }
 
 static enum exit_status name_sensors(const struct pass *pass)
@@ -92,7 +91,8 @@ static enum exit_status name_sensors(const struct pass *pass)
                   "--sensor:",
                   pass->options->source);
     print_sensors(pass);
-    (void)fprintf(stderr, "or read all of them by --rig FILE, each by its own "
+    (void)fprintf(stderr, ", and perhaps more\n"
+                          "or read all of them by --rig FILE, each by its own "
                           "calibration and pose (docs/formats.md), a file such "
                           "as:\nversion: 1\nsensors:\n");
     for (size_t i = 0;
@@ -140,6 +140,7 @@ static enum exit_status refuse_sensor(const struct pass *pass)
                   number_address(pass->options->sensor.address).text,
                   *interface != '\0' ? "%" : "", interface);
     print_sensors(pass);
+    (void)fputc('\n', stderr);
     return EXIT_FAILED;
 }
 

@@ -140,8 +140,11 @@ static int prepare(struct job *job, lum_error *error)
     }
     if (o->points.time == TIME_UTC && clockless != NULL) {
         return lum_error_set(error,
-                             "--time utc: by the profile %s packets have no "
-                             "timestamp to fit; use --time arrival",
+                             "%s: by the profile %s packets have no timestamp "
+                             "to fit; use --time arrival",
+                             o->points.has_time
+                                 ? "--time utc"
+                                 : "points of several sensors have UTC",
                              clockless);
     }
     say_about(job, false, &job->about_points);

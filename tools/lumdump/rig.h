@@ -39,7 +39,7 @@ struct rig {
     bool is_placed; /* points come in the vehicle's frame */
     size_t count;   /* sensors that are read: the first of these */
     struct rig_sensor sensors[LUM_RIG_SENSORS_MAX]; /* all of its file */
-    lum_rig_member members[LUM_RIG_SENSORS_MAX];    /* they, but if live */
+    lum_rig_member members[LUM_RIG_SENSORS_MAX];    /* not used if live */
     lum_mcap_sensor messages[LUM_RIG_SENSORS_MAX];
     char *names[OUTPUTS_MAX]; /* of outputs, made of %s */
 };
@@ -52,7 +52,7 @@ int rig_open(struct options *options, struct rig **out, lum_error *error);
 /* NULL is allowed. */
 void rig_free(struct rig *rig);
 
-/* Outputs with points of several sensors have UTC, unless --time says more:
+/* Outputs with points of several sensors have UTC, unless --time is given:
  * their clocks differ. */
 void rig_choose_time(struct options *options);
 

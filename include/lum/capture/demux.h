@@ -36,8 +36,8 @@ typedef struct lum_demux_member {
                                    other member names */
     const lum_layout *layout; /**< of its data packets; NULL: that of the
                                    options */
-    bool is_left_out; /**< it is not wanted: its packets are told apart from
-                           those of others, by its layout, and no more */
+    bool is_left_out; /**< it is not wanted: its packets are recognised by its
+                           layout, and not assembled */
 } lum_demux_member;
 
 /** Most sensors that can be known by name. */

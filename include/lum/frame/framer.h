@@ -105,8 +105,8 @@ typedef struct lum_rig_member {
     const lum_pose *pose; /**< where it is on the vehicle: its points come in
                              the vehicle's frame; NULL: in its own. The
                              quaternion is of length 1 */
-    bool is_left_out; /**< as lum_demux_member.is_left_out: none of its lines
-                         comes */
+    bool is_left_out;     /**< as lum_demux_member.is_left_out: it gives no
+                             lines */
 } lum_rig_member;
 
 /** Most members of a rig. */

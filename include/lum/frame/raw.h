@@ -68,17 +68,17 @@ typedef struct lum_frame_raw {
     const lum_raw_packet *packets; /**< in the order of the lines, and of a line
                                         in the order of arrival. A line has
                                         either all that were accepted, or, if
-                                      not all are known, none: after a seek for
-                                        lines that had begun before the place
-                                        where reading went on */
+                                        not all are known, none: after a seek
+                                        for lines that had begun before the
+                                        place where reading went on */
     size_t lines_without_packets;  /**< lines whose packets are not known */
     const uint16_t *places; /**< of each word, its place among the samples of
-                               its line's packets of ranges, in the order of
+                                 its line's packets of ranges, in the order of
                                  packets and with the bad words: 0, 1, ...
-                                 NULL: that is the order of words in all lines.
-                                 So it is taken to be where a line has more than
-                                 LUM_RAW_PLACES_MAX such samples, or packets
-                               that are not known */
+                                 NULL: in each line that is the order of its
+                                 words. It is taken to be so for a line with
+                                 more than LUM_RAW_PLACES_MAX such samples, or
+                                 one whose packets are not known */
 } lum_frame_raw;
 
 /** The raw part of a frame.

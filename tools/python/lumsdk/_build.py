@@ -32,6 +32,9 @@ _MOST = {"pixel": PIXELS - 1, "eye": 1, "edge": 1, "strongest": 1}
 _TIME_MOST = 1e6
 """Seconds."""
 
+_UTC_FROM_US = 10 ** 15
+"""Microseconds of UTC since 2001; no sensor runs for 31 years."""
+
 _OF_TABLES = ("timestamp", "frame", "sensor")
 _RESERVED = (*_OF_TABLES, "xyz", "columns", "lines", "number", "utc_ns", "utc_error_ns", "clock_us")
 """Names that a column of one's own cannot have: tables make columns of them, and from_arrays() has arguments of them."""
@@ -167,12 +170,13 @@ class _OfFile(NamedTuple):
     @classmethod
     def take(cls, given: dict[str, Any]) -> tuple[_OfFile, dict[str, Array]]:
         """What they say, and the columns, which are taken out."""
-        if np.asarray(given.get("metadata", 0)).dtype.kind == "U":
-            del given["metadata"]  # a text, of npz
+        metadata = np.asarray(given.get("metadata", 0))
+        if metadata.ndim == 0 and metadata.dtype.kind == "U":  # the text of an npz
+            del given["metadata"]
         found = {name: _fitted(name, _numbers(name, given.pop(name)), np.dtype("i8")) for name in _OF_TABLES if name in given}
         number = _one("frame", found["frame"]) if "frame" in found else None
         sensor = None
-        if "sensor" in found and (found["sensor"] < lib.LUM_RIG_SENSORS_MAX).all():
+        if "sensor" in found and len(found["sensor"]) and (found["sensor"] < lib.LUM_RIG_SENSORS_MAX).all():
             warn("sensor: the places in a rig are left out, since a frame of arrays has none: give them another name to keep them")
         elif "sensor" in found:
             address = _one("sensor", found["sensor"])
@@ -243,6 +247,25 @@ def _clocks_us(columns: Mapping[str, Array], count: int, begin_us: int) -> Array
     return np.asarray(begin_us + np.rint(seconds * 1e6).astype("i8"))
 
 
+def _begin_us(columns: Mapping[str, Array], stamps: Array) -> int:
+    """The clock at the frame's begin, from the clocks of the lines of points.
+
+    The time of a point counts from there to the line's clock, and grows along the line by as much a pixel in the whole frame.
+    """
+    first = _whole("timestamp", int(stamps.min()))
+    if "time" not in columns:
+        return first
+    starts = np.flatnonzero(np.r_[True, stamps[1:] != stamps[:-1]])
+    at = np.union1d(starts, np.r_[starts[1:], len(stamps)] - 1)  # both ends of each line
+    at = at[np.isfinite(columns["time"][at])]
+    if not len(at):
+        return first
+    before = stamps[at] - first - columns["time"][at].astype("f8") * 1e6
+    pixel = columns["pixel"][at].astype("f8") if "pixel" in columns else np.zeros(len(at))
+    begin = before.max() if pixel.min() == pixel.max() else np.polyfit(pixel, before, 1)[1]
+    return max(0, first + int(np.rint(begin)))
+
+
 def from_arrays(given: Any, more: Mapping[str, Any], lines: Any, number: Optional[int], sensor: Optional[str], utc_ns: int,
                 utc_error_ns: Optional[int], clock_us: Optional[int]) -> Frame:
     """As Frame.from_arrays() has it."""
@@ -260,7 +283,8 @@ def from_arrays(given: Any, more: Mapping[str, Any], lines: Any, number: Optiona
         begin_us = int(given_lines["clock_us"].min())
     stamps = told.clocks_us if clock_us is None and lines is None and count else None
     if stamps is not None:
-        begin_us = int(stamps.min())
+        begin_us = _begin_us(columns, stamps)
+        utc_ns = utc_ns or (begin_us * 1000 if begin_us >= _UTC_FROM_US else 0)
     clocks_us = _clocks_us(columns, count, begin_us)
     if given_lines is not None:
         lines = given_lines
@@ -268,7 +292,7 @@ def from_arrays(given: Any, more: Mapping[str, Any], lines: Any, number: Optiona
         lines = _lines.of_columns(columns["line"], columns["eye"], clocks_us if stamps is None else stamps, beside.get("sensor"))
     else:
         lines = np.zeros(0, LINE_DTYPE)
-    address, interface = _address(sensor or told.sensor or "0.0.0.0")
+    address, interface = _address(sensor if sensor is not None else told.sensor or "0.0.0.0")
     arrivals, (of, rows) = lines["arrival_ns"], _line_info(lines)
     number = _whole("number", number if number is not None else told.number or 0, 2 ** 31 - 1)
     info = Info(number=number, sensor=address, interface=interface, is_complete=True, is_first=False, is_last=False,

@@ -17,6 +17,7 @@ from ._c import VERSION
 from ._errors import Error, OptionError
 from ._formats import WRITERS, About, AnyTarget, Job, Writer
 from ._frame import Frame
+from ._grid import JOINED
 from ._points_file import FORMATS, OF_MESSAGES, Messages, PointsFile
 from ._poses import Motion, Poses
 from ._reading import LOSSES
@@ -167,6 +168,9 @@ class _Output:
             raise OptionError(f"{self._about.source}: some frames were read with a rig, and others without, so their points are in "
                               "several frames of reference: read all of them with it")
         if self._plan.has_rig:
+            is_several = frame._info.member == JOINED or frame.sensor != self._sensor and not self._plan.is_pattern
+            if is_several and self._plan.output.get("time") == "sensor":
+                raise self._plan.own_clocks()
             if self._about.rig != list(frame._info.rig):
                 raise OptionError(f"frame {frame.number} of {frame.sensor} was read with another rig than the first one; right are "
                                   "frames of one rig")
@@ -400,7 +404,7 @@ def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Sum
     first, frames = _peek(frames)
     plan.is_of_world = plan.is_of_world or getattr(first, "_moved", "") == "world"
     if isinstance(first, Frame):
-        plan.has_rig = first._info.member != 0
+        plan.has_rig, plan.is_of_joined = first._info.member != 0, first._info.member == JOINED
         about.rig = list(first._info.rig)
     if plan.format == "mcap" and plan.has_rig and not plan.is_of_world:
         raise OptionError("frames of a rig are in the vehicle's frame, and messages are in that of each sensor: convert the capture "

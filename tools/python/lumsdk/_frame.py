@@ -188,7 +188,8 @@ class Frame:
             return UnknownKeyError(f"the frame has no column {name!r}, only {has}: name it in columns= when the source is opened, "
                                    f'say columns="all", or set it by replace({name}=...)')
         if name in RAW_COLUMNS:
-            why = "open the source with raw=True" if "tof" not in self else "words of its packets are in order"
+            is_place = name == "raw_place" and "tof" in self
+            why = "its words came in the order of pixels" if is_place else f"open the source with raw=True, or give {name}"
             return UnknownKeyError(f"the frame has no column {name!r}, only {has}: {why}")
         near = difflib.get_close_matches(str(name), (*COLUMNS, *RAW_COLUMNS, *self._own), 1)
         return UnknownKeyError(f"there is no column {name!r}; " + (f"did you mean {near[0]!r}? " if near else "") +
@@ -365,8 +366,8 @@ class Frame:
             lumsdk.Frame.from_arrays(numpy.load("frame.npy"))
 
         The columns of files that are not of points are used where nothing else says the same: frame, which has to be one, for
-        number; timestamp for the clocks of lines, where there are neither lines nor clock_us; sensor for the address. Places in
-        a rig cannot be used: they are left out, and a warning says so.
+        number; timestamp for the clocks of lines, where there are neither lines nor clock_us, and for utc_ns if it is UTC; sensor for
+        the address. Places in a rig cannot be used: they are left out, and a warning says so.
 
         Args:
             columns: arrays by their names, or a structured array; keywords do the same. Those of COLUMNS are converted to its

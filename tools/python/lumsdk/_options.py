@@ -313,9 +313,9 @@ class Choice:
         self.calibration, self.profile = self._settings(options)
         self.range = _frames(options["frames"]) if "frames" in options else FrameRange()
         self.members = () if self.rig is None else tuple(self.rig.values())
+        """The sensors of the rig; none without one."""
         self.of_frames = None if self.rig is None else Members(self.members, tuple(self.rig.describe()))
         """What frames know of the rig."""
-        """The sensors of the rig; none without one."""
         self.wanted = self._wanted(options)
         """Those whose frames are to come."""
         self.sensor: Optional[ChosenSensor] = parse_sensor(options["sensor"]) if "sensor" in options and self.rig is None else None

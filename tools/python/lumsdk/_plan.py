@@ -17,7 +17,7 @@ from ._frame import Frame
 from ._inputs import check_storage, urls_of
 from ._options import Choice
 from ._points_file import FORMATS
-from ._poses import MOMENTS, Motion, Poses
+from ._poses import MOMENTS, Motion, Poses, of_several
 from ._source import Source
 from ._sync import refuse_set
 from ._table import FILE_COLUMNS, OF_RAW, OF_RIG, TIMES, Layout, check_names, check_preset
@@ -120,6 +120,8 @@ class Plan:
         self.output = {name: options.pop(name) for name in tuple(options) if name in APPLIES}
         self.read = options
         self.has_rig = "rig" in self.read or (isinstance(source, Source) and source.rig is not None)
+        self.is_of_joined = False
+        """Whether a frame is of several sensors, which is seen when frames come."""
         self.is_of_frames = self._is_of_frames()
         self.is_of_world = "poses" in self.output and self.output.get("to", "world") == "world"
         """Whether points are in the poses' fixed frame."""
@@ -179,18 +181,22 @@ class Plan:
             if name == "to" and value not in MOMENTS:
                 raise OptionError(f"to is {value!r}; right is one of {', '.join(MOMENTS)}")
             if name == "time" and value == "sensor" and self._is_joined:
-                raise OptionError(f'time is "sensor", and each sensor has a clock of its own: leave it out, or put %s into '
-                                  f"{self.name}, which makes a file for each")
+                raise self.own_clocks()
             if name == "time" and value not in TIMES:
                 raise OptionError(f"time is {value!r}; right is " + ", ".join(f'"{time}"' for time in TIMES))
         if not self.by_lumdump and self.format in ("png", "pcap", "pcapng"):
             raise OptionError(f"{self.format} needs a capture as source and not frames, and not broken=\"raise\": lumdump "
                               "writes it")
 
+    def own_clocks(self) -> OptionError:
+        """A file would have points of several sensors, and times of their clocks."""
+        other = "" if self.is_of_joined else f", or put %s into {self.name}, which makes a file for each"
+        return OptionError(f'time is "sensor", and each sensor has a clock of its own: leave it out{other}')
+
     @property
     def _is_joined(self) -> bool:
         """Whether a file has points of several sensors of the rig, or may have: of frames it is not known."""
-        return self.has_rig and not self.is_split and not self.is_pattern and len(self.sensors) != 1
+        return self.is_of_joined or self.has_rig and not self.is_split and not self.is_pattern and len(self.sensors) != 1
 
     @property
     def time(self) -> str:
@@ -213,8 +219,7 @@ class Plan:
         made = Motion(self.output["poses"], self.output.get("pose_times"), str(self.output.get("to", "world")),
                       self.format if is_bare else "")
         if len(self.sensors) > 1 and made.poses.clock != "utc":
-            raise OptionError(f"poses: {made.poses.name} has times of a sensor's clock, and each sensor of the rig has another: give "
-                              "poses with times of UTC, or choose one sensor by sensor=")
+            raise of_several(made.poses)
         return made
 
     def layout(self, own: Mapping[str, np.dtype[Any]] = MappingProxyType({})) -> Layout:
@@ -240,6 +245,8 @@ class Plan:
         kind = WRITERS.get(self.format)
         if kind is not None and kind.needs is not None:
             return Layout((*kind.needs, *own), own=own)
+        if columns == "all":  # not every raw frame has it
+            known = {name: dtype for name, dtype in known.items() if name != "raw_place"}
         names = check_names(columns, ("x", "y", "z") if self.format == "xyz" else tuple(dict.fromkeys((*FILE_COLUMNS, *own))), known)
         if self.format in FORMATS and not set(names) <= {*FILE_COLUMNS, "time", *known}:
             raise OptionError(f"columns: {self.format} has {', '.join((*FILE_COLUMNS, 'time', *known))}")

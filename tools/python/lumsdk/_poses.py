@@ -11,6 +11,7 @@ from ._c import check, ffi, lib, sized, text
 from ._errors import CaptureError, CaptureWarning, Error, OptionError, UnknownKeyError, warn
 from ._build import assemble, select
 from ._frame import Frame
+from ._grid import JOINED
 from ._info import Info
 
 if TYPE_CHECKING:
@@ -286,22 +287,34 @@ def _why(frame: Frame, poses: Poses, counts: Any, begin_ns: int) -> str:
             + ", ".join(f"{without[name]} {cause}" for name, cause in _CAUSES if without[name]))
 
 
+def of_several(poses: Poses) -> OptionError:
+    """Poses of one sensor's clock are given for several sensors."""
+    return OptionError(f"poses: {poses.name} has times of a sensor's clock, and each sensor has another: give poses with times of "
+                       "UTC, or choose one sensor by sensor=")
+
+
+def _check_frame(frame: Frame, poses: Poses) -> None:
+    if frame._moved:
+        raise OptionError(f"frame {frame.number}: its points were moved already, to {_MOVED[frame._moved]}, and by their times they "
+                          "would be moved once more: take the frame as it was read")
+    if frame._info.member == JOINED and poses.clock != "utc":
+        raise of_several(poses)
+    lacking = tuple(name for name in Motion.needs if name not in frame)
+    if lacking:
+        raise UnknownKeyError(f"the frame has no column {', '.join(lacking)}, by which points are moved: open its source with "
+                              f'columns="{",".join((*frame.columns, *lacking))}", or "all"')
+
+
 def move(frame: Frame, poses: Poses, to: str, origin: Union[Sequence[float], Array, None] = None,
          outside: Outside = "nan") -> Frame:
     """A frame with its points moved; its other columns are those of the frame."""
     if not isinstance(poses, Poses):
         raise TypeError(f"poses are {type(poses).__name__}; right is lumsdk.Poses, such as lumsdk.Poses(\"poses.txt\")")
-    if frame._moved:
-        raise OptionError(f"frame {frame.number}: its points were moved already, to {_MOVED[frame._moved]}, and by their times they "
-                          "would be moved once more: take the frame as it was read")
+    _check_frame(frame, poses)
     if to not in MOMENTS:
         raise OptionError(f"to is {to!r}; right is one of {', '.join(_TO)}")
     if outside not in _OUTSIDE:
         raise OptionError(f"outside is {outside!r}; right is one of {', '.join(_OUTSIDE)}")
-    lacking = tuple(name for name in Motion.needs if name not in frame)
-    if lacking:
-        raise UnknownKeyError(f"the frame has no column {', '.join(lacking)}, by which points are moved: open its source with "
-                              f'columns="{",".join((*frame.columns, *lacking))}", or "all"')
     x, y, z, time = (np.ascontiguousarray(frame[name], "f4") for name in ("x", "y", "z", "time"))
     if to == "world" and origin is None and poses.origin() is not None:
         warn(f"{poses.name}: the poses are farther than 5 km from 0, where float32 loses more than half a millimetre: give "
@@ -338,6 +351,7 @@ class Motion:
         """Begin; bare is the format of an output that cannot say what an origin is, or ""."""
         self.poses = poses if isinstance(poses, Poses) else Poses(poses, times=times)
         self._to = to
+        self._sensor = ""
         self.points = self.without = 0
         far = self.poses.origin() if to == "world" else None
         self.origin = np.array(far or (0.0, 0.0, 0.0))
@@ -354,6 +368,9 @@ class Motion:
 
     def move(self, frame: Frame) -> Frame:
         """The points of a frame that have a pose."""
+        self._sensor = self._sensor or frame.sensor
+        if frame.sensor != self._sensor and self.poses.clock != "utc":
+            raise of_several(self.poses)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaptureWarning)
             moved = _without_missing(move(frame, self.poses, self._to, self.origin if self._to == "world" else None))

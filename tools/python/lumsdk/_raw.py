@@ -19,7 +19,8 @@ MARKS = (PIXELS + 31) // 32
 
 RAW_COLUMNS: dict[str, np.dtype[Any]] = {"tof": np.dtype("i4"), "raw_azimuth": np.dtype("i2"), "raw_elevation": np.dtype("i2"),
                                          "raw_place": np.dtype("u2")}
-"""The columns that raw=True adds, and the type of their numbers; raw_place only to frames with packets out of order."""
+"""The columns that raw=True adds, and the type of their numbers; raw_place only to frames with words out of the
+order of pixels, or with bad ones."""
 
 WRITTEN = (*RAW_COLUMNS, "line", "pixel", "eye", "edge")
 """The columns that packets are made of again."""

@@ -467,8 +467,8 @@ def open(source: Given, *, storage_options: Optional[Mapping[str, Any]] = None, 
         broken       "raise" a CaptureError where a capture breaks off or has parts that cannot be read, once all its frames
                      have come; or "warn", as lumdump does
         raw          True: every word is a row, also those that give no point (NaN), with the columns tof, raw_azimuth and
-                     raw_elevation, and raw_place if words came in another order than that of pixels; frame.angles and
-                     frame.packets. For write_capture(); not with edge, returns, range, box
+                     raw_elevation, and raw_place if words came in another order than that of pixels, or bad ones among them;
+                     frame.angles and frame.packets. For write_capture(); not with edge, returns, range, box
         threads      how many make the points, 1 to 64; 2 if not given, or 1 where there is one core. The frames
                      are the same, bit by bit
         progress     a function that is called with the bytes read and the bytes in all (0: not known)

@@ -49,7 +49,7 @@ class Written(NamedTuple):
     clock_jumps: int
     """Steps of the clock by half a round of its field or more: a reader takes what follows for other clocks, by rounds."""
     no_range: int
-    """Words that give no range: their time of flight is 0 or below."""
+    """Words with a time of flight of 0 or below, which gives no range unless the calibration's tof_offset_ps lifts it."""
 
 
 @dataclasses.dataclass
@@ -451,7 +451,7 @@ def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame
         warn(f"{name}: {', '.join(file.replaced)} of frames were changed, which packets do not have: what is written of points are "
              "tof, raw_azimuth and raw_elevation")
     if file.made_no_range:
-        warn(f"{name}: {file.made_no_range} words have a tof of 0 or below, and will give no range")
+        warn(f"{name}: {file.made_no_range} words have a tof of 0 or below, which gives no range unless tof_offset_ps lifts it")
     if written.dropped:
         warn(f"{name}: a reader will drop packets of it: {', '.join(f'{kind} {n}' for kind, n in written.dropped.items())}; lines "
              "are repeated, or their clocks or numbers are out of order")

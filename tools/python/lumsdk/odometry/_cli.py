@@ -41,7 +41,8 @@ def odometry(options: Options, outputs: Outputs, progress: Progress) -> int:
     errors = None if truth is None else _metrics.compare(truth, track)
     found = _result.Result(options.drive, options.settings, track, path, drive.frames, errors,
                            _result.notes(drive, options.settings, path, track, options.time, errors))
-    outputs.write(options.output, lambda: _result.poses_text(track, options.time, f"lumodom {VERSION}").encode())
+    whose = "vehicle" if "rig" in options.reading else "sensor"
+    outputs.write(options.output, lambda: _result.poses_text(track, options.time, f"lumodom {VERSION}", whose).encode())
     outputs.write(options.report, lambda: _picture.to_png(found))
     outputs.finish()
     if options.json:

@@ -89,12 +89,12 @@ def notes(drive: Drive, settings: Settings, path: Path, track: Track, clock: str
     return made
 
 
-def poses_text(track: Track, clock: str, made_by: str) -> str:
+def poses_text(track: Track, clock: str, made_by: str, whose: str = "sensor") -> str:
     """The poses as TUM has them, by "utc" or the "sensor"'s clock."""
     full = track.filled()
     places = np.round(full.poses, 9)  # kiss-icp's threads add in any order, so that further digits change from run to run
     poses = Poses(np.array(full.utc_ns if clock == "utc" else full.clock_ns, "i8"), places)
-    return f"# {made_by}: where the sensor was, metres from where it was at the first line; {CLOCKS[clock]}\n{poses.to_text()}"
+    return f"# {made_by}: where the {whose} was, metres from where it was at the first line; {CLOCKS[clock]}\n{poses.to_text()}"
 
 
 def _round(value: Optional[float], digits: int) -> Optional[float]:
