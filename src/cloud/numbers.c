@@ -3,6 +3,7 @@
 #include "decimal.h"
 #include "le.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -102,7 +103,7 @@ static char *set_point(char *p, char *end)
 static char *print_real(char *p, lum_number_type type, double v)
 {
     const int most = type == LUM_NUMBER_F32 ? 9 : 17;
-    if (!(v <= 0.0 || v > 0.0)) { /* isnan() of a double warns on Windows */
+    if (!(fabs(v) <= HUGE_VAL)) { /* isnan() of a double warns on Windows */
         memcpy(p, "nan", 4);
         return p + 3;
     }
