@@ -21,6 +21,7 @@ HIDDEN = re.compile(
     r"""/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|^[ \t]*\#(?:\\\n|[^\n])*""",
     re.DOTALL | re.MULTILINE,
 )
+FUNCTION = re.compile(r"^\{", re.MULTILINE)
 CONDITION = 6  # kind of a branch that is a condition of a decision
 
 
@@ -150,7 +151,7 @@ def main():
         for key in sums:
             sums[key] += file.summary[key]["count"]
     for source in sorted(path for d in arguments.dirs for path in pathlib.Path(d).glob("*.c")):
-        if str(source) not in files:
+        if str(source) not in files and FUNCTION.search(source.read_text(encoding="utf-8")):
             print(f"{source}: no test of these links it")
             wrong += 1
     print(

@@ -65,6 +65,24 @@ static void unmark(struct scene *s, uint32_t pixel)
 }
 
 /* Room for exactly as many points as there are words. */
+/* The marks are those of the words that points have. */
+static void assert_marked(const struct scene *s)
+{
+    uint8_t *marks = malloc(s->line.word_count + 1u);
+    size_t n = 0;
+    assert_non_null(marks);
+    lum_points_mark(&s->projector, &s->line, marks);
+    for (uint32_t i = 0; i < s->line.word_count; i++) {
+        assert_in_range(marks[i], 0, 1);
+        if (marks[i] == 1) {
+            assert_true(n < s->count);
+            assert_int_equal(s->points[n++].word, s->words[i]);
+        }
+    }
+    assert_int_equal(n, s->count);
+    free(marks);
+}
+
 static void project(struct scene *s)
 {
     lum_layout layout;
@@ -81,6 +99,7 @@ static void project(struct scene *s)
     lum_directions_compute(&s->projector, &s->line, s->directions);
     s->count = lum_points_compute(&s->projector, &s->line, s->directions,
                                   s->points, &s->losses);
+    assert_marked(s);
 }
 
 static void assert_point(const lum_point *p, double x, double y, double z,

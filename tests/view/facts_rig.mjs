@@ -6,7 +6,7 @@ import { choose, counts, open, openPoint, pixels, probe, until } from "./page.mj
 import { compare } from "./png.mjs";
 import { dump, run, view } from "./tools.mjs";
 
-const POSES = { front: [1.2, 0, 0, 0], left: [0, 0.9, 0.3, 90], rear: [0, 0, 0, 180] };
+const POSES = { front: [1.2, 0, 1.8, 0], left: [0, 0.9, 2.1, 90], rear: [0, 0, 1.8, 180] };
 const ADDRESSES = { front: "10.42.0.37", left: "10.42.0.38", rear: "10.42.0.39" };
 
 function writeRig(folder, name, ...sensors) {
