@@ -134,8 +134,9 @@ def _collect(columns: Any, more: Mapping[str, Any]) -> dict[str, Any]:
     """What was given as a mapping, as a structured array or by keywords."""
     if isinstance(columns, np.ndarray) and columns.dtype.names is not None:
         columns = {name: columns[name] for name in columns.dtype.names}
-    if hasattr(columns, "column_names"):  # a table of Arrow
-        columns = {name: columns[name] for name in columns.column_names}
+    of_arrow = getattr(columns, "column_names", None)
+    if of_arrow is not None:
+        columns = {name: columns[name] for name in of_arrow}
     if columns is None:
         columns = {}
     if not isinstance(columns, Mapping) and not hasattr(columns, "keys"):
