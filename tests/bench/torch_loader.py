@@ -1,24 +1,23 @@
 """torch_loader CAPTURE...: frames a second that a DataLoader of torch gives of lumsdk.torch, by how many workers, in this run.
 
-The first column is a loop over lumsdk.open() in this process. Each number is the median of three passes; workers are persistent,
-and the first pass, which starts them, does not count. docs/python/export.md has what came out."""
+The first column is a loop over lumsdk.open() in this process. Each number is the median of three passes of a second and more;
+workers are persistent, and the first pass, which starts them, does not count. docs/python/export.md has what came out."""
 import os
 import statistics
 import sys
 import time
 import warnings
 
-import numpy as np
-
 try:
     import lumsdk
+    import numpy as np
     import torch
     from lumsdk.torch import Frames, StreamedFrames, collate
     from torch.utils.data import DataLoader
 except ImportError as e:
-    sys.exit(f"bench: --workers needs torch and cffi (Debian: python3-torch python3-cffi): {e}")
+    sys.exit(f"bench: --workers needs a Python with torch, NumPy and cffi (Debian: python3-torch python3-cffi): {e}")
 
-PASSES = 3
+PASSES, PASS_S = 3, 1.0
 COLUMNS = ["xyz", "range"]
 
 
@@ -26,9 +25,11 @@ def passes(read):
     read()
     rates = []
     for _ in range(PASSES):
-        began = time.monotonic()
-        frames = read()
-        rates.append(frames / (time.monotonic() - began))
+        began, frames, took = time.monotonic(), 0, 0.0
+        while took < PASS_S:
+            frames += read()
+            took = time.monotonic() - began
+        rates.append(frames / took)
     return statistics.median(rates)
 
 
