@@ -425,7 +425,7 @@ def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame
         storage_options: for the file system of a URL, as fsspec takes them.
 
     Returns:
-        What was written. A CaptureWarning says how many packets a reader will drop, how many words will give no range, and
+        What was written. A CaptureWarning says how many packets a reader will drop, how many words have a tof of 0 or below, and
         which changed columns, such as range, packets do not have.
 
     Raises:
