@@ -1,53 +1,31 @@
-/* The connected browsers: the view that each wants, and the data being sent to
- * it. */
+/* The connected browsers: what libwebsockets sends to each, and gets from it.
+ */
 #ifndef LUMVIEW_CLIENT_H
 #define LUMVIEW_CLIENT_H
 
-#include "command.h"
-#include "feed.h"
-#include "frame.h"
-#include "status.h"
+#include "viewer.h"
 
-#include <stdbool.h>
 #include <stddef.h>
-#include <stdint.h>
 
 struct lws;
-
-/* libwebsockets writes its own head before each message. */
-#define CLIENT_PIECE_BYTES 65536u
 
 struct client_refusal;
 
 struct client {
     struct lws *wsi;
-    struct client *next;
-    struct feed_view view;
-    unsigned frames;                /* shown at once */
-    int64_t past_before;            /* it asked for frames before this one */
-    uint64_t past;                  /* bit i: that one by i + 1 before */
-    struct frame *frame;            /* being sent; NULL: none */
-    size_t sent;                    /* bytes of it */
-    uint8_t last[FRAME_HEAD_BYTES]; /* head of the frame before */
-    bool has_last;
-    bool had_hello;
-    bool wants_status;
-    uint64_t skipped;
+    struct viewer viewer;
     const struct client_refusal *refusal; /* it is to be closed; else NULL */
     char command[COMMAND_BYTES];          /* so far */
     size_t command_len;
 };
 
 struct clients {
-    const struct options *options;
-    struct feed *feed; /* NULL: it is gone; connections may still be closed */
-    struct status status;
-    struct client *first;
-    unsigned char *piece; /* LWS_PRE and CLIENT_PIECE_BYTES; to be freed */
+    struct viewers viewers;
 };
 
 /* -1: there is no memory. */
 int clients_init(struct clients *clients, const struct options *options);
+void clients_free(struct clients *clients);
 
 /* A connection begins, and ends. */
 void clients_add(struct clients *clients, struct client *client,

@@ -246,7 +246,7 @@ void server_close(struct server *server)
         if (server->lws != NULL) {
             lws_context_destroy(server->lws);
         }
-        free(server->clients.piece);
+        clients_free(&server->clients);
         free(server);
     }
 }
@@ -264,7 +264,7 @@ void server_wake(void *server)
 int server_run(struct server *server, struct feed *feed, lum_error *error)
 {
     int failed = 0;
-    server->clients.feed = feed;
+    server->clients.viewers.feed = feed;
     clients_tick(&server->clients);
     lws_sul_schedule(server->lws, 0, &server->tick, on_tick, TICK_US);
     while (failed == 0 && interrupt_signal() == 0) {
@@ -272,7 +272,7 @@ int server_run(struct server *server, struct feed *feed, lum_error *error)
     }
     lws_sul_schedule(server->lws, 0, &server->tick, on_tick,
                      LWS_SET_TIMER_USEC_CANCEL);
-    server->clients.feed = NULL;
+    server->clients.viewers.feed = NULL;
     return failed == 0 ? 0
                        : lum_error_set(error, "the server broke down: "
                                               "libwebsockets cannot go on");
