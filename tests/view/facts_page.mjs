@@ -250,11 +250,11 @@ async function tellsTheTime({ page, capture }) {
     assert.ok(Math.abs(utc - came) < 1e-3, `${utc}, ${came}`);
     assert.ok(error > 0 && error < 0.01, String(error));
     const shown = await page.locator("#frame-time").textContent();
-    assert.match(shown, /^\d\d:\d\d:\d\d\.\d{4} UTC, fitted$/);
-    const [day, time] = new Date(utc * 1000).toISOString().split("T");
-    assert.equal(shown.slice(0, 8), time.slice(0, 8));
+    assert.match(shown, /^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d{4} UTC, fitted$/);
+    assert.equal(shown.slice(0, 19), new Date(utc * 1000).toISOString().slice(0, 19).replace("T", " "));
     const hint = await page.locator("#frame-time").getAttribute("title");
-    assert.ok(hint.includes(day) && hint.includes("±"), hint);
+    const local = await page.evaluate((ms) => new Date(ms).toLocaleTimeString("en-GB"), utc * 1000);
+    assert.ok(hint.includes(`${local} local time`) && hint.includes("±"), hint);
 }
 
 export const pageFacts = [

@@ -6,6 +6,7 @@
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
+import { addressFacts } from "./facts_address.mjs";
 import { besideFacts } from "./facts_beside.mjs";
 import { cameraFacts } from "./facts_camera.mjs";
 import { linkFacts } from "./facts_link.mjs";
@@ -75,7 +76,7 @@ const context = { folder, capture: path.join(folder, "street.pcap"), browser: aw
 run("lumsim", "-q", "-o", context.capture, "--frames", 10);
 try {
     await captureFacts(context);
-    for (const fact of [...besideFacts, ...rigFacts, ...linkFacts].filter(isWanted)) {
+    for (const fact of [...addressFacts, ...besideFacts, ...rigFacts, ...linkFacts].filter(isWanted)) {
         await check(fact, context);
         await Promise.all(context.browser.contexts().map((one) => one.close()));
         await stopAll();

@@ -1,5 +1,6 @@
 // lumview's page: the parts and how they meet.
 import * as THREE from "three";
+import { makeAddress, openedAddress } from "./address.js";
 import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
 import { chosenDomain, domainOf, nameSensors } from "./colouring.js";
@@ -31,10 +32,11 @@ const NO_EYES = ["blue", "green"].map((name) => ({ name, mount: [0, 0, 0], rotat
 
 // The cookie has the token; who sees the page or keeps its address has not.
 if (location.search !== "") {
-    history.replaceState(history.state, "", location.pathname);
+    history.replaceState(history.state, "", location.pathname + location.hash);
 }
 
-const settings = makeSettings();
+const opened = openedAddress();
+const settings = makeSettings(opened?.values);
 const { values } = settings;
 const canvas = at("canvas");
 const renderer = makeRenderer();
@@ -56,9 +58,17 @@ let pasts = []; // of those before it
 let isAsked = false; // a picture is due
 let domain = [1, 100]; // of the colours, from the points
 let ground = null; // height of the ground, from the points
+let wantedFrame = opened?.frame ?? null; // the address asks for it
 const tally = { received: 0, shown: 0, pictures: 0, drawn: 0 };
+const address = makeAddress(() => ({ values, camera: camera.text, frame: standingFrame() }), (state) => {
+    settings.replace(state.values);
+    showCamera(state.camera);
+    wantedFrame = state.frame;
+    seekWanted();
+});
 const camera = makeCamera(canvas, () => {
     pace.move(performance.now());
+    address.changed();
     invalidate();
 });
 
@@ -237,6 +247,33 @@ function view(name) {
     settings.set({ flat: camera.show(name, reach()) });
 }
 
+// ---- the address ----
+
+// Where a capture stands still, its frame is a part of what is seen.
+function standingFrame() {
+    const stands = status && !status.live && (status.state === "paused" || status.state === "ended");
+    return wantedFrame ?? (stands ? status.frame : null);
+}
+
+// text: of an address; null: the view from the start.
+function showCamera(text) {
+    camera.show("home", 40);
+    camera.setFlat(values.flat);
+    camera.take(text ?? "", values.flat);
+}
+
+// The frame that the address names is shown, and stands.
+function seekWanted() {
+    if (wantedFrame === null || !status || !link.connected) {
+        return;
+    }
+    if (!status.live && status.frame !== wantedFrame) {
+        link.send("pause");
+        link.send(`seek ${wantedFrame}`);
+    }
+    wantedFrame = null;
+}
+
 // ---- the server ----
 
 function sendView() {
@@ -280,6 +317,8 @@ function showStatus(message) {
     showMessage(message.message);
     showStats(message);
     player.show(message);
+    seekWanted();
+    address.changed();
 }
 
 const onText = { hello: greet, status: showStatus };
@@ -322,6 +361,7 @@ function shot() {
 }
 
 settings.onChange((changed) => {
+    address.changed();
     if (changed.has("map")) {
         palette.use(values.map);
     }
@@ -346,6 +386,12 @@ settings.onChange((changed) => {
 for (const name of ["home", "top", "front", "sensor"]) {
     at(`view-${name}`).addEventListener("click", () => view(name));
 }
+// Not by the address: that has the state.
+document.querySelector(".skip").addEventListener("click", (event) => {
+    event.preventDefault();
+    settings.set({ panel: true });
+    at("panel").focus();
+});
 at("shot").addEventListener("click", shot);
 at("help-open").addEventListener("click", () => at("help").showModal());
 attachPointer(canvas, camera, {
@@ -406,5 +452,4 @@ function placeOf(i) {
 
 placeGround();
 layout.apply();
-camera.show("home", 40);
-camera.setFlat(values.flat);
+showCamera(opened?.camera);

@@ -13,6 +13,10 @@ const WHEEL = 2.5; // a step of the wheel leaves 88 % of the way
 const GLIDE_MS = 70; // what is left of a movement after it: a third
 const PAUSE_MS = 1000; // pictures further apart are of two movements
 const LEAST_MS = 4; // between two; a movement that stood still would not be seen as one
+const NUMBERS = 8; // of the address
+const DIGITS = 4; // behind their points
+const STEEPEST = 89.9999; // degrees; beyond it a camera that looks down has no forward direction
+const FAR = 1e5; // metres, degrees
 const UP = new Vector3(0, 0, 1);
 
 // reach: metres that a view should take in; narrow: how much farther away the
@@ -23,6 +27,15 @@ const VIEWS = {
     front: (reach) => ({ target: [reach / 2, 0, 1], pitch: 0, distance: 0.45 * reach, field: FIELD, flat: true }),
     sensor: () => ({ target: [0.5, 0, -0.05], pitch: 6, distance: 0.5, field: null, flat: false }),
 };
+
+// The numbers of an address; null: they are no camera's.
+function parseText(text) {
+    const numbers = text.split(",").map((part) => (part.trim() === "" ? NaN : Number(part)));
+    const [, , , , , away, degrees, height] = numbers;
+    const isSound = numbers.length === NUMBERS && numbers.every((v) => Math.abs(v) <= FAR);
+    const isSized = away >= NEAREST / 2 && away <= 2 * FARTHEST && height >= 0 && (degrees === 0 || (degrees >= 1 && degrees <= 120));
+    return isSound && isSized ? numbers : null;
+}
 
 function makeControls(camera, canvas) {
     const controls = new OrbitControls(camera, canvas);
@@ -51,6 +64,7 @@ export function makeCamera(canvas, changed) {
     let goal = null; // where the turning point is on its way to
     let last = 0; // milliseconds
     let isDragged = false;
+    let start = ""; // what the view from the start is in the address
 
     const active = () => controls.object;
     const isFlat = () => active() === parallel;
@@ -130,6 +144,33 @@ export function makeCamera(canvas, changed) {
         perspective.position.copy(target).add(new Vector3(-cos, 0, sin).multiplyScalar(view.distance));
         update();
         use(isFlatView);
+        changed();
+    }
+
+    // For the address: turning point, angles, distance; the field of view, 0 where the picture's width decides; metres of a
+    // parallel picture's height, 0 without.
+    function textOf() {
+        const { yaw, pitch } = self.look();
+        const away = active().position.distanceTo(target);
+        const sizes = [view.field ?? 0, isFlat() ? (2 * half) / parallel.zoom : 0];
+        return [...target.toArray(), yaw, pitch, away, ...sizes].map((v) => Number(v.toFixed(DIGITS))).join(",");
+    }
+
+    function place([x, y, z, yaw, pitch, away, degrees, height], flat) {
+        const tilt = Math.max(-STEEPEST, Math.min(STEEPEST, pitch)) * DEGREE;
+        const turn = yaw * DEGREE;
+        stop();
+        use(false);
+        view = { ...view, field: degrees || null };
+        target.set(x, y, z);
+        const back = new Vector3(-Math.cos(turn) * Math.cos(tilt), -Math.sin(turn) * Math.cos(tilt), Math.sin(tilt));
+        perspective.position.copy(target).addScaledVector(back, away);
+        update();
+        use(flat);
+        if (flat && height > 0) {
+            half = height / 2;
+            update();
+        }
         changed();
     }
 
@@ -239,7 +280,20 @@ export function makeCamera(canvas, changed) {
         },
         show: (name, reach) => {
             show(name, reach);
+            start = name === "home" ? textOf() : start;
             return view.flat;
+        },
+        // For the address; null: the view from the start.
+        get text() {
+            const text = textOf();
+            return text === start ? null : text;
+        },
+        // By the text of an address; what makes no sense changes nothing.
+        take(text, flat) {
+            const numbers = parseText(text);
+            if (numbers) {
+                place(numbers, flat);
+            }
         },
         look: () => ({
             position: active().position.toArray(),

@@ -27,11 +27,17 @@ const HINTS = {
     arrival: () => "UTC, when its first packet came; nothing could be fitted to the sensor's clock",
 };
 
-// One line: the time, and which it is.
-export const shortMoment = (moment) => (moment ? `${timeOf(moment)}, ${moment.kind}` : "");
+// One line: day and time, and which it is.
+export const shortMoment = (moment) => (moment ? `${partsOf(moment.utc)[0]} ${timeOf(moment)}, ${moment.kind}` : "");
 
-// What that means, and the day.
-export const hintOf = (moment) => (moment ? `began on ${partsOf(moment.utc)[0]}, ${HINTS[moment.kind](moment)}` : "");
+// By the clock and the place of who looks.
+function localText(utc) {
+    const zone = Intl.DateTimeFormat().resolvedOptions().timeZone ?? "here";
+    return `${new Date(utc * 1000).toLocaleString("sv-SE")} local time (${zone})`;
+}
+
+// What that means, and the local time.
+export const hintOf = (moment) => (moment ? `began at ${localText(moment.utc)}; ${HINTS[moment.kind](moment)}` : "");
 
 // The same in two rows.
 export const timeOf = (moment) => (moment ? `${partsOf(moment.utc)[1]} UTC` : "unknown");

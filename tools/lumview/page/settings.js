@@ -1,5 +1,6 @@
 // What the user has chosen. One flat set of values; whoever depends on one
-// hears of its change. They last as long as the browser's tab.
+// hears of its change. They last as long as the browser's tab, and the address
+// has them too: address.js.
 
 const PLACE = "lumview";
 
@@ -40,6 +41,7 @@ const FITS = {
     ...Object.fromEntries(Object.keys(DEFAULTS).map((key) => [key, DEFAULTS[key] === null ? isNumber : isSame(DEFAULTS[key])])),
     return: isOf("all", "1", "2", "3", "last", "strongest"),
     edges: isOf("rising", "falling", "both"),
+    smooth: isWhole(0, 63),
     colour: isOf("range", "height", "pulse", "return", "line", "eye", "sensor"),
     map: isOf("turbo", "viridis", "cividis"),
     size: isBetween(1, 10),
@@ -49,11 +51,21 @@ const FITS = {
     legend: isSwitch,
 };
 
+// Two ends, of which the first is not above the second.
+const PAIRS = [["from", "to"], ["rangeMin", "rangeMax"], ["heightMin", "heightMax"]];
+
+export const isFit = (key, value) => Object.hasOwn(FITS, key) && FITS[key](value);
+
+export function withoutBadPairs(values) {
+    const bad = new Set(PAIRS.filter(([low, high]) => values[low] > values[high]).flat());
+    return Object.fromEntries(Object.entries(values).filter(([key]) => !bad.has(key)));
+}
+
 // A browser may refuse to keep anything; then nothing is kept.
 function load() {
     try {
         const kept = JSON.parse(sessionStorage.getItem(PLACE)) ?? {};
-        return Object.fromEntries(Object.entries(kept).filter(([key, value]) => Object.hasOwn(FITS, key) && FITS[key](value)));
+        return Object.fromEntries(Object.entries(kept).filter(([key, value]) => isFit(key, value)));
     } catch {
         return {};
     }
@@ -67,9 +79,11 @@ function keep(values) {
     }
 }
 
-export function makeSettings() {
-    const values = { ...DEFAULTS, ...load() };
+// given: those of the address, before those that the tab keeps; null: it has none.
+export function makeSettings(given) {
+    const values = { ...DEFAULTS, ...(given ?? load()) };
     const listeners = [];
+    keep(values);
 
     function tell(keys) {
         keep(values);
@@ -87,6 +101,8 @@ export function makeSettings() {
     return {
         values,
         set,
+        // All others get their defaults.
+        replace: (given) => set({ ...DEFAULTS, ...given }),
         // What was typed and refused goes too, so all hear of it.
         reset() {
             Object.assign(values, DEFAULTS);
