@@ -739,7 +739,7 @@ class Licenses(Case):
         wanted = json.loads((PAGE / "package.json").read_text())["dependencies"]
         titles = {f"{name} {self.lock[name]['version']} ({self.lock[name]['license']})" for name in wanted}
         version = run("lumview", "--version").stdout.split()[1]
-        others = {f"esbuild {self.lock['esbuild']['version']}", f"lumsdk {version}",
+        others = {f"esbuild {self.lock['esbuild']['version']}", f"lumsdk {version}", "turbo, a colour map (Apache-2.0)",
                   "The Apache License, Version 2.0, to which a text above refers"}
         self.assertEqual(set(self.parts), titles | others)
         for title in titles:

@@ -11,7 +11,7 @@ export const DEFAULTS = Object.freeze({
     blue: true,
     green: true,
     colour: "range",
-    map: "turbo",
+    map: "viridis",
     from: null, // ends of the colours; null: from the points
     to: null,
     size: 2, // pixels of the page
@@ -43,7 +43,7 @@ const FITS = {
     edges: isOf("rising", "falling", "both"),
     smooth: isWhole(0, 63),
     colour: isOf("range", "height", "pulse", "return", "line", "eye", "sensor"),
-    map: isOf("turbo", "viridis", "cividis"),
+    map: isOf("viridis", "cividis", "turbo"),
     size: isBetween(1, 10),
     accumulate: isWhole(1, 50),
     panel: isSwitch,
