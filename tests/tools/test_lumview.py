@@ -779,7 +779,7 @@ class Licenses(Case):
         self.assertIn("there is no licence file to be shipped with it", " ".join(r.stderr.split()))
 
     def test_the_palettes_and_lumsdk_have_theirs(self):
-        self.assertIn("Cynthia Brewer", self.text)
+        self.assertIn("Copyright 2019 Google LLC", self.text)
         self.assertIn("TERMS AND CONDITIONS FOR USE, REPRODUCTION, AND DISTRIBUTION", self.text)
         self.assertIn((PAGE / "../../../LICENSE").read_text(), self.text)
 
