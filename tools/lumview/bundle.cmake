@@ -1,6 +1,8 @@
 # Part of the build: the page into a C source of assets.h.
 #   cmake -D PAGE=DIR -D MODULES=DIR -D ESBUILD=FILE -D GZIP=FILE -D EMBED=FILE
-#         -D LICENSE=FILE -D NAME=TEXT -D OUT=DIR -P bundle.cmake
+#         -D LICENSE=FILE -D NAME=TEXT -D OUT=DIR [-D WASM=DIR -D SOURCES=DIR]
+#         -P bundle.cmake
+# With modules of WebAssembly in WASM also lumview.html, which has all within.
 # esbuild makes one script and one style of the page and of the modules that it
 # imports. Their names have a hash of their content, by which browsers keep them.
 cmake_minimum_required(VERSION 3.22)
@@ -114,11 +116,51 @@ function(bundle_licenses)
   file(WRITE ${OUT}/licenses.txt "${licenses}")
 endfunction()
 
+# bundle_pack(FILE): compressed, beside it.
+function(bundle_pack file)
+  bundle_run(${GZIP} -9nkf ${file})
+endfunction()
+
+# bundle_alone(HTML): lumview.html, of the page's text. Its policy lets it ask
+# nobody for anything: what it needs is within.
+function(bundle_alone html)
+  bundle_run(${ESBUILD} ${PAGE}/worker.js --bundle --minify --format=iife --target=es2022 --log-level=warning
+             --charset=utf8 --outfile=${OUT}/worker.js)
+  bundle_run(${ESBUILD} ${PAGE}/boot.js --minify --format=esm --target=es2022 --log-level=warning --charset=utf8
+             --outfile=${OUT}/boot.js)
+  file(READ ${OUT}/boot.js boot)
+  file(READ ${OUT}/style.css style)
+  file(READ ${PAGE}/icon.svg icon)
+  string(STRIP "${icon}" icon)
+  string(REPLACE "#" "%23" icon "${icon}")
+  string(REPLACE "\"" "'" icon "${icon}")
+  string(CONCAT policy "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; "
+                       "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'")
+  string(REPLACE "<link rel=\"icon\" href=\"/icon.svg\"" "<link rel=\"icon\" href=\"data:image/svg+xml,${icon}\"" html "${html}")
+  string(REPLACE "<link rel=\"stylesheet\" href=\"/style.css\">" "<style>${style}</style>" html "${html}")
+  string(REPLACE "<script type=\"module\" src=\"/app.js\"></script>" "<script type=\"module\">${boot}</script>" html "${html}")
+  string(REPLACE "<meta charset=\"utf-8\">"
+                 "<meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"${policy}\">" html "${html}")
+  string(REGEX REPLACE "</body>.*" "" html "${html}")
+  file(WRITE ${OUT}/lumview.html "${html}")
+  file(COPY ${WASM}/simd.wasm ${WASM}/plain.wasm DESTINATION ${OUT})
+  set(packed "")
+  foreach(name IN ITEMS app.js worker.js simd.wasm plain.wasm licenses.txt)
+    bundle_pack(${OUT}/${name})
+    list(APPEND packed ${name}=${OUT}/${name}.gz)
+  endforeach()
+  bundle_run(${EMBED} ${OUT}/lumview.html ${packed})
+  file(APPEND ${OUT}/lumview.html "</body>\n</html>\n")
+endfunction()
+
 file(REMOVE_RECURSE ${OUT})
 file(MAKE_DIRECTORY ${OUT})
 bundle_join()
 bundle_licenses()
 file(READ ${PAGE}/index.html page_html)
+if(WASM)
+  bundle_alone("${page_html}")
+endif()
 set(page_assets /index.html=${OUT}/index.html /icon.svg=${PAGE}/icon.svg /licenses.txt=${OUT}/licenses.txt)
 bundle_key(app .js page_assets page_html)
 bundle_key(style .css page_assets page_html)

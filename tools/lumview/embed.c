@@ -1,6 +1,8 @@
 /* Part of the build: files into a C source of assets.h.
  *   embed OUTPUT PATH=FILE...
- * A FILE.gz is served as it is, and its PATH has a hash of what is in it. */
+ * A FILE.gz is served as it is, and its PATH has a hash of what is in it.
+ * An OUTPUT that ends in .html is a page that is there already: the files are
+ * added to its end, in base64, as elements whose ids are packed-PATH. */
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -92,33 +94,72 @@ static void write_asset(FILE *out, const char *path, const char *name)
     free(f.bytes);
 }
 
-static void write_assets(FILE *out, int count, char **pairs)
+static void write_pairs(FILE *out, int count, char **pairs,
+                        void (*write)(FILE *out, const char *path,
+                                      const char *name))
 {
-    (void)fputs("const struct asset assets[] = {\n", out);
     for (int i = 0; i < count; i++) {
         char *name = strchr(pairs[i], '=');
         if (name == NULL) {
             fail(pairs[i], "is not PATH=FILE");
         } else {
             *name = '\0';
-            write_asset(out, pairs[i], name + 1);
+            write(out, pairs[i], name + 1);
         }
     }
+}
+
+static void write_assets(FILE *out, int count, char **pairs)
+{
+    (void)fputs("#include \"assets.h\"\nconst struct asset assets[] = {\n",
+                out);
+    write_pairs(out, count, pairs, write_asset);
     (void)fprintf(out, "};\nconst size_t assets_count = %d;\n", count);
+}
+
+static void write_base64(FILE *out, const struct file *f)
+{
+    static const char digits[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    for (size_t i = 0; i < f->len; i += 3u) {
+        const size_t n = f->len - i < 3u ? f->len - i : 3u;
+        unsigned long bits = 0;
+        for (size_t k = 0; k < 3u; k++) {
+            bits = bits << 8 | (k < n ? (unsigned char)f->bytes[i + k] : 0u);
+        }
+        for (unsigned k = 0; k < 4u; k++) {
+            (void)fputc(k <= n ? digits[bits >> (18u - 6u * k) & 63u] : '=',
+                        out);
+        }
+    }
+}
+
+static void write_packed(FILE *out, const char *path, const char *name)
+{
+    struct file f = read_file(name);
+    (void)fprintf(out, "<script type=\"text/plain\" id=\"packed-%s\">", path);
+    write_base64(out, &f);
+    (void)fputs("</script>\n", out);
+    free(f.bytes);
 }
 
 int main(int argc, char **argv)
 {
+    const char *ending = argc > 1 ? strrchr(argv[1], '.') : NULL;
+    const bool is_page = ending != NULL && strcmp(ending, ".html") == 0;
     if (argc < 3) {
         fail("usage", "embed OUTPUT PATH=FILE...");
     }
-    FILE *out = fopen(argv[1], "w");
+    FILE *out = fopen(argv[1], is_page ? "a" : "w");
     if (out == NULL) {
         fail(argv[1], "cannot be written");
         return 1;
     }
-    (void)fputs("#include \"assets.h\"\n", out);
-    write_assets(out, argc - 2, argv + 2);
+    if (is_page) {
+        write_pairs(out, argc - 2, argv + 2, write_packed);
+    } else {
+        write_assets(out, argc - 2, argv + 2);
+    }
     if (ferror(out) || fclose(out) != 0) {
         (void)remove(argv[1]);
         fail(argv[1], "cannot be written");

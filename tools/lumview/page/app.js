@@ -9,8 +9,8 @@ import { parseFrame, viewOf } from "./frame.js";
 import { attachKeys } from "./keys.js";
 import { makeLayout } from "./layout.js";
 import { makeLegend } from "./legend.js";
-import { makeLink } from "./link.js";
 import { hintOf, shortMoment } from "./moment.js";
+import { attachOpen } from "./open.js";
 import { makePace } from "./pace.js";
 import { makePalette } from "./palette.js";
 import { makePanel } from "./panel.js";
@@ -22,12 +22,14 @@ import { exposeProbe } from "./probe.js";
 import { groundOf, makeScene } from "./scene.js";
 import { makeSettings } from "./settings.js";
 import { takeShot } from "./shot.js";
+import { makeSource } from "./source.js";
 import { makeStats } from "./stats.js";
 
 const at = (id) => document.getElementById(id);
 const GONE = "no connection: lumview has ended or cannot be reached; trying again";
 const REFUSED = "no connection: lumview was started again, and this page's token is no longer valid: open the URL that it "
     + "printed; trying again";
+const LOST = "the system took the graphics card away from this page: the picture comes back when it is there again";
 const NO_EYES = ["blue", "green"].map((name) => ({ name, mount: [0, 0, 0], rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1] }));
 
 // The cookie has the token; who sees the page or keeps its address has not.
@@ -306,6 +308,19 @@ function greet(message) {
     sendFrames();
 }
 
+// Another capture: nothing of the one before stays.
+function startAnew({ captures }) {
+    [status, waiting, pasts, ground] = [null, null, [], null];
+    cloud.clear();
+    pick.clear();
+    showBanner("");
+    showMessage("");
+    ["frame-number", "frame-time", "frame-points"].forEach((id) => (at(id).textContent = ""));
+    showState(`opening ${captures.map(({ name }) => name).join(", ")}`, "waiting");
+    opener?.opening();
+    invalidate();
+}
+
 function showState(text, state) {
     showText("state", text);
     at("state").dataset.state = state;
@@ -319,19 +334,32 @@ function showStatus(message) {
     player.show(message);
     seekWanted();
     address.changed();
+    opener?.show(message);
 }
 
 const onText = { hello: greet, status: showStatus };
 
-const link = makeLink({
+const link = makeSource({
     text: (message) => onText[message.type]?.(message),
     binary: receive,
     up: () => showBanner(""),
+    failed(sentence) {
+        showBanner(sentence);
+        showState("failed", "failed");
+        opener?.failed();
+    },
+    opening: startAnew,
+    inferred: (found) => opener.inferred(found),
+    progress: (share) => showState(`reading, ${Math.round(100 * share)} %`, "waiting"),
     down(seconds, isRefused) {
         showBanner(`${isRefused ? REFUSED : GONE} in ${seconds.toFixed(1)} s`);
         showState("no connection", "gone");
     },
 });
+const opener = link.open ? attachOpen(link, showMessage) : null;
+if (opener && !link.opened) {
+    showState("", "");
+}
 
 // ---- what the user does ----
 
@@ -413,8 +441,13 @@ attachKeys({
     focusCanvas: () => canvas.focus(),
     toggle: layout.toggle,
     help: () => at("help").showModal(),
+    openFiles: () => opener?.choose(),
 });
-canvas.addEventListener("webglcontextrestored", invalidate);
+canvas.addEventListener("webglcontextlost", () => showBanner(LOST));
+canvas.addEventListener("webglcontextrestored", () => {
+    showBanner("");
+    invalidate();
+});
 new ResizeObserver(resize).observe(at("view"));
 
 exposeProbe({

@@ -316,6 +316,10 @@ export function makeCloud(scene, palette) {
         refresh() {
             isFresh = true;
         },
+        clear() {
+            isFresh = true;
+            takeOut(() => false).forEach(drop);
+        },
         setEyes(eyes) {
             eyes.forEach((eye, i) => u.mounts.value[i].fromArray(eye.mount));
         },

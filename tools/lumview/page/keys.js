@@ -80,6 +80,7 @@ function makeTable(app) {
             ["I", ["i"], "statistics on, off", () => app.toggle("stats")],
             ["Y", ["y"], "legend folded, unfolded", () => app.toggle("legend")],
             ["P", ["p"], "screenshot", app.shot],
+            ["F", ["f"], "open files (lumview.html)", app.openFiles],
             ["Z", ["z"], "reset all controls", settings.reset],
             ["?", ["?"], "this help", app.help],
         ],

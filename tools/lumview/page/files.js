@@ -1,0 +1,99 @@
+// Captures of this computer, decoded by lumview's own code as WebAssembly in a worker. Files stay where they are:
+// the worker reads slices of them.
+
+const NO_WORKER = "this browser does not let a page start a worker, and captures are read in one: allow it for this page, "
+    + "or open lumview.html in another browser";
+
+// The two modules and the worker's script, unpacked once.
+async function unpackEngine(unpack) {
+    const [script, simd, plain] = await Promise.all(["worker.js", "simd.wasm", "plain.wasm"].map(unpack));
+    return { url: URL.createObjectURL(new Blob([script], { type: "text/javascript" })), wasm: { simd, plain } };
+}
+
+// on: that of makeSource()
+export function makeFiles(on, unpack) {
+    const engine = unpackEngine(unpack);
+    let worker = null;
+    let opened = null; // { captures, options }, to open the same again with another profile
+    let isUp = false;
+
+    const say = (message) => worker?.postMessage(message);
+
+    function fail(sentence) {
+        isUp = false;
+        on.failed(sentence);
+    }
+
+    const hear = {
+        text(message) {
+            isUp = true;
+            on.text(message);
+        },
+        binary(buffer) {
+            on.binary(buffer);
+            say({ took: true }); // the next one is sent when this one was taken
+        },
+        failed: fail,
+        inferred: on.inferred,
+        progress: on.progress,
+    };
+
+    function listen(mine) {
+        mine.onmessage = ({ data }) => {
+            if (mine === worker) {
+                Object.entries(data).forEach(([key, value]) => hear[key]?.(value));
+            }
+        };
+        mine.onerror = (event) => {
+            event.preventDefault();
+            if (mine === worker) {
+                fail(`the decoder has ended: ${event.message || "the browser does not say why"}`);
+            }
+        };
+    }
+
+    // A worker for each opening: what the one before held goes with it.
+    async function start() {
+        worker?.terminate();
+        worker = null;
+        isUp = false;
+        const { url, wasm } = await engine;
+        const mine = new Worker(url);
+        worker = mine;
+        listen(mine);
+        say({ wasm });
+    }
+
+    // So that a first capture need not wait for it.
+    const ready = typeof Worker === "function" ? start().catch((error) => on.failed(error.message)) : null;
+    let isFresh = true;
+
+    async function open(next) {
+        opened = next;
+        await null; // the page's own parts are made first
+        if (ready === null) {
+            fail(NO_WORKER);
+            return;
+        }
+        on.opening(next);
+        await ready;
+        if (!isFresh) {
+            await start();
+        }
+        isFresh = false;
+        const { captures, ...options } = next;
+        say({ open: { files: captures, options } });
+    }
+
+    return {
+        get connected() {
+            return isUp;
+        },
+        get opened() {
+            return opened;
+        },
+        send: (text) => isUp && say({ send: text }),
+        infer: () => say({ infer: true }),
+        open,
+    };
+}

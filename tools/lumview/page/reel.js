@@ -1,0 +1,136 @@
+// Frames that are in the page: a player of them that answers as lumview does.
+
+const SHOWN_AT = 52; // in a frame's head: the count of frames shown so far
+const NUMBER_AT = 8;
+const UTC_AT = 24;
+const USUAL_S = 0.1; // from one frame to the next where they do not tell
+const LOSSES = ["wire_words", "wire_lines", "joined_words", "joined_lines", "pauses", "kernel", "ring", "refused"];
+const STATUS_MS = 500;
+
+// on: that of makeSource(); frames: messages in their order
+export function makeReel(on, hello, frames) {
+    const heads = frames.map((buffer) => new DataView(buffer));
+    const numbers = heads.map((head) => head.getFloat64(NUMBER_AT, true));
+    const state = { at: 0, plays: frames.length > 1, speed: 1, loop: true, shown: 0, timer: 0 };
+
+    // What the frame after this one waits for.
+    function gap() {
+        const [here, next] = [heads[state.at], heads[state.at + 1]].map((head) => head?.getFloat64(UTC_AT, true) ?? 0);
+        return (next > here && here > 0 ? Math.min(next - here, 1) : USUAL_S) / state.speed;
+    }
+
+    const isAtEnd = () => state.at + 1 >= frames.length;
+
+    function tell() {
+        const stateName = state.plays ? "playing" : isAtEnd() ? "ended" : "paused";
+        on.text({
+            type: "status",
+            state: stateName,
+            live: false,
+            message: "",
+            frame: numbers[state.at],
+            first_frame: numbers[0],
+            last_frame: numbers.at(-1),
+            speed: state.speed,
+            loop: state.loop,
+            packets: 0,
+            packets_joined: 0,
+            bytes: 0,
+            points: 0,
+            frames: frames.length,
+            points_per_second: 0,
+            frames_per_second: 0,
+            bytes_per_second: 0,
+            losses: Object.fromEntries(LOSSES.map((name) => [name, 0])),
+            laser: null,
+            browsers: 1,
+            skipped: 0,
+        });
+    }
+
+    // A copy, as the page keeps what it is given.
+    function give(i, shown) {
+        const copy = frames[i].slice(0);
+        new DataView(copy).setUint32(SHOWN_AT, shown >>> 0, true);
+        on.binary(copy);
+    }
+
+    function plan() {
+        clearTimeout(state.timer);
+        if (state.plays) {
+            state.timer = setTimeout(next, gap() * 1000);
+        }
+    }
+
+    function show(i) {
+        state.at = Math.max(0, Math.min(frames.length - 1, i));
+        give(state.at, ++state.shown);
+        plan();
+        tell();
+    }
+
+    function next() {
+        if (!isAtEnd() || state.loop) {
+            show(isAtEnd() ? 0 : state.at + 1);
+            return;
+        }
+        state.plays = false;
+        tell();
+    }
+
+    function setPlaying(plays) {
+        state.plays = plays;
+        plan();
+        tell();
+    }
+
+    // Of those before a frame the wanted ones: 1 is the one just before it, 2 the one before that, 4, and so on, added.
+    function givePasts(number, wanted) {
+        for (let i = 0; 2 ** i <= wanted; i++) {
+            const at = numbers.indexOf(number - 1 - i);
+            if (Math.floor(wanted / 2 ** i) % 2 === 1 && at >= 0) {
+                give(at, state.shown - 1 - i);
+            }
+        }
+    }
+
+    const nearest = (number) => numbers.reduce((best, n, i) => (Math.abs(n - number) < Math.abs(numbers[best] - number) ? i : best), 0);
+
+    const commands = {
+        play: () => (isAtEnd() ? show((state.plays = true, 0)) : setPlaying(true)),
+        pause: () => setPlaying(false),
+        step(by) {
+            state.plays = false;
+            show(state.at + Number(by));
+        },
+        seek: (number) => show(nearest(Number(number))),
+        speed(value) {
+            state.speed = Number(value);
+            plan();
+            tell();
+        },
+        loop(value) {
+            state.loop = value === "on";
+            tell();
+        },
+        past: (number, wanted) => givePasts(Number(number), Number(wanted)),
+        view: () => {}, // the frames are what they are
+        frames: () => {},
+    };
+
+    setTimeout(() => {
+        on.up();
+        on.text(hello);
+        if (frames.length > 0) {
+            show(0);
+        }
+    }, 0);
+    setInterval(() => frames.length > 0 && tell(), STATUS_MS);
+    return {
+        connected: true,
+        send(text) {
+            const [name, ...rest] = text.split(" ");
+            commands[name]?.(...rest);
+        },
+    };
+}

@@ -1,0 +1,37 @@
+// Where frames come from: lumview by a WebSocket, captures that a worker decodes, or frames that are in the page.
+//
+// A source is { send(text), connected }. It calls on.text(object) with the greeting and the status of status.c,
+// on.binary(ArrayBuffer) with the frames of frame.h, and takes the commands of command.c. Some have open(files) too.
+import { makeFiles } from "./files.js";
+import { makeLink } from "./link.js";
+import { makeReel } from "./reel.js";
+
+export const bytesOf = (base64) => Uint8Array.from(atob(base64), (character) => character.charCodeAt(0)).buffer;
+
+// What a program has written into lumview.html: captures or frames; null: nothing.
+function embeddedData() {
+    const element = document.getElementById("lumview-data");
+    return element ? JSON.parse(element.textContent) : null;
+}
+
+function openEmbedded(source, { captures, options }) {
+    const files = captures.map(({ name, base64 }) => ({ name, bytes: bytesOf(base64) }));
+    source.open({ captures: files, ...options });
+}
+
+// on: that of makeLink(), and failed(sentence), inferred({ yaml, sentence }), progress(share), opening(files)
+export function makeSource(on) {
+    const unpack = globalThis.lumviewPacked;
+    const data = embeddedData();
+    if (data?.frames) {
+        return makeReel(on, data.hello, data.frames.map(bytesOf));
+    }
+    if (!unpack) {
+        return makeLink(on);
+    }
+    const source = makeFiles(on, unpack);
+    if (data?.captures) {
+        openEmbedded(source, data);
+    }
+    return source;
+}
