@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+#include "thread.h"
 #include "view.h"
 
 #include "lum/capture/demux.h"
@@ -911,6 +912,16 @@ static void what_is_no_capture_is_refused(void **state)
     expect_refusal(street, in_directory("missing.yaml"), "missing.yaml");
 }
 
+/* Without threads, what can be read only once is. */
+static bool is_refused(const char *pipe_path)
+{
+    if (!thread_exists()) {
+        expect_refusal(pipe_path, NULL, "not a file");
+        assert_int_equal(unlink(pipe_path), 0);
+    }
+    return !thread_exists();
+}
+
 /* A pipe with all of the capture in it, being filled by another process. */
 static pid_t fill(const char *pipe_path)
 {
@@ -935,6 +946,9 @@ static void a_pipe_is_played_once(void **state)
     (void)state;
     (void)snprintf(path, sizeof path, "%s", in_directory("pipe"));
     assert_int_equal(mkfifo(path, 0600), 0);
+    if (is_refused(path)) {
+        return;
+    }
     const pid_t child = fill(path);
     viewer_init(&v, path);
     v.options.play.paused = true;
@@ -967,6 +981,9 @@ static void a_pipe_in_which_nothing_comes_can_be_left(void **state)
     (void)state;
     (void)snprintf(path, sizeof path, "%s", in_directory("dry"));
     assert_int_equal(mkfifo(path, 0600), 0);
+    if (is_refused(path)) {
+        return;
+    }
     viewer_init(&v, path);
     viewer_open(&v);
     close_well(&v);

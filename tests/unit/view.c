@@ -7,10 +7,13 @@
 
 #include <cmocka.h>
 
+#include "thread.h"
 #include "view.h"
 
 #include <string.h>
 #include <time.h>
+
+#define SECOND_NS INT64_C(1000000000)
 
 void viewer_init(struct viewer *viewer, const char *source)
 {
@@ -75,11 +78,28 @@ int viewer_close(struct viewer *viewer, lum_error *error)
     return result;
 }
 
+/* Without threads it is the feed's only one. */
+static bool work(struct viewer *viewer)
+{
+    const int64_t wait_ns = feed_work(viewer->feed);
+    const struct timespec wait = {.tv_sec = (time_t)(wait_ns / SECOND_NS),
+                                  .tv_nsec = (long)(wait_ns % SECOND_NS)};
+    if (viewer->wakes == 0) {
+        (void)nanosleep(&wait, NULL);
+    }
+    const bool has_news = viewer->wakes > 0 || wait_ns < SECOND_NS;
+    viewer->wakes = 0;
+    return has_news;
+}
+
 /* False: nothing was new for a second. */
 static bool sleep_until_woken(struct viewer *viewer)
 {
     struct timespec until;
     int code = 0;
+    if (!thread_exists()) {
+        return work(viewer);
+    }
     (void)clock_gettime(CLOCK_REALTIME, &until);
     until.tv_sec++;
     (void)pthread_mutex_lock(&viewer->lock);

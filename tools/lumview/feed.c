@@ -146,7 +146,10 @@ int feed_open(const struct options *options, const struct geometry *geometry,
     if (feed == NULL) {
         return lum_error_set(error, "out of memory");
     }
-    stage_init(&feed->stage, wake, context);
+    if (!stage_init(&feed->stage, wake, context)) {
+        free(feed);
+        return lum_error_set(error, "out of memory");
+    }
     feed->stage.orders.plays = !options->play.paused;
     feed->stage.orders.loops = options->play.loops;
     feed->stage.orders.speed = clamp_speed(options->play.speed);
@@ -172,6 +175,11 @@ int feed_close(struct feed *feed, lum_error *error)
     const int result = link_end(feed->link, error);
     release(feed);
     return result;
+}
+
+int64_t feed_work(struct feed *feed)
+{
+    return player_work(feed->player);
 }
 
 void feed_want(struct feed *feed, const struct feed_view *views, size_t count)

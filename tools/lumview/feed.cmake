@@ -1,23 +1,29 @@
 # From a source to frames.
+set(lum_view_threads link.c pump.c thread.c)
+set(lum_view_alone alone.c)
 set(lum_view_feed
     captures.c
     decoder.c
     feed.c
     frame.c
     gather.c
-    link.c
     picture.c
     player.c
     playhead.c
-    pump.c
     report.c
     scan.c
     second.c
-    stage.c
-    thread.c)
-list(TRANSFORM lum_view_feed PREPEND ${CMAKE_CURRENT_LIST_DIR}/)
-add_library(lum_view_feed OBJECT ${lum_view_feed})
-target_include_directories(lum_view_feed PUBLIC ${CMAKE_CURRENT_LIST_DIR})
-target_link_libraries(lum_view_feed PUBLIC
-                      lum_tool_common lum_tool_files lum_net lum_frame lum_config lum_points m Threads::Threads)
-lum_target(lum_view_feed)
+    stage.c)
+foreach(files IN ITEMS lum_view_threads lum_view_alone lum_view_feed)
+  list(TRANSFORM ${files} PREPEND ${CMAKE_CURRENT_LIST_DIR}/)
+endforeach()
+
+# With threads, and for systems that have none.
+add_library(lum_view_feed OBJECT ${lum_view_feed} ${lum_view_threads})
+target_link_libraries(lum_view_feed PUBLIC lum_net Threads::Threads)
+add_library(lum_view_feed_alone OBJECT EXCLUDE_FROM_ALL ${lum_view_feed} ${lum_view_alone})
+foreach(target IN ITEMS lum_view_feed lum_view_feed_alone)
+  target_include_directories(${target} PUBLIC ${CMAKE_CURRENT_LIST_DIR})
+  target_link_libraries(${target} PUBLIC lum_tool_common lum_tool_files lum_frame lum_config lum_points m)
+  lum_target(${target})
+endforeach()

@@ -1,5 +1,6 @@
-/* Frames of a source, capture or sensor, made by separate threads. The server,
- * in its one thread, gets the newest frame and sets which views are wanted. */
+/* Frames of a source, capture or sensor, made by separate threads, or where
+ * there are none by feed_work(). The server, in its one thread, gets the newest
+ * frame and sets which views are wanted. */
 #ifndef LUMVIEW_FEED_H
 #define LUMVIEW_FEED_H
 
@@ -126,6 +127,11 @@ int feed_open(const struct options *options, const struct geometry *geometry,
 /* Ends the threads; live with --laser: the laser is off, or error has the
  * reason. */
 int feed_close(struct feed *feed, lum_error *error);
+
+/* Does some work, at most about 20 ms, where the system has no threads: reads,
+ * decodes, shows what is due. Returns nanoseconds until there is more to do, at
+ * most a second; 0: at once. An order may bring more before. */
+int64_t feed_work(struct feed *feed);
 
 /* The views that are wanted now replace those before. */
 void feed_want(struct feed *feed, const struct feed_view *views, size_t count);

@@ -1,10 +1,11 @@
 #define _POSIX_C_SOURCE 200809L
 #include "frame_make.h"
 
+#include "thread.h"
+
 #include "lum/frame/clock_fit.h"
 
 #include <math.h>
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,11 +25,11 @@ struct frame {
     size_t capacity; /* points */
     size_t count;
     size_t parts;        /* sensors of a rig */
-    unsigned references; /* guarded by the pool's lock */
+    unsigned references; /* guarded by the pool's gate */
 };
 
 struct frame_pool {
-    pthread_mutex_t lock;
+    struct gate *gate;
     struct frame *spare;
     size_t spare_count;
     size_t frames; /* that are in use */
@@ -41,8 +42,13 @@ struct frame_pool {
 struct frame_pool *frame_pool_new(void)
 {
     struct frame_pool *pool = calloc(1, sizeof *pool);
-    if (pool != NULL) {
-        (void)pthread_mutex_init(&pool->lock, NULL);
+    if (pool == NULL) {
+        return NULL;
+    }
+    pool->gate = gate_new();
+    if (pool->gate == NULL) {
+        free(pool);
+        return NULL;
     }
     return pool;
 }
@@ -60,7 +66,7 @@ static void end_pool(struct frame_pool *pool)
         pool->spare = frame->next;
         free_frame(frame);
     }
-    (void)pthread_mutex_destroy(&pool->lock);
+    gate_free(pool->gate);
     free(pool);
 }
 
@@ -69,10 +75,10 @@ void frame_pool_free(struct frame_pool *pool)
     if (pool == NULL) {
         return;
     }
-    (void)pthread_mutex_lock(&pool->lock);
+    gate_take(pool->gate);
     pool->is_left = true;
     const bool is_last = pool->frames == 0;
-    (void)pthread_mutex_unlock(&pool->lock);
+    gate_leave(pool->gate);
     if (is_last) {
         end_pool(pool);
     }
@@ -111,19 +117,19 @@ static bool enlarge(struct frame *frame, size_t count)
 /* A frame with room for this many points. */
 static struct frame *begin(struct frame_pool *pool, size_t count)
 {
-    (void)pthread_mutex_lock(&pool->lock);
+    gate_take(pool->gate);
     struct frame *frame = take_spare(pool, count);
     pool->frames++;
     pool->latest = count;
-    (void)pthread_mutex_unlock(&pool->lock);
+    gate_leave(pool->gate);
     if (frame == NULL) {
         frame = calloc(1, sizeof *frame);
     }
     if (frame == NULL || !enlarge(frame, count)) {
         free(frame);
-        (void)pthread_mutex_lock(&pool->lock);
+        gate_take(pool->gate);
         pool->frames--;
-        (void)pthread_mutex_unlock(&pool->lock);
+        gate_leave(pool->gate);
         return NULL;
     }
     frame->pool = pool;
@@ -135,13 +141,13 @@ static struct frame *begin(struct frame_pool *pool, size_t count)
 
 struct frame *frame_keep(struct frame *frame)
 {
-    (void)pthread_mutex_lock(&frame->pool->lock);
+    gate_take(frame->pool->gate);
     frame->references++;
-    (void)pthread_mutex_unlock(&frame->pool->lock);
+    gate_leave(frame->pool->gate);
     return frame;
 }
 
-/* Memory far larger than the present need is not kept. The lock is held. */
+/* Memory far larger than the present need is not kept. With the gate. */
 static bool is_worth_keeping(const struct frame_pool *pool,
                              const struct frame *frame)
 {
@@ -155,7 +161,7 @@ void frame_release(struct frame *frame)
         return;
     }
     struct frame_pool *pool = frame->pool;
-    (void)pthread_mutex_lock(&pool->lock);
+    gate_take(pool->gate);
     frame->references--;
     const bool is_unused = frame->references == 0;
     const bool is_kept = is_unused && is_worth_keeping(pool, frame);
@@ -166,7 +172,7 @@ void frame_release(struct frame *frame)
     }
     pool->frames -= is_unused ? 1u : 0u;
     const bool is_last = is_unused && pool->is_left && pool->frames == 0;
-    (void)pthread_mutex_unlock(&pool->lock);
+    gate_leave(pool->gate);
     if (is_unused && !is_kept) {
         free_frame(frame);
     }

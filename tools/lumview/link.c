@@ -41,8 +41,8 @@ struct link {
     lum_cancel *cancel;
     struct ring *ring;
     struct decoder *decoder;
-    pthread_t session_thread;
-    pthread_t maker; /* of frames */
+    struct thread *session_thread;
+    struct thread *maker; /* of frames */
 
     /* the session thread's */
     lum_sensor *sensor;       /* NULL: its socket broke */
@@ -366,7 +366,7 @@ static int start_threads(struct link *l, lum_error *error)
     }
     if (thread_start(&l->session_thread, keep, l, error) != 0) {
         ring_close(l->ring);
-        (void)pthread_join(l->maker, NULL);
+        thread_join(l->maker);
         return -1;
     }
     return 0;
@@ -405,9 +405,9 @@ int link_end(struct link *link, lum_error *error)
         return 0;
     }
     lum_cancel_raise(link->cancel);
-    (void)pthread_join(link->session_thread, NULL);
+    thread_join(link->session_thread);
     ring_close(link->ring);
-    (void)pthread_join(link->maker, NULL);
+    thread_join(link->maker);
     const int result = tell_laser(link, error);
     release(link);
     return result;

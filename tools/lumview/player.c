@@ -1,6 +1,6 @@
-/* The thread that plays captures: it opens and reads them, again and again,
- * and gives complete frames to the page where the playhead says so. */
-#define _POSIX_C_SOURCE 200809L
+/* Plays captures: opens and reads them, again and again, and gives complete
+ * frames to the page where the playhead says so. It goes in steps, which a
+ * thread takes, or who has none. */
 #include "player.h"
 
 #include "captures.h"
@@ -16,28 +16,57 @@
 /* Records between looks at orders. */
 #define RECORDS_A_LOOK 64u
 
+/* Without threads, what is done at a time. */
+#define WORK_NS INT64_C(20000000)
+
+#define SECOND_NS INT64_C(1000000000)
+
+/* What the next step is about. */
+enum phase {
+    PHASE_UNWANTED, /* nobody has looked yet */
+    PHASE_LEARNING, /* of the beginning of files */
+    PHASE_OPENING,
+    PHASE_READING,
+    PHASE_PUSHING,  /* what was read, until it gives no more frames */
+    PHASE_FLUSHING, /* all was read: those that are left */
+    PHASE_SHOWING,  /* a frame is complete */
+    PHASE_ENDED,
+    PHASE_FAILED,
+    PHASE_STOPPED
+};
+
 struct player {
     struct player_options options;
-    pthread_t thread;
+    struct thread *thread; /* NULL: there are none */
     struct captures *captures;
     struct scan *scan; /* NULL: they can be read once */
 
-    /* the thread's */
+    /* of who takes the steps */
+    enum phase phase;
     struct playhead head;
     struct report report;
+    struct sweep *learning;
+    struct decoder *learned; /* of the beginning of files; NULL: nothing */
     lum_capture *capture;
     struct decoder *decoder;
-    struct decoder *learned; /* of the beginning of files; NULL: nothing */
+    lum_record record;
+    bool has_record; /* it is being pushed; else the end is flushed */
 };
 
-/* --- Reading --- */
+/* --- Where a pass leads --- */
+
+static enum play become(struct player *p, enum phase phase)
+{
+    p->phase = phase;
+    return PLAY_ON;
+}
 
 /* An error that stays until somebody wants to go elsewhere. */
 static enum play fail(struct player *p, const lum_error *error)
 {
     stage_set_text(p->head.stage, FEED_MESSAGE, error->text);
     stage_set_state(p->head.stage, FEED_FAILED);
-    return playhead_fail(&p->head);
+    return become(p, PHASE_FAILED);
 }
 
 static enum play fail_for_memory(struct player *p)
@@ -47,64 +76,20 @@ static enum play fail_for_memory(struct player *p)
     return fail(p, &error);
 }
 
-static enum play present(struct player *p)
+static void end_pass(struct player *p)
 {
-    struct picture *picture = decoder_picture(p->decoder);
-    const enum play next = playhead_present(&p->head, p->decoder, picture);
-    if (next != PLAY_SHOW) {
-        return next;
+    if (p->decoder != NULL) {
+        report_add_pass(&p->report, p->decoder);
     }
-    const int64_t now_ns = lum_time_monotonic_ns();
-    report_frame(&p->report, p->capture, p->decoder, picture);
-    stage_show(p->head.stage, picture, now_ns);
-    return PLAY_ON;
+    decoder_free(p->decoder);
+    lum_capture_close(p->capture);
+    p->decoder = NULL;
+    p->capture = NULL;
 }
 
-/* All frames of a record, or those that are left at the end: record is NULL. */
-static enum play take(struct player *p, const lum_record *record)
-{
-    for (;;) {
-        const enum decoded decoded = record != NULL
-                                         ? decoder_push(p->decoder, record)
-                                         : decoder_flush(p->decoder);
-        if (decoded != DECODED_FRAME) {
-            return decoded == DECODED_ALL ? PLAY_ON : fail_for_memory(p);
-        }
-        const enum play next = present(p);
-        if (next != PLAY_ON) {
-            return next;
-        }
-    }
-}
+/* --- Steps of a pass --- */
 
-static enum play read_all(struct player *p)
-{
-    lum_record record;
-    lum_error error = {""};
-    int status = 1;
-    for (uint64_t i = 0; status > 0; i++) {
-        enum play next = i % RECORDS_A_LOOK == 0
-                             ? playhead_look(&p->head, p->decoder)
-                             : PLAY_ON;
-        if (next == PLAY_ON) {
-            status = captures_next(p->captures, p->capture, &record, &error);
-        }
-        if (next == PLAY_ON && status > 0) {
-            decoder_set_interface(p->decoder,
-                                  lum_capture_interface(p->capture));
-            next = take(p, &record);
-        }
-        if (next != PLAY_ON) {
-            return next;
-        }
-    }
-    if (status < 0) {
-        p->report.broken = error;
-    }
-    return take(p, NULL);
-}
-
-static enum play pass(struct player *p)
+static enum play open_pass(struct player *p)
 {
     lum_error error = {""};
     if (captures_open(p->captures, &p->capture, &error) != 0) {
@@ -120,39 +105,169 @@ static enum play pass(struct player *p)
     if (p->head.from != INT64_MIN) {
         decoder_skip_to(p->decoder, p->head.from);
     }
-    const enum play next = read_all(p);
+    return become(p, PHASE_READING);
+}
+
+/* All frames of the record, or those that are left at the end. */
+static enum play push(struct player *p)
+{
+    switch (p->has_record ? decoder_push(p->decoder, &p->record)
+                          : decoder_flush(p->decoder)) {
+    case DECODED_FRAME:
+        return become(p, PHASE_SHOWING);
+    case DECODED_ALL:
+        if (p->has_record) {
+            return become(p, PHASE_READING);
+        }
+        report_end(&p->report, p->capture, p->decoder);
+        return become(p, PHASE_ENDED);
+    case DECODED_FAILED:
+    default:
+        return fail_for_memory(p);
+    }
+}
+
+static enum play read_record(struct player *p)
+{
+    lum_error error = {""};
+    const int status =
+        captures_next(p->captures, p->capture, &p->record, &error);
+    p->has_record = status > 0;
+    if (status < 0) {
+        p->report.broken = error;
+    }
+    if (!p->has_record) {
+        return become(p, PHASE_FLUSHING);
+    }
+    decoder_set_interface(p->decoder, lum_capture_interface(p->capture));
+    p->phase = PHASE_PUSHING;
+    return push(p);
+}
+
+static enum play read_some(struct player *p)
+{
+    enum play next = playhead_look(&p->head, p->decoder);
+    for (unsigned i = 0;
+         i < RECORDS_A_LOOK && next == PLAY_ON && p->phase == PHASE_READING;
+         i++) {
+        next = read_record(p);
+    }
+    return next;
+}
+
+static enum play show(struct player *p)
+{
+    struct picture *picture = decoder_picture(p->decoder);
+    const enum play next = playhead_present(&p->head, p->decoder, picture);
+    if (next == PLAY_SHOW) {
+        const int64_t now_ns = lum_time_monotonic_ns();
+        report_frame(&p->report, p->capture, p->decoder, picture);
+        stage_show(p->head.stage, picture, now_ns);
+    }
+    if (next == PLAY_SHOW || next == PLAY_ON) {
+        return become(p, p->has_record ? PHASE_PUSHING : PHASE_FLUSHING);
+    }
+    return next;
+}
+
+/* --- Before the first pass --- */
+
+/* A recording does not pass before somebody looks. */
+static enum play await_look(struct player *p)
+{
+    const enum play next = playhead_begin(&p->head);
     if (next != PLAY_ON) {
         return next;
     }
-    report_end(&p->report, p->capture, p->decoder);
-    return playhead_end(&p->head, p->decoder);
-}
-
-static void end_pass(struct player *p)
-{
-    if (p->decoder != NULL) {
-        report_add_pass(&p->report, p->decoder);
+    if (p->scan != NULL) {
+        p->learning =
+            sweep_new(p->captures, &p->options.decoder, SOURCES_LEARN_NS);
     }
-    decoder_free(p->decoder);
-    lum_capture_close(p->capture);
-    p->decoder = NULL;
-    p->capture = NULL;
+    return become(p, p->learning != NULL ? PHASE_LEARNING : PHASE_OPENING);
 }
 
-/* A recording does not pass before somebody looks. The time of the first frames
- * is known as well as that of the rest. */
+/* The time of the first frames is then known as well as that of the rest. */
+static enum play learn(struct player *p)
+{
+    if (stage_is_closing(p->head.stage)) {
+        return PLAY_STOP;
+    }
+    if (sweep_step(p->learning)) {
+        return PLAY_ON;
+    }
+    p->learned = sweep_end(p->learning);
+    p->learning = NULL;
+    return become(p, PHASE_OPENING);
+}
+
+/* --- Who takes the steps --- */
+
+static enum play take_step(struct player *p)
+{
+    switch (p->phase) {
+    case PHASE_UNWANTED:
+        return await_look(p);
+    case PHASE_LEARNING:
+        return learn(p);
+    case PHASE_OPENING:
+        return open_pass(p);
+    case PHASE_READING:
+        return read_some(p);
+    case PHASE_PUSHING:
+    case PHASE_FLUSHING:
+        return push(p);
+    case PHASE_SHOWING:
+        return show(p);
+    case PHASE_ENDED:
+        return playhead_end(&p->head, p->decoder);
+    case PHASE_FAILED:
+        return playhead_fail(&p->head);
+    case PHASE_STOPPED:
+    default:
+        return PLAY_STOP;
+    }
+}
+
+/* False: nothing is to be done before the head's time, or an order. */
+static bool step(struct player *p)
+{
+    const enum play next = take_step(p);
+    if (next == PLAY_REOPEN) {
+        end_pass(p);
+        p->phase = PHASE_OPENING;
+    } else if (next == PLAY_STOP) {
+        p->head.until_ns = INT64_MAX;
+        p->phase = PHASE_STOPPED;
+    }
+    return next != PLAY_WAIT && next != PLAY_STOP;
+}
+
 static void *run(void *argument)
 {
     struct player *p = argument;
-    enum play next = stage_wait_wanted(p->head.stage) ? PLAY_REOPEN : PLAY_STOP;
-    if (next != PLAY_STOP) {
-        p->learned = scan_learn(p->captures, &p->options.decoder);
-    }
-    while (next != PLAY_STOP) {
-        next = pass(p);
-        end_pass(p);
+    while (p->phase != PHASE_STOPPED) {
+        if (!step(p) && p->phase != PHASE_STOPPED) {
+            stage_wait(p->head.stage, p->head.serial, p->head.until_ns);
+        }
     }
     return NULL;
+}
+
+/* The scan has the time that is left. */
+int64_t player_work(struct player *player)
+{
+    const int64_t end_ns = lum_time_monotonic_ns() + WORK_NS;
+    int64_t now_ns = 0;
+    bool has_more = true;
+    do {
+        has_more = step(player) || scan_step(player->scan);
+        now_ns = lum_time_monotonic_ns();
+    } while (has_more && now_ns < end_ns);
+    if (has_more || player->head.until_ns <= now_ns) {
+        return 0;
+    }
+    const int64_t wait_ns = player->head.until_ns - now_ns;
+    return wait_ns < SECOND_NS ? wait_ns : SECOND_NS;
 }
 
 /* --- Starting and ending --- */
@@ -170,12 +285,15 @@ static int start(struct player *p, lum_error *error)
     p->report = (struct report){.options = &p->options,
                                 .captures = p->captures,
                                 .is_scanned = p->scan != NULL};
-    return thread_start(&p->thread, run, p, error);
+    return thread_exists() ? thread_start(&p->thread, run, p, error) : 0;
 }
 
 static void release(struct player *p)
 {
     scan_end(p->scan);
+    decoder_free(sweep_end(p->learning));
+    decoder_free(p->decoder);
+    lum_capture_close(p->capture);
     captures_free(p->captures);
     decoder_free(p->learned);
     free(p);
@@ -203,6 +321,6 @@ void player_end(struct player *player)
         return;
     }
     captures_stop(player->captures);
-    (void)pthread_join(player->thread, NULL);
+    thread_join(player->thread);
     release(player);
 }

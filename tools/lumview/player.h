@@ -1,5 +1,5 @@
-/* The thread that plays a capture: at its pace or step by step, from any
- * frame. */
+/* Plays a capture: at its pace or step by step, from any frame. A thread does
+ * it, or where there are none, who calls player_work(). */
 #ifndef LUMVIEW_PLAYER_H
 #define LUMVIEW_PLAYER_H
 
@@ -8,6 +8,8 @@
 #include "decoder.h"
 
 #include "lum/base/error.h"
+
+#include <stdint.h>
 
 struct player;
 
@@ -23,6 +25,9 @@ struct player_options {
  * -1 with the reason in error. */
 int player_start(const struct player_options *options, struct player **out,
                  lum_error *error);
+
+/* As feed_work(). */
+int64_t player_work(struct player *player);
 
 /* End; the stage is closing. NULL is allowed. */
 void player_end(struct player *player);

@@ -30,6 +30,30 @@ void playhead_init(struct playhead *out, struct stage *stage, struct scan *scan)
 
 /* --- Orders --- */
 
+/* False: the stage is closing. */
+static bool take_orders(struct playhead *h, struct orders *out)
+{
+    const bool goes_on = stage_take_orders(h->stage, out);
+    h->serial = out->serial;
+    return goes_on;
+}
+
+static enum play wait_until(struct playhead *h, int64_t until_ns)
+{
+    h->until_ns = until_ns;
+    return PLAY_WAIT;
+}
+
+enum play playhead_begin(struct playhead *head)
+{
+    if (stage_is_closing(head->stage)) {
+        return PLAY_STOP;
+    }
+    return stage_is_wanted(head->stage, &head->serial)
+               ? PLAY_ON
+               : wait_until(head, INT64_MAX);
+}
+
 static bool has_jump(const struct orders *o)
 {
     return o->has_seek || o->steps != 0;
@@ -57,6 +81,7 @@ static enum play reopen_at(struct playhead *h, int64_t target, enum aim aim)
 {
     h->target = target;
     h->aim = aim;
+    h->was_paused = false;
     h->from = stage_aim(h->stage, target);
     return PLAY_REOPEN;
 }
@@ -146,7 +171,7 @@ static enum play jump(struct playhead *h, const struct orders *o,
 enum play playhead_look(struct playhead *head, struct decoder *decoder)
 {
     struct orders o;
-    if (!stage_take_orders(head->stage, &o)) {
+    if (!take_orders(head, &o)) {
         return PLAY_STOP;
     }
     return jump(head, &o, decoder, NULL) == PLAY_REOPEN ? PLAY_REOPEN : PLAY_ON;
@@ -211,44 +236,35 @@ enum play playhead_present(struct playhead *head, struct decoder *decoder,
                            struct picture *complete)
 {
     const double distance_ns = (double)distance_to(head, complete);
-    enum play next = PLAY_WAIT;
-    while (next == PLAY_WAIT) {
-        struct orders o;
-        const bool goes_on = stage_take_orders(head->stage, &o);
-        const int64_t due_ns =
-            head->shown_ns + (int64_t)(distance_ns / o.speed);
-        next = goes_on ? jump(head, &o, decoder, complete) : PLAY_STOP;
-        if (next == PLAY_WAIT) {
-            next = judge(head, complete, &o, due_ns);
-        }
-        if (next == PLAY_WAIT) {
-            stage_wait(head->stage, o.serial, runs(&o) ? due_ns : INT64_MAX);
-        }
+    struct orders o;
+    if (!take_orders(head, &o)) {
+        return PLAY_STOP;
     }
-    return next;
+    const int64_t due_ns = head->shown_ns + (int64_t)(distance_ns / o.speed);
+    const enum play next = jump(head, &o, decoder, complete);
+    (void)wait_until(head, runs(&o) ? due_ns : INT64_MAX);
+    return next == PLAY_WAIT ? judge(head, complete, &o, due_ns) : next;
 }
 
 /* --- Where nothing more is read --- */
 
 enum play playhead_fail(struct playhead *head)
 {
-    for (;;) {
-        struct orders o;
-        if (!stage_take_orders(head->stage, &o)) {
-            return PLAY_STOP;
-        }
-        if (has_jump(&o) && head->scan != NULL) {
-            return reopen_at(head, find_target(head, &o), AIM_FRAME);
-        }
-        stage_wait(head->stage, o.serial, INT64_MAX);
+    struct orders o;
+    if (!take_orders(head, &o)) {
+        return PLAY_STOP;
     }
+    return has_jump(&o) && head->scan != NULL
+               ? reopen_at(head, find_target(head, &o), AIM_FRAME)
+               : wait_until(head, INT64_MAX);
 }
 
 /* What an order makes of the end; PLAY_WAIT: it stays. Play goes on at the
  * beginning. */
 static enum play leave_end(struct playhead *h, const struct orders *o,
-                           int64_t last, bool was_paused)
+                           int64_t last)
 {
+    const bool was_paused = h->was_paused;
     if (has_jump(o)) {
         const int64_t target = find_target(h, o);
         if (target < last || h->shown != last) {
@@ -270,25 +286,21 @@ enum play playhead_end(struct playhead *head, const struct decoder *decoder)
     int64_t last = 0;
     const bool has_any = decoder_range(decoder, &first, &last);
     const bool can_go = has_any && head->scan != NULL;
-    bool was_paused = false;
+    struct orders o;
     if (can_go && head->aim != AIM_NONE &&
         !(head->has_shown && head->shown == last)) {
         return reopen_at(head, last, head->aim);
     }
     head->aim = AIM_NONE;
-    for (;;) {
-        struct orders o;
-        if (!stage_take_orders(head->stage, &o)) {
-            return PLAY_STOP;
-        }
-        const enum play next =
-            can_go ? leave_end(head, &o, last, was_paused) : PLAY_WAIT;
-        if (next != PLAY_WAIT) {
-            return next;
-        }
-        was_paused = !o.plays;
-        stage_set_state(head->stage,
-                        o.plays || !has_any ? FEED_ENDED : FEED_PAUSED);
-        stage_wait(head->stage, o.serial, INT64_MAX);
+    if (!take_orders(head, &o)) {
+        return PLAY_STOP;
     }
+    const enum play next = can_go ? leave_end(head, &o, last) : PLAY_WAIT;
+    if (next != PLAY_WAIT) {
+        return next;
+    }
+    head->was_paused = !o.plays;
+    stage_set_state(head->stage,
+                    o.plays || !has_any ? FEED_ENDED : FEED_PAUSED);
+    return wait_until(head, INT64_MAX);
 }

@@ -1,5 +1,5 @@
 /* Which frame of a capture is shown next, and when: where orders lead, which
- * frame is shown, and at which pace. The thread that plays owns it. */
+ * frame is shown, and at which pace. The player owns it. */
 #ifndef LUMVIEW_PLAYHEAD_H
 #define LUMVIEW_PLAYHEAD_H
 
@@ -12,9 +12,9 @@
 
 /* What the reader of the capture does next. */
 enum play {
-    PLAY_WAIT,   /* nothing: not a result */
-    PLAY_ON,     /* read on */
-    PLAY_SHOW,   /* show the frame, then read on */
+    PLAY_WAIT, /* nothing, until the head's time or an order; then ask again */
+    PLAY_ON,   /* read on */
+    PLAY_SHOW, /* show the frame, then read on */
     PLAY_REOPEN, /* read from the beginning, without the frames before from */
     PLAY_STOP
 };
@@ -38,13 +38,19 @@ struct playhead {
     int64_t shown_arrival_ns;
     int64_t shown_clock_us;
     int64_t distance_ns; /* between the latest two frames */
+    bool was_paused;     /* at the end of the capture */
+    int64_t until_ns; /* of PLAY_WAIT; monotonic, INT64_MAX: an order alone */
+    unsigned serial;  /* of the newest order that was taken */
 };
 
 /* The first frame is shown at once. stage and scan: kept. */
 void playhead_init(struct playhead *out, struct stage *stage,
                    struct scan *scan);
 
-/* Wait until the complete frame is due, unless an order leads elsewhere. */
+/* Nothing passes before somebody looks: PLAY_ON. */
+enum play playhead_begin(struct playhead *head);
+
+/* The complete frame waits until it is due, unless an order leads elsewhere. */
 enum play playhead_present(struct playhead *head, struct decoder *decoder,
                            struct picture *complete);
 

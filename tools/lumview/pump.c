@@ -21,7 +21,7 @@ struct pump {
     int stop_read; /* readable once it is to stop */
     int stop_write;
     char path[32];
-    pthread_t thread;
+    struct thread *thread;
     char chunk[CHUNK_BYTES];
 };
 
@@ -160,6 +160,6 @@ void pump_end(struct pump *pump)
     if (pump->stop_write >= 0) {
         pump_stop(pump);
     }
-    (void)pthread_join(pump->thread, NULL);
+    thread_join(pump->thread);
     release(pump);
 }

@@ -1,48 +1,99 @@
 /* Reads captures once before they are played: the range of their frames, what
  * is odd in them, how their sensors' clocks run. */
-#define _POSIX_C_SOURCE 200809L
 #include "scan.h"
 
 #include "thread.h"
 
 #include <stdlib.h>
 
-/* Records between looks at whether to end. */
-#define RECORDS_A_LOOK 64u
+/* Records of a step. */
+#define RECORDS_A_STEP 64u
+
+struct sweep {
+    const struct captures *captures;
+    lum_capture *capture;
+    struct decoder *decoder;
+    int64_t span_ns;
+    int64_t end_ns;
+    bool has_begun;
+    bool is_whole; /* all was read */
+};
 
 struct scan {
     const struct captures *captures;
     const struct provenance_source *said;
     struct decoder_options options;
-    pthread_t thread;
+    struct sweep *sweep; /* NULL: it is over, or nothing can be read */
+    struct thread *thread;
 
-    pthread_mutex_t lock; /* guards what follows */
+    struct gate *gate; /* guards what follows */
     bool is_known;
     int64_t first;
     int64_t last;
 };
 
-/* Give a decoder the records of the first span_ns, or all: INT64_MAX. False: it
- * was stopped. The player reports read errors. */
-static bool read_records(const struct captures *captures, lum_capture *capture,
-                         int64_t span_ns, struct stage *stage,
-                         struct decoder *decoder)
+/* --- Sweeps --- */
+
+struct sweep *sweep_new(const struct captures *captures,
+                        const struct decoder_options *options, int64_t span_ns)
+{
+    struct sweep *sweep = calloc(1, sizeof *sweep);
+    struct decoder_options first = *options;
+    first.second_layout = NULL; /* the first tells the time */
+    if (sweep == NULL) {
+        return NULL;
+    }
+    *sweep = (struct sweep){
+        .captures = captures, .span_ns = span_ns, .end_ns = INT64_MAX};
+    if (captures_open(captures, &sweep->capture, NULL) == 0) {
+        sweep->decoder = decoder_new(&first);
+    }
+    if (sweep->decoder == NULL) {
+        (void)sweep_end(sweep);
+        return NULL;
+    }
+    decoder_skip_to(sweep->decoder, INT64_MAX);
+    return sweep;
+}
+
+struct decoder *sweep_end(struct sweep *sweep)
+{
+    if (sweep == NULL) {
+        return NULL;
+    }
+    struct decoder *decoder = sweep->decoder;
+    lum_capture_close(sweep->capture);
+    free(sweep);
+    return decoder;
+}
+
+/* The player reports read errors. */
+static bool read_record(struct sweep *s)
 {
     lum_record record;
-    int64_t end_ns = INT64_MAX;
-    bool goes_on = true;
-    for (uint64_t i = 0;
-         goes_on && captures_next(captures, capture, &record, NULL) > 0; i++) {
-        if (i == 0 && span_ns != INT64_MAX) {
-            end_ns = add_clamped(record.time_ns, span_ns);
-        }
-        decoder_set_interface(decoder, lum_capture_interface(capture));
-        goes_on = record.time_ns <= end_ns &&
-                  (i % RECORDS_A_LOOK != 0 || !stage_is_closing(stage)) &&
-                  decoder_push(decoder, &record) == DECODED_ALL;
+    s->is_whole = captures_next(s->captures, s->capture, &record, NULL) <= 0;
+    if (s->is_whole) {
+        return false;
     }
-    return goes_on;
+    if (!s->has_begun && s->span_ns != INT64_MAX) {
+        s->end_ns = add_clamped(record.time_ns, s->span_ns);
+    }
+    s->has_begun = true;
+    decoder_set_interface(s->decoder, lum_capture_interface(s->capture));
+    return record.time_ns <= s->end_ns &&
+           decoder_push(s->decoder, &record) == DECODED_ALL;
 }
+
+bool sweep_step(struct sweep *sweep)
+{
+    unsigned i = 0;
+    while (i < RECORDS_A_STEP && read_record(sweep)) {
+        i++;
+    }
+    return i == RECORDS_A_STEP;
+}
+
+/* --- The scan --- */
 
 static void note(struct scan *scan, const struct decoder *decoder)
 {
@@ -51,33 +102,60 @@ static void note(struct scan *scan, const struct decoder *decoder)
     if (!decoder_range(decoder, &first, &last)) {
         return;
     }
-    (void)pthread_mutex_lock(&scan->lock);
+    gate_take(scan->gate);
     scan->is_known = true;
     scan->first = first;
     scan->last = last;
-    (void)pthread_mutex_unlock(&scan->lock);
+    gate_leave(scan->gate);
     stage_set_range(scan->options.stage, first, last);
+}
+
+static void tell(struct scan *scan)
+{
+    const struct sweep *s = scan->sweep;
+    if (s->is_whole && decoder_flush(s->decoder) == DECODED_ALL) {
+        note(scan, s->decoder);
+        captures_tell(scan->captures, s->capture, decoder_demux(s->decoder),
+                      scan->said, scan->options.stage);
+        captures_warn(scan->captures, s->capture, decoder_demux(s->decoder));
+    }
+}
+
+static void end_sweep(struct scan *scan)
+{
+    decoder_free(sweep_end(scan->sweep));
+    scan->sweep = NULL;
+}
+
+bool scan_step(struct scan *scan)
+{
+    if (scan == NULL || scan->sweep == NULL) {
+        return false;
+    }
+    if (sweep_step(scan->sweep)) {
+        return true;
+    }
+    tell(scan);
+    end_sweep(scan);
+    return false;
 }
 
 static void *run(void *argument)
 {
     struct scan *scan = argument;
-    lum_capture *capture = NULL;
-    struct stage *stage = scan->options.stage;
-    struct decoder *decoder = decoder_new(&scan->options);
-    if (decoder != NULL && captures_open(scan->captures, &capture, NULL) == 0) {
-        decoder_skip_to(decoder, INT64_MAX);
-        if (read_records(scan->captures, capture, INT64_MAX, stage, decoder) &&
-            decoder_flush(decoder) == DECODED_ALL) {
-            note(scan, decoder);
-            captures_tell(scan->captures, capture, decoder_demux(decoder),
-                          scan->said, stage);
-            captures_warn(scan->captures, capture, decoder_demux(decoder));
-        }
+    while (!stage_is_closing(scan->options.stage) && scan_step(scan)) {
     }
-    lum_capture_close(capture);
-    decoder_free(decoder);
     return NULL;
+}
+
+static int start(struct scan *scan, lum_error *error)
+{
+    scan->gate = gate_new();
+    if (scan->gate == NULL) {
+        return lum_error_set(error, "out of memory");
+    }
+    scan->sweep = sweep_new(scan->captures, &scan->options, INT64_MAX);
+    return thread_exists() ? thread_start(&scan->thread, run, scan, error) : 0;
 }
 
 int scan_start(const struct captures *captures,
@@ -92,11 +170,8 @@ int scan_start(const struct captures *captures,
     scan->captures = captures;
     scan->said = said;
     scan->options = *decoder;
-    scan->options.second_layout = NULL; /* the first tells the time */
-    (void)pthread_mutex_init(&scan->lock, NULL);
-    if (thread_start(&scan->thread, run, scan, error) != 0) {
-        (void)pthread_mutex_destroy(&scan->lock);
-        free(scan);
+    if (start(scan, error) != 0) {
+        scan_end(scan);
         return -1;
     }
     *out = scan;
@@ -108,37 +183,18 @@ void scan_end(struct scan *scan)
     if (scan == NULL) {
         return;
     }
-    (void)pthread_join(scan->thread, NULL);
-    (void)pthread_mutex_destroy(&scan->lock);
+    thread_join(scan->thread);
+    end_sweep(scan);
+    gate_free(scan->gate);
     free(scan);
 }
 
 bool scan_range(struct scan *scan, int64_t *first, int64_t *last)
 {
-    (void)pthread_mutex_lock(&scan->lock);
+    gate_take(scan->gate);
     const bool is_known = scan->is_known;
     *first = scan->first;
     *last = scan->last;
-    (void)pthread_mutex_unlock(&scan->lock);
+    gate_leave(scan->gate);
     return is_known;
-}
-
-struct decoder *scan_learn(const struct captures *captures,
-                           const struct decoder_options *options)
-{
-    lum_capture *capture = NULL;
-    struct decoder *learned = NULL;
-    struct decoder_options alone = *options;
-    alone.second_layout = NULL;
-    if (captures_are_files(captures) &&
-        captures_open(captures, &capture, NULL) == 0) {
-        learned = decoder_new(&alone);
-    }
-    if (learned != NULL) {
-        decoder_skip_to(learned, INT64_MAX);
-        (void)read_records(captures, capture, SOURCES_LEARN_NS, options->stage,
-                           learned);
-    }
-    lum_capture_close(capture);
-    return learned;
 }

@@ -1,6 +1,6 @@
-/* A thread that reads captures to their end to find the first and the last
+/* Reads captures to their end, without points, to find the first and the last
  * frame, where a recording is missing, and what later parts say of themselves,
- * and tells the stage. */
+ * and tells the stage. A thread does it, or who works in steps. */
 #ifndef LUMVIEW_SCAN_H
 #define LUMVIEW_SCAN_H
 
@@ -24,13 +24,26 @@ int scan_start(const struct captures *captures,
 /* Ends early when the stage is closing. NULL is allowed. */
 void scan_end(struct scan *scan);
 
+/* Read some records, where there are no threads. False: nothing is left to do.
+ * NULL is allowed. */
+bool scan_step(struct scan *scan);
+
 /* Any thread. False: not known yet. */
 bool scan_range(struct scan *scan, int64_t *first, int64_t *last);
 
-/* Read the beginning of files, in this thread. Returns what decoder_learn()
- * takes, to be freed by decoder_free(); NULL: nothing is known. What cannot be
- * read is told when it is read again. */
-struct decoder *scan_learn(const struct captures *captures,
-                           const struct decoder_options *options);
+/* A reading of captures from their beginning, without points. */
+struct sweep;
+
+/* Of the first span_ns of files, or all: INT64_MAX. NULL: they cannot be read,
+ * which is told when they are read again. captures: kept. */
+struct sweep *sweep_new(const struct captures *captures,
+                        const struct decoder_options *options, int64_t span_ns);
+
+/* Read some records. False: there are no more, or none that are wanted. */
+bool sweep_step(struct sweep *sweep);
+
+/* End. Returns its decoder, to be freed by decoder_free(). NULL is allowed, and
+ * gives NULL. */
+struct decoder *sweep_end(struct sweep *sweep);
 
 #endif

@@ -5,7 +5,6 @@
 
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 #define SECOND_NS INT64_C(1000000000)
 
@@ -42,30 +41,29 @@ void totals_subtract(struct totals *from, const struct totals *less)
 
 /* --- Its beginning and end --- */
 
-void stage_init(struct stage *stage, void (*wake)(void *context), void *context)
+bool stage_init(struct stage *stage, void (*wake)(void *context), void *context)
 {
     *stage = (struct stage){.wake = wake, .context = context};
     stage->trail.from = INT64_MIN;
-    (void)pthread_mutex_init(&stage->lock, NULL);
-    (void)pthread_cond_init(&stage->changed, NULL);
+    stage->gate = gate_new();
+    return stage->gate != NULL;
 }
 
 void stage_end(struct stage *stage)
 {
     picture_drop(&stage->shown);
     trail_cut(&stage->trail, 0, 0);
-    (void)pthread_cond_destroy(&stage->changed);
-    (void)pthread_mutex_destroy(&stage->lock);
+    gate_free(stage->gate);
 }
 
 static void lock(struct stage *stage)
 {
-    (void)pthread_mutex_lock(&stage->lock);
+    gate_take(stage->gate);
 }
 
 static void unlock(struct stage *stage)
 {
-    (void)pthread_mutex_unlock(&stage->lock);
+    gate_leave(stage->gate);
 }
 
 static void unlock_and_wake(struct stage *stage, bool has_news)
@@ -106,37 +104,29 @@ bool stage_take_orders(struct stage *stage, struct orders *out)
     return !out->closing;
 }
 
-/* Not every system can wait by the monotonic clock; the other may jump, so no
- * wait is long. */
+/* The clock that waits go by may jump, so none is long. */
 void stage_wait(struct stage *stage, unsigned serial, int64_t until_ns)
 {
-    struct timespec until;
     int64_t wait_ns = until_ns - lum_time_monotonic_ns();
     if (wait_ns <= 0) {
         return;
     }
     wait_ns = wait_ns < SECOND_NS / 4 ? wait_ns : SECOND_NS / 4;
-    (void)clock_gettime(CLOCK_REALTIME, &until);
-    wait_ns += until.tv_nsec;
-    until.tv_sec += (time_t)(wait_ns / SECOND_NS);
-    until.tv_nsec = (long)(wait_ns % SECOND_NS);
-    int code = 0;
+    bool goes_on = true;
     lock(stage);
-    while (stage->orders.serial == serial && code == 0) {
-        code = pthread_cond_timedwait(&stage->changed, &stage->lock, &until);
+    while (stage->orders.serial == serial && goes_on) {
+        goes_on = gate_wait(stage->gate, wait_ns);
     }
     unlock(stage);
 }
 
-bool stage_wait_wanted(struct stage *stage)
+bool stage_is_wanted(struct stage *stage, unsigned *serial)
 {
     lock(stage);
-    while (!stage->orders.is_wanted && !stage->orders.closing) {
-        (void)pthread_cond_wait(&stage->changed, &stage->lock);
-    }
-    const bool closing = stage->orders.closing;
+    const bool is_wanted = stage->orders.is_wanted;
+    *serial = stage->orders.serial;
     unlock(stage);
-    return !closing;
+    return is_wanted;
 }
 
 bool stage_is_closing(struct stage *stage)
@@ -322,6 +312,6 @@ struct orders *stage_begin_order(struct stage *stage)
 void stage_end_order(struct stage *stage)
 {
     stage->orders.serial++;
-    (void)pthread_cond_broadcast(&stage->changed);
+    gate_tell(stage->gate);
     unlock(stage);
 }

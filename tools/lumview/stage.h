@@ -1,13 +1,11 @@
 /* The shown frame, the wanted views and the status, shared by the threads that
- * make frames and the one that gets them. The lock is held for a few
- * assignments at a time. */
+ * make frames and the one that gets them. */
 #ifndef LUMVIEW_STAGE_H
 #define LUMVIEW_STAGE_H
 
 #include "feed.h"
 #include "picture.h"
-
-#include <pthread.h>
+#include "thread.h"
 
 /* An order to the player of a capture. */
 struct orders {
@@ -42,8 +40,7 @@ struct stage {
     void *context;
     struct frame_pool *pool; /* of the shown frame; its owner outlives this */
 
-    pthread_mutex_t lock; /* guards what follows */
-    pthread_cond_t changed;
+    struct gate *gate; /* guards what follows; news: orders */
     struct orders orders;
     struct feed_views views; /* that are wanted */
     struct picture shown;
@@ -52,7 +49,8 @@ struct stage {
     struct feed_status status;
 };
 
-void stage_init(struct stage *stage, void (*wake)(void *context),
+/* False: there was no memory. */
+bool stage_init(struct stage *stage, void (*wake)(void *context),
                 void *context);
 void stage_end(struct stage *stage);
 
@@ -66,8 +64,8 @@ bool stage_take_orders(struct stage *stage, struct orders *out);
  * second; monotonic. */
 void stage_wait(struct stage *stage, unsigned serial, int64_t until_ns);
 
-/* Wait until somebody looks. False: the stage is closing. */
-bool stage_wait_wanted(struct stage *stage);
+/* Whether somebody looks. serial: of the newest order. */
+bool stage_is_wanted(struct stage *stage, unsigned *serial);
 
 bool stage_is_closing(struct stage *stage);
 
