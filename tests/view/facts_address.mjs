@@ -66,12 +66,12 @@ async function follows({ browser, capture }) {
     const start = await camera(page);
     await choose(page, "colour", "eye");
     await page.evaluate(() => {
-        location.hash = "#map=viridis&blue=off&camera=10,1,0,90,30,20,50,0&frame=4";
+        location.hash = "#map=cividis&blue=off&camera=10,1,0,90,30,20,50,0&frame=4";
     });
     await frameIs(page, 4);
     await drawn(page);
     const values = await settings(page);
-    assert.deepEqual([values.map, values.blue, values.colour], ["viridis", false, "range"]);
+    assert.deepEqual([values.map, values.blue, values.colour], ["cividis", false, "range"]);
     assertSameLook(await camera(page), { yaw: 90, pitch: 30, distance: 20, target: [10, 1, 0], flat: false });
     await page.evaluate(() => {
         location.hash = "#size=3";

@@ -239,7 +239,35 @@ async function withoutAClock({ browser, capture, folder }) {
     assert.match(await page.locator("#frame-time").getAttribute("title"), /when its first packet came/);
 }
 
+// Every other status says nothing of marks: they stay.
+async function marksLosses({ browser, capture }) {
+    const server = await view("--paused", capture);
+    const context = await browser.newContext();
+    let told = 0;
+    await context.routeWebSocket(/\/ws$/, (socket) => {
+        const lumview = socket.connectToServer();
+        lumview.onMessage((message) => {
+            const isStatus = typeof message === "string" && JSON.parse(message).type === "status";
+            const marks = [[3, 1234, 0], [7, 0, 2]];
+            const sent = isStatus && told++ % 2 === 0 ? JSON.stringify({ ...JSON.parse(message), marks }) : message;
+            socket.send(sent);
+        });
+    });
+    const page = await open(context, server.url);
+    await until(page, () => document.querySelectorAll("#marks i").length === 2);
+    const box = await page.locator("#scrub").boundingBox();
+    const at = await page.locator("#marks i").evaluateAll((all) => all.map((e) => [e.className, e.getBoundingClientRect().x + 1]));
+    assert.deepEqual(at.map(([kind]) => kind), ["lost", "pause"]);
+    at.forEach(([, x], i) => assert.ok(Math.abs(x - (box.x + 8 + ([2, 6][i] / 9) * (box.width - 16))) < 1.5, `${x}, ${JSON.stringify(box)}`));
+    for (const [key, frame, text] of [["n", 3, "1,234 ranges lost"], ["n", 7, "2 pauses"], ["N", 3, "1,234 ranges lost"]]) {
+        await page.keyboard.press(key);
+        await until(page, ([n, hint]) => window.lumview.frame === n && document.getElementById("scrub").title === hint, [frame, text]);
+    }
+    assert.match(await page.locator("#scrub").getAttribute("aria-valuetext"), /^frame 3 of 10, 1,234 ranges lost$/);
+}
+
 export const linkFacts = [
+    ["losses and pauses are marked at the slider", marksLosses],
     ["without a clock to fit the arrival is told", withoutAClock],
     ["a page with a token is opened by a file, and keeps its script and style", byFile],
     ["started again, lumview says that a page's token is not valid any more", startedAgain],

@@ -292,6 +292,7 @@ function greet(message) {
     eyes = message.eyes.map((eye, i) => ({ ...eye, sensor: names?.[i >> 1] ?? null }));
     nameSensors(names ?? []);
     panel.setSensors(names);
+    player.clear();
     ground = null;
     waiting = null;
     pasts = [];

@@ -67,6 +67,8 @@ function makeTable(app) {
             [null, [">"], null, () => player.step(10)],
             ["Home, End", ["Home"], "first, last frame", player.toFirst],
             [null, ["End"], null, player.toLast],
+            ["N, Shift + N", ["n"], "next, previous mark of a loss or a pause", player.toNextMark],
+            [null, ["N"], null, player.toPreviousMark],
             ["L", ["l"], "loop on, off", player.toggleLoop],
             ["[ ]", ["["], "slower, faster", () => player.changeSpeed(-1)],
             [null, ["]"], null, () => player.changeSpeed(1)],

@@ -1,9 +1,11 @@
 // Pause, step, scrub, loop and speed of a capture. Of a live sensor the
 // picture alone can be held.
+import { makeMarks } from "./marks.js";
 
 export function makePlayer(send, held) {
     const at = (id) => document.getElementById(id);
     const [play, scrub, out, loop, speed] = ["play", "scrub", "scrub-out", "loop", "speed"].map(at);
+    const marks = makeMarks(at("marks"));
     let status = null;
     let isHeld = false;
     let scrubbing = 0; // until then the slider is the user's
@@ -33,7 +35,9 @@ export function makePlayer(send, held) {
         scrub.min = first;
         scrub.max = last;
         scrub.value = frame;
-        scrub.setAttribute("aria-valuetext", `frame ${frame} of ${last}`);
+        const mark = marks.at(frame);
+        scrub.setAttribute("aria-valuetext", `frame ${frame} of ${last}${mark && `, ${mark}`}`);
+        scrub.title = mark;
     }
 
     function showLive(isLive) {
@@ -45,7 +49,16 @@ export function makePlayer(send, held) {
         });
     }
 
+    // Of a mark, where there is one.
+    function toMark(frame) {
+        if (frame !== null && !status.live) {
+            send(`seek ${frame}`);
+        }
+    }
+
     const self = {
+        // Another source.
+        clear: marks.clear,
         get held() {
             return isHeld;
         },
@@ -56,6 +69,7 @@ export function makePlayer(send, held) {
             status = next;
             showLabel();
             if (!next.live) {
+                marks.show(next);
                 showRange(next);
                 showSpeed(next.speed);
                 loop.checked = next.loop;
@@ -73,6 +87,8 @@ export function makePlayer(send, held) {
         step: (frames) => status?.live || send(`step ${frames}`),
         toFirst: () => scrub.disabled || status?.live || send(`seek ${status.first_frame}`),
         toLast: () => scrub.disabled || status?.live || send(`seek ${status.last_frame}`),
+        toNextMark: () => status && toMark(marks.after(status.frame)),
+        toPreviousMark: () => status && toMark(marks.before(status.frame)),
         toggleLoop: () => status?.live || send(`loop ${status?.loop ? "off" : "on"}`),
         changeSpeed(by) {
             const values = [...speed.options].map((option) => Number(option.value)).sort((a, b) => a - b);
