@@ -266,7 +266,31 @@ async function marksLosses({ browser, capture }) {
     assert.match(await page.locator("#scrub").getAttribute("aria-valuetext"), /^frame 3 of 10, 1,234 ranges lost$/);
 }
 
+// Who wants little motion sees the camera where it goes in the next picture.
+async function reducedMotion({ browser, capture }) {
+    const server = await view("--paused", capture);
+    const context = await browser.newContext({ reducedMotion: "reduce" });
+    const page = await open(context, server.url);
+    await page.keyboard.press("v");
+    const before = await probe(page, "camera");
+    const next = await page.evaluate(async () => {
+        document.getElementById("canvas").dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft", bubbles: true }));
+        await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+        return window.lumview.camera();
+    });
+    await drawn(page);
+    const after = await probe(page, "camera");
+    assert.ok(Math.abs(Math.abs(after.yaw - before.yaw) - 5) < 1e-6, `${before.yaw}, ${after.yaw}`);
+    assert.ok(Math.abs(next.yaw - after.yaw) < 1e-9, `${next.yaw}, ${after.yaw}`);
+    const moving = await page.evaluate(() => [...document.querySelectorAll("*")].filter((e) => {
+        const { animationName, transitionDuration } = getComputedStyle(e);
+        return animationName !== "none" || parseFloat(transitionDuration) > 0;
+    }).map((e) => e.id || e.tagName));
+    assert.deepEqual(moving, []);
+}
+
 export const linkFacts = [
+    ["with reduced motion nothing glides", reducedMotion],
     ["losses and pauses are marked at the slider", marksLosses],
     ["without a clock to fit the arrival is told", withoutAClock],
     ["a page with a token is opened by a file, and keeps its script and style", byFile],

@@ -1,6 +1,6 @@
 // The page itself: keyboard, help, names and contrast for everyone.
 import assert from "node:assert/strict";
-import { camera, counts, drawn, probe, settings, shoot, SIZE, until } from "./page.mjs";
+import { camera, complaints, counts, drawn, probe, settings, shoot, SIZE, until } from "./page.mjs";
 import { dump } from "./tools.mjs";
 
 const CONTROLS = "a, button, select, input, #canvas";
@@ -161,6 +161,36 @@ async function contrast({ page }) {
     assert.deepEqual(poor, []);
 }
 
+// Keys that lead to each state of the page, from one where all is folded; what is seen then.
+const STATES = {
+    "all folded": [[], "#legend-line"],
+    "all unfolded": [["h", "i", "y"], "#panel, #stats, #legend-bar"],
+    "a distance": [["k", "x"], "#pick-measure"],
+    "the help": [["?"], "#help"],
+};
+
+// In each state, wide and narrow, axe-core has nothing to say: names, roles, contrast, order, sizes.
+async function accessible({ page }) {
+    for (const width of [SIZE.width, 400]) {
+        await page.setViewportSize({ width, height: SIZE.height });
+        for (const [state, [keys, seen]] of Object.entries(STATES)) {
+            await page.keyboard.press("z");
+            for (const key of keys) {
+                await page.keyboard.press(key);
+            }
+            await drawn(page);
+            for (const part of await page.locator(seen).all()) {
+                assert.ok(await part.isVisible(), state);
+            }
+            assert.deepEqual(await complaints(page), [], `${state}, ${width} pixels wide`);
+            await page.keyboard.press("Escape"); // the help
+            await page.keyboard.press("Escape"); // the point
+        }
+    }
+    await page.setViewportSize(SIZE);
+    await drawn(page);
+}
+
 async function narrow({ page }) {
     await page.setViewportSize({ width: 400, height: 800 });
     await drawn(page);
@@ -267,6 +297,7 @@ export const pageFacts = [
     ["? explains the keys", help],
     ["all controls have names", names],
     ["all text has enough contrast", contrast],
+    ["axe-core has nothing to say", accessible],
     ["a narrow page is usable", narrow],
     ["small pages are the picture's, and cards lie beside it", roomForThePicture],
     ["the legend folds", legendFolds],

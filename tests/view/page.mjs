@@ -1,11 +1,13 @@
 // A page of lumview in Chromium, and what the tests do with it.
 import { createRequire } from "node:module";
+import { readFileSync } from "node:fs";
 import path from "node:path";
 import { decode } from "./png.mjs";
 
 // npm ci can have run here or in another folder, which LUM_TEST_MODULES names.
 const modules = path.resolve(process.env.LUM_TEST_MODULES ?? import.meta.dirname);
-const { chromium } = createRequire(path.join(modules, "package.json"))("playwright-core");
+const need = createRequire(path.join(modules, "package.json"));
+const { chromium } = need("playwright-core");
 
 // Drawn in software: a small picture without smooth edges, but for docs/images.
 const forDocs = Boolean(process.env.LUM_VIEW_SHOTS);
@@ -66,6 +68,15 @@ export const camera = (page) => probe(page, "camera");
 
 export function until(page, condition, argument) {
     return page.waitForFunction(condition, argument, { timeout: SLOW });
+}
+
+// What axe-core finds wrong with the page: the rule, and the elements.
+export async function complaints(page) {
+    if (!await page.evaluate(() => Boolean(window.axe))) {
+        await page.evaluate(readFileSync(need.resolve("axe-core/axe.min.js"), "utf8"));
+    }
+    const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
+    return violations.flatMap(({ id, nodes }) => nodes.map(({ html, failureSummary }) => `${id}: ${html.slice(0, 120)}: ${failureSummary}`));
 }
 
 // The pixels of the scene, without what lies over it.

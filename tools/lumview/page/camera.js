@@ -17,6 +17,7 @@ const NUMBERS = 8; // of the address
 const DIGITS = 4; // behind their points
 const STEEPEST = 89.9999; // degrees; beyond it a camera that looks down has no forward direction
 const FAR = 1e5; // metres, degrees
+const STILL = window.matchMedia("(prefers-reduced-motion: reduce)"); // nothing glides
 const UP = new Vector3(0, 0, 1);
 
 // reach: metres that a view should take in; narrow: how much farther away the
@@ -43,7 +44,10 @@ function makeControls(camera, canvas) {
     controls.zoomSpeed = WHEEL;
     controls.minDistance = NEAREST;
     controls.maxDistance = FARTHEST;
-    controls.enableDamping = !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    controls.enableDamping = !STILL.matches;
+    STILL.addEventListener("change", () => {
+        controls.enableDamping = !STILL.matches;
+    });
     controls.mouseButtons.MIDDLE = MOUSE.PAN;
     controls.cursorStyle = "grab";
     return controls;

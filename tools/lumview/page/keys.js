@@ -11,7 +11,7 @@ function isTaken(event) {
     if (document.querySelector("dialog[open]") || target.matches?.(TEXTS)) {
         return true;
     }
-    if (target.matches?.("input[type=range]")) {
+    if (target.matches?.("input[type=range], .stats")) {
         return SLIDER_KEYS.has(event.key);
     }
     return event.key === " " && target.matches?.("button, input, a");
