@@ -431,6 +431,41 @@ static void a_frame_without_a_column_is_refused(void **state)
     lum_frame_release(f);
 }
 
+static uint32_t hash_of(const uint32_t *numbers, size_t n)
+{
+    uint32_t hash = 2166136261u;
+    for (size_t i = 0; i < n; i++) {
+        hash = (hash ^ numbers[i]) * 16777619u;
+    }
+    return hash;
+}
+
+/* A whole number of the generator that tests/view/facts_pictures.mjs has too.
+ */
+static float turn_of(uint32_t *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return (float)(*state >> 20);
+}
+
+/* Its image.js has these sums as well. */
+static void the_page_of_lumview_has_the_same_picture(void **state)
+{
+    struct picture *p = make();
+    uint32_t seed = 1;
+    (void)state;
+    p->points.eye = NULL;
+    for (p->points.count = 0; p->points.count < MOST; p->points.count++) {
+        p->x[p->points.count] = turn_of(&seed) / 64.0f - 1.0f;
+        p->y[p->points.count] = (turn_of(&seed) - 2048.0f) / 32.0f;
+        p->z[p->points.count] = (turn_of(&seed) - 3072.0f) / 128.0f;
+    }
+    picture(p);
+    assert_int_equal(hash_of(p->pixels, MOST), 1585087420u);
+    assert_int_equal(hash_of(p->index, size_of(p)), 2793020274u);
+    free(p);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -442,6 +477,7 @@ int main(void)
         cmocka_unit_test(sizes_follow_lines_and_eyes),
         cmocka_unit_test(what_cannot_be_is_refused_and_writes_nothing),
         cmocka_unit_test(a_frame_without_a_column_is_refused),
+        cmocka_unit_test(the_page_of_lumview_has_the_same_picture),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,7 +3,9 @@
 
 #include "../common/json.h"
 #include "../common/profile_difference.h"
+#include "lum/image.h"
 #include "lum/laser.h"
+#include "lum/pose.h"
 #include "lum/smooth.h"
 #include "lum/version.h"
 
@@ -123,6 +125,25 @@ static void write_differences(struct json *json, const struct feed *feed)
     json_close_array(json);
 }
 
+/* Rotation and place, three rows of four numbers. */
+static void write_pose(struct json *json, const lum_rig_sensor *sensor)
+{
+    double at[3];
+    double matrix[12];
+    for (size_t i = 0; i < 3u; i++) {
+        at[i] = sensor->at_um[i] * 1e-6;
+    }
+    const lum_pose pose =
+        lum_pose_of_angles(at, sensor->roll_udeg * 1e-6,
+                           sensor->pitch_udeg * 1e-6, sensor->yaw_udeg * 1e-6);
+    lum_pose_matrix(&pose, matrix);
+    json_open_array(json, NULL);
+    for (size_t i = 0; i < 12u; i++) {
+        json_real(json, NULL, matrix[i], 12);
+    }
+    json_close_array(json);
+}
+
 static void write_rig(struct json *json, const lum_rig *rig, size_t shown)
 {
     json_open_object(json, "rig");
@@ -132,6 +153,26 @@ static void write_rig(struct json *json, const lum_rig *rig, size_t shown)
         json_text(json, NULL, rig->sensor[i].name);
     }
     json_close_array(json);
+    json_open_array(json, "poses");
+    for (size_t i = 0; i < shown; i++) {
+        write_pose(json, &rig->sensor[i]);
+    }
+    json_close_array(json);
+    json_close_object(json);
+}
+
+/* Of both eyes; the rows of a frame are a multiple of these. */
+static void write_image(struct json *json)
+{
+    lum_image_view view;
+    lum_image_view_default(&view, LUM_IMAGE_BOTH, 1);
+    json_open_object(json, "image");
+    json_real(json, "left", (double)view.left_deg, 9);
+    json_real(json, "right", (double)view.right_deg, 9);
+    json_real(json, "top", (double)view.top_deg, 9);
+    json_real(json, "bottom", (double)view.bottom_deg, 9);
+    json_uint(json, "columns", view.columns);
+    json_uint(json, "rows_step", view.rows);
     json_close_object(json);
 }
 
@@ -167,6 +208,7 @@ int status_hello(const struct options *options, const struct feed *feed,
         write_rig(&json, &options->rig->rig, options->shown);
     }
     write_profiles(&json, options, feed);
+    write_image(&json);
     json_uint(&json, "smooth_max", LUM_SMOOTH_WINDOW_MAX);
     return end(room_before, out, stream, &json);
 }

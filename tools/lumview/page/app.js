@@ -1,6 +1,7 @@
 // lumview's page: the parts and how they meet.
 import * as THREE from "three";
 import { makeAddress, openedAddress } from "./address.js";
+import { makePictures } from "./pictures.js";
 import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
 import { chosenDomain, domainOf, nameSensors } from "./colouring.js";
@@ -167,6 +168,7 @@ function takeFrames() {
     if (cloud.current) {
         pasts.splice(0).forEach(cloud.addPast);
     }
+    pictures.update();
     pick.check();
     showFacts();
     recolour();
@@ -222,6 +224,8 @@ function draw(now) {
     render();
     if (moves) {
         invalidate();
+    } else {
+        pictures.draw();
     }
 }
 
@@ -293,6 +297,7 @@ function greet(message) {
     nameSensors(names ?? []);
     panel.setSensors(names);
     player.clear();
+    pictures.setSensors(names);
     ground = null;
     waiting = null;
     pasts = [];
@@ -371,9 +376,25 @@ const player = makePlayer(link.send, () => {
 
 const mark = (...positions) => {
     surroundings.mark(...positions);
+    pictures.strip.mark();
     invalidate();
 };
 const pick = makePick({ canvas, camera, panes, cloud, settings, eyes: () => eyes, mark });
+
+const shownFrames = () => (cloud.newest ? cloud.title : "no frame");
+
+const pictures = makePictures({
+    canvas,
+    camera,
+    panes,
+    cloud,
+    settings,
+    pick,
+    surroundings,
+    invalidate,
+    state: () => ({ hello, eyes, domain: chosenDomain(values, domain), bytes: palette.bytes }),
+    about: () => ({ name: `lumview-${cloud.newest?.number ?? 0}`, frames: shownFrames() }),
+});
 
 function shot() {
     cloud.thin(1);
@@ -384,7 +405,7 @@ function shot() {
         values,
         domain,
         bytes: palette.bytes,
-        caption: `${source}, ${cloud.newest ? cloud.title : "no frame"}${panes.names ? `: ${panes.names.join(" | ")}` : ""}`,
+        caption: `${source}, ${shownFrames()}${panes.names ? `: ${panes.names.join(" | ")}` : ""}`,
         name: `lumview-${cloud.newest?.number ?? 0}.png`,
     });
 }
@@ -403,6 +424,7 @@ settings.onChange((changed) => {
         askPasts();
         showFacts();
     }
+    pictures.update();
     pick.check();
     if (changed.has("flat")) {
         camera.setFlat(values.flat);
@@ -438,7 +460,9 @@ attachKeys({
     pickMiddle: () => pick.at(...camera.middle()),
     turnAboutMiddle: () => pick.find(...camera.middle(), camera.turnAbout),
     measure: pick.measure,
-    closePick: pick.clear,
+    drawBox: pictures.begin,
+    showAll: pictures.selection.showAll,
+    closePick: () => pictures.escape() || pick.clear(),
     focusCanvas: () => canvas.focus(),
     toggle: layout.toggle,
     help: () => at("help").showModal(),
@@ -471,6 +495,8 @@ exposeProbe({
     domain: () => () => [...chosenDomain(values, domain)],
     picked: () => () => structuredClone(pick.picked),
     distance: () => () => structuredClone(pick.distance),
+    selection: () => () => structuredClone(pictures.selection.numbers()),
+    strip: () => pictures.strip.probe,
     place: () => placeOf,
     memory: () => () => ({ ...renderer.info.memory, programs: renderer.info.programs.length }),
 });

@@ -2,10 +2,10 @@
 // part of its points for while the camera moves. Arrays and buffers of the
 // graphics card are kept and filled again.
 import * as THREE from "three";
-import { limits } from "./filter.js";
+import { CHOICES, limits } from "./filter.js";
 import { viewOf } from "./frame.js";
 import { COLOURINGS } from "./colouring.js";
-import { EYES, SENSORS, UNKNOWN } from "./palette.js";
+import { EYES, FADED, SENSORS, UNKNOWN } from "./palette.js";
 
 const GRAIN = 16384; // points; room grows in steps of this
 const RETURNS = { all: 0, 1: 1, 2: 2, 3: 3, last: -1, strongest: -2 };
@@ -16,6 +16,7 @@ attribute float line;
 attribute float turn;
 attribute float flags;
 attribute float sensor;
+attribute float chosen;
 uniform vec3 mounts[EYES];
 uniform vec2 eyes;
 uniform vec2 rangeClip;
@@ -29,6 +30,7 @@ uniform vec3 eyeColours[2];
 uniform vec3 sensorColours[SENSORS];
 uniform vec3 unknown;
 uniform float size;
+uniform bool fades;
 varying vec3 tint;
 
 bool isReturn(float number, float count)
@@ -39,7 +41,7 @@ bool isReturn(float number, float count)
 
 bool passes(int eye, float range, float number, float count)
 {
-    return isReturn(number, count) && (eye == 0 ? eyes.x : eyes.y) > 0.5 && range >= rangeClip.x && range <= rangeClip.y &&
+    return chosen < 1.5 && isReturn(number, count) && (eye == 0 ? eyes.x : eyes.y) > 0.5 && range >= rangeClip.x && range <= rangeClip.y &&
            position.z >= heightClip.x && position.z <= heightClip.y;
 }
 
@@ -61,6 +63,7 @@ void main()
     float range = distance(position, mounts[2 * int(sensor) + eye]);
     float number = mod(turn, 128.0);
     tint = colour(eye, range, number);
+    if (fades && chosen < 0.5) { tint = mix(tint, unknown, FADED); }
     gl_PointSize = size;
     gl_Position = passes(eye, range, number, count) ? projectionMatrix * modelViewMatrix * vec4(position, 1.0)
                                             : vec4(2.0, 2.0, 2.0, 1.0);
@@ -85,6 +88,7 @@ const ARRAYS = {
     turn: [Uint8Array, 1, "turn"],
     flags: [Uint8Array, 1, "flags"],
     sensor: [Uint8Array, 1, "sensor"], // its place in the rig
+    chosen: [Uint8Array, 1, "chosen"], // one of CHOICES in filter.js
 };
 
 function makeMaterial(palette) {
@@ -103,8 +107,9 @@ function makeMaterial(palette) {
         sensorColours: { value: SENSORS.map((colour) => vector().fromArray(colour)) },
         unknown: { value: vector().fromArray(UNKNOWN) },
         size: { value: 2 },
+        fades: { value: false },
     };
-    const defines = { SENSORS: SENSORS.length, EYES: 2 * SENSORS.length };
+    const defines = { SENSORS: SENSORS.length, EYES: 2 * SENSORS.length, FADED: FADED.toFixed(2) };
     return new THREE.ShaderMaterial({ uniforms, defines, vertexShader: VERTEX, fragmentShader: FRAGMENT });
 }
 
@@ -143,6 +148,7 @@ function fill(slot, frame) {
         slot.points[name].set(frame[name]);
     }
     slot.points.sensor.fill(0);
+    slot.points.chosen.fill(CHOICES.plain);
     frame.parts.forEach(({ first, sensor }) => slot.points.sensor.fill(sensor, first));
     slot.parts = frame.parts;
     renew(slot, frame.count);
@@ -153,6 +159,22 @@ function fill(slot, frame) {
     slot.began = frame.began;
     slot.smooth = frame.smooth;
     slot.filling = ++fillings;
+    slot.choosing = 0;
+}
+
+// Which of its points are selected, and which are taken out.
+function chooseIn(slot, { choosing, kindOf }) {
+    if (slot.choosing === choosing) {
+        return;
+    }
+    const { points, object, size } = slot;
+    for (let i = 0; i < size; i++) {
+        points.chosen[i] = kindOf(points, i);
+    }
+    const target = object.geometry.getAttribute("chosen");
+    target.addUpdateRange(0, size);
+    target.needsUpdate = true;
+    slot.choosing = choosing;
 }
 
 // One point of each so many in a row, and not always the same: lines of the
@@ -213,9 +235,9 @@ export function makeCloud(scene, palette) {
             scene.add(slot.thinned.object);
         }
         const part = slot.thinned;
-        if (part.filling !== slot.filling || part.stride !== stride) {
+        if (part.filling !== slot.filling || part.stride !== stride || part.choosing !== slot.choosing) {
             thin(slot, part, stride);
-            [part.filling, part.stride] = [slot.filling, stride];
+            [part.filling, part.stride, part.choosing] = [slot.filling, stride, slot.choosing];
         }
     }
 
@@ -322,6 +344,11 @@ export function makeCloud(scene, palette) {
         },
         setEyes(eyes) {
             eyes.forEach((eye, i) => u.mounts.value[i].fromArray(eye.mount));
+        },
+        // The points of a selection, in all frames that are shown.
+        select(selection) {
+            u.fades.value = selection.isOn;
+            slots.forEach((slot) => chooseIn(slot, selection));
         },
         setDomain: (domain) => u.domain.value.fromArray(domain),
         apply(values, pixelRatio) {

@@ -1,7 +1,8 @@
 // What colours mean: for each choice its number in the shader, unit, and the
 // values that the two ends of the map stand for.
-import { rangeOf } from "./filter.js";
-import { EYES, SENSORS } from "./palette.js";
+import { rangeOf, returnOf } from "./filter.js";
+import { EYE_BIT } from "./frame.js";
+import { EYES, SENSORS, STEPS, UNKNOWN } from "./palette.js";
 
 const SAMPLES = 4000; // enough for a percentile
 
@@ -11,10 +12,10 @@ export const COLOURINGS = {
     range: { mode: 0, unit: "m", title: "Range", value: rangeOf, logarithmic: true },
     height: { mode: 1, unit: "m", title: "Height", value: (points, i) => points.xyz[3 * i + 2] },
     pulse: { mode: 2, unit: "ns", title: "Pulse width", value: pulseOf, skipsZero: true },
-    return: { mode: 3, unit: "", title: "Return", fixed: [1, 4], labels: ["1", "2", "3", "4 and up"] },
+    return: { mode: 3, unit: "", title: "Return", value: returnOf, fixed: [1, 4], labels: ["1", "2", "3", "4 and up"] },
     line: { mode: 4, unit: "", title: "Line", value: (points, i) => points.line[i], whole: true },
-    eye: { mode: 5, unit: "", title: "Eye", fixed: [0, 1], labels: ["blue", "green"], colours: [EYES.blue, EYES.green] },
-    sensor: { mode: 6, unit: "", title: "Sensor", fixed: [0, 1], labels: ["all"], colours: SENSORS },
+    eye: { mode: 5, unit: "", title: "Eye", value: (points, i) => points.flags[i] & EYE_BIT, fixed: [0, 1], labels: ["blue", "green"], colours: [EYES.blue, EYES.green] },
+    sensor: { mode: 6, unit: "", title: "Sensor", value: (points, i) => points.sensor[i], fixed: [0, 1], labels: ["all"], colours: SENSORS },
 };
 
 // The sensors of a rig, by their places in it.
@@ -98,4 +99,25 @@ export function chosenDomain(values, automatic) {
         a = Math.max(a, SMALLEST);
     }
     return [a, b > a ? b : a + (colouring.logarithmic ? a : 1) * 0.1];
+}
+
+// The colour of a point as the shader in cloud.js makes it: (points, i, out) writes three bytes. bytes: those of the map.
+export function makeTint(values, [a, b], bytes, eyes) {
+    const { value, logarithmic, colours, skipsZero } = COLOURINGS[values.colour];
+    const share = logarithmic ? (v) => Math.log(Math.max(v, 1e-3) / a) / Math.log(b / a) : (v) => (v - a) / (b - a);
+    const own = colours?.map((colour) => colour.map((part) => Math.round(255 * part)));
+    const unknown = UNKNOWN.map((part) => Math.round(255 * part));
+    const put = (from, at, out) => {
+        [out[0], out[1], out[2]] = [from[at], from[at + 1], from[at + 2]];
+    };
+    return (points, i, out) => {
+        const v = value(points, i, eyes);
+        if (own) {
+            put(own[v], 0, out);
+        } else if (v === 0 && skipsZero) {
+            put(unknown, 0, out);
+        } else {
+            put(bytes, 4 * Math.round((STEPS - 1) * Math.max(0, Math.min(1, share(v)))), out);
+        }
+    };
 }

@@ -2,6 +2,11 @@
 // in cloud.js decides alike.
 import { EYE_BIT, RISING_BIT, STRONGEST_BIT } from "./frame.js";
 
+// What a selection makes of a point.
+export const CHOICES = Object.freeze({ plain: 0, selected: 1, out: 2 });
+
+const DEGREES = 180 / Math.PI;
+
 const orElse = (value, other) => (value === null ? other : value);
 
 export function limits(values) {
@@ -17,6 +22,14 @@ export const eyeOf = (points, i, eyes) => eyes[2 * points.sensor[i] + (points.fl
 export function rangeOf(points, i, eyes) {
     const m = eyeOf(points, i, eyes).mount;
     return Math.hypot(points.xyz[3 * i] - m[0], points.xyz[3 * i + 1] - m[1], points.xyz[3 * i + 2] - m[2]);
+}
+
+// The direction in the eye's own axes: R transposed times (p - mount).
+export function directionOf(position, { mount: m, rotation: r }) {
+    const d = position.map((v, k) => v - m[k]);
+    const [x, y, z] = [0, 1, 2].map((k) => r[k] * d[0] + r[3 + k] * d[1] + r[6 + k] * d[2]);
+    const range = Math.hypot(x, y, z);
+    return { range, azimuth: Math.atan2(y, x) * DEGREES, elevation: Math.asin(z / range) * DEGREES };
 }
 
 export const returnOf = (points, i) => points.turn[i] & ~STRONGEST_BIT;
@@ -42,7 +55,7 @@ export function makeFilter(values, eyes) {
     return (points, i) => {
         const flags = points.flags[i];
         const z = points.xyz[3 * i + 2];
-        if (!eye[flags & EYE_BIT] || !isReturn(points, i)) {
+        if (points.chosen[i] === CHOICES.out || !eye[flags & EYE_BIT] || !isReturn(points, i)) {
             return false;
         }
         if (z < height[0] || z > height[1]) {

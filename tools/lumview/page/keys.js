@@ -57,7 +57,9 @@ function makeTable(app) {
             [null, ["A"], null, add("accumulate", -1, 1, 50)],
             ["K", ["k"], "data of the point in the middle", app.pickMiddle],
             ["X", ["x"], "distance from there to the next point, or no more", app.measure],
-            ["Escape", ["Escape"], "close the point's data", app.closePick],
+            ["N", ["n"], "draw a box that selects points: arrows, Shift + arrows, Enter", app.drawBox],
+            ["U", ["u"], "show what was cropped and hidden", app.showAll],
+            ["Escape", ["Escape"], "close the point's data, end the selection", app.closePick],
         ],
         Capture: [
             ["Space", [" "], "pause, play; live: hold, go on", player.toggle],
@@ -81,6 +83,7 @@ function makeTable(app) {
             ["H", ["h"], "controls on, off", () => app.toggle("panel")],
             ["I", ["i"], "statistics on, off", () => app.toggle("stats")],
             ["Y", ["y"], "legend folded, unfolded", () => app.toggle("legend")],
+            ["J", ["j"], "pictures beside the cloud on, off", () => app.toggle("strip")],
             ["P", ["p"], "screenshot", app.shot],
             ["F", ["f"], "open files (lumview.html)", app.openFiles],
             ["Z", ["z"], "reset all controls", settings.reset],

@@ -6,7 +6,7 @@ const MARGIN = 24; // pixels, on both sides of a card
 const at = (id) => document.getElementById(id);
 
 // Part, what its button is; each is a setting too.
-const PARTS = { panel: "panel", stats: "stats", legend: "legend-body" };
+const PARTS = { panel: "panel", stats: "stats", legend: "legend-body", strip: "strip" };
 
 export function makeLayout(settings, changed) {
     const { values } = settings;

@@ -22,6 +22,7 @@ export const SENSORS = [
     [0.98, 0.9, 0.4], [0.65, 0.5, 1.0], [0.35, 0.9, 0.9], [1.0, 0.42, 0.38],
 ];
 export const UNKNOWN = [0.5, 0.53, 0.58];
+export const FADED = 0.85; // how grey points are beside a selection
 
 // The darkest parts of the maps would not show on the dark ground.
 const SHARE = { turbo: [0.1, 0.95], viridis: [0.12, 1], cividis: [0.15, 1] };

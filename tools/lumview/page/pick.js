@@ -1,12 +1,11 @@
 // A click picks the point under it.
 import * as THREE from "three";
 import { RISING_BIT } from "./frame.js";
-import { eyeOf, makeFilter, returnOf } from "./filter.js";
+import { directionOf, eyeOf, makeFilter, returnOf } from "./filter.js";
 import { kindOf, timeOf } from "./moment.js";
 
 const NEAR_PX = 4; // within it the point in front is meant
 const FAR_PX = 14; // beyond it none is
-const DEGREES = 180 / Math.PI;
 
 // Where points stand on the page: writes x, y in pixels and the depth to out.
 export function makeProjection(camera, width, height) {
@@ -49,14 +48,6 @@ export function findPoint(slots, rangeOf, project, passes, x, y) {
     return best.slot && best;
 }
 
-// The direction in the eye's own axes: R transposed times (p - mount).
-function fromEye(position, { mount: m, rotation: r }) {
-    const d = position.map((v, k) => v - m[k]);
-    const [x, y, z] = [0, 1, 2].map((k) => r[k] * d[0] + r[3 + k] * d[1] + r[6 + k] * d[2]);
-    const range = Math.hypot(x, y, z);
-    return { range, azimuth: Math.atan2(y, x) * DEGREES, elevation: Math.asin(z / range) * DEGREES };
-}
-
 // All that is known of a point.
 export function describe({ slot, index: i }, eyes) {
     const { points: p, number, began, parts } = slot;
@@ -66,7 +57,7 @@ export function describe({ slot, index: i }, eyes) {
     const part = parts.find(({ sensor }) => sensor === p.sensor[i]);
     return {
         position,
-        ...fromEye(position, eye),
+        ...directionOf(position, eye),
         sensor: eye.sensor ?? null,
         sensorFrame: part?.number ?? null,
         eye: eye.name,
@@ -132,13 +123,15 @@ export function makePick({ canvas, camera, panes, cloud, settings, eyes, mark })
     const isOther = (a, b) => a.slot !== b.slot || a.filling !== b.filling || a.index !== b.index;
     const distance = () => (from && picked && isOther(from, picked) ? measure(from.data.position, picked.data.position) : null);
 
-    function look(x, y) {
+    function find(x, y) {
         const pane = panes.find(x);
         const project = makeProjection(camera.active, panes.width, canvas.clientHeight);
         const passes = makeFilter(settings.values, eyes());
-        const found = findPoint(cloud.slots, (slot) => panes.range(slot, pane.side), project, passes, pane.x, y);
-        return found && { ...found, filling: found.slot.filling, data: describe(found, eyes()) };
+        return findPoint(cloud.slots, (slot) => panes.range(slot, pane.side), project, passes, pane.x, y);
     }
+
+    const known = (found) => found && { ...found, filling: found.slot.filling, data: describe(found, eyes()) };
+    const look = (x, y) => known(find(x, y));
 
     function showDistance() {
         const measured = distance();
@@ -203,6 +196,18 @@ export function makePick({ canvas, camera, panes, cloud, settings, eyes, mark })
                 show(point);
             }
         },
+        // A point that was found elsewhere: { slot, index }, or null for none.
+        take(found, isEnd) {
+            from = isEnd && from === null ? picked : from;
+            showMiss(null);
+            if (found || from === null) {
+                show(known(found));
+            }
+        },
+        // What a click would find.
+        under: find,
+        // Which point of a slot is picked; -1: none.
+        indexIn: (slot) => (picked && picked.slot === slot && picked.filling === slot.filling ? picked.index : -1),
         // From the point that is picked, or no more.
         measure() {
             if (picked) {

@@ -22,6 +22,10 @@
 // domain()       the values at both ends of the colours
 // picked()       the picked point, or null
 // distance()     { from, to, distance, horizontal, x, y, z } between two, or null
+// selection()    { count, min, max, plane } of the selected points; plane: { normal,
+//                distance, residual } or null; null: nothing is selected
+// strip()        { rows, columns, frame, index }: the pictures beside the cloud, the
+//                point of each pixel; null: they are not shown
 // place(i)       { x, y, depth, visible, range } of point i of the newest frame on the page
 // memory()       { geometries, textures, programs } of the graphics card
 export function exposeProbe(parts) {

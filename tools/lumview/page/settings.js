@@ -27,6 +27,7 @@ export const DEFAULTS = Object.freeze({
     panel: null, // parts that are shown; null: where there is room
     stats: null,
     legend: null,
+    strip: null,
 });
 
 const isNumber = (value) => value === null || Number.isFinite(value);
@@ -49,6 +50,7 @@ const FITS = {
     panel: isSwitch,
     stats: isSwitch,
     legend: isSwitch,
+    strip: isSwitch,
 };
 
 // Two ends, of which the first is not above the second.
@@ -83,6 +85,7 @@ function keep(values) {
 export function makeSettings(given) {
     const values = { ...DEFAULTS, ...(given ?? load()) };
     const listeners = [];
+    const resets = [];
     keep(values);
 
     function tell(keys) {
@@ -107,7 +110,9 @@ export function makeSettings(given) {
         reset() {
             Object.assign(values, DEFAULTS);
             tell(Object.keys(DEFAULTS));
+            resets.forEach((hear) => hear());
         },
+        onReset: (hear) => resets.push(hear),
         onChange: (hear) => listeners.push(hear),
     };
 }

@@ -1,5 +1,6 @@
 // The picture as a PNG file: points, legend, and what it shows.
 import { drawBar, legendOf } from "./legend.js";
+import { save } from "./save.js";
 
 const FONT = "system-ui, 'DejaVu Sans', sans-serif";
 
@@ -31,11 +32,5 @@ export function takeShot({ canvas, render, values, domain, bytes, caption, name 
     drawLegend(pen, values, domain, bytes, canvas.clientWidth, canvas.clientHeight);
     pen.font = `13px ${FONT}`;
     pen.fillText(caption, 12, canvas.clientHeight - 16);
-    picture.toBlob((blob) => {
-        const link = document.createElement("a");
-        link.href = URL.createObjectURL(blob);
-        link.download = name;
-        link.click();
-        setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-    }, "image/png");
+    picture.toBlob((blob) => save([blob], "image/png", name), "image/png");
 }

@@ -1,0 +1,91 @@
+// The picture of both eyes, whose rows and columns lie as the world does: where
+// points lie in it, by the rules of include/lum/image.h. Every product and every
+// sum is rounded as there, so that each point has the same pixel.
+
+const f = Math.fround;
+const RADIANS = Math.PI / 180;
+const ARC = [0.99999483, -0.33295711, 0.19534659, -0.12044859, 0.05658999, -0.01313038].map(f);
+export const NONE = 0xffffffff; // outside of the picture
+
+// The arc tangent of -1 to 1; q: its square.
+function arc(a, q) {
+    const qq = f(q * q);
+    const last = f(f(ARC[2] + f(q * ARC[3])) + f(qq * f(ARC[4] + f(q * ARC[5]))));
+    return f(a * f(f(ARC[0] + f(q * ARC[1])) + f(qq * last)));
+}
+
+// view: of the server's greeting. lines: how many an eye has. It lies before the
+// sensor, and within 45 degrees of the level.
+export function makeImage(view, lines) {
+    const { columns, rows_step: step } = view;
+    const rows = Math.ceil(Math.max(1, lines) / step) * step;
+    const perColumn = columns / ((view.left - view.right) * RADIANS);
+    const perRow = rows / ((view.top - view.bottom) * RADIANS);
+    const [left, top] = [f(view.left * RADIANS * perColumn), f(view.top * RADIANS * perRow)];
+    const [twoColumns, oneRow] = [f(2 * f(perColumn)), f(perRow)];
+
+    // Half the azimuth is found, which both sides of the sensor reach without a
+    // case of their own.
+    function pixelOf(x, y, z) {
+        const level = f(Math.sqrt(f(f(x * x) + f(y * y))));
+        const sum = f(level + x);
+        const part = f(1 / f(level * sum));
+        const half = f(f(y * level) * part);
+        const slope = f(f(z * sum) * part);
+        const steep = f(slope * slope);
+        const across = f(left - f(arc(half, f(half * half)) * twoColumns));
+        const down = f(top - f(arc(slope, steep) * oneRow));
+        if (!(x >= 0 && steep <= 1 && across >= -0.5 && across < columns + 0.5 && down >= -0.5 && down < rows + 0.5)) {
+            return NONE;
+        }
+        return Math.min(rows - 1, Math.trunc(down)) * columns + Math.min(columns - 1, Math.trunc(across));
+    }
+
+    return { ...view, rows, columns, pixelOf };
+}
+
+// From the frame of the points to that of their sensor; pose: three rows of four
+// numbers, or none where these are the same. Writes x, y, z to out.
+export function makeSight(pose) {
+    if (!pose) {
+        return (xyz, i, out) => {
+            [out.x, out.y, out.z] = [xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]];
+        };
+    }
+    const m = pose;
+    return (xyz, i, out) => {
+        const [x, y, z] = [xyz[3 * i] - m[3], xyz[3 * i + 1] - m[7], xyz[3 * i + 2] - m[11]];
+        out.x = f(m[0] * x + m[4] * y + m[8] * z);
+        out.y = f(m[1] * x + m[5] * y + m[9] * z);
+        out.z = f(m[2] * x + m[6] * y + m[10] * z);
+    };
+}
+
+// The pixels and the squared ranges of points; NONE for those that are not looked at.
+export function findPixels(image, xyz, [from, to], sight, isOfSensor) {
+    const pixels = new Uint32Array(to - from);
+    const squares = new Float32Array(to - from);
+    const at = { x: 0, y: 0, z: 0 };
+    for (let i = from; i < to; i++) {
+        if (!isOfSensor(i)) {
+            pixels[i - from] = NONE;
+            continue;
+        }
+        sight(xyz, i, at);
+        pixels[i - from] = image.pixelOf(at.x, at.y, at.z);
+        squares[i - from] = f(f(at.x * at.x) + f(at.y * at.y)) + f(at.z * at.z);
+    }
+    return { pixels, squares };
+}
+
+// Which point each pixel shows, -1 for none: the nearest of those that pass(i).
+export function fillIndex(index, { pixels, squares }, from, passes) {
+    index.fill(-1);
+    for (let k = 0; k < pixels.length; k++) {
+        const pixel = pixels[k];
+        if (pixel !== NONE && passes(from + k) && (index[pixel] < 0 || squares[k] < squares[index[pixel] - from])) {
+            index[pixel] = from + k;
+        }
+    }
+    return index;
+}
