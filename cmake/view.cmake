@@ -8,6 +8,14 @@ set(lum_why_no_view "")
 set(lum_view_page ${PROJECT_SOURCE_DIR}/tools/lumview/page)
 set(lum_view_licenses ${PROJECT_BINARY_DIR}/tools/lumview/bundle/licenses.txt)
 
+# The page as one file: made here, or that of a release where a build cannot make
+# it, as that of a wheel.
+set(LUM_PAGE "" CACHE FILEPATH "A finished lumview.html, to be shipped where none is built")
+set(lum_page_file ${PROJECT_BINARY_DIR}/lumview.html)
+if(LUM_PAGE)
+  set(lum_page_file ${LUM_PAGE})
+endif()
+
 # lum_find_esbuild(OUT): what went wrong, or "". Its program itself, since the
 # script around it would need nodejs.
 function(lum_find_esbuild out)

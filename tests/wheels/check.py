@@ -19,7 +19,7 @@ import zipfile
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
 PROGRAMS = ("lumctl", "lumdump", "lumsim")
-LARGEST = 1_500_000
+LARGEST = 2_000_000
 ROOM = 20_000  # to grow, so that the limit is no surprise
 SIMULATE = ("--frames", "2", "--lines", "64", "--seed", "5", "--loss", "0.01")
 QEMU = ("qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu")
@@ -124,6 +124,7 @@ def native_capture(folder, bin_folder):
 
 def holds_the_package_its_library_and_programs_and_nothing_else(w):
     wanted = package_sources() | {"lumsdk/_declarations.py", f"lumsdk/{w.library.name}"}
+    wanted |= {"lumsdk/lumview.html"} if (TOP / "build/release/lumview.html").exists() else set()
     wanted |= {f"{w.data}/scripts/{name}{w.suffix}" for name in PROGRAMS}
     wanted |= {f"{w.about}/{name}" for name in ("METADATA", "WHEEL", "RECORD", "licenses/LICENSE", "licenses/third-party.txt")}
     wanted |= {f"{w.about}/entry_points.txt"} if "[project.scripts]" in (TOP / "pyproject.toml").read_text() else set()
@@ -150,7 +151,7 @@ def names_its_platform_and_the_version_of_the_headers(w):
     same((metadata["Version"], w.path.name.split("-")[1]), (version, version), "version")
 
 
-def is_smaller_than_1_5_mb_with_room_to_grow(w):
+def is_smaller_than_2_mb_with_room_to_grow(w):
     if w.path.stat().st_size >= LARGEST - ROOM:
         raise AssertionError(f"it has {w.path.stat().st_size:,} bytes")
 
@@ -276,7 +277,7 @@ def serves_a_fresh_python_as_the_readme_says(w, _):
 
 FACTS = (holds_the_package_its_library_and_programs_and_nothing_else, has_yaml_and_what_unpacks_within,
          names_its_platform_and_the_version_of_the_headers,
-         is_smaller_than_1_5_mb_with_room_to_grow, exports_what_the_public_headers_declare_and_nothing_else, needs_libraries_of_the_system_alone,
+         is_smaller_than_2_mb_with_room_to_grow, exports_what_the_public_headers_declare_and_nothing_else, needs_libraries_of_the_system_alone,
          runs_on_the_oldest_system_of_its_tag, has_no_folder_of_its_builder_no_symbols_and_no_stack_that_runs,
          is_what_auditwheel_and_twine_take)
 LIVE = (simulates_and_converts_as_the_programs_of_this_machine_do, has_a_library_that_a_program_loads)

@@ -1,8 +1,9 @@
 # Part of the build: the page into a C source of assets.h.
 #   cmake -D PAGE=DIR -D MODULES=DIR -D ESBUILD=FILE -D GZIP=FILE -D EMBED=FILE
-#         -D LICENSE=FILE -D NAME=TEXT -D OUT=DIR [-D WASM=DIR -D SOURCES=DIR]
-#         -P bundle.cmake
-# With modules of WebAssembly in WASM also lumview.html, which has all within.
+#         -D LICENSE=FILE -D NAME=TEXT -D OUT=DIR -P bundle.cmake
+# or, of what that left in OUT, into lumview.html, which has all within:
+#   cmake -D PAGE=DIR -D ESBUILD=FILE -D GZIP=FILE -D EMBED=FILE -D OUT=DIR
+#         -D WASM=DIR -D SOURCES=DIR -D ALONE=FILE -P bundle.cmake
 # esbuild makes one script and one style of the page and of the modules that it
 # imports. Their names have a hash of their content, by which browsers keep them.
 cmake_minimum_required(VERSION 3.22)
@@ -33,7 +34,7 @@ function(bundle_key name ending assets html)
   if("${keyed}" STREQUAL "${${html}}")
     message(FATAL_ERROR "index.html names no /${name}${ending}")
   endif()
-  bundle_run(${GZIP} -9nf ${OUT}/${name}${ending})
+  bundle_run(${GZIP} -9nkf ${OUT}/${name}${ending})
   set(${html} "${keyed}" PARENT_SCOPE)
   set(${assets} ${${assets}} /${name}-${key}${ending}=${OUT}/${name}${ending}.gz PARENT_SCOPE)
 endfunction()
@@ -116,18 +117,33 @@ function(bundle_licenses)
   file(WRITE ${OUT}/licenses.txt "${licenses}")
 endfunction()
 
-# bundle_pack(FILE): compressed, beside it.
-function(bundle_pack file)
-  bundle_run(${GZIP} -9nkf ${file})
+# bundle_add_permissions(FILE): those of what the modules of WebAssembly have
+# within: libraries, and those of the compiler, Debian's or zig's.
+function(bundle_add_permissions file)
+  set(texts zlib=${SOURCES}/zlib/LICENSE Zstandard=${SOURCES}/libzstd/LICENSE libyaml=${SOURCES}/libyaml/License
+      ${WASM_LICENSES})
+  foreach(text IN LISTS texts)
+    string(REGEX MATCH "^([^=]*)=(.*)$" ignored ${text})
+    file(READ ${CMAKE_MATCH_2} permission)
+    file(APPEND ${file} "\n\n==== ${CMAKE_MATCH_1}\n\n${permission}")
+  endforeach()
 endfunction()
 
-# bundle_alone(HTML): lumview.html, of the page's text. Its policy lets it ask
-# nobody for anything: what it needs is within.
-function(bundle_alone html)
-  bundle_run(${ESBUILD} ${PAGE}/worker.js --bundle --minify --format=iife --target=es2022 --log-level=warning
-             --charset=utf8 --outfile=${OUT}/worker.js)
+# bundle_replace(VARIABLE OLD NEW): its text has what is replaced.
+function(bundle_replace variable old new)
+  string(REPLACE "${old}" "${new}" text "${${variable}}")
+  if("${text}" STREQUAL "${${variable}}")
+    message(FATAL_ERROR "index.html has no ${old}")
+  endif()
+  set(${variable} "${text}" PARENT_SCOPE)
+endfunction()
+
+# bundle_head(OUT): the page, with its style and what unpacks the rest. Its
+# policy lets it ask nobody for anything.
+function(bundle_head out)
   bundle_run(${ESBUILD} ${PAGE}/boot.js --minify --format=esm --target=es2022 --log-level=warning --charset=utf8
              --outfile=${OUT}/boot.js)
+  file(READ ${PAGE}/index.html html)
   file(READ ${OUT}/boot.js boot)
   file(READ ${OUT}/style.css style)
   file(READ ${PAGE}/icon.svg icon)
@@ -136,31 +152,48 @@ function(bundle_alone html)
   string(REPLACE "\"" "'" icon "${icon}")
   string(CONCAT policy "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; "
                        "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'")
-  string(REPLACE "<link rel=\"icon\" href=\"/icon.svg\"" "<link rel=\"icon\" href=\"data:image/svg+xml,${icon}\"" html "${html}")
-  string(REPLACE "<link rel=\"stylesheet\" href=\"/style.css\">" "<style>${style}</style>" html "${html}")
-  string(REPLACE "<script type=\"module\" src=\"/app.js\"></script>" "<script type=\"module\">${boot}</script>" html "${html}")
-  string(REPLACE "<meta charset=\"utf-8\">"
-                 "<meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"${policy}\">" html "${html}")
-  string(REGEX REPLACE "</body>.*" "" html "${html}")
-  file(WRITE ${OUT}/lumview.html "${html}")
-  file(COPY ${WASM}/simd.wasm ${WASM}/plain.wasm DESTINATION ${OUT})
-  set(packed "")
-  foreach(name IN ITEMS app.js worker.js simd.wasm plain.wasm licenses.txt)
-    bundle_pack(${OUT}/${name})
-    list(APPEND packed ${name}=${OUT}/${name}.gz)
-  endforeach()
-  bundle_run(${EMBED} ${OUT}/lumview.html ${packed})
-  file(APPEND ${OUT}/lumview.html "</body>\n</html>\n")
+  set(charset "<meta charset=\"utf-8\">")
+  bundle_replace(html "${charset}" "${charset}\n<meta http-equiv=\"Content-Security-Policy\" content=\"${policy}\">")
+  bundle_replace(html "\"/icon.svg\"" "\"data:image/svg+xml,${icon}\"")
+  bundle_replace(html "<link rel=\"stylesheet\" href=\"/style.css\">" "<style>${style}</style>")
+  bundle_replace(html "<script type=\"module\" src=\"/app.js\"></script>" "<script type=\"module\">${boot}</script>")
+  bundle_replace(html "</body>\n</html>\n" "")
+  set(${out} "${html}" PARENT_SCOPE)
 endfunction()
 
+# Beside the modules: the scripts of the page and of the worker, and licences.
+function(bundle_alone)
+  set(folder ${OUT}/alone)
+  file(MAKE_DIRECTORY ${folder})
+  bundle_run(${ESBUILD} ${PAGE}/worker.js --bundle --minify --format=iife --target=es2022 --log-level=warning
+             --charset=utf8 --outfile=${folder}/worker.js)
+  file(COPY ${OUT}/app.js ${OUT}/licenses.txt DESTINATION ${folder})
+  bundle_add_permissions(${folder}/licenses.txt)
+  set(packed "")
+  foreach(name IN ITEMS simd plain)
+    file(COPY ${WASM}/${name}/bin/lumview.wasm DESTINATION ${folder})
+    file(RENAME ${folder}/lumview.wasm ${folder}/${name}.wasm)
+  endforeach()
+  foreach(name IN ITEMS app.js worker.js simd.wasm plain.wasm licenses.txt)
+    bundle_run(${GZIP} -9nf ${folder}/${name})
+    list(APPEND packed ${name}=${folder}/${name}.gz)
+  endforeach()
+  bundle_head(html)
+  file(WRITE ${folder}/lumview.html "${html}")
+  bundle_run(${EMBED} ${folder}/lumview.html ${packed})
+  file(APPEND ${folder}/lumview.html "</body>\n</html>\n")
+  file(RENAME ${folder}/lumview.html ${ALONE})
+endfunction()
+
+if(ALONE)
+  bundle_alone()
+  return()
+endif()
 file(REMOVE_RECURSE ${OUT})
 file(MAKE_DIRECTORY ${OUT})
 bundle_join()
 bundle_licenses()
 file(READ ${PAGE}/index.html page_html)
-if(WASM)
-  bundle_alone("${page_html}")
-endif()
 set(page_assets /index.html=${OUT}/index.html /icon.svg=${PAGE}/icon.svg /licenses.txt=${OUT}/licenses.txt)
 bundle_key(app .js page_assets page_html)
 bundle_key(style .css page_assets page_html)

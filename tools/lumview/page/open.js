@@ -86,6 +86,17 @@ async function sortYaml(files) {
     return out;
 }
 
+// The licences are in the file too: a link would need a server.
+export function attachLicenses(unpack) {
+    at("licenses").addEventListener("click", async (event) => {
+        event.preventDefault();
+        const text = document.createElement("pre");
+        text.tabIndex = 0;
+        text.textContent = new TextDecoder().decode(await unpack("licenses.txt"));
+        at("help-tables").replaceChildren(text);
+    });
+}
+
 // source: one with open(); tell(sentence) shows it until something is opened.
 export function attachOpen(source, tell) {
     let waiting = {}; // YAML files that came before a capture

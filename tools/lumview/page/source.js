@@ -4,6 +4,7 @@
 // on.binary(ArrayBuffer) with the frames of frame.h, and takes the commands of command.c. Some have open(files) too.
 import { makeFiles } from "./files.js";
 import { makeLink } from "./link.js";
+import { attachLicenses } from "./open.js";
 import { makeReel } from "./reel.js";
 
 export const bytesOf = (base64) => Uint8Array.from(atob(base64), (character) => character.charCodeAt(0)).buffer;
@@ -23,6 +24,9 @@ function openEmbedded(source, { captures, options }) {
 export function makeSource(on) {
     const unpack = globalThis.lumviewPacked;
     const data = embeddedData();
+    if (unpack) {
+        attachLicenses(unpack);
+    }
     if (data?.frames) {
         return makeReel(on, data.hello, data.frames.map(bytesOf));
     }
