@@ -1,6 +1,7 @@
 # lumview needs a WebSocket library and, for its page, the modules that
-# package-lock.json names: those of LUM_VIEW_MODULES, or else npm fetches them,
-# or CMake itself where there is no npm. Where something lacks, lumview is left
+# package-lock.json names: those of LUM_VIEW_MODULES, or those that a release
+# keeps in tools/lumview/modules, or else npm fetches them, or CMake itself
+# where there is no npm. Where something lacks, lumview is left
 # out.
 include(${CMAKE_CURRENT_LIST_DIR}/modules.cmake)
 set(LUM_WITH_VIEW OFF)
@@ -20,6 +21,9 @@ endif()
 # script around it would need nodejs.
 function(lum_find_esbuild out)
   file(GLOB programs ${lum_view_modules}/@esbuild/*/bin/esbuild)
+  if(LUM_ESBUILD)
+    set(programs ${LUM_ESBUILD})
+  endif()
   foreach(program IN LISTS programs)
     execute_process(COMMAND ${program} --version RESULT_VARIABLE failed OUTPUT_QUIET ERROR_QUIET)
     if(NOT failed)
@@ -28,7 +32,7 @@ function(lum_find_esbuild out)
       return()
     endif()
   endforeach()
-  set(${out} "no esbuild for this host is in ${lum_view_modules}/@esbuild" PARENT_SCOPE)
+  set(${out} "no esbuild for this host is in ${lum_view_modules}/@esbuild: name a distribution's by LUM_ESBUILD" PARENT_SCOPE)
 endfunction()
 
 # lum_list_missing(OUT): what the system would have to bring.

@@ -171,6 +171,13 @@ class Modules(unittest.TestCase):
         shutil.rmtree(self.there / "three")
         self.assertEqual(self.cmake(check), f"no three 0.1.0 is in {self.there}: {self.how()}")
 
+    def test_with_an_esbuild_of_the_system_a_release_needs_its_modules_alone(self):
+        esbuild = "-DLUM_ESBUILD=/usr/bin/esbuild"
+        self.assertEqual(self.cmake("lum_fetch_without_npm(wrong)", esbuild, NPM_CONFIG_REGISTRY=self.registry.url), "")
+        self.assertEqual([p.name for p in self.there.iterdir()], ["three"])
+        self.assertEqual(self.cmake("lum_check_modules(wrong)", esbuild), "")
+        self.assertIn("no esbuild 2.0.0 is in", self.cmake("lum_check_modules(wrong)"))
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -4,6 +4,8 @@
 # or, of what that left in OUT, into lumview.html, which has all within:
 #   cmake -D PAGE=DIR -D ESBUILD=FILE -D GZIP=FILE -D EMBED=FILE -D OUT=DIR
 #         -D WASM=DIR -D SOURCES=DIR -D ALONE=FILE -P bundle.cmake
+# or, of the modules, what a release keeps, into the folder KEEP:
+#   cmake -D PAGE=DIR -D MODULES=DIR -D OUT=DIR -D KEEP=DIR -P bundle.cmake
 # esbuild makes one script and one style of the page and of the modules that it
 # imports. Their names have a hash of their content, by which browsers keep them.
 cmake_minimum_required(VERSION 3.22)
@@ -110,8 +112,7 @@ function(bundle_licenses)
     file(READ ${PAGE}/Apache-2.0.txt apache)
     string(APPEND licenses "\n\n==== The Apache License, Version 2.0, to which a text above refers\n\n${apache}")
   endif()
-  file(READ ${MODULES}/esbuild/package.json about)
-  string(JSON version GET "${about}" version)
+  execute_process(COMMAND ${ESBUILD} --version OUTPUT_VARIABLE version OUTPUT_STRIP_TRAILING_WHITESPACE)
   string(APPEND licenses "\n\n==== esbuild ${version}\n\nIt joined the script and the style of the page. What it writes "
                          "is under the licences\nabove, and not under its own.\n")
   file(WRITE ${OUT}/licenses.txt "${licenses}")
@@ -185,6 +186,34 @@ function(bundle_alone)
   file(RENAME ${folder}/lumview.html ${ALONE})
 endfunction()
 
+# Of the modules, what is in the page and what tells their licences: with that and
+# an esbuild the page is built without a network.
+function(bundle_keep)
+  bundle_folders(folders)
+  file(REAL_PATH ${MODULES} modules)
+  file(READ ${OUT}/bundle.json bundle)
+  string(JSON count LENGTH "${bundle}" inputs)
+  math(EXPR last "${count} - 1")
+  foreach(i RANGE ${last})
+    string(JSON input MEMBER "${bundle}" inputs ${i})
+    file(REAL_PATH ${input} path BASE_DIRECTORY ${OUT})
+    file(RELATIVE_PATH name ${modules} ${path})
+    if(NOT name MATCHES "^\\.\\./")
+      get_filename_component(folder ${KEEP}/${name} DIRECTORY)
+      file(COPY ${path} DESTINATION ${folder})
+    endif()
+  endforeach()
+  foreach(folder IN LISTS folders)
+    file(RELATIVE_PATH name ${modules} ${folder})
+    file(GLOB files ${folder}/package.json ${folder}/LICEN[SC]E*)
+    file(COPY ${files} DESTINATION ${KEEP}/${name})
+  endforeach()
+endfunction()
+
+if(KEEP)
+  bundle_keep()
+  return()
+endif()
 if(ALONE)
   bundle_alone()
   return()
