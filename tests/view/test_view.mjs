@@ -11,6 +11,7 @@ import { besideFacts } from "./facts_beside.mjs";
 import { cameraFacts } from "./facts_camera.mjs";
 import { linkFacts } from "./facts_link.mjs";
 import { pageFacts } from "./facts_page.mjs";
+import { pictureFacts } from "./facts_pictures.mjs";
 import { playerFacts } from "./facts_player.mjs";
 import { pointFacts } from "./facts_points.mjs";
 import { rigFacts } from "./facts_rig.mjs";
@@ -53,7 +54,7 @@ async function refresh(page) {
 
 // Facts of one page on a capture that stands still.
 async function captureFacts(context) {
-    const facts = [...pointFacts, ...cameraFacts, ...playerFacts, ...pageFacts].filter(isWanted);
+    const facts = [...pointFacts, ...cameraFacts, ...playerFacts, ...pageFacts, ...pictureFacts].filter(isWanted);
     if (facts.length === 0) {
         return;
     }

@@ -297,7 +297,7 @@ function greet(message) {
     nameSensors(names ?? []);
     panel.setSensors(names);
     player.clear();
-    pictures.setSensors(names);
+    pictures.greet(message);
     ground = null;
     waiting = null;
     pasts = [];

@@ -5,6 +5,7 @@
 const f = Math.fround;
 const RADIANS = Math.PI / 180;
 const ARC = [0.99999483, -0.33295711, 0.19534659, -0.12044859, 0.05658999, -0.01313038].map(f);
+export const TYPICAL = { left: 60, right: -60, top: 3, bottom: -17, columns: 1600, rows_step: 64 }; // where a greeting has none
 export const NONE = 0xffffffff; // outside of the picture
 
 // The arc tangent of -1 to 1; q: its square.

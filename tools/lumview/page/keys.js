@@ -57,7 +57,7 @@ function makeTable(app) {
             [null, ["A"], null, add("accumulate", -1, 1, 50)],
             ["K", ["k"], "data of the point in the middle", app.pickMiddle],
             ["X", ["x"], "distance from there to the next point, or no more", app.measure],
-            ["N", ["n"], "draw a box that selects points: arrows, Shift + arrows, Enter", app.drawBox],
+            ["W", ["w"], "draw a box that selects points: arrows, Shift + arrows, Enter", app.drawBox],
             ["U", ["u"], "show what was cropped and hidden", app.showAll],
             ["Escape", ["Escape"], "close the point's data, end the selection", app.closePick],
         ],

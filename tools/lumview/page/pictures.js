@@ -41,6 +41,7 @@ function attachHover(canvas, isWanted, find, told) {
 export function makePictures({ canvas, camera, panes, cloud, settings, pick, surroundings, state, about, invalidate }) {
     const { values } = settings;
     let sensor = 0; // of a rig, whose pictures these are
+    let source = null;
 
     const positionOf = ({ points }, i) => [0, 1, 2].map((k) => points.xyz[3 * i + k]);
 
@@ -126,9 +127,13 @@ export function makePictures({ canvas, camera, panes, cloud, settings, pick, sur
         selection,
         strip,
         begin,
-        // The sensors of a rig, or none.
-        setSensors(names) {
-            sensor = 0;
+        // A selection is of the source that it was made in.
+        greet({ source: next, rig }) {
+            const names = rig?.sensors;
+            if (next !== source) {
+                selection.showAll();
+            }
+            [source, sensor] = [next, 0];
             at("strip-sensor").replaceChildren(...(names ?? []).map((name, i) => new Option(name, String(i))));
             at("strip-sensor-of").hidden = (names ?? []).length < 2;
         },

@@ -2,7 +2,7 @@
 // of the cloud, of the newest frame and of the first profile.
 import { makeTint } from "./colouring.js";
 import { CHOICES, makeFilter } from "./filter.js";
-import { fillIndex, findPixels, makeImage, makeSight } from "./image.js";
+import { fillIndex, findPixels, makeImage, makeSight, TYPICAL } from "./image.js";
 import { FADED, UNKNOWN } from "./palette.js";
 
 const MORE = 64; // lines that a frame may have beyond twice as many as came: others are no lines
@@ -36,7 +36,7 @@ function makePicture() {
     function look(hello) {
         const sight = makeSight(hello.rig?.poses?.[sensor]);
         lines = linesOf(slot, sensor, lines);
-        image = { ...makeImage(hello.image, lines), sight, sensor };
+        image = { ...makeImage(hello.image ?? TYPICAL, lines), sight, sensor };
         found = findPixels(image, slot.points.xyz, [0, slot.split], sight, (i) => slot.points.sensor[i] === sensor);
         index = index?.length === image.rows * image.columns ? index : new Int32Array(image.rows * image.columns);
     }
@@ -223,7 +223,7 @@ export function makeStrip(on) {
         },
         // After the cloud was drawn.
         draw({ slot, hello, sensor, values, domain, bytes, eyes, fades }) {
-            if (!isDue || at("strip").hidden || !slot || !hello?.image) {
+            if (!isDue || at("strip").hidden || !slot || !hello) {
                 return;
             }
             isDue = false;
