@@ -1,11 +1,14 @@
 # Third-party libraries. Only the optional rooms, lumview and the tests need any.
 
 find_package(PkgConfig)
+if(LUM_WASM)
+  include(${CMAKE_CURRENT_LIST_DIR}/wasi_libraries.cmake)
+endif()
 set(lum_missing_tests "")
 
 # lum_require(LIST PREFIX MODULE PACKAGE): PkgConfig::PREFIX, or an entry in LIST.
 macro(lum_require list prefix module package)
-  if(PkgConfig_FOUND)
+  if(PkgConfig_FOUND AND NOT TARGET PkgConfig::${prefix})
     pkg_check_modules(${prefix} IMPORTED_TARGET ${module})
   endif()
   if(NOT ${prefix}_FOUND)
@@ -39,7 +42,9 @@ endmacro()
 macro(lum_find_optional name wanted prefix module)
   set(LUM_WITH_${name} OFF)
   if(${wanted} AND PkgConfig_FOUND)
-    pkg_check_modules(${prefix} QUIET IMPORTED_TARGET ${module})
+    if(NOT TARGET PkgConfig::${prefix})
+      pkg_check_modules(${prefix} QUIET IMPORTED_TARGET ${module})
+    endif()
     set(LUM_WITH_${name} ${${prefix}_FOUND})
   endif()
 endmacro()

@@ -55,11 +55,17 @@ function(lum_target name)
   target_link_options(${name} PRIVATE ${lum_link_options})
 endfunction()
 
+# Into shared libraries too, which WebAssembly has none of.
+set(lum_library_moves ON)
+if(LUM_WASM)
+  set(lum_library_moves OFF)
+endif()
+
 # lum_library(NAME EXPORTED_NAME SOURCE...): a static library that is installed.
 function(lum_library name exported)
   add_library(${name} STATIC ${ARGN})
   add_library(lumsdk::${exported} ALIAS ${name})
-  set_target_properties(${name} PROPERTIES EXPORT_NAME ${exported} POSITION_INDEPENDENT_CODE ON)
+  set_target_properties(${name} PROPERTIES EXPORT_NAME ${exported} POSITION_INDEPENDENT_CODE ${lum_library_moves})
   target_include_directories(${name} PUBLIC
                              $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
