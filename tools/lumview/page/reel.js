@@ -1,15 +1,36 @@
 // Frames that are in the page: a player of them that answers as lumview does.
 
-const SHOWN_AT = 52; // in a frame's head: the count of frames shown so far
+// In the head of a message (lum/frame/packed.h).
 const NUMBER_AT = 8;
 const UTC_AT = 24;
+const SHOWN_AT = 52; // the count of frames shown so far
+const BYTES_AT = 80;
+const PIECE_AT = 84;
 const USUAL_S = 0.1; // from one frame to the next where they do not tell
 const LOSSES = ["wire_words", "wire_lines", "joined_words", "joined_lines", "pauses", "kernel", "ring", "refused"];
 const STATUS_MS = 500;
 
-// on: that of makeSource(); frames: messages in their order
-export function makeReel(on, hello, frames) {
-    const heads = frames.map((buffer) => new DataView(buffer));
+// Messages that may follow each other in one buffer, as the frames that they are the pieces of.
+function framesOf(buffers) {
+    const frames = [];
+    for (const buffer of buffers) {
+        for (let at = 0; at < buffer.byteLength;) {
+            const head = new DataView(buffer, at);
+            const end = at + head.getUint32(BYTES_AT, true);
+            if (head.getUint32(PIECE_AT, true) === 0) {
+                frames.push([]);
+            }
+            frames.at(-1).push(buffer.slice(at, end));
+            at = end;
+        }
+    }
+    return frames;
+}
+
+// on: that of makeSource(); buffers: messages in their order
+export function makeReel(on, hello, buffers) {
+    const frames = framesOf(buffers);
+    const heads = frames.map(([first]) => new DataView(first));
     const numbers = heads.map((head) => head.getFloat64(NUMBER_AT, true));
     const state = { at: 0, plays: frames.length > 1, speed: 1, loop: true, shown: 0, timer: 0 };
 
@@ -48,11 +69,13 @@ export function makeReel(on, hello, frames) {
         });
     }
 
-    // A copy, as the page keeps what it is given.
+    // Copies, as the page keeps what it is given.
     function give(i, shown) {
-        const copy = frames[i].slice(0);
-        new DataView(copy).setUint32(SHOWN_AT, shown >>> 0, true);
-        on.binary(copy);
+        for (const piece of frames[i]) {
+            const copy = piece.slice(0);
+            new DataView(copy).setUint32(SHOWN_AT, shown >>> 0, true);
+            on.binary(copy);
+        }
     }
 
     function plan() {
