@@ -118,6 +118,34 @@ async function picksInEither({ browser, capture, folder }) {
     }
 }
 
+// Both panes show what is selected; the numbers are of the one that the box was drawn in.
+async function boxesInEither({ browser, capture, folder }) {
+    const [one, other] = [profile(folder, "c.yaml", "version: 1\n"), profile(folder, "d.yaml", SWAPPED)];
+    const page = await open(browser, (await view("--paused", capture, "--profile", one, "--profile", other)).url);
+    await hideParts(page);
+    const canvas = await page.locator("#canvas").boundingBox();
+    for (const [side, from, to] of [[0, 0.1, 0.4], [1, 0.6, 0.9]]) {
+        await page.keyboard.press("w");
+        const [left, right] = [from, to].map((share) => Math.round(share * canvas.width));
+        await page.mouse.move(canvas.x + left, canvas.y + 200);
+        await page.mouse.down();
+        await page.mouse.move(canvas.x + right, canvas.y + 300, { steps: 3 });
+        await page.mouse.up();
+        await drawn(page);
+        const wanted = await page.evaluate(([which, a, b]) => {
+            const [first] = window.lumview.sides;
+            let count = 0;
+            for (let i = which * first; i < (which === 0 ? first : window.lumview.points); i++) {
+                const { x, y, visible } = window.lumview.place(i);
+                count += visible && x >= a && x <= b && y >= 200 && y <= 300;
+            }
+            return count;
+        }, [side, left, right]);
+        const { count } = await probe(page, "selection");
+        assert.ok(wanted > 1000 && Math.abs(count - wanted) <= 0.001 * wanted, `${count} of ${wanted} points`);
+    }
+}
+
 async function namesTheCommand({ browser, capture, folder }) {
     const wrong = profile(folder, "wrong.yaml", "version: 1\ndata_packet_type: 9\n");
     const page = await browser.newPage();
@@ -131,5 +159,6 @@ export const besideFacts = [
     ["two profiles stand side by side, with one camera and one time", sideBySide],
     ["the same profile twice gives the same picture twice", twins],
     ["a click picks a point of the pane that it is in", picksInEither],
+    ["a box selects the points of the pane that it is in", boxesInEither],
     ["where nothing decodes the page names the command that finds the layout", namesTheCommand],
 ];

@@ -62,10 +62,15 @@ async function showStrip(page) {
 const framePoints = (capture, ...args) => dump(capture, ...(args.length > 0 ? args : FRAME));
 
 // With all digits.
-function exactPoints(capture, folder) {
+export function exactPoints(capture, folder, ...args) {
     const file = path.join(folder, "exact.ply");
-    run("lumdump", "-q", capture, ...FRAME, "-o", file);
+    run("lumdump", "-q", capture, ...FRAME, ...args, "-o", file);
     return readPly(readFileSync(file)).rows;
+}
+
+export function pixelsOf(image, points) {
+    const xyz = Float32Array.from(points.flatMap(({ x, y, z }) => [x, y, z]));
+    return findPixels(image, xyz, [0, points.length], makeSight(), () => true);
 }
 
 // Each pixel shows the nearest of lumdump's points that lie in it.
@@ -75,8 +80,7 @@ async function showsNearest({ page, capture, folder }) {
     assert.deepEqual([rows, columns], [64, 1600]);
     const points = exactPoints(capture, folder);
     const image = makeImage(TYPICAL, 64);
-    const xyz = Float32Array.from(points.flatMap(({ x, y, z }) => [x, y, z]));
-    const expected = fillIndex(new Int32Array(rows * columns), findPixels(image, xyz, [0, points.length], makeSight(), () => true), 0, () => true);
+    const expected = fillIndex(new Int32Array(rows * columns), pixelsOf(image, points), 0, () => true);
     const other = index.filter((i, k) => i !== expected[k]).length;
     assert.equal(other, 0, `${other} of ${index.length} pixels show another point`);
     assert.ok(index.filter((i) => i >= 0).length > 0.8 * index.length);

@@ -2,7 +2,9 @@
 import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
 import path from "node:path";
-import { choose, counts, open, openPoint, pixels, probe, until } from "./page.mjs";
+import { makeImage, TYPICAL } from "../../tools/lumview/page/image.js";
+import { choose, counts, drawn, open, openPoint, pixels, probe, until } from "./page.mjs";
+import { exactPoints, pixelsOf } from "./facts_pictures.mjs";
 import { compare } from "./png.mjs";
 import { dump, run, view } from "./tools.mjs";
 
@@ -55,6 +57,21 @@ async function pickEach(page, capture) {
     assert.deepEqual([...seen].sort(), ["front", "left"]);
 }
 
+// The strip is of one sensor, seen from where that is.
+async function showsPicturesOf(page, capture, folder) {
+    await page.keyboard.press("j");
+    const image = makeImage(TYPICAL, 64);
+    for (const sensor of ["front", "left"]) {
+        await page.locator("#strip-sensor").selectOption({ label: sensor });
+        await drawn(page);
+        const { index } = await probe(page, "strip");
+        const filled = new Set(pixelsOf(image, exactPoints(capture, folder, "--sensor", ADDRESSES[sensor])).pixels);
+        const other = index.filter((i, k) => (i >= 0) !== filled.has(k)).length;
+        assert.ok(other < 0.002 * index.length, `${sensor}: ${other} of ${index.length} pixels`);
+    }
+    await page.locator("#strip-close").click();
+}
+
 async function showsARig({ browser, folder, capture: alone }) {
     const capture = path.join(folder, "rig.pcapng");
     run("lumsim", "-q", "--rig", writeRig(folder, "two.yaml", "front", "left"), "-o", capture, "--frames", 3, "--lines", 64);
@@ -69,6 +86,7 @@ async function showsARig({ browser, folder, capture: alone }) {
     assert.equal(await page.locator("#legend-ticks").textContent(), "frontrearleft");
     assert.ok(await page.locator("#map").isDisabled());
     await pickEach(page, capture);
+    await showsPicturesOf(page, capture, folder);
     await page.reload();
     await until(page, () => window.lumview?.shown > 0);
     assert.equal((await probe(page, "settings")).colour, "sensor");
