@@ -442,9 +442,9 @@ async function folds({ page }) {
     const usual = page.viewportSize();
     await page.keyboard.press("z");
     await page.setViewportSize({ width: 1280, height: 800 });
-    assert.ok(await page.locator("#strip").isVisible());
+    await page.locator("#strip").waitFor({ state: "visible" });
     await page.setViewportSize(usual);
-    assert.ok(!await page.locator("#strip").isVisible());
+    await page.locator("#strip").waitFor({ state: "hidden" });
 }
 
 export const pictureFacts = [
