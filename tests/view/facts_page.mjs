@@ -115,6 +115,8 @@ async function help({ page }) {
     for (const word of ["Shift + arrows", "Ctrl + arrows", "left drag", "screenshot", "loop", "one frame back"]) {
         assert.ok(text.includes(word), word);
     }
+    const keys = await page.locator("#help kbd").allTextContents();
+    assert.deepEqual(keys.filter((key, i) => keys.indexOf(key) < i), [], "one key, two meanings");
     const before = await settings(page);
     await page.keyboard.press("r");
     assert.deepEqual(await settings(page), before);

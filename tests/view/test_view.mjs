@@ -15,6 +15,7 @@ import { pictureFacts } from "./facts_pictures.mjs";
 import { playerFacts } from "./facts_player.mjs";
 import { pointFacts } from "./facts_points.mjs";
 import { rigFacts } from "./facts_rig.mjs";
+import { truthFacts } from "./facts_truth.mjs";
 import { drawn, launch, open, probe, showPanel, until } from "./page.mjs";
 import { run, stop, stopAll, view } from "./tools.mjs";
 
@@ -77,7 +78,7 @@ const context = { folder, capture: path.join(folder, "street.pcap"), browser: aw
 run("lumsim", "-q", "-o", context.capture, "--frames", 10);
 try {
     await captureFacts(context);
-    for (const fact of [...addressFacts, ...besideFacts, ...rigFacts, ...linkFacts].filter(isWanted)) {
+    for (const fact of [...addressFacts, ...besideFacts, ...rigFacts, ...truthFacts, ...linkFacts].filter(isWanted)) {
         await check(fact, context);
         await Promise.all(context.browser.contexts().map((one) => one.close()));
         await stopAll();

@@ -155,7 +155,7 @@ static int complete(struct lws *wsi)
     return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
 }
 
-static const struct asset *find(const char *path)
+static const struct asset *find(const struct served *served, const char *path)
 {
     const char *wanted = strcmp(path, "/") == 0 ? "/index.html" : path;
     for (size_t i = 0; i < assets_count; i++) {
@@ -163,7 +163,7 @@ static const struct asset *find(const char *path)
             return &assets[i];
         }
     }
-    return NULL;
+    return served_find(served, path);
 }
 
 static int begin_asset(struct lws *wsi, const struct guard *guard, bool is_head,
@@ -216,7 +216,8 @@ static int refuse_and_close(struct lws *wsi, const struct reason *reason)
     return -1;
 }
 
-int http_begin(struct lws *wsi, const struct guard *guard, const char *path,
+int http_begin(struct lws *wsi, const struct guard *guard,
+               const struct served *served, const char *path,
                struct http_answer *answer)
 {
     const struct reason *wrong = check(wsi, guard, false);
@@ -231,7 +232,7 @@ int http_begin(struct lws *wsi, const struct guard *guard, const char *path,
     if (has_body(wsi)) {
         return refuse_and_close(wsi, &no_body);
     }
-    *answer = (struct http_answer){find(path), 0};
+    *answer = (struct http_answer){find(served, path), 0};
     if (answer->asset == NULL) {
         return refuse_and_close(wsi, &not_here);
     }

@@ -4,6 +4,7 @@
 
 #include "assets.h"
 #include "guard.h"
+#include "served.h"
 
 #include <stddef.h>
 
@@ -25,7 +26,8 @@ void http_policy(const struct guard *guard, char out[HTTP_POLICY_BYTES]);
 
 /* A request has come: its head is checked and answered. Returns as a callback
  * of libwebsockets. */
-int http_begin(struct lws *wsi, const struct guard *guard, const char *path,
+int http_begin(struct lws *wsi, const struct guard *guard,
+               const struct served *served, const char *path,
                struct http_answer *answer);
 
 /* The socket takes more of the answer. */

@@ -10,6 +10,7 @@
 #include "open.h"
 #include "options.h"
 #include "redirect.h"
+#include "served.h"
 #include "server.h"
 
 #include <errno.h>
@@ -45,6 +46,8 @@ struct files {
     struct geometry geometry;
     lum_profile second; /* where there is one */
     lum_rig_files rig;  /* likewise */
+    struct served served;
+    lum_poses *poses;
 };
 
 /* Of the second profile too standard input is one input at most. */
@@ -131,6 +134,24 @@ static int load_rig(struct options *o, lum_rig_files *out, lum_error *error)
     return 0;
 }
 
+/* What is known beside the points. */
+static int load_beside(struct beside_options *o, struct files *out,
+                       lum_error *error)
+{
+    if (served_add(&out->served, "/labels", o->labels, error) != 0 ||
+        served_add(&out->served, "/truth", o->truth, error) != 0) {
+        return -1;
+    }
+    o->served = &out->served;
+    if (o->poses_path == NULL) {
+        return 0;
+    }
+    const int failed =
+        lum_poses_read(o->poses_path, NULL, NULL, &out->poses, error);
+    o->poses = out->poses;
+    return failed;
+}
+
 /* What a source says of itself comes under the keys that are set: they are only
  * tried here, which separates a bad configuration from a bad source. */
 static int load_files(struct options *o, struct files *out, lum_error *error)
@@ -145,6 +166,7 @@ static int load_files(struct options *o, struct files *out, lum_error *error)
         return -1;
     }
     if (check_stdin(o, error) != 0 || load_rig(o, &out->rig, error) != 0 ||
+        load_beside(&o->beside, out, error) != 0 ||
         geometry_load(o->calibration, o->profile, &o->sources, &out->geometry,
                       error) != 0) {
         return -1;
@@ -278,9 +300,11 @@ static int parse_and_run(int argc, char **argv, struct options *options,
 int main(int argc, char **argv)
 {
     struct options options;
-    struct files files; /* the options lead there */
+    struct files files = {.poses = NULL}; /* the options lead there */
     interrupt_catch();
     const int status = parse_and_run(argc, argv, &options, &files);
     sources_free(&options.sources);
+    served_free(&files.served);
+    lum_poses_free(files.poses);
     return status;
 }

@@ -6,10 +6,13 @@
 #include "../common/sources.h"
 #include "lum/capture/record.h"
 #include "lum/config/rig.h"
+#include "lum/frame/poses.h"
 #include "lum/net/socket.h"
 
 #include <stdbool.h>
 #include <stdint.h>
+
+struct served;
 
 /* Of several sensors of a capture. */
 struct sensor_choice {
@@ -41,6 +44,15 @@ struct listen_options {
     uint32_t address; /* host order */
 };
 
+/* What is known beside the points. */
+struct beside_options {
+    const char *labels;          /* arrays of NumPy; NULL: none */
+    const char *truth;           /* likewise */
+    const char *poses_path;      /* NULL: none */
+    const struct served *served; /* those arrays, once they are read */
+    const lum_poses *poses;      /* likewise; NULL: there are none */
+};
+
 struct options {
     const char *source;     /* what it is called: captures, or udp://ADDRESS */
     struct sources sources; /* captures; "-": on standard input */
@@ -49,6 +61,7 @@ struct options {
     struct sensor_choice sensor;
     struct play_options play;
     struct listen_options listen;
+    struct beside_options beside;
     const char *calibration;  /* NULL: the default */
     struct set_keys set;      /* on top of files */
     const char *profile;      /* NULL: the default */

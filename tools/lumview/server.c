@@ -87,7 +87,9 @@ static int serve_http(struct lws *wsi, enum lws_callback_reasons reason,
     case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
         return http_check_upgrade(wsi, &server->guard, in);
     case LWS_CALLBACK_HTTP:
-        return http_begin(wsi, &server->guard, in, user);
+        return http_begin(wsi, &server->guard,
+                          server->clients.viewers.options->beside.served, in,
+                          user);
     case LWS_CALLBACK_HTTP_WRITEABLE:
         return http_go_on(wsi, user);
     case LWS_CALLBACK_HTTP_BODY:

@@ -13,6 +13,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Poses for the page: no more than these, and no closer in time. */
+#define POSES_MAX 20000u
+#define POSES_NS  INT64_C(20000000)
+
 static const char *const states[] = {
     [FEED_WAITING] = "waiting", [FEED_PLAYING] = "playing",
     [FEED_PAUSED] = "paused",   [FEED_ENDED] = "ended",
@@ -191,6 +195,57 @@ static void write_profiles(struct json *json, const struct options *options,
     json_close_object(json);
 }
 
+/* Seconds, x y z, and the quaternion. */
+static void write_row(struct json *json, int64_t time_ns, const lum_pose *pose)
+{
+    json_open_array(json, NULL);
+    json_real(json, NULL, (double)time_ns * 1e-9, 6);
+    for (size_t i = 0; i < 3; i++) {
+        json_real(json, NULL, pose->at[i], 4);
+    }
+    for (size_t i = 0; i < 4; i++) {
+        json_real(json, NULL, pose->turn[i], 7);
+    }
+    json_close_array(json);
+}
+
+static void write_poses(struct json *json, const lum_poses *poses)
+{
+    lum_poses_info info = {.struct_size = sizeof info};
+    int64_t before_ns = INT64_MIN;
+    if (lum_poses_get_info(poses, &info) != LUM_OK) {
+        return;
+    }
+    const size_t stride = info.count / POSES_MAX + 1u;
+    json_open_object(json, "poses");
+    json_bool(json, "utc", info.clock == LUM_POSES_UTC);
+    json_open_array(json, "rows");
+    for (size_t i = 0; i < info.count; i += stride) {
+        lum_pose pose;
+        int64_t time_ns = 0;
+        lum_poses_get(poses, i, &time_ns, &pose);
+        if (before_ns == INT64_MIN || time_ns - before_ns >= POSES_NS) {
+            before_ns = time_ns;
+            write_row(json, time_ns, &pose);
+        }
+    }
+    json_close_array(json);
+    json_close_object(json);
+}
+
+static void write_beside(struct json *json, const struct beside_options *beside)
+{
+    if (beside->labels != NULL) {
+        json_text(json, "labels", beside->labels);
+    }
+    if (beside->truth != NULL) {
+        json_text(json, "truth", beside->truth);
+    }
+    if (beside->poses != NULL) {
+        write_poses(json, beside->poses);
+    }
+}
+
 int status_hello(const struct options *options, const struct feed *feed,
                  size_t room_before, struct text *out)
 {
@@ -209,6 +264,7 @@ int status_hello(const struct options *options, const struct feed *feed,
     }
     write_profiles(&json, options, feed);
     write_image(&json);
+    write_beside(&json, &options->beside);
     json_uint(&json, "smooth_max", LUM_SMOOTH_WINDOW_MAX);
     return end(room_before, out, stream, &json);
 }

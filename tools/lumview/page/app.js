@@ -1,10 +1,10 @@
 // lumview's page: the parts and how they meet.
 import * as THREE from "three";
 import { makeAddress, openedAddress } from "./address.js";
-import { makePictures } from "./pictures.js";
+import { makeBeside } from "./beside.js";
 import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
-import { chosenDomain, domainOf, nameSensors } from "./colouring.js";
+import { chosenDomain, COLOURINGS, domainOf, nameSensors } from "./colouring.js";
 import { count, makeFilter, rangeOf } from "./filter.js";
 import { parseFrame, viewOf } from "./frame.js";
 import { attachKeys } from "./keys.js";
@@ -17,6 +17,7 @@ import { makePalette } from "./palette.js";
 import { makePanel } from "./panel.js";
 import { makePanes } from "./panes.js";
 import { makePick, makeProjection } from "./pick.js";
+import { makePictures } from "./pictures.js";
 import { makePlayer } from "./player.js";
 import { attachPointer } from "./pointer.js";
 import { exposeProbe } from "./probe.js";
@@ -61,6 +62,7 @@ let pasts = []; // of those before it
 let isAsked = false; // a picture is due
 let domain = [1, 100]; // of the colours, from the points
 let ground = null; // height of the ground, from the points
+let complaint = ""; // of an array that could not be taken
 let wantedFrame = opened?.frame ?? null; // the address asks for it
 const tally = { received: 0, shown: 0, pictures: 0, drawn: 0 };
 const address = makeAddress(() => ({ values, camera: camera.text, frame: standingFrame() }), (state) => {
@@ -73,6 +75,21 @@ const camera = makeCamera(canvas, () => {
     pace.move(performance.now());
     address.changed();
     invalidate();
+});
+
+const beside = makeBeside({
+    scene: surroundings.scene,
+    cloud,
+    panel,
+    settings,
+    changed: () => {
+        recolour();
+        invalidate();
+    },
+    tell(sentence) {
+        complaint = sentence;
+        showMessage(sentence);
+    },
 });
 
 function makeRenderer() {
@@ -170,6 +187,7 @@ function takeFrames() {
     }
     pictures.update();
     pick.check();
+    beside.show();
     showFacts();
     recolour();
 }
@@ -308,6 +326,7 @@ function greet(message) {
     at("source").title = message.source;
     document.title = `${name} - lumview`;
     panel.setSmoothings(message.smooth_max);
+    beside.greet(message);
     panes.show(message.profiles);
     resize();
     sendView();
@@ -319,6 +338,8 @@ function startAnew({ captures }) {
     [status, waiting, pasts, ground] = [null, null, [], null];
     cloud.clear();
     pick.clear();
+    beside.clear();
+    complaint = "";
     showBanner("");
     showMessage("");
     ["frame-number", "frame-time", "frame-points"].forEach((id) => (at(id).textContent = ""));
@@ -335,7 +356,7 @@ function showState(text, state) {
 function showStatus(message) {
     status = message;
     showState(player.held ? "held" : message.state, player.held ? "held" : message.state);
-    showMessage(message.message);
+    showMessage([message.message, complaint].filter(Boolean).join("; "));
     showStats(message);
     player.show(message);
     seekWanted();
@@ -362,7 +383,7 @@ const link = makeSource({
         showState("no connection", "gone");
     },
 });
-const opener = link.open ? attachOpen(link, showMessage) : null;
+const opener = link.open ? attachOpen(link, showMessage, beside.takeFile) : null;
 if (opener && !link.opened) {
     showState("", "");
 }
@@ -430,6 +451,7 @@ settings.onChange((changed) => {
         camera.setFlat(values.flat);
     }
     placeGround();
+    beside.show();
     recolour();
     invalidate();
 });
@@ -498,6 +520,7 @@ exposeProbe({
     selection: () => () => structuredClone(pictures.selection.numbers()),
     strip: () => pictures.strip.probe,
     place: () => placeOf,
+    beside: () => () => ({ labels: [...COLOURINGS.label.labels], truth: beside.shown }),
     memory: () => () => ({ ...renderer.info.memory, programs: renderer.info.programs.length }),
 });
 

@@ -5,7 +5,7 @@ import * as THREE from "three";
 import { CHOICES, limits } from "./filter.js";
 import { viewOf } from "./frame.js";
 import { COLOURINGS } from "./colouring.js";
-import { EYES, FADED, SENSORS, UNKNOWN } from "./palette.js";
+import { EYES, FADED, LABELS, SENSORS, UNKNOWN } from "./palette.js";
 
 const GRAIN = 16384; // points; room grows in steps of this
 const RETURNS = { all: 0, 1: 1, 2: 2, 3: 3, last: -1, strongest: -2 };
@@ -17,6 +17,7 @@ attribute float turn;
 attribute float flags;
 attribute float sensor;
 attribute float chosen;
+attribute float label;
 uniform vec3 mounts[EYES];
 uniform vec2 eyes;
 uniform vec2 rangeClip;
@@ -28,6 +29,7 @@ uniform vec2 domain;
 uniform sampler2D palette;
 uniform vec3 eyeColours[2];
 uniform vec3 sensorColours[SENSORS];
+uniform vec3 labelColours[LABELS];
 uniform vec3 unknown;
 uniform float size;
 uniform bool fades;
@@ -47,6 +49,7 @@ bool passes(int eye, float range, float number, float count)
 
 vec3 colour(int eye, float range, float number)
 {
+    if (mode == 7) { return label < 0.5 ? unknown : labelColours[int(mod(label - 0.5, float(LABELS)))]; }
     if (mode == 6) { return sensorColours[int(sensor)]; }
     if (mode == 5) { return eye == 0 ? eyeColours[0] : eyeColours[1]; }
     if (mode == 2 && pulse == 0.0) { return unknown; }
@@ -89,6 +92,7 @@ const ARRAYS = {
     flags: [Uint8Array, 1, "flags"],
     sensor: [Uint8Array, 1, "sensor"], // its place in the rig
     chosen: [Uint8Array, 1, "chosen"], // one of CHOICES in filter.js
+    label: [Uint8Array, 1, "label"], // from 1 on; 0: none
 };
 
 function makeMaterial(palette) {
@@ -105,11 +109,12 @@ function makeMaterial(palette) {
         palette: { value: palette.texture },
         eyeColours: { value: [vector().fromArray(EYES.blue), vector().fromArray(EYES.green)] },
         sensorColours: { value: SENSORS.map((colour) => vector().fromArray(colour)) },
+        labelColours: { value: LABELS.map((colour) => vector().fromArray(colour)) },
         unknown: { value: vector().fromArray(UNKNOWN) },
         size: { value: 2 },
         fades: { value: false },
     };
-    const defines = { SENSORS: SENSORS.length, EYES: 2 * SENSORS.length, FADED: FADED.toFixed(2) };
+    const defines = { SENSORS: SENSORS.length, LABELS: LABELS.length, EYES: 2 * SENSORS.length, FADED: FADED.toFixed(2) };
     return new THREE.ShaderMaterial({ uniforms, defines, vertexShader: VERTEX, fragmentShader: FRAGMENT });
 }
 
@@ -210,6 +215,7 @@ export function makeCloud(scene, palette) {
     let kept = 1;
     let made = ""; // edges and smoothing of what is shown
     let isFresh = true;
+    let labels = null; // of beside.js
 
     function dropPart(part) {
         scene.remove(part.object);
@@ -262,6 +268,7 @@ export function makeCloud(scene, palette) {
             scene.add(slot.object);
         }
         fill(slot, frame);
+        labels?.of(slot, slot.points.label);
         slots.push(slot);
         slots.sort((a, b) => a.number - b.number);
     }
@@ -341,6 +348,19 @@ export function makeCloud(scene, palette) {
         clear() {
             isFresh = true;
             takeOut(() => false).forEach(drop);
+        },
+        get isLabelled() {
+            return labels !== null;
+        },
+        // null: points have none.
+        setLabels(next) {
+            labels = next;
+            for (const slot of slots) {
+                slot.points.label.fill(0);
+                labels?.of(slot, slot.points.label);
+                renew(slot, slot.size);
+                slot.filling = ++fillings;
+            }
         },
         setEyes(eyes) {
             eyes.forEach((eye, i) => u.mounts.value[i].fromArray(eye.mount));

@@ -2,7 +2,7 @@
 // values that the two ends of the map stand for.
 import { rangeOf, returnOf } from "./filter.js";
 import { EYE_BIT } from "./frame.js";
-import { EYES, SENSORS, STEPS, UNKNOWN } from "./palette.js";
+import { EYES, LABELS, SENSORS, STEPS, UNKNOWN } from "./palette.js";
 
 const SAMPLES = 4000; // enough for a percentile
 
@@ -16,6 +16,7 @@ export const COLOURINGS = {
     line: { mode: 4, unit: "", title: "Line", value: (points, i) => points.line[i], whole: true },
     eye: { mode: 5, unit: "", title: "Eye", value: (points, i) => points.flags[i] & EYE_BIT, fixed: [0, 1], labels: ["blue", "green"], colours: [EYES.blue, EYES.green] },
     sensor: { mode: 6, unit: "", title: "Sensor", value: (points, i) => points.sensor[i], fixed: [0, 1], labels: ["all"], colours: SENSORS },
+    label: { mode: 7, unit: "", title: "Label", value: (points, i) => points.label[i], fixed: [0, 1], labels: ["none"], colours: LABELS, skipsZero: true, fromOne: 1 },
 };
 
 // The sensors of a rig, by their places in it.
@@ -23,6 +24,15 @@ export function nameSensors(names) {
     COLOURINGS.sensor.labels = names;
     COLOURINGS.sensor.fixed = [0, names.length];
 }
+
+// The labels of points, from the first on; colours repeat.
+export function nameLabels(names) {
+    COLOURINGS.label.labels = names;
+    COLOURINGS.label.fixed = [0, names.length];
+}
+
+// null: it has none.
+export const labelOf = (points, i) => (points.label[i] > 0 ? COLOURINGS.label.labels[points.label[i] - 1] : null);
 
 function sampled(colouring, { points, size }, eyes) {
     const step = Math.max(1, Math.floor(size / SAMPLES));
@@ -103,7 +113,7 @@ export function chosenDomain(values, automatic) {
 
 // The colour of a point as the shader in cloud.js makes it: (points, i, out) writes three bytes. bytes: those of the map.
 export function makeTint(values, [a, b], bytes, eyes) {
-    const { value, logarithmic, colours, skipsZero } = COLOURINGS[values.colour];
+    const { value, logarithmic, colours, skipsZero, fromOne } = COLOURINGS[values.colour];
     const share = logarithmic ? (v) => Math.log(Math.max(v, 1e-3) / a) / Math.log(b / a) : (v) => (v - a) / (b - a);
     const own = colours?.map((colour) => colour.map((part) => Math.round(255 * part)));
     const unknown = UNKNOWN.map((part) => Math.round(255 * part));
@@ -112,10 +122,10 @@ export function makeTint(values, [a, b], bytes, eyes) {
     };
     return (points, i, out) => {
         const v = value(points, i, eyes);
-        if (own) {
-            put(own[v], 0, out);
-        } else if (v === 0 && skipsZero) {
+        if (v === 0 && skipsZero) {
             put(unknown, 0, out);
+        } else if (own) {
+            put(own[(v - (fromOne ?? 0)) % own.length], 0, out);
         } else {
             put(bytes, 4 * Math.round((STEPS - 1) * Math.max(0, Math.min(1, share(v)))), out);
         }

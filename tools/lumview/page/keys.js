@@ -80,6 +80,7 @@ function makeTable(app) {
             ["V", ["v"], "back to the picture", app.focusCanvas],
             ["D", ["d"], "grid on, off", flip("grid")],
             ["O", ["o"], "range rings on, off", flip("rings")],
+            ["9", ["9"], "ground truth on, off", flip("truth")],
             ["H", ["h"], "controls on, off", () => app.toggle("panel")],
             ["I", ["i"], "statistics on, off", () => app.toggle("stats")],
             ["Y", ["y"], "legend folded, unfolded", () => app.toggle("legend")],

@@ -40,7 +40,7 @@ function colourAt(values, legend, bytes, share) {
     const n = legend.parts;
     const { colours } = COLOURINGS[values.colour];
     if (colours) {
-        return css(colours[Math.floor(share * n)].map((v) => 255 * v));
+        return css(colours[Math.floor(share * n) % colours.length].map((v) => 255 * v));
     }
     const t = n ? Math.floor(share * n) / (n - 1) : share;
     return css(bytes.subarray(4 * Math.round(t * (STEPS - 1))));

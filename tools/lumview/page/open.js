@@ -67,6 +67,7 @@ function filesOf(transfer) {
 }
 
 const isYaml = ({ name }) => /\.ya?ml$/i.test(name);
+const isArray = ({ name }) => /\.npy$/i.test(name);
 const inTurn = (a, b) => a.name.localeCompare(b.name, "en", { numeric: true });
 
 // With a rig all other YAML files lie beside it, as it names them; else each is what its keys say.
@@ -97,8 +98,8 @@ export function attachLicenses(unpack) {
     });
 }
 
-// source: one with open(); tell(sentence) shows it until something is opened.
-export function attachOpen(source, tell) {
+// source: one with open(); tell(sentence) shows it until something is opened; takeArray(file): of labels, or of true points.
+export function attachOpen(source, tell, takeArray) {
     let waiting = {}; // YAML files that came before a capture
 
     function showWaiting() {
@@ -112,18 +113,20 @@ export function attachOpen(source, tell) {
         if (folders.length > 0) {
             tell(`${folders[0]} ${FOLDER}`);
         }
-        const captures = files.filter((file) => !isYaml(file)).sort(inTurn);
-        const yaml = files.length > captures.length ? await sortYaml(files.filter(isYaml)) : {};
+        const captures = files.filter((file) => !isYaml(file) && !isArray(file)).sort(inTurn);
+        const arrays = files.filter(isArray);
+        const yaml = files.some(isYaml) ? await sortYaml(files.filter(isYaml)) : {};
         const given = Object.fromEntries(Object.entries(yaml).filter(([, value]) => value !== null));
         if (captures.length > 0) {
-            source.open({ captures, ...waiting, ...given });
+            await source.open({ captures, ...waiting, ...given });
             waiting = {};
-        } else if (source.opened && files.length > 0) {
+        } else if (source.opened && files.length > arrays.length) {
             source.open({ ...source.opened, ...given });
-        } else if (files.length > 0) {
+        } else if (files.length > arrays.length) {
             waiting = { ...waiting, ...given };
             showWaiting();
         }
+        arrays.forEach(takeArray);
     }
 
     async function offer({ yaml, sentence }) {

@@ -40,6 +40,7 @@ const CONTROLS = [
     ["grid", "grid", box],
     ["rings", "rings", box],
     ["ground", "ground", number],
+    ["truth", "truth", box],
 ];
 
 const at = (id) => document.getElementById(id);
@@ -93,6 +94,20 @@ export function makePanel(settings) {
         }
     }
 
+    // A way to colour that only some sources have.
+    function offerColour(value, text, isThere) {
+        const option = at("colour").querySelector(`[value=${value}]`);
+        if (isThere && !option) {
+            at("colour").append(new Option(text, value));
+        } else if (!isThere) {
+            option?.remove();
+            if (values.colour === value) {
+                settings.set({ colour: DEFAULTS.colour });
+            }
+        }
+        showAll();
+    }
+
     for (const [id, key, kind] of CONTROLS.filter((control) => control[2] !== number)) {
         at(id).addEventListener(kind.event ?? "change", () => settings.set({ [key]: kind.read(at(id)) }));
     }
@@ -123,18 +138,9 @@ export function makePanel(settings) {
             showAll();
         },
         // Colours by sensor are a choice where there are several.
-        setSensors(names) {
-            const option = at("colour").querySelector("[value=sensor]");
-            if (names && !option) {
-                at("colour").append(new Option("sensor", "sensor"));
-            } else if (!names) {
-                option?.remove();
-                if (values.colour === "sensor") {
-                    settings.set({ colour: DEFAULTS.colour });
-                }
-            }
-            showAll();
-        },
+        setSensors: (names) => offerColour("sensor", "sensor", names !== null),
+        // Colours by label where points have labels.
+        setLabels: (isThere) => offerColour("label", "label", isThere),
         // The next choice of a list, as a key does it.
         next(id, key) {
             const list = at(id);

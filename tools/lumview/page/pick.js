@@ -1,5 +1,6 @@
 // A click picks the point under it.
 import * as THREE from "three";
+import { labelOf } from "./colouring.js";
 import { RISING_BIT } from "./frame.js";
 import { directionOf, eyeOf, makeFilter, returnOf } from "./filter.js";
 import { kindOf, timeOf } from "./moment.js";
@@ -67,6 +68,7 @@ export function describe({ slot, index: i }, eyes) {
         returns: flags >> 2,
         edge: flags & RISING_BIT ? "rising" : "falling",
         pulse: p.pulse[i] * 0.01,
+        label: labelOf(p, i),
         frame: number,
         began,
     };
@@ -86,6 +88,7 @@ const ROWS = [
     ["return", (p) => `${p.returnNumber} of ${p.returns}`],
     ["edge", (p) => p.edge],
     ["pulse width", (p) => (p.pulse > 0 ? `${p.pulse.toFixed(2)} ns` : "unknown")],
+    ["label", (p) => p.label],
     ["frame", (p) => p.frame],
     ["frame began", (p) => timeOf(p.began)],
     ["its time is", (p) => kindOf(p.began)],

@@ -27,6 +27,7 @@
 // strip()        { rows, columns, frame, index }: the pictures beside the cloud, the
 //                point of each pixel; null: they are not shown
 // place(i)       { x, y, depth, visible, range } of point i of the newest frame on the page
+// beside()       { labels, truth }: the names of labels, how many true points are shown
 // memory()       { geometries, textures, programs } of the graphics card
 export function exposeProbe(parts) {
     const getters = {};

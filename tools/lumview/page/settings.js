@@ -24,6 +24,7 @@ export const DEFAULTS = Object.freeze({
     grid: true,
     rings: true,
     ground: null, // height of the grid, metres; null: from the points
+    truth: true, // points that are true, where there are any
     panel: null, // parts that are shown; null: where there is room
     stats: null,
     legend: null,
@@ -43,7 +44,7 @@ const FITS = {
     return: isOf("all", "1", "2", "3", "last", "strongest"),
     edges: isOf("rising", "falling", "both"),
     smooth: isWhole(0, 63),
-    colour: isOf("range", "height", "pulse", "return", "line", "eye", "sensor"),
+    colour: isOf("range", "height", "pulse", "return", "line", "eye", "sensor", "label"),
     map: isOf("viridis", "cividis", "turbo"),
     size: isBetween(1, 10),
     accumulate: isWhole(1, 50),

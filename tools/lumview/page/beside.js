@@ -1,0 +1,205 @@
+// What is known beside the points, from arrays of NumPy: the label of each point, and points that are true.
+import * as THREE from "three";
+import { nameLabels } from "./colouring.js";
+import { parseNpy } from "./npy.js";
+import { returnOf } from "./filter.js";
+import { EYE_BIT } from "./frame.js";
+
+const KEYS = ["frame", "line", "eye", "pixel", "return_number"]; // of a point, in the order of lumdump's names
+const LABELS = ["label", "class", "object"]; // the first of these columns that there is
+const NAMED = ["", "ground", "building", "car", "truck or van", "cyclist", "person", "tree or bush", "pole", "sign", "other"]; // of lumsim
+const MOST = 254; // labels; one more is that of points without any
+const TRUE_COLOUR = 0xff5fd2;
+
+const keyOf = (line, eye, pixel, turn) => ((line * 2 + eye) * 65536 + pixel) * 128 + turn;
+
+// Rows in the order of frames, and in a frame of keys: { order, groups }, of each frame from where to where. Arrays mostly are.
+function groupBy(frames, keys) {
+    const compare = (a, b) => frames[a] - frames[b] || (keys ? keys[a] - keys[b] : 0) || a - b;
+    const order = Uint32Array.from(frames, (_, i) => i);
+    if (order.some((row) => row > 0 && compare(row - 1, row) > 0)) {
+        order.sort(compare);
+    }
+    const groups = new Map();
+    let from = 0;
+    for (let i = 1; i <= order.length; i++) {
+        if (i === order.length || frames[order[i]] !== frames[order[from]]) {
+            groups.set(frames[order[from]], [from, i]);
+            from = i;
+        }
+    }
+    return { order, groups };
+}
+
+// Labels as small numbers, from 1 on, in the order of their values.
+function smallNumbers(values) {
+    const present = [...new Set(values)].sort((a, b) => a - b).slice(0, MOST);
+    const places = new Map(present.map((value, i) => [value, i + 1]));
+    return { present, small: Uint8Array.from(values, (value) => places.get(value) ?? 0) };
+}
+
+// { names, of(slot, out) } writes a small number for each point of a slot; 0: it has no label.
+function makeLabels(table) {
+    const name = LABELS.find((one) => table.names.includes(one));
+    const [frame, line, eye, pixel, turn] = KEYS.map(table.column);
+    const { present, small } = smallNumbers(table.column(name));
+    const keys = Float64Array.from(frame, (_, i) => keyOf(line[i], eye[i], pixel[i], turn[i]));
+    const { order, groups } = groupBy(frame, keys);
+    const isLumsim = name === "class" && table.names.includes("object") && present.every((value) => NAMED[value]);
+
+    // The first place of a span whose key is not below one.
+    function search([from, to], key) {
+        let [low, high] = [from, to];
+        while (low < high) {
+            const middle = (low + high) >> 1;
+            [low, high] = keys[order[middle]] < key ? [middle + 1, high] : [low, middle];
+        }
+        return low;
+    }
+
+    return {
+        names: present.map((value) => (isLumsim ? NAMED[value] : String(value))),
+        // Points mostly follow each other as the rows do.
+        of({ points: p, number, size }, out) {
+            const span = groups.get(number) ?? [0, 0];
+            let place = span[0];
+            for (let i = 0; i < size; i++) {
+                const key = keyOf(p.line[i], p.flags[i] & EYE_BIT, p.pixel[i], returnOf(p, i));
+                place = place < span[1] && keys[order[place]] === key ? place : search(span, key);
+                const isThere = place < span[1] && keys[order[place]] === key;
+                out[i] = isThere ? small[order[place]] : 0;
+                place += isThere ? 1 : 0;
+            }
+        },
+    };
+}
+
+// The points as one object of the scene; show(numbers): of these frames, if the points say which.
+function makeTruth(table, columns) {
+    const [x, y, z] = columns.map(table.column);
+    const grouped = table.names.includes("frame") ? groupBy(table.column("frame")) : null;
+    const xyz = new Float32Array(3 * table.rows);
+    for (let i = 0; i < table.rows; i++) {
+        const row = grouped ? grouped.order[i] : i;
+        xyz.set([x[row], y[row], z[row]], 3 * i);
+    }
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(xyz, 3));
+    const object = new THREE.Points(geometry, new THREE.PointsMaterial({ color: TRUE_COLOUR, size: 2, sizeAttenuation: false }));
+    object.frustumCulled = false;
+    return {
+        object,
+        count: table.rows,
+        show(first, last) {
+            const spans = [...(grouped?.groups ?? [])].filter(([number]) => number >= first && number <= last).map(([, span]) => span);
+            const [from, to] = grouped ? [Math.min(...spans.map(([a]) => a)), Math.max(...spans.map(([, b]) => b))] : [0, table.rows];
+            const count = spans.length > 0 || !grouped ? to - from : 0;
+            geometry.setDrawRange(count > 0 ? from : 0, count);
+            return count;
+        },
+    };
+}
+
+const COORDINATES = [["x", "y", "z"], ["0", "1", "2"]];
+
+// { labels } or { truth }, by the columns that an array has.
+export function takeArray(name, buffer) {
+    try {
+        const table = parseNpy(buffer);
+        const has = (names) => names.every((one) => table.names.includes(one));
+        if (has(KEYS) && LABELS.some((one) => table.names.includes(one))) {
+            return { labels: makeLabels(table) };
+        }
+        const columns = COORDINATES.find(has);
+        if (!columns || (columns[0] === "0" && table.names.length > 4)) {
+            throw new Error(`its columns are ${table.names.join(", ")}: points have x, y, z or 3 columns; labels have ${KEYS.join(", ")} `
+                + `and one of ${LABELS.join(", ")}`);
+        }
+        return { truth: makeTruth(table, columns) };
+    } catch (error) {
+        throw new Error(`${name}: ${error.message}`, { cause: error });
+    }
+}
+
+// app: { scene, cloud, panel, settings, changed(), tell(sentence) }
+export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
+    const at = (id) => document.getElementById(id);
+    const loaded = new Set(); // names of what lumview has served
+    let truth = null;
+
+    function show() {
+        if (truth) {
+            truth.object.visible = settings.values.truth;
+            truth.object.material.size = settings.values.size * Math.min(2, window.devicePixelRatio);
+            truth.show(cloud.slots[0]?.number ?? NaN, cloud.newest?.number ?? NaN);
+        }
+    }
+
+    function dropTruth() {
+        if (truth) {
+            scene.remove(truth.object);
+            truth.object.geometry.dispose();
+            truth.object.material.dispose();
+        }
+        truth = null;
+    }
+
+    function takeLabels(labels) {
+        nameLabels(labels?.names ?? ["none"]);
+        cloud.setLabels(labels);
+        panel.setLabels(labels !== null);
+    }
+
+    function takeTruth(name, next) {
+        dropTruth();
+        truth = next;
+        if (truth) {
+            scene.add(truth.object);
+        }
+        at("truth-row").hidden = truth === null;
+        at("truth-name").textContent = truth ? `${name}, ${truth.count.toLocaleString("en")} points` : "";
+        show();
+    }
+
+    function take(name, buffer) {
+        try {
+            const { labels, truth: points } = takeArray(name, buffer);
+            if (labels) {
+                takeLabels(labels);
+            } else {
+                takeTruth(name, points);
+            }
+            changed();
+        } catch (error) {
+            tell(error.message);
+        }
+    }
+
+    async function load(path, name) {
+        loaded.add(path);
+        take(name.split("/").at(-1), await (await fetch(path)).arrayBuffer());
+    }
+
+    return {
+        show,
+        takeFile: async (file) => take(file.name, await file.arrayBuffer()),
+        // Of another source nothing is known yet.
+        clear() {
+            takeLabels(null);
+            takeTruth("", null);
+        },
+        // The greeting of lumview names what it serves.
+        greet(hello) {
+            if (!hello.labels && !cloud.isLabelled) {
+                takeLabels(null);
+            }
+            for (const path of ["labels", "truth"].filter((one) => hello[one] && !loaded.has(`/${one}`))) {
+                load(`/${path}`, hello[path]);
+            }
+        },
+        // How many true points are shown, and where one of them is, for tests.
+        get shown() {
+            return truth?.object.visible ? truth.object.geometry.drawRange.count : 0;
+        },
+    };
+}

@@ -1,0 +1,71 @@
+// Arrays in files of NumPy (.npy): numbers in rows and columns, or rows with named columns.
+
+const MAGIC = "\x93NUMPY";
+const READ = {
+    f4: "getFloat32", f8: "getFloat64", i1: "getInt8", i2: "getInt16", i4: "getInt32", i8: "getBigInt64",
+    u1: "getUint8", u2: "getUint16", u4: "getUint32", u8: "getBigUint64", b1: "getUint8",
+};
+
+// What the head says in Python's words: { descr, isByColumns, shape, begin }
+function parseHead(buffer) {
+    const view = new DataView(buffer);
+    const text = (from, length) => String.fromCharCode(...new Uint8Array(buffer, from, length));
+    if (buffer.byteLength < 12 || text(0, 6) !== MAGIC) {
+        throw new Error("it is no array of NumPy, as numpy.save() writes it");
+    }
+    const isLong = view.getUint8(6) > 1;
+    const length = isLong ? view.getUint32(8, true) : view.getUint16(8, true);
+    const begin = (isLong ? 12 : 10) + length;
+    const head = begin <= buffer.byteLength ? text(begin - length, length) : "";
+    const shape = /'shape':\s*\(([^)]*)\)/.exec(head);
+    const descr = /'descr':\s*(?:'([^']*)'|\[(.*?)\])\s*,/s.exec(head);
+    if (!shape || !descr) {
+        throw new Error("the head of the array cannot be read");
+    }
+    const numbers = shape[1].split(",").map((part) => part.trim()).filter(Boolean).map(Number);
+    return { descr, isByColumns: /'fortran_order':\s*True/.test(head), shape: numbers, begin };
+}
+
+// The columns of a row, { name, type, at }, and its bytes.
+function columnsOf({ descr, shape }) {
+    const named = descr[2] === undefined
+        ? Array.from({ length: shape.length > 1 ? shape[1] : 1 }, (_, i) => [String(i), descr[1]])
+        : [...descr[2].matchAll(/\(\s*'([^']*)'\s*,\s*'([^']*)'\s*\)/g)].map(([, name, type]) => [name, type]);
+    let at = 0;
+    const columns = named.map(([name, text]) => {
+        const type = text.replace(/^[<|=>]/, "");
+        if (!READ[type] || (text.startsWith(">") && !type.endsWith("1"))) {
+            throw new Error(`its numbers are of the type ${text}, which the page does not read`);
+        }
+        const column = { name, type, at };
+        at += Number(type[1]);
+        return column;
+    });
+    return { columns, bytes: at };
+}
+
+// { rows, names, column(name) }: a column as Float64Array; columns without names are "0", "1" and so on.
+export function parseNpy(buffer) {
+    const head = parseHead(buffer);
+    const { columns, bytes } = columnsOf(head);
+    const [rows = 0] = head.shape;
+    if (head.shape.length > 2 || (head.descr[2] !== undefined && head.shape.length !== 1)) {
+        throw new Error(`its shape is (${head.shape.join(", ")}), not rows of columns`);
+    }
+    if (columns.length === 0 || head.begin + rows * bytes > buffer.byteLength) {
+        throw new Error(`it ends before its ${rows.toLocaleString("en")} rows do`);
+    }
+    const view = new DataView(buffer, head.begin);
+
+    return {
+        rows,
+        names: columns.map(({ name }) => name),
+        column(name) {
+            const index = columns.findIndex((column) => column.name === name);
+            const { type, at } = columns[index];
+            const [read, width] = [READ[type], Number(type[1])];
+            const place = head.isByColumns ? (i) => (index * rows + i) * width : (i) => i * bytes + at;
+            return Float64Array.from({ length: rows }, (_, i) => Number(view[read](place(i), true)));
+        },
+    };
+}

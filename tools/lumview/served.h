@@ -1,0 +1,26 @@
+/* Files that the page fetches beside the points: arrays of NumPy with labels,
+ * and with points that are true. */
+#ifndef LUMVIEW_SERVED_H
+#define LUMVIEW_SERVED_H
+
+#include "assets.h"
+#include "lum/base/error.h"
+
+#define SERVED_MAX 2u
+
+struct served {
+    struct asset files[SERVED_MAX]; /* in memory */
+    size_t count;
+};
+
+/* Read an array to be served under a path, which is kept; name: NULL, nothing
+ * is read. 0, or -1 with the reason. */
+int served_add(struct served *served, const char *path, const char *name,
+               lum_error *error);
+
+/* NULL: there is none. */
+const struct asset *served_find(const struct served *served, const char *path);
+
+void served_free(struct served *served);
+
+#endif
