@@ -119,7 +119,8 @@ static int check_type(lum_format format, const lum_writer_extra *extra,
 static bool has_extras(lum_format format)
 {
     return format == LUM_FORMATS || lum_format_has_columns(format) ||
-           format == LUM_FORMAT_LAS || format == LUM_FORMAT_MCAP;
+           format == LUM_FORMAT_LAS || format == LUM_FORMAT_MCAP ||
+           format == LUM_FORMAT_PNG;
 }
 
 static int take(lum_extras *out, lum_format format,

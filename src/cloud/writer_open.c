@@ -190,6 +190,7 @@ static int open_format(const char *path, lum_writer *writer, lum_error *error)
     writer->options.projector = NULL;
     writer->options.rehearsal = NULL;
     writer->options.mcap = NULL;
+    writer->options.drawing = NULL;
     return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cairo.h>
 #include <errno.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 
@@ -180,21 +181,42 @@ static uint8_t mix(uint8_t a, uint8_t b, float part)
     return (uint8_t)((float)a + ((float)b - (float)a) * part + 0.5f);
 }
 
+/* Viridis of Smith and van der Walt (CC0), each 15th of its 256 colours; those
+ * between are within 5 of 255. */
+static const lum_rgb viridis[] = {
+    {68, 1, 84},    {72, 23, 105},  {71, 42, 122},  {67, 61, 132},
+    {61, 78, 138},  {53, 94, 141},  {46, 109, 142}, {41, 123, 142},
+    {35, 137, 142}, {31, 151, 139}, {33, 165, 133}, {46, 179, 124},
+    {70, 192, 111}, {101, 203, 94}, {137, 213, 72}, {176, 221, 47},
+    {216, 226, 25}, {253, 231, 37},
+};
+
+/* Its darkest part would not show on the dark ground. */
+#define DARK 0.12f
+
 lum_rgb lum_colour(float part)
 {
-    static const lum_rgb stops[] = {
-        {214, 45, 50},  {247, 135, 45}, {250, 220, 70},  {130, 210, 90},
-        {50, 190, 190}, {70, 130, 240}, {150, 105, 225},
-    };
-    const int last = (int)(sizeof stops / sizeof stops[0]) - 1;
-    const float at = !(part > 0.0f) ? 0.0f
-                     : part > 1.0f  ? (float)last
-                                    : part * (float)last;
+    const int last = (int)(sizeof viridis / sizeof viridis[0]) - 1;
+    const float inside = !(part > 0.0f) ? 0.0f : part > 1.0f ? 1.0f : part;
+    const float at = (DARK + (1.0f - DARK) * inside) * (float)last;
     const int i = at >= (float)last ? last - 1 : (int)at;
     const float rest = at - (float)i;
-    return (lum_rgb){mix(stops[i].r, stops[i + 1].r, rest),
-                     mix(stops[i].g, stops[i + 1].g, rest),
-                     mix(stops[i].b, stops[i + 1].b, rest)};
+    const lum_rgb a = viridis[i];
+    const lum_rgb b = viridis[i + 1];
+    return (lum_rgb){mix(a.r, b.r, rest), mix(a.g, b.g, rest),
+                     mix(a.b, b.b, rest)};
+}
+
+lum_rgb lum_label_colour(float label)
+{
+    /* of Okabe and Ito, which colour-blind people can tell apart */
+    static const lum_rgb colours[] = {
+        {230, 159, 0}, {86, 180, 233}, {0, 158, 115},   {240, 228, 66},
+        {0, 114, 178}, {213, 94, 0},   {204, 121, 167}, {230, 230, 230},
+    };
+    const int n = (int)(sizeof colours / sizeof colours[0]);
+    const int rest = (int)fmodf(label, (float)n);
+    return colours[rest < 0 ? rest + n : rest];
 }
 
 lum_rgb lum_shade(lum_rgb colour, float light)

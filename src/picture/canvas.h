@@ -70,8 +70,12 @@ void lum_canvas_circle(lum_canvas *canvas, lum_box box, float x, float y,
 void lum_canvas_text(lum_canvas *canvas, const lum_style *style, int x, int y,
                      const char *text);
 
-/** The colour scale: 0 is near, red; 1 is far, violet. */
+/** The colour scale, viridis: from 0, dark blue, to 1, yellow. It rises in
+ * brightness, so that those who cannot tell red from green can read it. */
 lum_rgb lum_colour(float part);
+
+/** The colour of a label; the ninth has that of the first again. */
+lum_rgb lum_label_colour(float label);
 
 /** A colour, darkened: 1 does not change it, 0 is black. */
 lum_rgb lum_shade(lum_rgb colour, float light);

@@ -2,21 +2,19 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
-#define CELLS  LUM_GROUND_CELLS
-#define FAINT  0.6f   /* how bright a single point is */
 #define SPARSE 200000 /* points below which each is drawn larger */
 #define RINGS  5
 
 /* Where the scene lies in the box. */
 typedef struct map {
-    const uint8_t (*counts)[CELLS];
-    float reach;  /* metres that counts covers in each direction */
+    lum_box box;
     float radius; /* metres that are drawn */
     float x_min;  /* metres at the lower edge */
     float y_mid;  /* metres in the middle */
     float scale;  /* pixels a metre */
-    float metres; /* half of what a pixel shows */
 } map;
 
 typedef struct bounds {
@@ -26,161 +24,157 @@ typedef struct bounds {
     float y_max;
 } bounds;
 
-static float metres_of(const map *m, int cell)
-{
-    return ((float)cell + 0.5f) * 2.0f * m->reach / (float)CELLS - m->reach;
-}
-
-static int cell_of(const map *m, float metres)
-{
-    const float at = (metres + m->reach) / (2.0f * m->reach) * (float)CELLS;
-    return at <= 0.0f ? 0 : at >= (float)CELLS ? CELLS - 1 : (int)at;
-}
-
 /* The sensor, at the origin, is always inside. */
-static bounds find_bounds(const map *m)
+static bounds find_bounds(const lum_dots *dots, float radius)
 {
     bounds b = {0.0f, 1.0f, -0.5f, 0.5f};
-    for (int i = 0; i < CELLS * CELLS; i++) {
-        if (m->counts[i / CELLS][i % CELLS] > 0) {
-            const float x = metres_of(m, i / CELLS);
-            const float y = metres_of(m, i % CELLS);
-            b.x_min = fminf(b.x_min, x);
-            b.x_max = fmaxf(b.x_max, x);
-            b.y_min = fminf(b.y_min, y);
-            b.y_max = fmaxf(b.y_max, y);
+    for (size_t i = 0; i < dots->count; i++) {
+        const lum_dot *dot = &dots->at[i];
+        if (lum_dot_distance(dot) <= radius) {
+            b.x_min = fminf(b.x_min, dot->x);
+            b.x_max = fmaxf(b.x_max, dot->x);
+            b.y_min = fminf(b.y_min, dot->y);
+            b.y_max = fmaxf(b.y_max, dot->y);
         }
     }
-    b.x_min = fmaxf(b.x_min, -m->radius);
-    b.x_max = fminf(b.x_max, m->radius);
-    b.y_min = fmaxf(b.y_min, -m->radius);
-    b.y_max = fminf(b.y_max, m->radius);
     return b;
 }
 
-static map make_map(const lum_raster *raster, lum_box box)
+static map make_map(const lum_dots *dots, lum_box box)
 {
-    int level = 0;
-    map m = {.reach = LUM_GROUND_REACH,
-             .radius = fmaxf(lum_raster_range(raster, 0.95), 2.0f)};
-    for (; level < LUM_GROUND_LEVELS - 1 && m.reach < m.radius; level++) {
-        m.reach *= 2.0f;
-    }
-    m.counts = (const uint8_t(*)[CELLS])raster->ground[level];
-    const bounds b = find_bounds(&m);
+    static const double shares[2] = {0.0, 0.95};
+    float limits[2];
+    lum_dots_limits(dots, lum_dot_distance, shares, limits);
+    map m = {.box = box, .radius = fmaxf(limits[1], 2.0f)};
+    const bounds b = find_bounds(dots, m.radius);
     const float margin = 0.03f * (b.x_max - b.x_min);
     m.scale = fminf((float)box.height / (b.x_max - b.x_min + 2.0f * margin),
                     (float)box.width / (b.y_max - b.y_min + 2.0f * margin));
     m.x_min = b.x_min - margin;
     m.y_mid = (b.y_min + b.y_max) / 2.0f;
-    m.metres = (raster->points < SPARSE ? 1.5f : 0.5f) / m.scale;
     return m;
 }
 
-/* The most points of any cell that a pixel shows. */
-static int count_at(const map *m, float x, float y)
+/* Pixels from the left and the lower edge of the box. */
+static float across(const map *m, float y)
 {
-    const int row_end = cell_of(m, x + m->metres);
-    const int column_end = cell_of(m, y + m->metres);
-    int most = 0;
-    for (int row = cell_of(m, x - m->metres); row <= row_end; row++) {
-        for (int column = cell_of(m, y - m->metres); column <= column_end;
-             column++) {
-            const int count = m->counts[row][column];
-            most = count > most ? count : most;
+    return (float)m->box.width / 2.0f - (y - m->y_mid) * m->scale;
+}
+
+static float up(const map *m, float x)
+{
+    return (x - m->x_min) * m->scale;
+}
+
+static int column_of(const map *m, float y)
+{
+    return m->box.x + (int)across(m, y);
+}
+
+static int row_of(const map *m, float x)
+{
+    return m->box.y + m->box.height - 1 - (int)up(m, x);
+}
+
+/* Where points lie on each other, one sees the highest. */
+static void take_pixel(const map *m, uint32_t *top, const lum_dots *dots,
+                       int column, int row, uint32_t i)
+{
+    if (column < 0 || column >= m->box.width || row < 0 ||
+        row >= m->box.height) {
+        return;
+    }
+    uint32_t *pixel = &top[row * m->box.width + column];
+    if (*pixel == LUM_IMAGE_NONE || dots->at[*pixel].z < dots->at[i].z) {
+        *pixel = i;
+    }
+}
+
+/* A square of pixels around each point. */
+static void find_top(const map *m, uint32_t *top, const lum_dots *dots,
+                     int side)
+{
+    for (uint32_t i = 0; i < dots->count; i++) {
+        const lum_dot *dot = &dots->at[i];
+        if (lum_dot_distance(dot) > 2.0f * m->radius) {
+            continue;
+        }
+        const int left = (int)floorf(across(m, dot->y)) - (side - 1) / 2;
+        const int lower = (int)floorf(up(m, dot->x)) - side / 2;
+        for (int k = 0; k < side * side; k++) {
+            take_pixel(m, top, dots, left + k % side,
+                       m->box.height - 1 - lower - k / side, i);
         }
     }
-    return most;
 }
 
-/* Walls gather many points over one spot of ground: they are brighter. */
-static float light(int count)
+static void paint(const lum_drawing *d, const map *m)
 {
-    const float bright = FAINT + (1.0f - FAINT) * logf((float)count) / 3.5f;
-    return bright < 1.0f ? bright : 1.0f;
-}
-
-static void paint_pixel(lum_canvas *canvas, int px, int py, const map *m,
-                        lum_depth depth, float x, float y)
-{
-    const float distance = hypotf(x, y);
-    const int count = distance <= m->reach ? count_at(m, x, y) : 0;
-    if (count > 0) {
-        lum_canvas_set(
-            canvas, px, py,
-            lum_shade(lum_depth_colour(depth, distance), light(count)));
+    const size_t n = (size_t)m->box.width * (size_t)m->box.height;
+    uint32_t *top = malloc(n * sizeof *top);
+    if (top == NULL) {
+        return;
     }
-}
-
-static int column_of(const map *m, lum_box box, float y)
-{
-    return box.x + (int)((float)box.width / 2.0f - (y - m->y_mid) * m->scale);
-}
-
-static int row_of(const map *m, lum_box box, float x)
-{
-    return box.y + box.height - 1 - (int)((x - m->x_min) * m->scale);
-}
-
-static void paint(lum_canvas *canvas, lum_box box, const map *m,
-                  lum_depth depth)
-{
-    for (int i = 0; i < box.width * box.height; i++) {
-        const int px = i % box.width;
-        const int py = i / box.width;
-        const float x = m->x_min + ((float)(box.height - py) - 0.5f) / m->scale;
-        const float y =
-            m->y_mid + ((float)box.width / 2.0f - (float)px - 0.5f) / m->scale;
-        paint_pixel(canvas, box.x + px, box.y + py, m, depth, x, y);
+    memset(top, 0xff, n * sizeof *top);
+    find_top(m, top, d->dots,
+             lum_pixels(d, d->dots->all < SPARSE ? 3.0f : 2.0f));
+    for (size_t i = 0; i < n; i++) {
+        if (top[i] != LUM_IMAGE_NONE) {
+            const size_t width = (size_t)m->box.width;
+            lum_canvas_set(
+                d->canvas, m->box.x + (int)(i % width),
+                m->box.y + (int)(i / width),
+                lum_scale_colour(&d->scale, d->dots->at[top[i]].value));
+        }
     }
+    free(top);
 }
 
-static void draw_rings(lum_canvas *canvas, lum_box box, const map *m,
-                       float ring)
+static void draw_rings(const lum_drawing *d, const map *m, float ring)
 {
-    const float x = (float)column_of(m, box, 0.0f) + 0.5f;
-    const float y = (float)row_of(m, box, 0.0f) + 0.5f;
-    const float most = (float)(box.width + box.height);
+    const float x = (float)column_of(m, 0.0f) + 0.5f;
+    const float y = (float)row_of(m, 0.0f) + 0.5f;
+    const float most = (float)(m->box.width + m->box.height);
     for (int i = 1; (float)i * ring * m->scale < most; i++) {
-        lum_canvas_circle(canvas, box, x, y, (float)i * ring * m->scale,
+        lum_canvas_circle(d->canvas, m->box, x, y, (float)i * ring * m->scale,
                           lum_grid);
     }
 }
 
 /* On each ring, straight ahead of the sensor. */
-static void label_rings(lum_canvas *canvas, lum_box box, const map *m,
-                        float ring)
+static void label_rings(const lum_drawing *d, const map *m, float ring)
 {
-    const lum_style style = {18.0f, LUM_ALIGN_MIDDLE, lum_ink, lum_panel, 0.7f};
+    const int edge = lum_pixels(d, 12.0f);
     for (int i = 1; (float)i * ring < 2.0f * m->radius; i++) {
         const float at = (float)i * ring;
         char text[32];
-        const int y = row_of(m, box, at);
+        const int y = row_of(m, at);
         (void)snprintf(text, sizeof text, "%g m", (double)at);
-        if (y > box.y + 12 && y < box.y + box.height - 12) {
-            lum_canvas_text(canvas, &style, column_of(m, box, 0.0f), y, text);
+        if (y > m->box.y + edge && y < m->box.y + m->box.height - edge) {
+            lum_write(d, 18.0f, LUM_ALIGN_MIDDLE, column_of(m, 0.0f), y, 0.7f,
+                      text);
         }
     }
 }
 
-static void mark_sensor(lum_canvas *canvas, lum_box box, const map *m)
+static void mark_sensor(const lum_drawing *d, const map *m)
 {
-    const lum_box across = {column_of(m, box, 0.0f) - 7,
-                            row_of(m, box, 0.0f) - 1, 15, 3};
-    const lum_box along = {column_of(m, box, 0.0f) - 1,
-                           row_of(m, box, 0.0f) - 7, 3, 15};
-    lum_canvas_fill(canvas, across, lum_ink);
-    lum_canvas_fill(canvas, along, lum_ink);
+    const int arm = lum_pixels(d, 7.0f);
+    const int x = column_of(m, 0.0f);
+    const int y = row_of(m, 0.0f);
+    const lum_box across_it = {x - arm, y - 1, 2 * arm + 1, 3};
+    const lum_box along_it = {x - 1, y - arm, 3, 2 * arm + 1};
+    lum_canvas_fill(d->canvas, across_it, lum_ink);
+    lum_canvas_fill(d->canvas, along_it, lum_ink);
 }
 
-void lum_draw_ground(lum_canvas *canvas, lum_box box, const lum_raster *raster,
-                     lum_depth depth)
+void lum_draw_ground(const lum_drawing *d, lum_box box)
 {
-    const map m = make_map(raster, box);
+    const map m = make_map(d->dots, box);
     const float ring = lum_nice_step((float)box.height / m.scale, RINGS);
-    lum_canvas_fill(canvas, box, lum_panel);
-    draw_rings(canvas, box, &m, ring);
-    paint(canvas, box, &m, depth);
-    label_rings(canvas, box, &m, ring);
-    mark_sensor(canvas, box, &m);
+    lum_canvas_fill(d->canvas, box, lum_panel);
+    draw_rings(d, &m, ring);
+    paint(d, &m);
+    label_rings(d, &m, ring);
+    mark_sensor(d, &m);
 }

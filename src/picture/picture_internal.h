@@ -1,7 +1,6 @@
 /** @file
- * The parts of a picture, and what it keeps of the points, in bounded memory: a
- * range image of each eye, the ground seen from above at several scales, and
- * the distribution of ranges. Internal to picture. */
+ * The parts of a picture, and the points that it keeps, in bounded memory.
+ * Internal to picture. */
 #ifndef LUM_PICTURE_PICTURE_INTERNAL_H
 #define LUM_PICTURE_PICTURE_INTERNAL_H
 
@@ -9,51 +8,72 @@
 
 #include "lum/cloud/writer.h"
 #include "lum/image.h"
+#include "lum/picture/picture.h"
 
-/* --- What is kept: picture_raster.c --- */
+/* --- What is kept: picture_dots.c --- */
 
-#define LUM_PANORAMA_CELLS 1024  /**< of a range image, each way */
-#define LUM_GROUND_CELLS   2048  /**< of a ground level, each way */
-#define LUM_GROUND_LEVELS  8     /**< each twice as wide as the one before */
-#define LUM_GROUND_REACH   16.0f /**< metres from the origin, level 0 */
-#define LUM_RANGE_BINS     16384 /**< of the histogram; the last takes all */
-#define LUM_RANGE_BIN      0.1f  /**< metres */
+/** A point. */
+typedef struct lum_dot {
+    float x;     /**< metres, forward */
+    float y;     /**< metres, left */
+    float z;     /**< metres, up */
+    float range; /**< metres from the eye */
+    float value; /**< what its colour means */
+} lum_dot;
 
-/** What one eye saw: the nearest range in each cell of angles. */
-typedef struct lum_panorama {
-    lum_image_view view;   /**< a little more than the eye can see */
-    lum_image_scale scale; /**< of it */
-    float nearest[LUM_PANORAMA_CELLS * LUM_PANORAMA_CELLS]; /**< metres, as
-                             lum_image_pixels() places them; 0: nothing */
-} lum_panorama;
+#define LUM_DOTS_MAX    ((size_t)1 << 22) /**< kept at most */
+#define LUM_DOTS_SAMPLE 65536u            /**< that answer for all */
 
-/** All of it; more than 40 MB, but a scene uses only a small part. */
-typedef struct lum_raster {
-    lum_panorama eye[LUM_EYES]; /**< range images */
-    uint8_t ground[LUM_GROUND_LEVELS][LUM_GROUND_CELLS]
-                  [LUM_GROUND_CELLS]; /**< points by x and y, saturating */
-    uint64_t ranges[LUM_RANGE_BINS];  /**< histogram */
-    uint64_t points;                  /**< all of them */
-} lum_raster;
+/** Points. Of many only every second, every fourth and so on is kept. All bytes
+ * 0 except step, which is 1, has none. */
+typedef struct lum_dots {
+    lum_dot *at;   /**< count of them */
+    size_t count;  /**< at most LUM_DOTS_MAX */
+    size_t room;   /**< of at */
+    uint64_t all;  /**< that came */
+    uint64_t step; /**< of so many one is kept */
+} lum_dots;
 
-/** Prepare a zeroed raster.
- * @param projector tells the angles of the eyes; NULL: the typical ones. */
-void lum_raster_begin(lum_raster *raster, const lum_projector *projector);
+/** Take a point in; one whose numbers are not finite is only counted.
+ * @return 0, or -1 without memory. */
+LUM_MUST_CHECK int lum_dots_add(lum_dots *dots, const lum_dot *dot);
 
-/** Take a line in. */
-void lum_raster_add(lum_raster *raster, const lum_line_samples *line);
+/** Free what it holds. */
+void lum_dots_free(lum_dots *dots);
 
-/** The range that a share of the points (0..1) does not exceed, in metres; 0
- * when there are none. */
-float lum_raster_range(const lum_raster *raster, double share);
+/** A number of a point. */
+typedef float lum_dot_number(const lum_dot *dot);
 
-/* --- What is drawn of it --- */
+lum_dot_number lum_dot_value;    /**< its value */
+lum_dot_number lum_dot_distance; /**< from the origin as seen from above */
 
-/** The ranges that the colour scale spans, logarithmically. */
-typedef struct lum_depth {
-    float near_m; /**< metres, above 0 */
-    float far_m;  /**< metres, above near_m */
-} lum_depth;
+/** The numbers that two shares of the points (0..1) do not exceed; 0 where
+ * there is no point, or no memory. */
+void lum_dots_limits(const lum_dots *dots, lum_dot_number *number,
+                     const double shares[2], float out[2]);
+
+/* --- What it becomes --- */
+
+/** What colours mean. */
+typedef struct lum_scale {
+    lum_picture_colour colour; /**< of what */
+    float low;                 /**< value of the first colour */
+    float high;                /**< of the last, above it */
+} lum_scale;
+
+/** The scale of points: all but the lowest and the highest 2 %. */
+lum_scale lum_scale_of(lum_picture_colour colour, const lum_dots *dots);
+
+/** The colour of a value. */
+lum_rgb lum_scale_colour(const lum_scale *scale, float value);
+
+/** What a picture draws with. */
+typedef struct lum_drawing {
+    lum_canvas *canvas;
+    const lum_dots *dots;
+    lum_scale scale;
+    float unit; /**< pixels of the picture for one of 1600 x 1200 */
+} lum_drawing;
 
 extern const lum_rgb lum_paper; /**< background */
 extern const lum_rgb lum_panel; /**< background where data could be */
@@ -61,22 +81,31 @@ extern const lum_rgb lum_ink;   /**< text */
 extern const lum_rgb lum_dim;   /**< less important text */
 extern const lum_rgb lum_grid;  /**< lines behind data */
 
-/** The colour of a range. */
-lum_rgb lum_depth_colour(lum_depth depth, float range);
+/** So many pixels of a picture of 1600 x 1200, at least 1. */
+int lum_pixels(const lum_drawing *d, float n);
+
+/** Write a text of a size, in pixels of a picture of 1600 x 1200.
+ * @param cover as lum_style.cover, of the panel. */
+void lum_write(const lum_drawing *d, float size, lum_align align, int x, int y,
+               float cover, const char *text);
 
 /** A step of 1, 2 or 5 times a power of ten, so that a span has about n. */
 float lum_nice_step(float span, int n);
 
-/** Draw an eye's range image. It is cropped to the part with data; its angles
- * are left of the box and below it. */
-void lum_draw_panorama(lum_canvas *canvas, lum_box box,
-                       const lum_panorama *panorama, lum_depth depth);
+/** The angles of the picture of both eyes: those of lum_image_view_default(),
+ * or where a calibration turned the eyes away from these, those of the
+ * points. */
+lum_image_view lum_panorama_view(const lum_dots *dots);
+
+/** Draw the image of both eyes; its angles are left of the box and below it. */
+void lum_draw_panorama(const lum_drawing *d, lum_box box,
+                       const lum_image_view *view);
 
 /** Draw the scene from above, and rings of equal distance. */
-void lum_draw_ground(lum_canvas *canvas, lum_box box, const lum_raster *raster,
-                     lum_depth depth);
+void lum_draw_ground(const lum_drawing *d, lum_box box);
 
-/** Draw the colour scale and its numbers. */
-void lum_draw_scale(lum_canvas *canvas, lum_box box, lum_depth depth);
+/** Draw the colour scale with its unit, its ends and numbers between, or the
+ * colours of labels. */
+void lum_draw_scale(const lum_drawing *d, lum_box box);
 
 #endif

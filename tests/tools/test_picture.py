@@ -1,5 +1,6 @@
 """Pictures that lumdump draws: their size, their text, what stands where. Nothing here depends on the shape of letters."""
 import json
+import re
 import unittest
 
 import png_rows
@@ -10,9 +11,13 @@ from test_sources import split
 
 PAPER = (24, 26, 32)
 PANEL = (12, 13, 16)
-# Where docs/formats.md has them: a title, below it the range images of both eyes.
-TITLE = range(18, 48)
-EYES = {"green": range(85, 795), "blue": range(865, 1575)}
+# Where docs/formats.md has them: a title and more text at the left and the time at the right, below it the view from above with
+# the colour scale at its right, and the image of both eyes at the bottom, the green eye's half first.
+TITLE, MORE = range(16, 46), range(52, 76)
+ABOVE, BAR = range(112, 840), range(1456, 1484)
+BOTH = range(902, 1152)
+EYES = {"green": range(80, 826), "blue": range(834, 1578)}
+TIME = range(1000, 1600)
 
 
 class Picture(unittest.TestCase):
@@ -28,15 +33,54 @@ class Picture(unittest.TestCase):
         return path.read_bytes()
 
     def share_of_points(self, rows, eye):
-        """How much of the middle of an eye's range image shows something."""
-        pixels = [c for row in rows[150:300:30] for c in png_rows.colours(row, EYES[eye].start, EYES[eye].stop)]
+        """How much of an eye's half of the image shows something; not where the far end of the street is, or beyond."""
+        middle = range(EYES[eye].start, EYES[eye].start + 600) if eye == "green" else range(EYES[eye].stop - 600, EYES[eye].stop)
+        pixels = [c for row in rows[BOTH.start + 30:BOTH.stop - 10:30] for c in png_rows.colours(row, middle.start, middle.stop)]
         return sum(c != PANEL for c in pixels) / len(pixels)
+
+    def inked(self, rows, where, columns=range(0, 1000)):
+        """The columns of the text in these rows."""
+        return [x for y in where for x, c in enumerate(png_rows.colours(rows[y], columns.start, columns.stop)) if c != PAPER]
 
     def test_it_is_a_whole_png_of_the_size_that_is_documented(self):
         data = self.draw()
         self.assertEqual(png_rows.size(data), (1600, 1200))
         rows = png_rows.rows(data, 10)
         self.assertEqual({c for row in rows for c in png_rows.colours(row, 0, 1600)}, {PAPER})
+
+    def test_it_has_the_size_that_is_asked_for_and_a_degree_is_as_wide_as_high(self):
+        self.assertEqual(png_rows.size(self.draw("--size", "3200x2400")), (3200, 2400))
+        for width, height in ((800, 1000), (1000, 640)):
+            with self.subTest(width=width, height=height):
+                data = self.draw("--size", f"{width}x{height}")
+                self.assertEqual(png_rows.size(data), (width, height))
+                rows = [png_rows.colours(row, 0, width) for row in png_rows.rows(data)]
+                column = "".join(" #"[row[width // 3] != PAPER] for row in rows)
+                image = [match for match in re.finditer("#{30,}", column)][-1]  # above it is the scene, below it are numbers
+                across = [x for x, c in enumerate(rows[image.end() - 9]) if c != PAPER and x > 0.02 * width]
+                self.assertAlmostEqual((across[-1] - across[0] + 1) / len(image[0]), 120 / 20, delta=0.15)
+
+    def test_the_title_tells_file_frame_time_edge_return_and_calibration(self):
+        first = png_rows.rows(self.draw(), MORE.stop)
+        self.assertGreater(len(self.inked(first, TITLE, TIME)), 500)
+        for what, arguments, where in (("edge", ("--edge", "falling"), MORE), ("return", ("--return", "first"), MORE),
+                                       ("calibration", ("--set", "tof_lsb_ps=12.9"), MORE)):
+            with self.subTest(what):
+                other = png_rows.rows(self.draw(*arguments), MORE.stop)
+                self.assertEqual([self.inked(other, rows) == self.inked(first, rows) for rows in (TITLE, MORE)], [True, False])
+        data = self.capture.read_bytes()
+        self.capture = self.folder.write("another name.pcap", data)
+        renamed = png_rows.rows(self.draw(), MORE.stop)
+        self.assertGreater(max(self.inked(renamed, TITLE)), max(self.inked(first, TITLE)))
+        self.assertEqual(self.inked(renamed, MORE), self.inked(first, MORE))
+
+    def test_a_picture_of_each_frame_has_its_time(self):
+        self.drive("drive.pcap")
+        self.assertEqual(run("lumdump", self.capture, "-q", "-o", self.folder / "f-%d.png").returncode, 0)
+        two = self.folder / "f-2.png"
+        self.assertEqual(two.read_bytes(), self.draw("--frames", "2:2"))
+        times = [self.inked(png_rows.rows((self.folder / f"f-{i}.png").read_bytes(), TITLE.stop), TITLE, TIME) for i in (1, 2)]
+        self.assertTrue(times[0] and times[0] != times[1])
 
     def test_text_is_smooth(self):
         rows = png_rows.rows(self.draw(), TITLE.stop)
@@ -60,20 +104,17 @@ class Picture(unittest.TestCase):
     def test_each_eye_has_its_place(self):
         for eye, other in (("green", "blue"), ("blue", "green")):
             with self.subTest(eye):
-                rows = png_rows.rows(self.draw("--eye", eye), 300)
+                rows = png_rows.rows(self.draw("--eye", eye), BOTH.stop)
                 self.assertGreater(self.share_of_points(rows, eye), 0.98)
                 self.assertEqual(self.share_of_points(rows, other), 0)
 
     def test_a_picture_of_no_points_says_so_by_its_title(self):
-        full = png_rows.rows(self.draw(), TITLE.stop)
-        none = png_rows.rows(self.draw("--range", "900:999"), 300)
-        self.assertEqual(self.share_of_points(none, "green"), 0)
-        self.assertEqual(self.share_of_points(none, "blue"), 0)
-
-        def text(rows):
-            return max(x for y in TITLE for x, c in enumerate(png_rows.colours(rows[y], 0, 1600)) if c != PAPER)
-        self.assertGreater(text(none), 200)
-        self.assertGreater(text(full), text(none))
+        full = png_rows.rows(self.draw(), BOTH.stop)
+        none = png_rows.rows(self.draw("--range", "900:999"), BOTH.stop)
+        self.assertEqual([self.share_of_points(none, eye) for eye in EYES], [0, 0])
+        self.assertGreater(max(self.inked(none, TITLE)), 200)
+        self.assertEqual(self.inked(none, TITLE, TIME), [], "no frame, no time")
+        self.assertGreater(max(self.inked(full, MORE)), max(self.inked(none, MORE)))
 
     def drive(self, name, *arguments):
         self.capture = simulate(self.folder / name, "--frames", "4", "--lines", "64", *arguments)
@@ -156,13 +197,47 @@ class Picture(unittest.TestCase):
         self.assertEqual(self.said("--range", "900:999")[:2], ("no frame with points", {"frames": 0, "files": 0, "points": 0,
                                                                                                "others": 0}))
 
+    def scale(self, rows):
+        """The colours of the scale, from its lower end."""
+        return [c for c in (png_rows.colours(row, 0, 1600)[BAR.start + 9] for row in reversed(rows[ABOVE.start:ABOVE.stop])) if c != PAPER]
+
     def test_colours_are_ranges(self):
-        """The ground and cars before the sensor are near: red to green; the end of the street is far: blue and violet."""
-        rows = png_rows.rows(self.draw(), 300)
-        near = png_rows.colours(rows[299], EYES["blue"].start, EYES["blue"].stop)
-        self.assertTrue(all(c == PANEL or c[0] > c[2] for c in near))
-        far = png_rows.colours(rows[110], EYES["green"].start, EYES["green"].stop)
-        self.assertGreater(sum(blue > red for red, _, blue in far), len(far) / 2)
+        """Of a wall of trees and cars, what is near is dark and blue; the end of the street is far: bright and yellow."""
+        rows = png_rows.rows(self.draw(), BOTH.stop)
+        near = png_rows.colours(rows[BOTH.stop - 12], EYES["blue"].start, EYES["blue"].stop)
+        self.assertTrue(all(c == PANEL or c[2] > c[0] for c in near))
+        far = png_rows.colours(rows[BOTH.start + 12], 700, EYES["green"].stop)
+        self.assertGreater(sum(red > blue for red, _, blue in far), len(far) / 3)
+
+    def test_each_colouring_has_its_picture_and_the_same_scale(self):
+        made = {colour: png_rows.rows(self.draw("--colour", colour), BOTH.stop) for colour in ("range", "height", "pulse_width")}
+        self.assertEqual(made["range"], png_rows.rows(self.draw(), BOTH.stop))
+        images = {colour: rows[BOTH.start:] for colour, rows in made.items()}
+        self.assertEqual(len({tuple(map(bytes, rows)) for rows in images.values()}), 3)
+        self.assertEqual(len({tuple(self.scale(rows)) for rows in made.values()}), 1)
+        scale = self.scale(made["range"])
+        self.assertGreater(len(scale), 600)
+        light = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in scale]
+        self.assertTrue(all(b >= a - 1 for a, b in zip(light, light[1:])), "it can be read without its hues")
+
+    def test_heights_are_those_of_the_world(self):
+        """The ground has one colour, near and far: the lowest rows of the image, and the middle of the street."""
+        rows = png_rows.rows(self.draw("--colour", "height"), BOTH.stop)
+        ground = [png_rows.colours(rows[y], 0, 1600)[700] for y in range(BOTH.stop - 100, BOTH.stop - 8)]
+        for one in ground:
+            self.assertTrue(all(abs(a - b) < 40 for a, b in zip(one, ground[0])), (one, ground[0]))
+
+    def test_what_does_not_go_with_a_picture_is_refused(self):
+        for arguments, says in ((("--size", "639x700", "-o", "a.png"), "is not WIDTHxHEIGHT in pixels, each from 640 to 8000"),
+                                (("--size", "1000", "-o", "a.png"), "is not WIDTHxHEIGHT"),
+                                (("--size", "1000x", "-o", "a.png"), "is not WIDTHxHEIGHT"),
+                                (("--size", "1000x900", "-o", "a.ply"), "--size goes with png output only"),
+                                (("--colour", "height", "-o", "a.ply"), "--colour goes with png output only"),
+                                (("--colour", "green", "-o", "a.png"), "is not one of range height pulse_width")):
+            with self.subTest(arguments):
+                r = run("lumdump", self.capture, *arguments)
+                self.assertEqual(r.returncode, 2)
+                self.assertIn(says, r.stderr)
 
     def test_a_disk_that_is_full_is_told(self):
         r = run("lumdump", self.capture, "-q", "--format", "png", "-o", "/dev/full")

@@ -7,11 +7,11 @@
 
 #include "picture/picture_internal.h"
 
+#include <errno.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
-
-#define CELLS ((size_t)LUM_PANORAMA_CELLS * LUM_PANORAMA_CELLS)
+#include <string.h>
 
 enum {
     WIDTH = 200,
@@ -100,27 +100,48 @@ static bool are_equal(const lum_canvas *a, const lum_canvas *b)
     return different == 0;
 }
 
-static lum_raster *make_raster(void)
+/* Points of a test, and what draws them. */
+typedef struct scene {
+    lum_canvas *canvas;
+    lum_dots dots;
+    lum_scale scale;
+} scene;
+
+static scene make_scene(void)
 {
-    lum_raster *raster = calloc(1, sizeof *raster);
-    assert_non_null(raster);
-    lum_raster_begin(raster, NULL);
-    return raster;
+    return (scene){.canvas = make_canvas(),
+                   .dots = {.step = 1},
+                   .scale = {LUM_PICTURE_RANGE, 1.0f, 100.0f}};
 }
 
-static void add(lum_raster *raster, uint8_t eye, float azimuth, float elevation,
-                float range)
+static lum_drawing drawing_of(const scene *s)
+{
+    return (lum_drawing){s->canvas, &s->dots, s->scale, 1.0f};
+}
+
+static void free_scene(scene *s)
+{
+    lum_canvas_free(s->canvas);
+    lum_dots_free(&s->dots);
+}
+
+static void add(scene *s, float azimuth, float elevation, float range)
 {
     const float radians = 3.14159265f / 180.0f;
-    const float turned = (azimuth + (eye == LUM_EYE_GREEN ? 30.0f : -30.0f));
     const float level = range * cosf(elevation * radians);
-    const lum_sample sample = {.x = level * cosf(turned * radians),
-                               .y = level * sinf(turned * radians),
-                               .z = range * sinf(elevation * radians),
-                               .range = range};
-    const lum_line_samples line = {
-        .struct_size = sizeof line, .samples = &sample, .count = 1, .eye = eye};
-    lum_raster_add(raster, &line);
+    const lum_dot dot = {.x = level * cosf(azimuth * radians),
+                         .y = level * sinf(azimuth * radians),
+                         .z = range * sinf(elevation * radians),
+                         .range = range,
+                         .value = range};
+    assert_int_equal(lum_dots_add(&s->dots, &dot), 0);
+}
+
+static void draw_panorama(const scene *s, lum_box box)
+{
+    const lum_drawing d = drawing_of(s);
+    const lum_image_view view = lum_panorama_view(&s->dots);
+    lum_draw_panorama(&d, box, &view);
 }
 
 static void what_lies_outside_of_the_canvas_does_nothing(void **state)
@@ -327,14 +348,39 @@ static void a_text_can_cover_what_is_behind_it(void **state)
     lum_canvas_free(canvas);
 }
 
-static void the_colour_scale_goes_from_red_to_violet(void **state)
+static float brightness(lum_rgb c)
+{
+    return 0.2126f * (float)c.r + 0.7152f * (float)c.g + 0.0722f * (float)c.b;
+}
+
+static void the_colour_scale_rises_in_brightness(void **state)
+{
+    float last = brightness(lum_colour(0.0f));
+    (void)state;
+    for (int i = 1; i <= 100; i++) {
+        const float now = brightness(lum_colour((float)i / 100.0f));
+        assert_true(now > last && now - last < 4.0f);
+        last = now;
+    }
+    assert_int_equal(lum_colour(-7.0f).b, lum_colour(0.0f).b);
+    assert_int_equal(lum_colour(NAN).b, lum_colour(0.0f).b);
+    assert_int_equal(lum_colour(99.0f).r, 253);
+    assert_int_equal(lum_colour(1.0f).g, 231);
+    assert_int_equal(lum_colour(1.0f).b, 37);
+}
+
+static void labels_have_eight_colours(void **state)
 {
     (void)state;
-    assert_int_equal(lum_colour(0.0f).r, 214);
-    assert_int_equal(lum_colour(-7.0f).r, 214);
-    assert_int_equal(lum_colour(1.0f).b, 225);
-    assert_int_equal(lum_colour(99.0f).b, 225);
-    assert_int_equal(lum_colour(0.5f).g, 210);
+    for (int i = 0; i < 8; i++) {
+        const lum_rgb one = lum_label_colour((float)i);
+        const lum_rgb again = lum_label_colour((float)(i - 8));
+        assert_memory_equal(&one, &again, sizeof one);
+        for (int k = 0; k < i; k++) {
+            const lum_rgb other = lum_label_colour((float)k);
+            assert_memory_not_equal(&one, &other, sizeof one);
+        }
+    }
 }
 
 static void steps_are_one_two_or_five(void **state)
@@ -346,197 +392,256 @@ static void steps_are_one_two_or_five(void **state)
     assert_true(lum_nice_step(3.0f, 3) == 1.0f);
 }
 
-static void the_nearest_return_of_a_cell_wins(void **state)
+static bool is_like(lum_rgb a, lum_rgb b)
 {
-    lum_raster *raster = make_raster();
-    (void)state;
-    add(raster, LUM_EYE_BLUE, 0.0f, -7.0f, 20.0f);
-    add(raster, LUM_EYE_BLUE, 0.0f, -7.0f, 10.0f);
-    add(raster, LUM_EYE_BLUE, 0.0f, -7.0f, 30.0f);
-    const lum_panorama *blue = &raster->eye[LUM_EYE_BLUE];
-    size_t filled = 0;
-    for (size_t i = 0; i < CELLS; i++) {
-        filled += blue->nearest[i] > 0.0f;
-        assert_true(blue->nearest[i] <= 0.0f || blue->nearest[i] == 10.0f);
-        assert_true(raster->eye[LUM_EYE_GREEN].nearest[i] == 0.0f);
-    }
-    assert_int_equal(filled, 1);
-    free(raster);
+    return abs(a.r - b.r) <= 1 && abs(a.g - b.g) <= 1 && abs(a.b - b.b) <= 1;
 }
 
-static void angles_outside_of_the_calibration_are_left_out(void **state)
+static void of_many_points_every_second_is_kept(void **state)
 {
-    lum_raster *raster = make_raster();
+    lum_dots dots = {.step = 1};
+    const lum_dot nowhere = {NAN, 0.0f, 0.0f, 1.0f, 1.0f};
     (void)state;
-    add(raster, LUM_EYE_BLUE, 31.0f, -7.0f, 20.0f);
-    add(raster, LUM_EYE_BLUE, 0.0f, 90.0f, 20.0f);
-    add(raster, UINT8_MAX, -1e30f, -1e30f, 1e30f);
-    for (size_t i = 0; i < CELLS; i++) {
-        assert_true(raster->eye[0].nearest[i] == 0.0f);
+    assert_int_equal(lum_dots_add(&dots, &nowhere), 0);
+    assert_true(dots.all == 1 && dots.count == 0);
+    dots.all = 0;
+    for (size_t i = 0; i < 2u * LUM_DOTS_MAX; i++) {
+        const lum_dot dot = {(float)i, 0.0f, 0.0f, 1.0f, 1.0f};
+        assert_int_equal(lum_dots_add(&dots, &dot), 0);
     }
-    assert_true(raster->points == 3);
-    free(raster);
+    assert_true(dots.all == 2u * LUM_DOTS_MAX);
+    assert_true(dots.step == 4 && dots.count == LUM_DOTS_MAX / 2u);
+    for (size_t i = 0; i < dots.count; i++) {
+        assert_true(dots.at[i].x == (float)(4u * i));
+    }
+    lum_dots_free(&dots);
 }
 
-static void ranges_have_shares(void **state)
+static void the_nearest_point_of_a_pixel_wins(void **state)
 {
-    lum_raster *raster = make_raster();
+    scene s = make_scene();
+    const lum_box box = {60, 0, 120, 20};
     (void)state;
-    assert_true(lum_raster_range(raster, 0.98) == 0.0f);
-    for (int i = 0; i < 100; i++) {
-        add(raster, LUM_EYE_BLUE, 0.0f, 0.0f, 0.55f + (float)i);
+    add(&s, 30.2f, -6.5f, 20.0f);
+    add(&s, 30.2f, -6.5f, 10.0f);
+    add(&s, 30.2f, -6.5f, 30.0f);
+    draw_panorama(&s, box);
+    assert_int_equal(count_painted(s.canvas, box), 1);
+    assert_true(is_like(lum_canvas_get(s.canvas, 60 + 29, 9),
+                        lum_scale_colour(&s.scale, 10.0f)));
+    free_scene(&s);
+}
+
+static void scales_leave_out_two_of_a_hundred_at_each_end(void **state)
+{
+    scene s = make_scene();
+    const lum_scale none = lum_scale_of(LUM_PICTURE_RANGE, &s.dots);
+    (void)state;
+    assert_true(none.low == 0.5f && none.high == 1.0f);
+    for (int i = 100; i > 0; i--) {
+        add(&s, 0.0f, 0.0f, (float)i);
     }
-    const float most = lum_raster_range(raster, 0.98);
-    assert_true(most > 97.5f && most < 97.7f);
-    free(raster);
+    const lum_scale range = lum_scale_of(LUM_PICTURE_RANGE, &s.dots);
+    assert_true(range.low == 3.0f && range.high == 98.0f);
+    const lum_rgb middle = lum_scale_colour(&range, sqrtf(3.0f * 98.0f));
+    const lum_rgb half = lum_colour(0.5f);
+    assert_true(is_like(middle, half));
+    const lum_scale height = lum_scale_of(LUM_PICTURE_HEIGHT, &s.dots);
+    assert_true(is_like(lum_scale_colour(&height, 50.5f), half));
+    free_scene(&s);
+}
+
+static void the_view_is_the_usual_one_of_both_eyes(void **state)
+{
+    scene s = make_scene();
+    (void)state;
+    for (int i = -590; i < 590; i++) {
+        add(&s, 0.1f * (float)i, -16.0f + (float)(i & 15), 10.0f);
+    }
+    add(&s, 170.0f, 80.0f, 10.0f);
+    const lum_image_view v = lum_panorama_view(&s.dots);
+    assert_true(v.left_deg == 60.0f && v.right_deg == -60.0f);
+    assert_true(v.top_deg == 3.0f && v.bottom_deg == -17.0f);
+    free_scene(&s);
+}
+
+static void a_sensor_that_looks_elsewhere_is_followed(void **state)
+{
+    scene s = make_scene();
+    (void)state;
+    for (int i = -300; i <= 300; i++) {
+        add(&s, 180.0f + 0.1f * (float)i, 20.0f + (float)(i % 3), 10.0f);
+    }
+    const lum_image_view v = lum_panorama_view(&s.dots);
+    assert_true(v.left_deg > 211.0f && v.left_deg < 213.0f);
+    assert_true(v.right_deg > 147.0f && v.right_deg < 149.0f);
+    assert_true(v.top_deg > 23.0f && v.top_deg < 25.0f);
+    assert_true(v.bottom_deg > 15.0f && v.bottom_deg < 17.0f);
+    free_scene(&s);
 }
 
 static void left_is_drawn_on_the_left_and_up_at_the_top(void **state)
 {
-    lum_canvas *canvas = make_canvas();
-    lum_raster *raster = make_raster();
+    scene s = make_scene();
     const lum_box box = {30, 10, 140, 60};
-    const lum_box top_left = {80, 10, 20, 30};
+    const lum_box top_left = {30, 10, 50, 30};
     const lum_box bottom_right = {120, 40, 50, 30};
-    const lum_box bottom_left = {80, 40, 20, 30};
-    const lum_depth depth = {1.0f, 100.0f};
+    const lum_box bottom_left = {30, 40, 50, 30};
     (void)state;
-    add(raster, LUM_EYE_BLUE, 29.0f, 2.0f, 10.0f);
-    add(raster, LUM_EYE_BLUE, -29.0f, -16.0f, 10.0f);
-    for (float azimuth = 0.0f; azimuth < 20.0f; azimuth += 0.05f) {
-        add(raster, LUM_EYE_BLUE, azimuth, 1.0f, 10.0f);
+    add(&s, 59.0f, 2.0f, 10.0f);
+    add(&s, -59.0f, -16.0f, 10.0f);
+    for (float azimuth = 30.0f; azimuth < 50.0f; azimuth += 0.05f) {
+        add(&s, azimuth, 1.0f, 10.0f);
     }
-    lum_draw_panorama(canvas, box, &raster->eye[LUM_EYE_BLUE], depth);
-    assert_true(count_painted(canvas, top_left) >= 10);
-    assert_true(count_painted(canvas, bottom_right) >= 1);
-    assert_int_equal(count_painted(canvas, bottom_left), 0);
-    free(raster);
-    lum_canvas_free(canvas);
+    draw_panorama(&s, box);
+    assert_true(count_painted(s.canvas, top_left) >= 10);
+    assert_true(count_painted(s.canvas, bottom_right) >= 1);
+    assert_int_equal(count_painted(s.canvas, bottom_left), 0);
+    free_scene(&s);
 }
 
 static void sparse_lines_are_stretched_until_they_meet(void **state)
 {
-    lum_canvas *canvas = make_canvas();
-    lum_raster *raster = make_raster();
+    scene s = make_scene();
     const lum_box box = {30, 10, 140, 60};
-    const lum_box inside = {70, 15, 90, 50};
-    const lum_depth depth = {1.0f, 100.0f};
+    const lum_box inside = {40, 20, 120, 45};
     (void)state;
     for (int line = 0; line < 8; line++) {
-        for (float azimuth = -29.9f; azimuth < 30.0f; azimuth += 0.06f) {
-            add(raster, LUM_EYE_BLUE, azimuth, -16.0f + 2.5f * (float)line,
-                10.0f);
+        for (float azimuth = -59.9f; azimuth < 60.0f; azimuth += 0.06f) {
+            add(&s, azimuth, -16.0f + 2.5f * (float)line, 10.0f);
         }
     }
-    lum_draw_panorama(canvas, box, &raster->eye[LUM_EYE_BLUE], depth);
-    assert_int_equal(count_painted(canvas, inside), 90 * 50);
-    free(raster);
-    lum_canvas_free(canvas);
+    draw_panorama(&s, box);
+    assert_int_equal(count_painted(s.canvas, inside), 120 * 45);
+    free_scene(&s);
 }
 
 /* Lines 2 degrees apart, points as wide as a pixel; holes of three pixels. */
 static void holes_between_pixels_are_closed_and_larger_ones_stay(void **state)
 {
-    lum_canvas *canvas = make_canvas();
-    lum_raster *raster = make_raster();
+    scene s = make_scene();
     const lum_box box = {0, 0, 100, 50};
     const lum_box small = {20, 0, 20, 50};
     const lum_box large = {60, 0, 12, 50};
-    const lum_depth depth = {1.0f, 100.0f};
     (void)state;
     for (int line = 0; line < 10; line++) {
         for (int x = 0; x < 100; x++) {
             if ((x < 24 || x > 25) && (x < 62 || x > 69)) {
-                add(raster, LUM_EYE_BLUE, 29.7f - 0.6f * (float)x,
-                    -16.0f + 2.0f * (float)line, 10.0f);
+                add(&s, 59.4f - 1.2f * (float)x, -16.0f + 2.0f * (float)line,
+                    10.0f);
             }
         }
     }
-    lum_draw_panorama(canvas, box, &raster->eye[LUM_EYE_BLUE], depth);
-    assert_int_equal(count_painted(canvas, small), 20 * 50);
-    assert_in_range(count_painted(canvas, large), 3 * 50, 6 * 50);
-    free(raster);
-    lum_canvas_free(canvas);
+    draw_panorama(&s, box);
+    assert_int_equal(count_painted(s.canvas, small), 20 * 50);
+    assert_in_range(count_painted(s.canvas, large), 3 * 50, 6 * 50);
+    free_scene(&s);
 }
 
 static void pictures_of_nothing_and_of_one_point_can_be_drawn(void **state)
 {
     const lum_box box = {30, 10, 140, 60};
-    const lum_depth depth = {0.5f, 1.0f};
     (void)state;
     for (int points = 0; points < 2; points++) {
-        lum_canvas *canvas = make_canvas();
-        lum_raster *raster = make_raster();
-        for (int i = 0; i < points; i++) {
-            add(raster, LUM_EYE_BLUE, 0.0f, 0.0f, 1e5f);
+        for (int colour = 0; colour <= (int)LUM_PICTURE_LABEL; colour++) {
+            scene s = make_scene();
+            for (int i = 0; i < points; i++) {
+                add(&s, 0.0f, 0.0f, 1e5f);
+            }
+            s.scale = lum_scale_of((lum_picture_colour)colour, &s.dots);
+            const lum_drawing d = drawing_of(&s);
+            draw_panorama(&s, box);
+            lum_draw_ground(&d, box);
+            lum_draw_scale(&d, box);
+            free_scene(&s);
         }
-        lum_draw_panorama(canvas, box, &raster->eye[LUM_EYE_BLUE], depth);
-        lum_draw_ground(canvas, box, raster, depth);
-        lum_draw_scale(canvas, box, depth);
-        free(raster);
-        lum_canvas_free(canvas);
     }
 }
 
-static void angles_stand_beside_a_range_image(void **state)
+static void angles_stand_beside_the_image(void **state)
 {
-    lum_canvas *canvas = make_canvas();
-    lum_raster *raster = make_raster();
+    scene s = make_scene();
     const lum_box box = {60, 10, 120, 60};
     const lum_box left = {0, 0, 54, HEIGHT};
     const lum_box below = {54, 76, WIDTH - 54, HEIGHT - 76};
     const lum_box on_top = {0, 0, WIDTH, 8};
-    const lum_depth depth = {1.0f, 100.0f};
     (void)state;
-    lum_draw_panorama(canvas, box, &raster->eye[LUM_EYE_BLUE], depth);
-    assert_true(count_painted(canvas, left) > 50);
-    assert_true(count_painted(canvas, below) > 50);
-    assert_int_equal(count_painted(canvas, on_top), 0);
-    assert_int_equal(count_painted(canvas, box), 0);
-    free(raster);
-    lum_canvas_free(canvas);
+    draw_panorama(&s, box);
+    assert_true(count_painted(s.canvas, left) > 50);
+    assert_true(count_painted(s.canvas, below) > 50);
+    assert_int_equal(count_painted(s.canvas, on_top), 0);
+    assert_int_equal(count_painted(s.canvas, box), 0);
+    free_scene(&s);
 }
 
-static int count_numbers(lum_depth depth)
+/* Of a scale that is TALL pixels high. */
+enum {
+    TALL = 1000
+};
+
+static int count_numbers(lum_picture_colour colour, float low, float high)
 {
-    const lum_box bar = {10, 0, 20, HEIGHT};
-    lum_canvas *canvas = make_canvas();
+    const lum_box bar = {10, 0, 20, TALL};
+    lum_canvas *canvas = lum_canvas_new(WIDTH, TALL);
+    const lum_dots dots = {.step = 1};
+    const lum_drawing d = {canvas, &dots, {colour, low, high}, 1.0f};
     int n = 0;
-    lum_draw_scale(canvas, bar, depth);
-    for (int y = 0; y < HEIGHT; y++) {
+    assert_non_null(canvas);
+    lum_draw_scale(&d, bar);
+    for (int y = 0; y < TALL; y++) {
         n += is_colour(canvas, 30, y, lum_ink);
     }
     lum_canvas_free(canvas);
     return n;
 }
 
-static void a_short_scale_has_more_numbers_than_1_2_and_5(void **state)
+static void a_scale_has_its_ends_and_numbers_between(void **state)
 {
-    const lum_depth wide = {0.9f, 110.0f};
-    const lum_depth narrow = {3.5f, 8.5f};
-    const lum_depth narrowest = {8.1f, 16.2f};
     (void)state;
-    assert_int_equal(count_numbers(wide), 7); /* 1 2 5 10 20 50 100 */
-    assert_int_equal(count_numbers(narrow), 5);
-    assert_int_equal(count_numbers(narrowest), 2);
+    assert_int_equal(count_numbers(LUM_PICTURE_RANGE, 0.9f, 110.0f),
+                     9 - 2); /* 1 and 100 are too near to the ends */
+    assert_int_equal(count_numbers(LUM_PICTURE_RANGE, 3.5f, 8.5f), 2 + 5);
+    assert_int_equal(count_numbers(LUM_PICTURE_RANGE, 8.1f, 16.2f), 2 + 2);
+    assert_int_equal(count_numbers(LUM_PICTURE_HEIGHT, -2.1f, 3.9f), 2 + 5);
+    assert_int_equal(count_numbers(LUM_PICTURE_PULSE_WIDTH, 0.0f, 12.0f),
+                     2 + 5);
 }
 
-static void the_scale_is_red_below_and_violet_above(void **state)
+static void the_scale_rises(void **state)
 {
     const lum_box bar = {10, 0, 20, HEIGHT};
-    const lum_depth depth = {1.0f, 100.0f};
-    lum_canvas *canvas = make_canvas();
+    scene s = make_scene();
+    const lum_drawing d = drawing_of(&s);
     (void)state;
-    lum_draw_scale(canvas, bar, depth);
-    assert_true(is_colour(canvas, 10, HEIGHT - 1, lum_colour(0.0f)));
-    assert_true(is_colour(canvas, 29, 0, lum_colour(1.0f)));
-    assert_true(is_black(canvas, 9, HEIGHT / 2));
-    lum_canvas_free(canvas);
+    lum_draw_scale(&d, bar);
+    assert_true(is_colour(s.canvas, 10, HEIGHT - 1, lum_colour(0.0f)));
+    assert_true(is_colour(s.canvas, 29, 0, lum_colour(1.0f)));
+    assert_true(is_black(s.canvas, 9, HEIGHT / 2));
+    free_scene(&s);
 }
 
-static bool is_green(lum_rgb c)
+static void labels_have_a_legend_of_those_that_are_there(void **state)
 {
-    return c.g > 90 && c.g > c.b + 20;
+    const lum_box bar = {10, 0, 20, HEIGHT};
+    scene s = make_scene();
+    (void)state;
+    s.scale = lum_scale_of(LUM_PICTURE_LABEL, &s.dots);
+    for (int i = 0; i < 6; i++) {
+        const lum_dot dot = {1.0f, 0.0f, 0.0f, 1.0f, i % 2 == 0 ? 7.0f : 2.0f};
+        assert_int_equal(lum_dots_add(&s.dots, &dot), 0);
+    }
+    const lum_drawing d = drawing_of(&s);
+    lum_draw_scale(&d, bar);
+    assert_true(is_colour(s.canvas, 15, 5, lum_label_colour(2.0f)));
+    assert_true(is_colour(s.canvas, 15, 28 + 5, lum_label_colour(7.0f)));
+    assert_true(is_black(s.canvas, 15, 2 * 28 + 5));
+    free_scene(&s);
+}
+
+static bool is_point(const lum_canvas *canvas, int x, int y)
+{
+    const lum_rgb c = lum_canvas_get(canvas, x, y);
+    return c.g > c.r + 40;
 }
 
 /* From the top down to where the panel begins again: points, and no ring. */
@@ -548,55 +653,125 @@ static int count_top_band(const lum_canvas *canvas, int x)
         y++;
     }
     for (; y < HEIGHT && !is_colour(canvas, x, y, lum_panel); y++, n++) {
-        assert_true(is_green(lum_canvas_get(canvas, x, y)));
+        assert_true(is_point(canvas, x, y));
     }
     return n;
 }
 
 static void rings_stand_behind_the_points(void **state)
 {
-    lum_canvas *canvas = make_canvas();
-    lum_raster *raster = make_raster();
-    const lum_depth depth = {1.0f, 100.0f};
+    scene s = make_scene();
     int ring = 0;
     (void)state;
     for (int i = -500; i <= 500; i++) { /* on the ring of 10 m */
-        const float y = 0.01f * (float)i;
-        const lum_sample sample = {
-            .x = sqrtf(100.0f - y * y), .y = y, .range = 10.0f};
-        const lum_line_samples line = {.samples = &sample, .count = 1};
-        lum_raster_add(raster, &line);
+        add(&s, 0.06f * (float)i, 0.0f, 10.0f);
     }
-    lum_draw_ground(canvas, all, raster, depth);
+    const lum_drawing d = drawing_of(&s);
+    lum_draw_ground(&d, all);
     for (int x = WIDTH / 2 - 40; x < WIDTH / 2 - 30; x++) {
-        assert_in_range(count_top_band(canvas, x), 2, 8);
+        assert_in_range(count_top_band(s.canvas, x), 2, 8);
     }
     for (int y = 0; y < HEIGHT; y++) {
-        const lum_rgb c = lum_canvas_get(canvas, WIDTH / 2 - 35, y);
-        ring += c.r > lum_panel.r && !is_green(c);
+        const lum_rgb c = lum_canvas_get(s.canvas, WIDTH / 2 - 35, y);
+        ring += c.r > lum_panel.r && !is_point(s.canvas, WIDTH / 2 - 35, y);
     }
     assert_in_range(ring, 3, 12); /* of 4, 6 and 8 m */
-    free(raster);
-    lum_canvas_free(canvas);
+    free_scene(&s);
 }
 
 static void forward_is_up_in_the_view_from_above(void **state)
 {
-    lum_canvas *canvas = make_canvas();
-    lum_raster *raster = make_raster();
-    const lum_box box = {0, 0, WIDTH, HEIGHT};
+    scene s = make_scene();
     const lum_box ahead = {WIDTH / 2 - 12, 10, 24, 40};
-    const lum_depth depth = {1.0f, 100.0f};
-    int coloured = 0;
     (void)state;
     for (float x = 5.0f; x < 10.0f; x += 0.01f) {
-        add(raster, LUM_EYE_BLUE, 0.0f, 0.0f, x);
+        add(&s, 0.0f, 0.0f, x);
     }
-    lum_draw_ground(canvas, box, raster, depth);
-    coloured = count_painted(canvas, ahead);
-    assert_true(coloured > 40);
-    free(raster);
-    lum_canvas_free(canvas);
+    const lum_drawing d = drawing_of(&s);
+    lum_draw_ground(&d, all);
+    assert_true(count_painted(s.canvas, ahead) > 40);
+    free_scene(&s);
+}
+
+static void from_above_one_sees_the_highest_point(void **state)
+{
+    scene s = make_scene();
+    const lum_rgb roof = lum_scale_colour(&s.scale, 20.0f);
+    int seen = 0;
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        const lum_dot dot = {10.0f, 0.0f, i == 1 ? 3.0f : -2.0f, 10.0f,
+                             i == 1 ? 20.0f : 10.0f};
+        assert_int_equal(lum_dots_add(&s.dots, &dot), 0);
+    }
+    const lum_drawing d = drawing_of(&s);
+    lum_draw_ground(&d, all);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        seen += is_colour(s.canvas, i % WIDTH, i / WIDTH, roof);
+        assert_false(is_colour(s.canvas, i % WIDTH, i / WIDTH,
+                               lum_scale_colour(&s.scale, 10.0f)));
+    }
+    assert_true(seen > 0);
+    free_scene(&s);
+}
+
+/* --- The format --- */
+
+static const char *refusal_of(const lum_picture_options *drawing)
+{
+    static lum_error error;
+    const lum_writer_options o = {.struct_size = sizeof o,
+                                  .format = LUM_FORMAT_PNG,
+                                  .picture = lum_picture_format(),
+                                  .drawing = drawing};
+    lum_writer *writer = NULL;
+    assert_int_equal(lum_writer_open("/dev/null", &o, &writer, &error), -1);
+    assert_int_equal(errno, EINVAL);
+    return error.text;
+}
+
+static void options_that_cannot_be_are_refused(void **state)
+{
+    lum_picture_options o = {.struct_size = 0};
+    (void)state;
+    assert_non_null(strstr(refusal_of(&o), "struct_size"));
+    o = (lum_picture_options){.struct_size = sizeof o, .width = 639};
+    assert_non_null(strstr(refusal_of(&o), "640 to 8000 pixels"));
+    o = (lum_picture_options){.struct_size = sizeof o, .height = 8001};
+    assert_non_null(strstr(refusal_of(&o), "640 to 8000 pixels"));
+    o = (lum_picture_options){.struct_size = sizeof o,
+                              .colour = (lum_picture_colour)4};
+    assert_non_null(strstr(refusal_of(&o), "no such colours"));
+    o.colour = LUM_PICTURE_LABEL;
+    assert_non_null(strstr(refusal_of(&o), "need a column label"));
+}
+
+static void labels_are_a_column_of_ones_own(void **state)
+{
+    const lum_writer_extra extra[2] = {{"other", LUM_NUMBER_F64},
+                                       {"label", LUM_NUMBER_U16}};
+    const lum_picture_options drawing = {.struct_size = sizeof drawing,
+                                         .colour = LUM_PICTURE_LABEL};
+    const lum_writer_options o = {.struct_size = sizeof o,
+                                  .format = LUM_FORMAT_PNG,
+                                  .picture = lum_picture_format(),
+                                  .drawing = &drawing,
+                                  .extra = extra,
+                                  .extra_count = 2};
+    const double others[1] = {0.5};
+    const uint16_t labels[1] = {7};
+    const void *values[2] = {others, labels};
+    const lum_sample sample = {.x = 1.0f, .range = 1.0f};
+    const lum_line_samples line = {.struct_size = sizeof line,
+                                   .samples = &sample,
+                                   .count = 1,
+                                   .extra = values};
+    lum_writer *writer = NULL;
+    (void)state;
+    assert_int_equal(lum_writer_open("/dev/null", &o, &writer, NULL), 0);
+    assert_int_equal(lum_writer_begin_frame(writer, -1, NULL), 0);
+    assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
+    assert_int_equal(lum_writer_close(writer, NULL), 0);
 }
 
 int main(void)
@@ -613,20 +788,27 @@ int main(void)
         cmocka_unit_test(threads_draw_the_same_at_the_same_time),
         cmocka_unit_test(text_is_smooth_and_nothing_but_grey),
         cmocka_unit_test(a_text_can_cover_what_is_behind_it),
-        cmocka_unit_test(the_colour_scale_goes_from_red_to_violet),
+        cmocka_unit_test(the_colour_scale_rises_in_brightness),
+        cmocka_unit_test(labels_have_eight_colours),
         cmocka_unit_test(steps_are_one_two_or_five),
-        cmocka_unit_test(the_nearest_return_of_a_cell_wins),
-        cmocka_unit_test(angles_outside_of_the_calibration_are_left_out),
-        cmocka_unit_test(ranges_have_shares),
+        cmocka_unit_test(of_many_points_every_second_is_kept),
+        cmocka_unit_test(the_nearest_point_of_a_pixel_wins),
+        cmocka_unit_test(scales_leave_out_two_of_a_hundred_at_each_end),
+        cmocka_unit_test(the_view_is_the_usual_one_of_both_eyes),
+        cmocka_unit_test(a_sensor_that_looks_elsewhere_is_followed),
         cmocka_unit_test(left_is_drawn_on_the_left_and_up_at_the_top),
         cmocka_unit_test(sparse_lines_are_stretched_until_they_meet),
         cmocka_unit_test(holes_between_pixels_are_closed_and_larger_ones_stay),
         cmocka_unit_test(pictures_of_nothing_and_of_one_point_can_be_drawn),
-        cmocka_unit_test(angles_stand_beside_a_range_image),
-        cmocka_unit_test(a_short_scale_has_more_numbers_than_1_2_and_5),
-        cmocka_unit_test(the_scale_is_red_below_and_violet_above),
+        cmocka_unit_test(angles_stand_beside_the_image),
+        cmocka_unit_test(a_scale_has_its_ends_and_numbers_between),
+        cmocka_unit_test(the_scale_rises),
+        cmocka_unit_test(labels_have_a_legend_of_those_that_are_there),
         cmocka_unit_test(rings_stand_behind_the_points),
         cmocka_unit_test(forward_is_up_in_the_view_from_above),
+        cmocka_unit_test(from_above_one_sees_the_highest_point),
+        cmocka_unit_test(options_that_cannot_be_are_refused),
+        cmocka_unit_test(labels_are_a_column_of_ones_own),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

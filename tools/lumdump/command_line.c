@@ -10,6 +10,7 @@
 #include "help.h"
 #include "lum/map/map.h"
 #include "lum/net/socket.h"
+#include "lum/picture/picture.h"
 #include "lum/version.h"
 #include "picture.h"
 #include "rig.h"
@@ -44,6 +45,11 @@ static const struct option_word places[] = {{"start", LUM_MOVE_TO_START},
                                             {"middle", LUM_MOVE_TO_MIDDLE},
                                             {"world", LUM_MOVE_TO_WORLD},
                                             {NULL, 0}};
+static const struct option_word colours[] = {
+    {"range", LUM_PICTURE_RANGE},
+    {"height", LUM_PICTURE_HEIGHT},
+    {"pulse_width", LUM_PICTURE_PULSE_WIDTH},
+    {NULL, 0}};
 static const struct option_word keeps[] = {{"keep", 0}, {"drop", 1}, {NULL, 0}};
 static const struct option_word packets[] = {
     {"lines", 0}, {"all", 1}, {NULL, 0}};
@@ -107,6 +113,11 @@ static const struct option_spec specs[] = {
     {"voxel", .kind = OPTION_REAL, INTO(cloud.voxel), .low = LUM_MAP_VOXEL_MIN,
      .high = LUM_MAP_VOXEL_MAX},
     {"organized", FLAG(cloud.organized)},
+    {"colour", WORD(colours, cloud.picture.colour),
+     HAS(cloud.picture.has_colour)},
+    {"size", CALL(values_take_size),
+     .allowed = "WIDTHxHEIGHT in pixels, each from 640 to 8000, such as "
+                "3200x2400"},
     {"mcap", CALL(values_take_mcap),
      .allowed = "frames, lines or packets, or packets with one of the others, "
                 "such as frames,packets"},

@@ -206,7 +206,7 @@ int file_set_set_time(struct file_set *set, int64_t time_ns, lum_error *error)
 /* --- From the beginning to the end --- */
 
 void file_set_prepare(const struct options *options, size_t i,
-                      const lum_projector *projector, struct file_set *out)
+                      struct file_set *out)
 {
     *out = (struct file_set){.names = file_names_of(options, i),
                              .ended = NO_FRAME};
@@ -215,7 +215,7 @@ void file_set_prepare(const struct options *options, size_t i,
         options_rotates(options, i) ? &options->files.rotation : NULL;
     out->is_in_place = out->names.kind != FILE_NAMES_OF_FRAMES &&
                        capture_file_is_in_place(out->names.name);
-    file_format_choose(options, i, projector, &out->format);
+    file_format_choose(options, i, &out->format);
 }
 
 int file_set_open(struct file_set *set, const struct file_set *rehearsal,

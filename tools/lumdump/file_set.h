@@ -41,7 +41,7 @@ struct file_set {
 /* That of the i-th output, with no file yet. To be ended by file_set_abort().
  */
 void file_set_prepare(const struct options *options, size_t i,
-                      const lum_projector *projector, struct file_set *out);
+                      struct file_set *out);
 
 /* Take the names, open the first file. rehearsal: NULL, or a set that took the
  * lines to come. */

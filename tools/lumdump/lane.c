@@ -50,8 +50,8 @@ static int open_here(struct lane *lane, lum_error *error)
             return -1;
         }
     }
-    if (outputs_open(&lane->options, lane->pass->projector, NULL,
-                     &lane->pass->notes, &lane->pass->outputs, error) != 0) {
+    if (outputs_open(&lane->options, NULL, &lane->pass->notes,
+                     &lane->pass->outputs, error) != 0) {
         return -1;
     }
     outputs_finish_by(lane->pass->outputs, lane->closer);

@@ -136,7 +136,8 @@ bool options_draws_one(const struct options *options, size_t i)
 bool options_takes_frames(const struct options *options, size_t i)
 {
     const unsigned format = options->outputs[i].format;
-    return options_is_organized(options, i) || options_is_picture(options, i) ||
+    return options_is_organized(options, i) ||
+           format == (unsigned)LUM_FORMAT_PNG ||
            options_has_messages(options, i) || options_has_preset(options, i) ||
            ((options->choice.whole != 0 ||
              options->points.motion.poses != NULL) &&

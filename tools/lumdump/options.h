@@ -111,6 +111,14 @@ struct point_options {
     struct motion_options motion;
 };
 
+/* How pictures are drawn. */
+struct picture_options {
+    bool has_colour; /* --colour was given */
+    unsigned colour; /* a lum_picture_colour */
+    unsigned width;  /* pixels; 0: as usual */
+    unsigned height;
+};
+
 /* What is in clouds. */
 struct cloud_options {
     bool ascii;
@@ -121,6 +129,7 @@ struct cloud_options {
     bool wants_sensor;   /* likewise, the sensor of a rig */
     bool organized;      /* pcd: a frame as rows of pixels */
     double voxel; /* metres, of points thinned to voxels; 0: all of them */
+    struct picture_options picture;
 };
 
 /* What is in MCAP files. */

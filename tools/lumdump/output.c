@@ -14,6 +14,7 @@ enum output_kind {
     KIND_FRAMES,         /* a cloud, of the lines of whole frames */
     KIND_ROWS,           /* an organised cloud */
     KIND_MESSAGES,       /* one of each frame, and statuses */
+    KIND_PICTURES,       /* one of each frame */
     KIND_PICTURE,        /* of all frames */
     KIND_PICTURE_OF_ONE, /* of the first whole one */
     KIND_RECORDING       /* of packets alone */
@@ -190,7 +191,7 @@ static int draw(struct output *o, struct frame_lines *frame, lum_error *error)
     if (points == 0) {
         return 0;
     }
-    const int result = add_lines(o, frame, NULL, error);
+    const int result = add_message(o, frame, 0, error);
     note_drawn(&o->drawn, frame_lines_taken(frame)->number, points,
                frame_lines_taken(frame)->is_whole, o->files.names.number);
     return result;
@@ -232,7 +233,7 @@ static int draw_spare(struct output *o, lum_error *error)
         errno = ENOMEM;
         return lum_error_set(error, "%s: out of memory", output_name(o));
     }
-    const int result = add_lines(o, frame, NULL, error);
+    const int result = add_message(o, frame, 0, error);
     const int code = errno;
     frame_lines_free(frame);
     errno = code;
@@ -252,6 +253,10 @@ static int add_frame(struct output *o, const struct action *action,
         return add_rows(o, frame, action->extra, error);
     case KIND_MESSAGES:
         return add_message(o, frame, action->sensor, error);
+    case KIND_PICTURES:
+        return frame_lines_taken(frame)->points > 0
+                   ? add_message(o, frame, 0, error)
+                   : 0;
     case KIND_PICTURE:
         return draw(o, frame, error);
     case KIND_PICTURE_OF_ONE:
@@ -310,8 +315,10 @@ static enum output_kind kind_of(const struct options *o, size_t i)
     if (options_is_recording(o, i)) {
         return KIND_RECORDING;
     }
-    if (options_is_picture(o, i)) {
-        return options_draws_one(o, i) ? KIND_PICTURE_OF_ONE : KIND_PICTURE;
+    if (o->outputs[i].format == (unsigned)LUM_FORMAT_PNG) {
+        return !options_is_picture(o, i) ? KIND_PICTURES
+               : options_draws_one(o, i) ? KIND_PICTURE_OF_ONE
+                                         : KIND_PICTURE;
     }
     if (options_has_messages(o, i)) {
         return KIND_MESSAGES;
@@ -325,8 +332,7 @@ static enum output_kind kind_of(const struct options *o, size_t i)
     return options_takes_frames(o, i) ? KIND_FRAMES : KIND_LINES;
 }
 
-int output_open(const struct options *options, size_t i,
-                const lum_projector *projector, bool rehearses,
+int output_open(const struct options *options, size_t i, bool rehearses,
                 const struct output *rehearsal, struct output **out,
                 lum_error *error)
 {
@@ -339,7 +345,7 @@ int output_open(const struct options *options, size_t i,
     o->sensor = options->outputs[i].sensor;
     o->takes_packets = options_takes_packets(options, i);
     o->by_arrival = options->points.time == TIME_ARRIVAL;
-    file_set_prepare(options, i, projector, &o->files);
+    file_set_prepare(options, i, &o->files);
     return rehearses
                ? file_set_rehearse(&o->files, error)
                : file_set_open(&o->files,

@@ -48,8 +48,7 @@ struct output_end {
  * rehearsal: NULL, or an output that did so with the lines to come. 0, or -1
  * with the reason in error and errno; if *out is not NULL, it is to be ended
  * whatever is returned. */
-int output_open(const struct options *options, size_t i,
-                const lum_projector *projector, bool rehearses,
+int output_open(const struct options *options, size_t i, bool rehearses,
                 const struct output *rehearsal, struct output **out,
                 lum_error *error);
 

@@ -3,8 +3,12 @@
 #include "output_file.h"
 
 #include "../common/capture_file.h"
+#include "base/system.h"
 #include "picture.h"
 #include "rig.h"
+
+#include <stdio.h>
+#include <string.h>
 
 /* --- Its format --- */
 
@@ -62,13 +66,77 @@ static const struct provenance *about_of(const struct options *o, size_t i)
     return of_packets ? &s->packets : &s->points;
 }
 
+/* --- What a picture says of itself --- */
+
+static const char *source_of(const struct options *o)
+{
+    return o->is_live                    ? o->source
+           : strcmp(o->source, "-") == 0 ? "standard input"
+                                         : lum_system_base(o->source);
+}
+
+/* One's own, the capture's or the built-in one. */
+static const char *calibration_of(const struct options *o, unsigned sensor,
+                                  const struct provenance *about)
+{
+    const char *path = o->config.calibration;
+    if (o->rig != NULL) {
+        path = o->rig->files.sensor[sensor != 0 ? sensor - 1u : 0]
+                   .calibration_path;
+        path = path[0] != '\0' ? path : NULL;
+    }
+    return path != NULL                    ? lum_system_base(path)
+           : about->calibration[0] == '\0' ? "typical"
+           : set_keys_first(&o->config.set, false) != NULL ? "by --set"
+                                                           : "the capture's";
+}
+
+static void put_return(char out[40], const lum_selection *s)
+{
+    static const char *const names[] = {[LUM_RETURNS_ALL] = "all returns",
+                                        [LUM_RETURNS_FIRST] = "first return",
+                                        [LUM_RETURNS_LAST] = "last return",
+                                        [LUM_RETURNS_STRONGEST] =
+                                            "strongest return"};
+    if (s->returns == LUM_RETURNS_NUMBER) {
+        (void)snprintf(out, 40, "return %u", (unsigned)s->return_number);
+    } else {
+        (void)snprintf(out, 40, "%s", names[s->returns]);
+    }
+}
+
+static void add_drawing(const struct options *o, size_t i,
+                        const struct provenance *about, struct file_format *out)
+{
+    static const char *const edges[] = {[LUM_EDGES_RISING] = "rising edge",
+                                        [LUM_EDGES_FALLING] = "falling edge",
+                                        [LUM_EDGES_BOTH] = "both edges"};
+    const unsigned sensor = o->outputs[i].sensor;
+    const bool is_named = o->rig != NULL && sensor != 0;
+    char returns[40];
+    put_return(returns, &o->choice.points);
+    (void)snprintf(out->title, sizeof out->title, "%.100s%s%s", source_of(o),
+                   is_named ? ", " : "",
+                   is_named ? o->rig->files.rig.sensor[sensor - 1u].name : "");
+    (void)snprintf(out->note, sizeof out->note, "%s, %s, calibration: %s",
+                   edges[o->choice.points.edges], returns,
+                   calibration_of(o, sensor, about));
+    out->drawing = (lum_picture_options){
+        .struct_size = sizeof out->drawing,
+        .colour = (lum_picture_colour)o->cloud.picture.colour,
+        .width = o->cloud.picture.width,
+        .height = o->cloud.picture.height,
+        .title = out->title,
+        .note = out->note};
+    out->cloud.drawing = &out->drawing;
+}
+
 void file_format_choose(const struct options *o, size_t i,
-                        const lum_projector *projector, struct file_format *out)
+                        struct file_format *out)
 {
     const unsigned format = o->outputs[i].format;
     const bool is_mcap = format == (unsigned)LUM_FORMAT_MCAP;
     const struct provenance *about = about_of(o, i);
-    const unsigned sensor = o->outputs[i].sensor;
     *out = (struct file_format){.is_capture = options_is_capture(format)};
     out->is_growing = o->is_live && options_pattern(o->outputs[i].name) != 1 &&
                       (out->is_capture || is_mcap);
@@ -81,8 +149,6 @@ void file_format_choose(const struct options *o, size_t i,
         .format = (lum_format)format,
         .ascii = o->cloud.ascii,
         .utc = o->points.time != TIME_SENSOR,
-        .projector =
-            sensor != 0 ? &o->rig->sensors[sensor - 1u].projector : projector,
         .picture = picture_format(),
         .comment = options_has_comment(o, format) ? about->text : NULL,
         .columns = lum_format_has_columns((lum_format)format) ? o->cloud.columns
@@ -91,6 +157,9 @@ void file_format_choose(const struct options *o, size_t i,
         .organized = options_is_organized(o, i),
         .origin = {o->about.origin[0], o->about.origin[1], o->about.origin[2]},
         .preset = options_has_preset(o, i) ? o->cloud.preset : NULL};
+    if (format == (unsigned)LUM_FORMAT_PNG) {
+        add_drawing(o, i, about, out);
+    }
     if (is_mcap) {
         out->mcap = mcap_of(o, about, out->is_growing);
         out->cloud.mcap = &out->mcap;

@@ -7,6 +7,7 @@
 #include "lum/base/error.h"
 #include "lum/capture/capture.h"
 #include "lum/cloud/writer.h"
+#include "lum/picture/picture.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -20,6 +21,9 @@ struct file_format {
     lum_writer_options cloud;
     lum_mcap_options mcap;
     lum_mcap_sensor sensors[LUM_MCAP_SENSORS_MAX]; /* of a rig */
+    lum_picture_options drawing;
+    char title[160]; /* of a picture */
+    char note[320];
 };
 
 struct output_file {
@@ -33,7 +37,6 @@ struct output_file {
 
 /* That of the i-th output. */
 void file_format_choose(const struct options *options, size_t i,
-                        const lum_projector *projector,
                         struct file_format *out);
 
 /* On failure nothing is open. */

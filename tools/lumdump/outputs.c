@@ -14,9 +14,9 @@ struct outputs {
 
 /* --- Opening --- */
 
-int outputs_open(const struct options *options, const lum_projector *projector,
-                 const struct outputs *rehearsal, struct outputs_notes *notes,
-                 struct outputs **out, lum_error *error)
+int outputs_open(const struct options *options, const struct outputs *rehearsal,
+                 struct outputs_notes *notes, struct outputs **out,
+                 lum_error *error)
 {
     struct outputs *all = calloc(1, sizeof *all);
     if (all == NULL) {
@@ -27,7 +27,7 @@ int outputs_open(const struct options *options, const lum_projector *projector,
     all->notes = notes;
     for (size_t i = 0; i < all->count; i++) {
         if ((notes != NULL || targets_needs_rehearsal(options, i)) &&
-            output_open(options, i, projector, notes == NULL,
+            output_open(options, i, notes == NULL,
                         rehearsal != NULL ? rehearsal->list[i] : NULL,
                         &all->list[i], error) != 0) {
             const int code = errno;

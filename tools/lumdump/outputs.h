@@ -21,9 +21,9 @@ struct outputs_notes {
  * rehearsal: NULL, or outputs that took the lines to come.
  * notes: added to, by this and what follows; kept. NULL: it is a rehearsal, of
  * those that need one. */
-int outputs_open(const struct options *options, const lum_projector *projector,
-                 const struct outputs *rehearsal, struct outputs_notes *notes,
-                 struct outputs **out, lum_error *error);
+int outputs_open(const struct options *options, const struct outputs *rehearsal,
+                 struct outputs_notes *notes, struct outputs **out,
+                 lum_error *error);
 
 /* As output_finish_by(), for all. */
 void outputs_finish_by(struct outputs *outputs, struct closer *closer);

@@ -245,8 +245,7 @@ static enum pass_result rehearse(struct pass *pass, struct outputs **rehearsal,
                             "output that cannot seek; use -o FILE, or csv");
         return PASS_REFUSED;
     }
-    if (outputs_open(pass->options, pass->projector, NULL, NULL, &pass->outputs,
-                     error) != 0) {
+    if (outputs_open(pass->options, NULL, NULL, &pass->outputs, error) != 0) {
         return PASS_FAILED;
     }
     const enum pass_result result = run(pass, error);
@@ -269,8 +268,7 @@ enum pass_result replay(struct pass *pass, lum_error *error)
         result = rehearse(pass, &rehearsal, error);
     }
     if (result == PASS_DONE && o->output_count > 0 &&
-        outputs_open(o, pass->projector, rehearsal, &pass->notes,
-                     &pass->outputs, error) != 0) {
+        outputs_open(o, rehearsal, &pass->notes, &pass->outputs, error) != 0) {
         result = PASS_FAILED;
     }
     outputs_abort(rehearsal);

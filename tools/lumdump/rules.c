@@ -152,6 +152,10 @@ static bool goes_with_clouds(const struct options *o)
         {c->organized && o->choice.points.edges == LUM_EDGES_BOTH,
          "--organized has room for one point of a pixel: say --edge rising or "
          "falling, not both"},
+        {c->picture.has_colour && !writes(o, LUM_FORMAT_PNG),
+         "--colour goes with png output only"},
+        {c->picture.width != 0 && !writes(o, LUM_FORMAT_PNG),
+         "--size goes with png output only"},
         {c->ascii && o->output_count > 0 && !writes(o, LUM_FORMAT_PLY) &&
              !writes(o, LUM_FORMAT_PCD),
          "--ascii goes with ply and pcd output only"}};

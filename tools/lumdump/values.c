@@ -10,6 +10,7 @@
 #include "../common/option_table.h"
 #include "../common/ring.h"
 #include "cloud/presets.h"
+#include "lum/picture/picture.h"
 #include "lum/smooth.h"
 
 #include <math.h>
@@ -298,6 +299,27 @@ bool values_take_columns(void *options, const char *text, lum_error *why)
             out->cloud.has_times || (n == 4 && strncmp(p, "time", 4) == 0);
         p += n + (p[n] != '\0' ? 1u : 0u);
     }
+    return true;
+}
+
+/* --- Pictures --- */
+
+bool values_take_size(void *options, const char *text, lum_error *why)
+{
+    struct picture_options *out = &((struct options *)options)->cloud.picture;
+    char width[16];
+    int64_t sides[2];
+    const size_t n = strcspn(text, "x");
+    (void)why;
+    if (text[n] != 'x' || !copy(text, n, width, sizeof width) ||
+        !number_parse_int(width, LUM_PICTURE_SIDE_MIN, LUM_PICTURE_SIDE_MAX,
+                          &sides[0]) ||
+        !number_parse_int(text + n + 1, LUM_PICTURE_SIDE_MIN,
+                          LUM_PICTURE_SIDE_MAX, &sides[1])) {
+        return false;
+    }
+    out->width = (unsigned)sides[0];
+    out->height = (unsigned)sides[1];
     return true;
 }
 

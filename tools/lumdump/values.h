@@ -21,6 +21,7 @@ bool values_take_buffer(void *options, const char *text, lum_error *why);
 bool values_take_receive_buffer(void *options, const char *text,
                                 lum_error *why);
 bool values_take_columns(void *options, const char *text, lum_error *why);
+bool values_take_size(void *options, const char *text, lum_error *why);
 bool values_take_mcap(void *options, const char *text, lum_error *why);
 bool values_take_frame_id(void *options, const char *text, lum_error *why);
 bool values_take_preset(void *options, const char *text, lum_error *why);

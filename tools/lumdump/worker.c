@@ -191,8 +191,8 @@ static enum pass_result open_outputs(struct worker *w)
     if (!w->setup.opens) {
         return PASS_DONE;
     }
-    return outputs_open(p->options, p->projector, NULL, &p->notes, &p->outputs,
-                        &w->error) == 0
+    return outputs_open(p->options, NULL, &p->notes, &p->outputs, &w->error) ==
+                   0
                ? PASS_DONE
                : PASS_FAILED;
 }

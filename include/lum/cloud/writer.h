@@ -24,13 +24,13 @@ extern "C" {
 
 /** File formats. */
 typedef enum lum_format {
-    LUM_FORMAT_CSV,  /**< text, a header line, all columns */
-    LUM_FORMAT_PLY,  /**< binary little-endian or ascii */
-    LUM_FORMAT_PCD,  /**< version 0.7, binary or ascii */
-    LUM_FORMAT_LAS,  /**< version 1.4, point format 6, extra bytes */
-    LUM_FORMAT_XYZ,  /**< text, only x y z */
-    LUM_FORMAT_PNG,  /**< a picture: range images and a bird's-eye view; needs
-                          lum_writer_options.picture */
+    LUM_FORMAT_CSV, /**< text, a header line, all columns */
+    LUM_FORMAT_PLY, /**< binary little-endian or ascii */
+    LUM_FORMAT_PCD, /**< version 0.7, binary or ascii */
+    LUM_FORMAT_LAS, /**< version 1.4, point format 6, extra bytes */
+    LUM_FORMAT_XYZ, /**< text, only x y z */
+    LUM_FORMAT_PNG, /**< a picture: a bird's-eye view and an image of both eyes;
+                         needs lum_writer_options.picture */
     LUM_FORMAT_MCAP, /**< messages of ROS 2, a cloud for each frame */
     LUM_FORMATS      /**< how many there are */
 } lum_format;
@@ -160,9 +160,9 @@ typedef struct lum_writer_options {
     const struct lum_writer *rehearsal; /**< NULL, or what lum_writer_rehearse()
                                  gave; it has taken the same lines already.
                                  Only lum_writer_open() reads it */
-    const lum_projector *projector; /**< PNG: scale of angles; may be NULL */
-    const lum_format_ops *picture;  /**< PNG: lum_picture_format(); other
-                                         formats ignore it */
+    const lum_projector *projector;     /**< not read any more */
+    const lum_format_ops *picture;      /**< PNG: lum_picture_format(); other
+                                             formats ignore it */
     const char *comment; /**< NULL, or more text for the header, for example
                               where the points come from: lines of printable
                               ASCII; copied. They become comments of PLY and
@@ -192,11 +192,14 @@ typedef struct lum_writer_options {
                              points, or what LAS has of these */
     const lum_writer_extra *extra; /**< CSV, PLY, PCD, LAS, MCAP: extra_count
                              more columns, whose values lum_line_samples.extra
-                             has; copied. They stand behind those of the
-                             format, or where columns names them, and are left
-                             out if columns does not; not with a preset or
-                             voxels */
+                             has; copied. PNG reads one that is named label.
+                             They stand behind those of the format, or where
+                             columns names them, and are left out if columns
+                             does not; not with a preset or voxels */
     size_t extra_count;            /**< at most LUM_WRITER_EXTRA_MAX; 0: none */
+    const struct lum_picture_options *drawing; /**< PNG: how it is drawn
+                             (lum/picture/picture.h); NULL: the defaults. Read
+                             by lum_writer_open() */
 } lum_writer_options;
 
 /** Whether this build can compress the chunks of an MCAP file. */
