@@ -162,6 +162,72 @@ async function maps({ page }) {
     assert.deepEqual(texts, ["10 m", "20 m", "30 m", "40 m"]);
 }
 
+// Mean brightness of what has colour.
+function brightness(image) {
+    let [sum, count] = [0, 0];
+    for (let i = 0; i < image.width * image.height; i++) {
+        const c = image.bytes.subarray(i * image.channels, i * image.channels + 3);
+        if (Math.max(...c) - Math.min(...c) > 30) {
+            sum += c[0] + c[1] + c[2];
+            count++;
+        }
+    }
+    return sum / count;
+}
+
+// In perspective, in parallel projection; where there are no points nothing changes.
+async function depthShading({ page }) {
+    await hideStats(page);
+    for (const view of ["0", "1", "3"]) {
+        await page.keyboard.press(view);
+        await choose(page, "edl", "off");
+        const plain = await pixels(page);
+        await choose(page, "edl", "on");
+        const lit = await differ(page, plain, 0.01);
+        assert.ok(brightness(lit) < 0.97 * brightness(plain), `view ${view}: ${brightness(plain)}, lit ${brightness(lit)}`);
+        assert.ok(coloured(lit) > 0.6 * coloured(plain), `view ${view}: ${coloured(plain)}, lit ${coloured(lit)}`);
+    }
+    await page.locator("#blue").uncheck();
+    await page.locator("#green").uncheck();
+    const empty = await pixels(page);
+    await choose(page, "edl", "off");
+    assert.equal(compare(empty, await pixels(page)).share, 0);
+}
+
+// This browser draws in software: the shading waits until the camera stands.
+async function shadesAtRest({ page }) {
+    const lit = () => probe(page, "lit");
+    assert.equal(await lit(), true);
+    const at = await openPoint(page, 0);
+    const box = await page.locator("#canvas").boundingBox();
+    await page.mouse.move(box.x + at.x, box.y + at.y);
+    await page.mouse.down();
+    await page.mouse.move(box.x + at.x + 30, box.y + at.y);
+    assert.equal(await lit(), false);
+    await page.locator("#edl").selectOption("on");
+    assert.equal(await lit(), true);
+    await page.mouse.up();
+    await choose(page, "edl", "auto");
+    await drawn(page);
+    assert.equal(await lit(), true);
+}
+
+// Toward a wall its points grow, up to a limit: it stays as closed as it was.
+async function sizeByDistance({ page }) {
+    await hideStats(page);
+    await page.keyboard.press("3");
+    await page.locator("#grid").uncheck();
+    await page.locator("#rings").uncheck();
+    await drawn(page);
+    const far = coloured(await pixels(page));
+    await page.keyboard.press("t");
+    for (let i = 0; i < 14; i++) {
+        await page.keyboard.press("ArrowUp");
+    }
+    const near = coloured(await pixels(page));
+    assert.ok(near > 0.8 * far, `${far} of the pixels, then ${near}`);
+}
+
 async function pointSize({ page }) {
     await hideStats(page);
     const small = coloured(await pixels(page));
@@ -434,6 +500,9 @@ export const pointFacts = [
     ["each choice of colour colours, with its legend", colours],
     ["the same frame and settings have the same colours", coloursHaveNoHistory],
     ["maps and ends of the colours change them", maps],
+    ["what lies behind is shaded, in all projections, and nothing else", depthShading],
+    ["without a graphics card shading waits until the camera stands", shadesAtRest],
+    ["points grow as the camera comes near", sizeByDistance],
     ["point size changes what points cover", pointSize],
     ["a click beside all points says so", misses],
     ["frames accumulate", accumulates],

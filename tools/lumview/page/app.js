@@ -10,6 +10,7 @@ import { parseFrame, viewOf } from "./frame.js";
 import { attachKeys } from "./keys.js";
 import { makeLayout } from "./layout.js";
 import { makeLegend } from "./legend.js";
+import { makeLight } from "./light.js";
 import { hintOf, shortMoment } from "./moment.js";
 import { attachOpen } from "./open.js";
 import { makePace } from "./pace.js";
@@ -21,7 +22,7 @@ import { makePictures } from "./pictures.js";
 import { makePlayer } from "./player.js";
 import { attachPointer } from "./pointer.js";
 import { exposeProbe } from "./probe.js";
-import { groundOf, makeScene } from "./scene.js";
+import { GROUND, groundOf, makeScene } from "./scene.js";
 import { makeSettings } from "./settings.js";
 import { takeShot } from "./shot.js";
 import { makeSource } from "./source.js";
@@ -45,8 +46,11 @@ const { values } = settings;
 const canvas = at("canvas");
 const renderer = makeRenderer();
 const surroundings = makeScene();
+renderer.setClearColor(GROUND);
 const palette = makePalette(values.map);
-const cloud = makeCloud(surroundings.scene, palette);
+const points = new THREE.Scene();
+const cloud = makeCloud(points, palette);
+const drawLit = makeLight(renderer, points, surroundings.scene);
 const panes = makePanes(canvas, renderer);
 const pace = makePace(renderer.getContext());
 const drawLegend = makeLegend();
@@ -218,8 +222,13 @@ function receive(buffer) {
 
 function render() {
     surroundings.prepare(camera);
-    panes.render(cloud.choose, () => renderer.render(surroundings.scene, camera.active));
+    panes.render(cloud.choose, () => drawLit(camera.active, camera.distance, isLit()));
     tally.pictures++;
+}
+
+// While a slow machine moves the picture, it is drawn without light.
+function isLit() {
+    return values.edl === "auto" ? !(pace.isSlow && isMoving()) : values.edl === "on";
 }
 
 function countPoints() {
@@ -251,7 +260,7 @@ function resize() {
     const [width, height] = [at("view").clientWidth, at("view").clientHeight];
     renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
     renderer.setSize(width, height, false);
-    cloud.apply(values, renderer.getPixelRatio());
+    cloud.apply(values, renderer.getPixelRatio(), canvas.clientHeight);
     const covered = panes.names ? { left: 0, right: 0 } : layout.covered(width);
     camera.resize({ width: Math.max(1, panes.width), height: Math.max(1, height), isPane: panes.names !== null, ...covered });
 }
@@ -439,7 +448,7 @@ settings.onChange((changed) => {
     if (changed.has("edges") || changed.has("smooth")) {
         sendView();
     }
-    cloud.apply(values, renderer.getPixelRatio());
+    cloud.apply(values, renderer.getPixelRatio(), canvas.clientHeight);
     if (changed.has("accumulate")) {
         sendFrames();
         askPasts();
@@ -506,6 +515,7 @@ exposeProbe({
     received: () => tally.received,
     pictures: () => tally.pictures,
     drawn: () => tally.drawn,
+    lit: isLit,
     moving: isMoving,
     points: countPoints,
     sides: () => cloud.count(),

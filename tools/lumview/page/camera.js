@@ -199,6 +199,10 @@ export function makeCamera(canvas, changed) {
         get active() {
             return active();
         },
+        // From the turning point, metres.
+        get distance() {
+            return isFlat() ? half / parallel.zoom / tangent() : distance();
+        },
         // Whether fingers or a button hold the camera.
         get dragged() {
             return isDragged;
@@ -304,7 +308,7 @@ export function makeCamera(canvas, changed) {
             target: target.toArray(),
             yaw: Math.atan2(target.y - active().position.y, target.x - active().position.x) / DEGREE,
             pitch: pitchOf() / DEGREE,
-            distance: isFlat() ? half / parallel.zoom / tangent() : distance(),
+            distance: self.distance,
             flat: isFlat(),
         }),
     };

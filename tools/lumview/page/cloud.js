@@ -31,9 +31,12 @@ uniform vec3 eyeColours[2];
 uniform vec3 sensorColours[SENSORS];
 uniform vec3 labelColours[LABELS];
 uniform vec3 unknown;
-uniform float size;
 uniform bool fades;
+uniform float gap;
+uniform vec2 sizes;
+uniform float halfHeight;
 varying vec3 tint;
+varying float size;
 
 bool isReturn(float number, float count)
 {
@@ -67,14 +70,15 @@ void main()
     float number = mod(turn, 128.0);
     tint = colour(eye, range, number);
     if (fades && chosen < 0.5) { tint = mix(tint, unknown, FADED); }
-    gl_PointSize = size;
     gl_Position = passes(eye, range, number, count) ? projectionMatrix * modelViewMatrix * vec4(position, 1.0)
                                             : vec4(2.0, 2.0, 2.0, 1.0);
+    size = clamp(gap * range * projectionMatrix[1][1] * halfHeight / gl_Position.w, sizes.x, sizes.y);
+    gl_PointSize = size;
 }`;
 
 const FRAGMENT = `
-uniform float size;
 varying vec3 tint;
+varying float size;
 
 void main()
 {
@@ -111,8 +115,10 @@ function makeMaterial(palette) {
         sensorColours: { value: SENSORS.map((colour) => vector().fromArray(colour)) },
         labelColours: { value: LABELS.map((colour) => vector().fromArray(colour)) },
         unknown: { value: vector().fromArray(UNKNOWN) },
-        size: { value: 2 },
         fades: { value: false },
+        gap: { value: 0 }, // to the next point, as a share of the range
+        sizes: { value: new THREE.Vector2() }, // least and most pixels of a point
+        halfHeight: { value: 1 }, // pixels of the picture
     };
     const defines = { SENSORS: SENSORS.length, LABELS: LABELS.length, EYES: 2 * SENSORS.length, FADED: FADED.toFixed(2) };
     return new THREE.ShaderMaterial({ uniforms, defines, vertexShader: VERTEX, fragmentShader: FRAGMENT });
@@ -161,6 +167,7 @@ function fill(slot, frame) {
     slot.split = frame.split;
     slot.number = frame.number;
     slot.shown = frame.shown;
+    slot.lines = frame.lines;
     slot.began = frame.began;
     slot.smooth = frame.smooth;
     slot.filling = ++fillings;
@@ -206,6 +213,22 @@ function setRange({ geometry }, [end, begin], size, side) {
     geometry.setDrawRange(from, to - from);
 }
 
+// A point covers what lies between it and the next, if those of a sensor's
+// lines were spread evenly over what it sees.
+const SEEN = 120 * 20; // square degrees
+const LINE_POINTS = 1000;
+
+function gapOf({ lines, parts }) {
+    const count = (LINE_POINTS * Math.max(1, lines)) / Math.max(1, parts.length);
+    return (Math.sqrt(SEEN / count) * Math.PI) / 180;
+}
+
+// As a share of the size that was chosen: points that lie far from the camera,
+// and near to it.
+const LEAST_SIZE = 0.75;
+const MOST_SIZE = 5;
+const MOST_SPREAD = 2; // of points that stand for others too
+
 const finite = (v) => Math.max(-1e9, Math.min(1e9, v));
 
 export function makeCloud(scene, palette) {
@@ -216,6 +239,8 @@ export function makeCloud(scene, palette) {
     let made = ""; // edges and smoothing of what is shown
     let isFresh = true;
     let labels = null; // of beside.js
+    let size = 2;
+    let spread = 1; // of a point: where not all are drawn, those that are cover more
 
     function dropPart(part) {
         scene.remove(part.object);
@@ -245,6 +270,10 @@ export function makeCloud(scene, palette) {
             thin(slot, part, stride);
             [part.filling, part.stride, part.choosing] = [slot.filling, stride, slot.choosing];
         }
+    }
+
+    function spreadPoints() {
+        u.gap.value = slots.length > 0 ? size * spread * gapOf(slots.at(-1)) : 0;
     }
 
     // Takes out what is not wanted.
@@ -328,6 +357,8 @@ export function makeCloud(scene, palette) {
                 }
                 drawn += Math.floor(slot.size / stride);
             }
+            spread = Math.min(MOST_SPREAD, Math.sqrt(stride));
+            spreadPoints();
             return drawn;
         },
         // Draws the points by one of the profiles alone.
@@ -371,7 +402,8 @@ export function makeCloud(scene, palette) {
             slots.forEach((slot) => chooseIn(slot, selection));
         },
         setDomain: (domain) => u.domain.value.fromArray(domain),
-        apply(values, pixelRatio) {
+        // pageHeight: of the picture, in pixels of the page.
+        apply(values, pixelRatio, pageHeight) {
             const { range, height } = limits(values);
             u.eyes.value.set(values.blue ? 1 : 0, values.green ? 1 : 0);
             u.rangeClip.value.set(finite(range[0]), finite(range[1]));
@@ -379,7 +411,10 @@ export function makeCloud(scene, palette) {
             u.wantedReturn.value = RETURNS[values.return];
             u.mode.value = COLOURINGS[values.colour].mode;
             u.logarithmic.value = COLOURINGS[values.colour].logarithmic === true;
-            u.size.value = values.size * pixelRatio;
+            size = values.size;
+            u.sizes.value.set(LEAST_SIZE, MOST_SIZE).multiplyScalar(size * pixelRatio);
+            u.halfHeight.value = 0.5 * pageHeight * pixelRatio;
+            spreadPoints();
             kept = values.accumulate;
             trim();
         },

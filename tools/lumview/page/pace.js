@@ -36,6 +36,10 @@ export function makePace(gl) {
         move(now) {
             moved = now;
         },
+        // Whether moved pictures leave something out.
+        get isSlow() {
+            return most !== Infinity;
+        },
         isMoving: (now) => now - moved < SETTLE_MS,
         // One point of how many there are is drawn; 1: all.
         stride(now, total, isMoving) {

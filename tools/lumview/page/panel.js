@@ -31,6 +31,7 @@ const CONTROLS = [
     ["from", "from", number],
     ["to", "to", number],
     ["size", "size", slider],
+    ["edl", "edl", choice],
     ["accumulate", "accumulate", slider],
     ["range-min", "rangeMin", number],
     ["range-max", "rangeMax", number],

@@ -12,6 +12,7 @@
 // points         points in the frames shown, before any filter
 // sides          those by the first profile, and by the second
 // drawn          those of them in the last picture: fewer while the camera moves
+// lit            whether the picture has eye-dome lighting
 // moving         whether the camera moves
 // counts()       { total, shown, blue, green, rising, falling, returns }: what
 //                passes the filters, counted now

@@ -140,7 +140,6 @@ function placeMark(mark, position) {
 
 export function makeScene() {
     const scene = new THREE.Scene();
-    scene.background = new THREE.Color(GROUND);
     const grid = makeGrid();
     const rings = makeRings();
     const [mark, other, hovered] = [makeMark(), makeMark(), makeMark()];

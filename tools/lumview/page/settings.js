@@ -14,7 +14,8 @@ export const DEFAULTS = Object.freeze({
     map: "viridis",
     from: null, // ends of the colours; null: from the points
     to: null,
-    size: 2, // pixels of the page
+    size: 2, // pixels of the page, of a point that is neither near nor far
+    edl: "auto", // eye-dome lighting: on, off; auto: not while a slow machine moves the picture
     accumulate: 1, // frames
     rangeMin: null,
     rangeMax: null,
@@ -47,6 +48,7 @@ const FITS = {
     colour: isOf("range", "height", "pulse", "return", "line", "eye", "sensor", "label"),
     map: isOf("viridis", "cividis", "turbo"),
     size: isBetween(1, 10),
+    edl: isOf("auto", "on", "off"),
     accumulate: isWhole(1, 50),
     panel: isSwitch,
     stats: isSwitch,
