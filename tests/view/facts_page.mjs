@@ -39,7 +39,7 @@ async function tabReachesAll({ page }) {
 // A key, and the setting that it changes.
 const KEYS = [
     ["r", "return"], ["e", "edges"], ["s", "smooth"], ["b", "blue"], ["g", "green"], ["c", "colour"], ["m", "map"],
-    ["+", "size"], ["-", "size"], ["u", "edl"], ["a", "accumulate"], ["A", "accumulate"], ["d", "grid"], ["o", "rings"], ["q", "flat"],
+    ["+", "size"], ["-", "size"], ["4", "edl"], ["a", "accumulate"], ["A", "accumulate"], ["d", "grid"], ["o", "rings"], ["q", "flat"],
 ];
 
 async function keysChangeSettings({ page }) {

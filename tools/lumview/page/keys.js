@@ -53,7 +53,7 @@ function makeTable(app) {
             ["M", ["m"], "next colour map", () => panel.next("map", "map")],
             ["+ −", ["+", "="], "larger, smaller points", add("size", 0.5, 1, 10)],
             [null, ["-"], null, add("size", -0.5, 1, 10)],
-            ["U", ["u"], "depth shading: auto, on, off", () => panel.next("edl", "edl")],
+            ["4", ["4"], "depth shading: auto, on, off", () => panel.next("edl", "edl")],
             ["A, Shift + A", ["a"], "one frame more, less at once", add("accumulate", 1, 1, 50)],
             [null, ["A"], null, add("accumulate", -1, 1, 50)],
             ["K", ["k"], "data of the point in the middle", app.pickMiddle],
