@@ -2,7 +2,7 @@
 #   cmake -D PAGE=DIR -D MODULES=DIR -D ESBUILD=FILE -D GZIP=FILE -D EMBED=FILE
 #         -D LICENSE=FILE -D NAME=TEXT -D OUT=DIR -P bundle.cmake
 # or, of what that left in OUT, into lumview.html, which has all within:
-#   cmake -D PAGE=DIR -D ESBUILD=FILE -D GZIP=FILE -D EMBED=FILE -D OUT=DIR
+#   cmake -D PAGE=DIR -D ESBUILD=FILE -D XZ=FILE -D EMBED=FILE -D OUT=DIR
 #         -D WASM=DIR -D SOURCES=DIR -D ALONE=FILE -P bundle.cmake
 # or, of the modules, what a release keeps, into the folder KEEP:
 #   cmake -D PAGE=DIR -D MODULES=DIR -D OUT=DIR -D KEEP=DIR -P bundle.cmake
@@ -163,6 +163,7 @@ function(bundle_head out)
 endfunction()
 
 # Beside the modules: the scripts of the page and of the worker, and licences.
+# All of it is compressed as one, since the modules have much in common.
 function(bundle_alone)
   set(folder ${OUT}/alone)
   file(MAKE_DIRECTORY ${folder})
@@ -170,18 +171,27 @@ function(bundle_alone)
              --charset=utf8 --outfile=${folder}/worker.js)
   file(COPY ${OUT}/app.js ${OUT}/licenses.txt DESTINATION ${folder})
   bundle_add_permissions(${folder}/licenses.txt)
-  set(packed "")
-  foreach(name IN ITEMS simd plain)
-    file(COPY ${WASM}/${name}/bin/lumview.wasm DESTINATION ${folder})
-    file(RENAME ${folder}/lumview.wasm ${folder}/${name}.wasm)
+  set(names app.js worker.js licenses.txt)
+  foreach(kind IN ITEMS simd plain)
+    file(COPY ${WASM}/${kind}/bin/lumview.wasm DESTINATION ${folder})
+    file(RENAME ${folder}/lumview.wasm ${folder}/${kind}.wasm)
+    list(APPEND names ${kind}.wasm)
   endforeach()
-  foreach(name IN ITEMS app.js worker.js simd.wasm plain.wasm licenses.txt)
-    bundle_run(${GZIP} -9nf ${folder}/${name})
-    list(APPEND packed ${name}=${folder}/${name}.gz)
+  set(files ${names})
+  list(TRANSFORM files PREPEND ${folder}/)
+  set(sizes "")
+  foreach(file IN LISTS files)
+    file(SIZE ${file} size)
+    list(APPEND sizes ${size})
   endforeach()
+  execute_process(COMMAND ${CMAKE_COMMAND} -E cat ${files} OUTPUT_FILE ${folder}/all RESULT_VARIABLE failed)
+  bundle_run(${XZ} --format=lzma -9ekf ${folder}/all)
+  list(JOIN names "\", \"" names)
+  list(JOIN sizes ", " sizes)
   bundle_head(html)
-  file(WRITE ${folder}/lumview.html "${html}")
-  bundle_run(${EMBED} ${folder}/lumview.html ${packed})
+  file(WRITE ${folder}/lumview.html "${html}<script type=\"application/json\" id=\"packed-parts\">"
+       "{\"order\": [\"${names}\"], \"sizes\": [${sizes}]}</script>\n")
+  bundle_run(${EMBED} ${folder}/lumview.html packed=${folder}/all.lzma)
   file(APPEND ${folder}/lumview.html "</body>\n</html>\n")
   file(RENAME ${folder}/lumview.html ${ALONE})
 endfunction()

@@ -2,7 +2,7 @@
  *   embed OUTPUT PATH=FILE...
  * A FILE.gz is served as it is, and its PATH has a hash of what is in it.
  * An OUTPUT that ends in .html is a page that is there already: the files are
- * added to its end, in base64, as elements whose ids are packed-PATH. */
+ * added to its end, in base64, as elements whose ids are PATH. */
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -137,7 +137,7 @@ static void write_base64(FILE *out, const struct file *f)
 static void write_packed(FILE *out, const char *path, const char *name)
 {
     struct file f = read_file(name);
-    (void)fprintf(out, "<script type=\"text/plain\" id=\"packed-%s\">", path);
+    (void)fprintf(out, "<script type=\"text/plain\" id=\"%s\">", path);
     write_base64(out, &f);
     (void)fputs("</script>\n", out);
     free(f.bytes);
