@@ -95,7 +95,7 @@ struct place {
 /* --- The reader --- */
 
 /* What the reader is about. */
-enum stage {
+enum reading {
     READING,
     PUSHING,  /* the record gave an event: push it again */
     FLUSHING, /* the source has ended */
@@ -111,7 +111,7 @@ struct lum_reader {
     size_t work_bytes; /* most between two questions */
     size_t work;       /* since the last one */
     lum_framer *framer;
-    enum stage stage;
+    enum reading stage;
     lum_record record;
     int status;      /* how the source ended: 0 or -1 */
     lum_error error; /* why */

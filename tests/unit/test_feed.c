@@ -516,6 +516,73 @@ static void a_jump_before_the_ends_are_known_leads_there_too(void **state)
     close_well(&v);
 }
 
+/* All of a frame but when it was shown. */
+static void assert_same_frame(struct viewer *v, const struct frame *before)
+{
+    size_t len = 0;
+    size_t len_before = 0;
+    struct frame *now = viewer_wait_frame(v, LUM_EDGES_BOTH, WINDOW);
+    const uint8_t *bytes = frame_bytes(now, &len);
+    const uint8_t *bytes_before = frame_bytes(before, &len_before);
+    assert_int_equal(len, len_before);
+    assert_memory_equal(bytes, bytes_before, 52);
+    assert_memory_equal(bytes + 64, bytes_before + 64, len - 64);
+    frame_release(now);
+}
+
+/* The second frame, in the file, and the begin of the third. */
+static void damage(const char *path)
+{
+    struct stat st;
+    FILE *file = fopen(path, "r+b");
+    assert_non_null(file);
+    assert_int_equal(fstat(fileno(file), &st), 0);
+    assert_int_equal(fseek(file, st.st_size / FRAMES + 4096, SEEK_SET), 0);
+    for (int64_t i = 0; i < st.st_size / FRAMES; i++) {
+        assert_int_equal(fputc(0, file), 0);
+    }
+    assert_int_equal(fclose(file), 0);
+}
+
+/* Of two sensors, so that data of one is passed over. */
+static void a_jump_gives_the_same_frames_and_reads_nothing_before_them(
+    void **state)
+{
+    static const uint32_t sensors[] = {SENSOR, OTHER};
+    static const size_t jumps[] = {FRAMES, 2, 4, 5, 1, 3};
+    struct frame *frames[FRAMES + 1];
+    const char *path = in_directory("jumps.pcap");
+    struct viewer v;
+    (void)state;
+    make_capture(path, sensors, 2);
+    viewer_init(&v, path);
+    v.options.play.paused = true;
+    viewer_open(&v);
+    viewer_want(&v, LUM_EDGES_BOTH, WINDOW);
+    (void)viewer_wait(&v, has_range, 0);
+    for (size_t f = 1; f <= FRAMES; f++) {
+        (void)viewer_wait(&v, shows_frame, (int64_t)f);
+        frames[f] = viewer_wait_frame(&v, LUM_EDGES_BOTH, WINDOW);
+        feed_step(v.feed, 1);
+    }
+    for (size_t i = 0; i < sizeof jumps / sizeof jumps[0]; i++) {
+        feed_seek(v.feed, (int64_t)jumps[i]);
+        (void)viewer_wait(&v, shows_frame, (int64_t)jumps[i]);
+        assert_same_frame(&v, frames[jumps[i]]);
+    }
+    damage(path);
+    for (size_t f = FRAMES; f > 3; f--) {
+        feed_seek(v.feed, (int64_t)f);
+        (void)viewer_wait(&v, shows_frame, (int64_t)f);
+        assert_same_frame(&v, frames[f]);
+    }
+    for (size_t f = 1; f <= FRAMES; f++) {
+        frame_release(frames[f]);
+    }
+    close_well(&v);
+    (void)unlink(path);
+}
+
 static void a_jump_keeps_playing(void **state)
 {
     struct viewer v;
@@ -1067,6 +1134,8 @@ int main(void)
         cmocka_unit_test(a_step_pauses),
         cmocka_unit_test(a_jump_leads_to_the_nearest_frame),
         cmocka_unit_test(a_jump_before_the_ends_are_known_leads_there_too),
+        cmocka_unit_test(
+            a_jump_gives_the_same_frames_and_reads_nothing_before_them),
         cmocka_unit_test(a_jump_keeps_playing),
         cmocka_unit_test(what_is_passed_over_is_not_counted),
         cmocka_unit_test(a_loop_goes_round_until_it_is_ended),

@@ -2,6 +2,7 @@
 
 #include "../common/misfit.h"
 #include "../common/number.h"
+#include "capture/demux_state.h"
 #include "gather.h"
 #include "lum/frame/framer.h"
 #include "second.h"
@@ -234,6 +235,18 @@ bool decoder_range(const struct decoder *decoder, int64_t *first, int64_t *last)
            lum_framer_range(decoder->framer, decoder->shown, first, last);
 }
 
+lum_framer *decoder_framer(struct decoder *decoder)
+{
+    return decoder->options.member_count == 0 && decoder->second == NULL
+               ? decoder->framer
+               : NULL;
+}
+
+bool decoder_is_lost(const struct decoder *decoder)
+{
+    return lum_demux_is_unsure(lum_framer_demux(decoder->framer));
+}
+
 struct picture *decoder_picture(struct decoder *decoder)
 {
     return &decoder->complete;
@@ -346,6 +359,12 @@ const lum_demux *decoder_demux(const struct decoder *decoder)
 }
 
 /* --- Records to frames --- */
+
+static struct feed_views wanted_views(const struct decoder *d)
+{
+    return d->options.makes_no_points ? (struct feed_views){.count = 0}
+                                      : stage_views(d->options.stage);
+}
 
 static bool is_second_new(const struct decoder *d)
 {
@@ -472,7 +491,7 @@ static void put_frame(struct decoder *d)
 static bool follow_views(struct decoder *d)
 {
     static const struct feed_views none = {.count = 0};
-    const struct feed_views wanted = stage_views(d->options.stage);
+    const struct feed_views wanted = wanted_views(d);
     const bool has_points = d->gather.count >= add_clamped(d->from, -RIG_EARLY);
     return views_follow(d->framer, &d->views, has_points ? &wanted : &none);
 }
@@ -520,7 +539,7 @@ enum decoded decoder_push(struct decoder *decoder, const lum_record *record)
         return push_rig(decoder, record);
     }
     /* Those that are wanted now are those of the next frame that begins. */
-    const struct feed_views wanted = stage_views(decoder->options.stage);
+    const struct feed_views wanted = wanted_views(decoder);
     if (!views_follow(decoder->framer, &decoder->views, &wanted) ||
         !push_second(decoder, record)) {
         return DECODED_FAILED;

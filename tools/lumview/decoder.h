@@ -25,7 +25,8 @@ struct decoder_options {
     size_t member_count;           /* 0: no rig */
     const lum_rig *rig; /* their names; NULL: one alone is shown, as without */
     struct sensor_choice sensor;
-    struct stage *stage; /* has the views that are wanted */
+    bool makes_no_points; /* frames have none, whatever is wanted */
+    struct stage *stage;  /* has the views that are wanted */
 };
 
 enum decoded {
@@ -56,6 +57,14 @@ enum decoded decoder_flush(struct decoder *decoder);
 
 /* The frame of DECODED_FRAME; to be shown or dropped before the next push. */
 struct picture *decoder_picture(struct decoder *decoder);
+
+/* What alone makes its frames, to go elsewhere in a capture before any push;
+ * NULL: there are several. */
+lum_framer *decoder_framer(struct decoder *decoder);
+
+/* Whether what it takes has to be read from its start, as records that were
+ * passed over would have said whose it is. */
+bool decoder_is_lost(const struct decoder *decoder);
 
 /* The first and the last frame so far, those that were passed over too. False:
  * none yet. */

@@ -8,6 +8,7 @@ set(lum_view_feed
     frame.c
     gather.c
     picture.c
+    places.c
     player.c
     playhead.c
     report.c
@@ -23,7 +24,7 @@ add_library(lum_view_feed OBJECT ${lum_view_feed} ${lum_view_threads})
 target_link_libraries(lum_view_feed PUBLIC lum_net Threads::Threads)
 add_library(lum_view_feed_alone OBJECT EXCLUDE_FROM_ALL ${lum_view_feed} ${lum_view_alone})
 foreach(target IN ITEMS lum_view_feed lum_view_feed_alone)
-  target_include_directories(${target} PUBLIC ${CMAKE_CURRENT_LIST_DIR})
+  target_include_directories(${target} PUBLIC ${CMAKE_CURRENT_LIST_DIR} PRIVATE ${PROJECT_SOURCE_DIR}/src)
   target_link_libraries(${target} PUBLIC lum_tool_common lum_tool_files lum_frame lum_config lum_points m)
   lum_target(${target})
 endforeach()

@@ -45,8 +45,7 @@ struct player {
     enum phase phase;
     struct playhead head;
     struct report report;
-    struct sweep *learning;
-    struct decoder *learned; /* of the beginning of files; NULL: nothing */
+    const struct decoder *learned; /* the scan's; NULL: nothing */
     lum_capture *capture;
     struct decoder *decoder;
     lum_record record;
@@ -89,6 +88,18 @@ static void end_pass(struct player *p)
 
 /* --- Steps of a pass --- */
 
+/* To the frames that are wanted: at once, where it is known where they are. */
+static void skip(struct player *p)
+{
+    const int64_t from = p->head.from;
+    if (from != INT64_MIN) {
+        if (p->scan != NULL) {
+            (void)scan_go(p->scan, p->capture, p->decoder, from);
+        }
+        decoder_skip_to(p->decoder, from);
+    }
+}
+
 static enum play open_pass(struct player *p)
 {
     lum_error error = {""};
@@ -102,9 +113,7 @@ static enum play open_pass(struct player *p)
         (p->learned != NULL && !decoder_learn(p->decoder, p->learned))) {
         return fail_for_memory(p);
     }
-    if (p->head.from != INT64_MIN) {
-        decoder_skip_to(p->decoder, p->head.from);
-    }
+    skip(p);
     return become(p, PHASE_READING);
 }
 
@@ -138,6 +147,10 @@ static enum play read_record(struct player *p)
     }
     if (!p->has_record) {
         return become(p, PHASE_FLUSHING);
+    }
+    if (decoder_is_lost(p->decoder) && p->scan != NULL) {
+        scan_drop_places(p->scan);
+        return PLAY_REOPEN;
     }
     decoder_set_interface(p->decoder, lum_capture_interface(p->capture));
     p->phase = PHASE_PUSHING;
@@ -179,11 +192,7 @@ static enum play await_look(struct player *p)
     if (next != PLAY_ON) {
         return next;
     }
-    if (p->scan != NULL) {
-        p->learning =
-            sweep_new(p->captures, &p->options.decoder, SOURCES_LEARN_NS);
-    }
-    return become(p, p->learning != NULL ? PHASE_LEARNING : PHASE_OPENING);
+    return become(p, p->scan != NULL ? PHASE_LEARNING : PHASE_OPENING);
 }
 
 /* The time of the first frames is then known as well as that of the rest. */
@@ -192,12 +201,8 @@ static enum play learn(struct player *p)
     if (stage_is_closing(p->head.stage)) {
         return PLAY_STOP;
     }
-    if (sweep_step(p->learning)) {
-        return PLAY_ON;
-    }
-    p->learned = sweep_end(p->learning);
-    p->learning = NULL;
-    return become(p, PHASE_OPENING);
+    return scan_learn(p->scan, &p->learned) ? become(p, PHASE_OPENING)
+                                            : PLAY_ON;
 }
 
 /* --- Who takes the steps --- */
@@ -290,12 +295,10 @@ static int start(struct player *p, lum_error *error)
 
 static void release(struct player *p)
 {
-    scan_end(p->scan);
-    decoder_free(sweep_end(p->learning));
     decoder_free(p->decoder);
     lum_capture_close(p->capture);
+    scan_end(p->scan);
     captures_free(p->captures);
-    decoder_free(p->learned);
     free(p);
 }
 

@@ -15,6 +15,9 @@
 /* Frames that are late by less are caught up with. */
 #define LATE_NS (SECOND_NS / 10)
 
+/* As many frames are read rather than to open the captures again. */
+#define NEAR_FRAMES 3
+
 /* A view that is missing is made at once where the next frame is farther. */
 #define REMAKE_NS (SECOND_NS / 5)
 
@@ -142,6 +145,18 @@ static void skip_ahead(const struct playhead *h, struct decoder *decoder,
     decoder_skip_to(decoder, from);
 }
 
+/* Whether to begin again is the shorter way ahead. */
+static bool leads_ahead(const struct playhead *h, const struct decoder *decoder,
+                        int64_t from)
+{
+    int64_t first = 0;
+    int64_t last = 0;
+    int64_t begin = 0;
+    return h->scan != NULL && decoder_range(decoder, &first, &last) &&
+           scan_leads(h->scan, from, &begin) &&
+           begin > add_clamped(last, NEAR_FRAMES);
+}
+
 /* PLAY_WAIT: no jump, or to the pending frame, which is due then. */
 static enum play jump(struct playhead *h, const struct orders *o,
                       struct decoder *decoder, struct picture *pending)
@@ -156,6 +171,9 @@ static enum play jump(struct playhead *h, const struct orders *o,
         return reopen_at(h, target, AIM_FRAME);
     case JUMP_AHEAD:
         (void)reopen_at(h, target, AIM_FRAME);
+        if (leads_ahead(h, decoder, h->from)) {
+            return PLAY_REOPEN;
+        }
         skip_ahead(h, decoder, pending);
         return PLAY_ON;
     case JUMP_PENDING:

@@ -1,7 +1,8 @@
-/* Reads captures once before they are played: the range of their frames, what
- * is odd in them, how their sensors' clocks run. */
+/* Reads captures once before they are played: the range of their frames, where
+ * these are, what is odd in them, how their sensors' clocks run. */
 #include "scan.h"
 
+#include "places.h"
 #include "thread.h"
 
 #include <stdlib.h>
@@ -9,135 +10,198 @@
 /* Records of a step. */
 #define RECORDS_A_STEP 64u
 
-struct sweep {
-    const struct captures *captures;
-    lum_capture *capture;
-    struct decoder *decoder;
-    int64_t span_ns;
-    int64_t end_ns;
-    bool has_begun;
-    bool is_whole; /* all was read */
+/* Until whoever waits looks whether to end. */
+#define PATIENCE_NS INT64_C(100000000)
+
+/* What the next step is about. */
+enum phase {
+    PHASE_LEARNING, /* the beginning is read */
+    PHASE_READING,  /* all is read */
+    PHASE_OVER
 };
 
 struct scan {
     const struct captures *captures;
     const struct provenance_source *said;
     struct decoder_options options;
-    struct sweep *sweep; /* NULL: it is over, or nothing can be read */
-    struct thread *thread;
+    struct thread *thread; /* NULL: there are none */
 
-    struct gate *gate; /* guards what follows */
-    bool is_known;
+    /* of who takes the steps */
+    enum phase phase;
+    lum_capture *capture;
+    struct decoder *decoder;
+    bool has_begun;
+    int64_t end_ns; /* later records are not read */
+
+    struct gate *gate; /* guards what follows; news: it has learned */
+    struct decoder *learned;
+    bool has_learned;
+    struct places *places;
+    bool has_range;
     int64_t first;
     int64_t last;
 };
 
-/* --- Sweeps --- */
+/* --- Its readings --- */
 
-struct sweep *sweep_new(const struct captures *captures,
-                        const struct decoder_options *options, int64_t span_ns)
+/* False: they cannot be read, which the player tells. */
+static bool begin(struct scan *s)
 {
-    struct sweep *sweep = calloc(1, sizeof *sweep);
-    struct decoder_options first = *options;
-    first.second_layout = NULL; /* the first tells the time */
-    if (sweep == NULL) {
-        return NULL;
+    s->has_begun = false;
+    s->end_ns = INT64_MAX;
+    if (captures_open(s->captures, &s->capture, NULL) == 0) {
+        s->decoder = decoder_new(&s->options);
     }
-    *sweep = (struct sweep){
-        .captures = captures, .span_ns = span_ns, .end_ns = INT64_MAX};
-    if (captures_open(captures, &sweep->capture, NULL) == 0) {
-        sweep->decoder = decoder_new(&first);
-    }
-    if (sweep->decoder == NULL) {
-        (void)sweep_end(sweep);
-        return NULL;
-    }
-    decoder_skip_to(sweep->decoder, INT64_MAX);
-    return sweep;
+    return s->decoder != NULL;
 }
 
-struct decoder *sweep_end(struct sweep *sweep)
+static void end(struct scan *s)
 {
-    if (sweep == NULL) {
-        return NULL;
-    }
-    struct decoder *decoder = sweep->decoder;
-    lum_capture_close(sweep->capture);
-    free(sweep);
-    return decoder;
+    lum_capture_close(s->capture);
+    decoder_free(s->decoder);
+    s->capture = NULL;
+    s->decoder = NULL;
 }
 
-/* The player reports read errors. */
-static bool read_record(struct sweep *s)
+/* Where frames are is noted as by who plays, whose clocks are known. */
+static void begin_all(struct scan *s)
+{
+    const bool can_read = begin(s) && (s->learned == NULL ||
+                                       decoder_learn(s->decoder, s->learned));
+    s->phase = can_read ? PHASE_READING : PHASE_OVER;
+    if (can_read) {
+        struct places *places = places_new(s->capture, s->decoder);
+        gate_take(s->gate);
+        s->places = places;
+        gate_leave(s->gate);
+    }
+}
+
+static void begin_learning(struct scan *s)
+{
+    if (begin(s)) {
+        decoder_skip_to(s->decoder, INT64_MAX);
+    } else {
+        s->phase = PHASE_OVER;
+    }
+}
+
+/* The player may take it from here on. */
+static void end_learning(struct scan *s)
+{
+    gate_take(s->gate);
+    s->learned = s->decoder;
+    s->has_learned = true;
+    gate_tell(s->gate);
+    gate_leave(s->gate);
+    s->decoder = NULL;
+    end(s);
+}
+
+/* --- Records --- */
+
+static void note_record(struct scan *s)
+{
+    gate_take(s->gate);
+    places_note_record(s->places);
+    gate_leave(s->gate);
+}
+
+static void note_frame(struct scan *s)
+{
+    gate_take(s->gate);
+    places_note_frame(s->places);
+    gate_leave(s->gate);
+}
+
+/* record: NULL at the end. False: there was no memory. */
+static bool push(struct scan *s, const lum_record *record)
+{
+    enum decoded decoded = DECODED_ALL;
+    do {
+        decoded = record != NULL ? decoder_push(s->decoder, record)
+                                 : decoder_flush(s->decoder);
+        if (decoded == DECODED_FRAME) {
+            note_frame(s);
+        }
+    } while (decoded == DECODED_FRAME);
+    return decoded == DECODED_ALL;
+}
+
+/* 1: a record was read; 0: there are no more, or none that is wanted; -1: there
+ * was no memory. The player reports read errors. */
+static int read_record(struct scan *s)
 {
     lum_record record;
-    s->is_whole = captures_next(s->captures, s->capture, &record, NULL) <= 0;
-    if (s->is_whole) {
-        return false;
+    if (captures_next(s->captures, s->capture, &record, NULL) <= 0) {
+        return 0;
     }
-    if (!s->has_begun && s->span_ns != INT64_MAX) {
-        s->end_ns = add_clamped(record.time_ns, s->span_ns);
+    if (!s->has_begun && s->phase == PHASE_LEARNING) {
+        s->end_ns = add_clamped(record.time_ns, SOURCES_LEARN_NS);
     }
     s->has_begun = true;
-    decoder_set_interface(s->decoder, lum_capture_interface(s->capture));
-    return record.time_ns <= s->end_ns &&
-           decoder_push(s->decoder, &record) == DECODED_ALL;
-}
-
-bool sweep_step(struct sweep *sweep)
-{
-    unsigned i = 0;
-    while (i < RECORDS_A_STEP && read_record(sweep)) {
-        i++;
+    if (record.time_ns > s->end_ns) {
+        return 0;
     }
-    return i == RECORDS_A_STEP;
+    decoder_set_interface(s->decoder, lum_capture_interface(s->capture));
+    places_begin_record(s->places);
+    if (!push(s, &record)) {
+        return -1;
+    }
+    note_record(s);
+    return 1;
 }
 
-/* --- The scan --- */
+/* --- What it tells --- */
 
-static void note(struct scan *scan, const struct decoder *decoder)
+static void note_range(struct scan *s)
 {
     int64_t first = 0;
     int64_t last = 0;
-    if (!decoder_range(decoder, &first, &last)) {
+    if (!decoder_range(s->decoder, &first, &last)) {
         return;
     }
-    gate_take(scan->gate);
-    scan->is_known = true;
-    scan->first = first;
-    scan->last = last;
-    gate_leave(scan->gate);
-    stage_set_range(scan->options.stage, first, last);
+    gate_take(s->gate);
+    s->has_range = true;
+    s->first = first;
+    s->last = last;
+    gate_leave(s->gate);
+    stage_set_range(s->options.stage, first, last);
 }
 
-static void tell(struct scan *scan)
+static void end_all(struct scan *s, bool is_whole)
 {
-    const struct sweep *s = scan->sweep;
-    if (s->is_whole && decoder_flush(s->decoder) == DECODED_ALL) {
-        note(scan, s->decoder);
-        captures_tell(scan->captures, s->capture, decoder_demux(s->decoder),
-                      scan->said, scan->options.stage);
-        captures_warn(scan->captures, s->capture, decoder_demux(s->decoder));
+    if (is_whole && push(s, NULL)) {
+        note_range(s);
+        captures_tell(s->captures, s->capture, decoder_demux(s->decoder),
+                      s->said, s->options.stage);
+        captures_warn(s->captures, s->capture, decoder_demux(s->decoder));
     }
+    gate_take(s->gate);
+    places_end(s->places);
+    gate_leave(s->gate);
+    end(s);
+    s->phase = PHASE_OVER;
 }
 
-static void end_sweep(struct scan *scan)
-{
-    decoder_free(sweep_end(scan->sweep));
-    scan->sweep = NULL;
-}
+/* --- Who takes the steps --- */
 
 bool scan_step(struct scan *scan)
 {
-    if (scan == NULL || scan->sweep == NULL) {
+    int status = 1;
+    if (scan == NULL || scan->phase == PHASE_OVER) {
         return false;
     }
-    if (sweep_step(scan->sweep)) {
-        return true;
+    for (unsigned i = 0; i < RECORDS_A_STEP && status > 0; i++) {
+        status = read_record(scan);
     }
-    tell(scan);
-    end_sweep(scan);
-    return false;
+    if (status <= 0 && scan->phase == PHASE_LEARNING) {
+        end_learning(scan);
+        begin_all(scan);
+    } else if (status <= 0) {
+        end_all(scan, status == 0);
+    }
+    return scan->phase != PHASE_OVER;
 }
 
 static void *run(void *argument)
@@ -154,7 +218,8 @@ static int start(struct scan *scan, lum_error *error)
     if (scan->gate == NULL) {
         return lum_error_set(error, "out of memory");
     }
-    scan->sweep = sweep_new(scan->captures, &scan->options, INT64_MAX);
+    begin_learning(scan);
+    scan->has_learned = scan->phase == PHASE_OVER;
     return thread_exists() ? thread_start(&scan->thread, run, scan, error) : 0;
 }
 
@@ -170,6 +235,8 @@ int scan_start(const struct captures *captures,
     scan->captures = captures;
     scan->said = said;
     scan->options = *decoder;
+    scan->options.second_layout = NULL; /* the first tells the time */
+    scan->options.makes_no_points = true;
     if (start(scan, error) != 0) {
         scan_end(scan);
         return -1;
@@ -184,17 +251,61 @@ void scan_end(struct scan *scan)
         return;
     }
     thread_join(scan->thread);
-    end_sweep(scan);
+    end(scan);
+    decoder_free(scan->learned);
+    places_free(scan->places);
     gate_free(scan->gate);
     free(scan);
+}
+
+/* --- For others --- */
+
+bool scan_learn(struct scan *scan, const struct decoder **out)
+{
+    if (scan->thread == NULL && !scan->has_learned) {
+        (void)scan_step(scan);
+    }
+    gate_take(scan->gate);
+    if (!scan->has_learned) {
+        (void)gate_wait(scan->gate, PATIENCE_NS);
+    }
+    const bool has_learned = scan->has_learned;
+    *out = scan->learned;
+    gate_leave(scan->gate);
+    return has_learned;
 }
 
 bool scan_range(struct scan *scan, int64_t *first, int64_t *last)
 {
     gate_take(scan->gate);
-    const bool is_known = scan->is_known;
+    const bool has_range = scan->has_range;
     *first = scan->first;
     *last = scan->last;
     gate_leave(scan->gate);
-    return is_known;
+    return has_range;
+}
+
+bool scan_leads(struct scan *scan, int64_t frame, int64_t *begin)
+{
+    gate_take(scan->gate);
+    const bool leads = places_find(scan->places, frame, begin);
+    gate_leave(scan->gate);
+    return leads;
+}
+
+bool scan_go(struct scan *scan, lum_capture *capture, struct decoder *decoder,
+             int64_t frame)
+{
+    gate_take(scan->gate);
+    const bool is_there = scan->places != NULL &&
+                          places_go(scan->places, capture, decoder, frame);
+    gate_leave(scan->gate);
+    return is_there;
+}
+
+void scan_drop_places(struct scan *scan)
+{
+    gate_take(scan->gate);
+    places_drop(scan->places);
+    gate_leave(scan->gate);
 }

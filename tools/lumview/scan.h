@@ -1,6 +1,7 @@
-/* Reads captures to their end, without points, to find the first and the last
- * frame, where a recording is missing, and what later parts say of themselves,
- * and tells the stage. A thread does it, or who works in steps. */
+/* Reads captures once, without points, while they are played: how their
+ * sensors' clocks run, from the beginning; then the first and the last frame,
+ * where each is, where a recording is missing, and what later parts say of
+ * themselves. It tells the stage. A thread does it, or who works in steps. */
 #ifndef LUMVIEW_SCAN_H
 #define LUMVIEW_SCAN_H
 
@@ -28,22 +29,23 @@ void scan_end(struct scan *scan);
  * NULL is allowed. */
 bool scan_step(struct scan *scan);
 
-/* Any thread. False: not known yet. */
+/* What follows is for another thread, or the one that takes the steps. */
+
+/* Wait a little for what the beginning tells, or read a little of it. True: out
+ * has what decoder_learn() takes, the scan's; NULL: nothing is known. */
+bool scan_learn(struct scan *scan, const struct decoder **out);
+
+/* False: not known yet. */
 bool scan_range(struct scan *scan, int64_t *first, int64_t *last);
 
-/* A reading of captures from their beginning, without points. */
-struct sweep;
+/* Whether scan_go() leads to a frame, and by reading from which one on. */
+bool scan_leads(struct scan *scan, int64_t frame, int64_t *begin);
 
-/* Of the first span_ns of files, or all: INT64_MAX. NULL: they cannot be read,
- * which is told when they are read again. captures: kept. */
-struct sweep *sweep_new(const struct captures *captures,
-                        const struct decoder_options *options, int64_t span_ns);
+/* As places_go(). */
+bool scan_go(struct scan *scan, lum_capture *capture, struct decoder *decoder,
+             int64_t frame);
 
-/* Read some records. False: there are no more, or none that are wanted. */
-bool sweep_step(struct sweep *sweep);
-
-/* End. Returns its decoder, to be freed by decoder_free(). NULL is allowed, and
- * gives NULL. */
-struct decoder *sweep_end(struct sweep *sweep);
+/* Where frames are is of no use: all is read from the start from here on. */
+void scan_drop_places(struct scan *scan);
 
 #endif
