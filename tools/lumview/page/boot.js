@@ -1,48 +1,52 @@
 // lumview.html alone: what the file has within, compressed by LZMA, and the start of the page's script, which is one of it.
 // Browsers unpack gzip, of which the file would be half as large again: it has two modules that are nearly the same.
 
+const SIGN = 0x80000000;
+
 // What a .lzma file holds, of which the size is known (LZMA specification, I. Pavlov, public domain).
 function unpackLzma(input, size) {
     const out = new Uint8Array(size);
     const [literalBits, placeBits, positionBits] = [input[0] % 9, Math.floor(input[0] / 9) % 5, Math.floor(input[0] / 45)];
-    const range = new Uint32Array([0xffffffff, new DataView(input.buffer, input.byteOffset).getUint32(14)]); // [1]: the code
+    // Of 32 bits, but compared as if they were not signed; browsers are fastest at that.
+    const state = new Int32Array([-1, new DataView(input.buffer, input.byteOffset).getInt32(14)]); // range, code
+    const isBelow = (a, b) => (a ^ SIGN) < (b ^ SIGN);
     let at = 18;
     let done = 0;
     const chances = (count) => new Uint16Array(count).fill(1024);
 
     function refill() {
-        if (range[0] < 0x1000000) {
-            range[0] <<= 8;
-            range[1] = (range[1] << 8) | input[at++];
+        if ((state[0] & 0xff000000) === 0) {
+            state[0] <<= 8;
+            state[1] = (state[1] << 8) | input[at++];
         }
     }
 
     function bit(table, i) {
         const chance = table[i];
-        const bound = (range[0] >>> 11) * chance;
-        const isOne = range[1] >= bound;
-        if (isOne) {
-            range[0] -= bound;
-            range[1] -= bound;
-            table[i] = chance - (chance >> 5);
-        } else {
-            range[0] = bound;
+        const bound = Math.imul(state[0] >>> 11, chance);
+        const isZero = isBelow(state[1], bound);
+        if (isZero) {
+            state[0] = bound;
             table[i] = chance + ((2048 - chance) >> 5);
+        } else {
+            state[0] -= bound;
+            state[1] -= bound;
+            table[i] = chance - (chance >> 5);
         }
         refill();
-        return isOne ? 1 : 0;
+        return isZero ? 0 : 1;
     }
 
     function plainBits(count) {
         let value = 0;
         for (let i = 0; i < count; i++) {
-            range[0] >>>= 1;
-            const isOne = range[1] >= range[0];
-            if (isOne) {
-                range[1] -= range[0];
+            state[0] >>>= 1;
+            const isZero = isBelow(state[1], state[0]);
+            if (!isZero) {
+                state[1] -= state[0];
             }
             refill();
-            value = (value << 1) | (isOne ? 1 : 0);
+            value = (value << 1) | (isZero ? 0 : 1);
         }
         return value;
     }
@@ -81,13 +85,13 @@ function unpackLzma(input, size) {
     const [slots, distances, ends] = [chances(256), chances(128), chances(16)];
     const [lengthOf, lengthAgain] = [makeLengths(), makeLengths()];
     const last = [0, 0, 0, 0]; // distances, less 1
-    let state = 0;
+    let kind = 0; // of what came before
 
     function literal() {
         const before = done > 0 ? out[done - 1] : 0;
         const from = 0x300 * (((done & ((1 << placeBits) - 1)) << literalBits) + (before >> (8 - literalBits)));
         let symbol = 1;
-        if (state >= 7) {
+        if (kind >= 7) {
             let match = out[done - last[0] - 1];
             for (let same = true; symbol < 0x100 && same;) {
                 const wanted = (match >> 7) & 1;
@@ -101,7 +105,7 @@ function unpackLzma(input, size) {
             symbol = (symbol << 1) | bit(literals, from + symbol);
         }
         out[done++] = symbol & 0xff;
-        state = state < 4 ? 0 : state < 10 ? state - 3 : state - 6;
+        kind = kind < 4 ? 0 : kind < 10 ? kind - 3 : kind - 6;
     }
 
     function distance(length) {
@@ -121,28 +125,28 @@ function unpackLzma(input, size) {
 
     // The length of what repeats; 1 for a single byte.
     function repetition(place) {
-        if (bit(isAgain, state) === 0) {
+        if (bit(isAgain, kind) === 0) {
             const length = lengthOf(place);
-            state = state < 7 ? 7 : 10;
+            kind = kind < 7 ? 7 : 10;
             last.pop();
             last.unshift(distance(length));
             return length + 2;
         }
-        if (bit(isOther, state) === 0) {
-            if (bit(isLong, (state << 4) + place) === 0) {
-                state = state < 7 ? 9 : 11;
+        if (bit(isOther, kind) === 0) {
+            if (bit(isLong, (kind << 4) + place) === 0) {
+                kind = kind < 7 ? 9 : 11;
                 return 1;
             }
         } else {
-            toFront(bit(isOlder, state) === 0 ? 1 : 2 + bit(isOldest, state));
+            toFront(bit(isOlder, kind) === 0 ? 1 : 2 + bit(isOldest, kind));
         }
-        state = state < 7 ? 8 : 11;
+        kind = kind < 7 ? 8 : 11;
         return lengthAgain(place) + 2;
     }
 
     while (done < size) {
         const place = done & ((1 << positionBits) - 1);
-        if (bit(isMatch, (state << 4) + place) === 0) {
+        if (bit(isMatch, (kind << 4) + place) === 0) {
             literal();
             continue;
         }
