@@ -168,6 +168,7 @@ const STATES = {
     "all folded": [[], "#legend-line"],
     "all unfolded": [["h", "i", "y"], "#panel, #stats, #legend-bar"],
     "a distance": [["k", "x"], "#pick-measure"],
+    "a selection": [["j", "w", "Enter"], "#strip, #selection"],
     "the help": [["?"], "#help"],
 };
 

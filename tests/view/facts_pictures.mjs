@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import path from "node:path";
 import { fillIndex, findPixels, makeImage, makeSight, NONE, TYPICAL } from "../../tools/lumview/page/image.js";
 import { eigen, numbersOf } from "../../tools/lumview/page/plane.js";
-import { choose, counts, drawn, openPoint, pixels, probe, settings, until } from "./page.mjs";
+import { choose, counts, drawn, openPoint, pixels, probe, settings, shoot, until } from "./page.mjs";
 import { compare } from "./png.mjs";
 import { dump, run } from "./tools.mjs";
 
@@ -265,6 +265,7 @@ async function selectsInTheStrip({ page, capture }) {
         return pixel !== NONE && column >= cells[0] && column < cells[1] && row >= cells[2] && row < cells[3];
     });
     assertNumbers(await probe(page, "selection"), of(framePoints(capture)));
+    await shoot(page, "lumview-selection");
     await page.keyboard.press("."); // frames that come have it too
     await until(page, () => window.lumview.frame === 2);
     await drawn(page);

@@ -196,6 +196,7 @@ export function makeStrip(on) {
 
     canvas.addEventListener("pointermove", point);
     canvas.addEventListener("pointerleave", leave);
+    canvas.addEventListener("pointerdown", leave);
     canvas.addEventListener("pointerup", (event) => isShown() && event.button === 0 && on.pick(pointAt(cellOf(event)), event.shiftKey));
     canvas.addEventListener("keydown", press);
     canvas.addEventListener("blur", leave);
