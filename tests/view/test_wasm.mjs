@@ -5,9 +5,9 @@ import { execFileSync, spawnSync } from "node:child_process";
 import { closeSync, fstatSync, mkdtempSync, openSync, readdirSync, readFileSync, readSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
-import { makeWasi } from "../../tools/lumview/wasm/wasi.js";
+import { makeEngine } from "../../tools/lumview/page/engine.js";
 
-const INPUTS = ["--calibration", "--profile"];
+const INPUTS = ["calibration", "profile"];
 const EDGES = { rising: 1, falling: 2, both: 3 };
 const SAMPLE_BYTES = 36;
 const bin = path.resolve(process.env.LUM_BIN ?? "build/release/bin");
@@ -23,58 +23,32 @@ function fileOf(name) {
     return { size: fstatSync(fd).size, read, close: () => closeSync(fd) };
 }
 
-// The engine with files of paths, which are known to it by their base names.
-function start(paths) {
-    const files = new Map(paths.map((one) => [path.basename(one), fileOf(one)]));
-    const wasi = makeWasi(files);
-    const instance = new WebAssembly.Instance(module, wasi.imports(module));
-    wasi.start(instance);
-    const engine = instance.exports;
-    const textAt = (at) => {
-        const bytes = new Uint8Array(engine.memory.buffer, at);
-        return new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0)));
-    };
-    const must = (result) => {
-        if (result < 0) {
-            throw new Error(textAt(engine.engine_error()));
-        }
-    };
-    const put = (text) => {
-        const bytes = new TextEncoder().encode(text);
-        new Uint8Array(engine.memory.buffer, engine.engine_text(bytes.length), bytes.length).set(bytes);
-    };
-    const close = () => [...files.values()].forEach((file) => file.close());
-    return { engine, must, put, close };
-}
-
+// The engine that reads a capture, whose files are known to it by their base names.
 function open(capture, args) {
-    const options = new Map(args.flatMap((one, i) => (i % 2 === 0 ? [[one, args[i + 1]]] : [])));
-    const its = start([capture, ...INPUTS.flatMap((name) => options.get(name) ?? [])]);
-    its.put(path.basename(capture));
-    its.must(its.engine.engine_add_capture());
-    for (const [i, name] of INPUTS.entries()) {
-        if (options.has(name)) {
-            its.put(path.basename(options.get(name)));
-            its.must(its.engine.engine_set(i));
-        }
-    }
-    const sensor = (options.get("--sensor") ?? "0.0.0.0").split(".").reduce((sum, part) => sum * 256 + Number(part), 0);
-    its.must(its.engine.points_open(EDGES[options.get("--edge") ?? "rising"], sensor));
-    return its;
+    const options = new Map(args.flatMap((one, i) => (i % 2 === 0 ? [[one.slice(2), args[i + 1]]] : [])));
+    const given = INPUTS.filter((what) => options.has(what)).map((what) => [what, options.get(what)]);
+    const paths = [capture, ...given.map(([, name]) => name)];
+    const files = new Map(paths.map((name) => [path.basename(name), fileOf(name)]));
+    const engine = makeEngine(module, files);
+    engine.addCapture(path.basename(capture));
+    given.forEach(([what, name]) => engine.set(what, path.basename(name)));
+    const sensor = (options.get("sensor") ?? "0.0.0.0").split(".").reduce((sum, part) => sum * 256 + Number(part), 0);
+    engine.must(engine.calls.points_open(EDGES[options.get("edge") ?? "rising"], sensor));
+    return { ...engine, close: () => [...files.values()].forEach((file) => file.close()) };
 }
 
 // Each point as the row of a CSV file has it.
 function* pointsOf(its) {
-    const { engine } = its;
+    const { calls } = its;
     const names = ["x", "y", "z", "range", "azimuth", "elevation", "pulse_width"];
     for (;;) {
-        const count = engine.points_next();
+        const count = calls.points_next();
         if (count < 0) {
             return; // also where a capture is broken off, which lumdump reads as far
         }
-        const line = { timestamp: engine.points_clock(), frame: engine.points_frame(),
-                       eye: engine.points_eye(), line: engine.points_line() };
-        const data = new DataView(engine.memory.buffer, engine.points_samples(), count * SAMPLE_BYTES);
+        const line = { timestamp: calls.points_clock(), frame: calls.points_frame(),
+                       eye: calls.points_eye(), line: calls.points_line() };
+        const data = new DataView(calls.memory.buffer, calls.points_samples(), count * SAMPLE_BYTES);
         for (let at = 0; at < count * SAMPLE_BYTES; at += SAMPLE_BYTES) {
             const floats = names.map((name, i) => [name, data.getFloat32(at + 4 * i, true)]);
             yield { ...Object.fromEntries(floats), ...line, pixel: data.getUint16(at + 28, true),

@@ -1,12 +1,11 @@
 /* lumview: captures and sensors in a browser. */
 #define _POSIX_C_SOURCE 200809L
 
-#include "../common/geometry.h"
-#include "../common/input_files.h"
 #include "../common/interrupt.h"
 #include "../common/json.h"
 #include "../common/number.h"
 #include "feed.h"
+#include "files.h"
 #include "open.h"
 #include "options.h"
 #include "redirect.h"
@@ -41,141 +40,22 @@ static enum exit_status finish_stdout(void)
     return EXIT_FAILED;
 }
 
-/* What a run is told of the sensor. */
-struct files {
-    struct geometry geometry;
-    lum_profile second; /* where there is one */
-    lum_rig_files rig;  /* likewise */
+/* What the options lead to. */
+struct loaded {
+    struct files files;
     struct served served;
-    lum_poses *poses;
 };
 
-/* Of the second profile too standard input is one input at most. */
-static int check_stdin(const struct options *o, lum_error *error)
-{
-    const struct input_file inputs[] = {
-        {o->calibration, "--calibration"},
-        {o->profile, "the first --profile"},
-        {o->second, "the second --profile"},
-        {sources_find_stdin(&o->sources), "the source"}};
-    return o->second == NULL
-               ? 0
-               : input_files_check_once(
-                     inputs, sizeof inputs / sizeof inputs[0], error);
-}
-
-static int load_second(const struct options *o, struct files *out,
+/* What is known beside the points, for the page alone. */
+static int load_served(struct beside_options *o, struct served *out,
                        lum_error *error)
 {
-    struct geometry tried = out->geometry;
-    lum_profile_default(&out->second);
-    if (geometry_read(NULL, o->second, NULL, &out->second, error) != 0) {
+    if (served_add(out, "/labels", o->labels, error) != 0 ||
+        served_add(out, "/truth", o->truth, error) != 0) {
         return -1;
     }
-    tried.profile = out->second;
-    return geometry_set(&tried, &o->set, error);
-}
-
-static int refuse_name(const struct options *o, const lum_rig *rig,
-                       lum_error *error)
-{
-    char names[LUM_RIG_SENSORS_MAX * (LUM_RIG_NAME_BYTES + 2u)] = "";
-    size_t len = 0;
-    for (size_t i = 0; i < rig->count; i++) {
-        len += (size_t)snprintf(names + len, sizeof names - len, "%s%s",
-                                i > 0 ? ", " : "", rig->sensor[i].name);
-    }
-    return lum_error_set(error,
-                         "--sensor: '%s' is not a sensor of %s, which "
-                         "has %s",
-                         o->sensor.text, o->rig_path, names);
-}
-
-/* The sensor of --sensor becomes the first, and the only one that is shown. */
-static int choose_sensor(struct options *o, lum_rig_files *files,
-                         lum_error *error)
-{
-    lum_rig *rig = &files->rig;
-    size_t i = 0;
-    while (i < rig->count && strcmp(rig->sensor[i].name, o->sensor.text) != 0) {
-        i++;
-    }
-    if (i == rig->count) {
-        return refuse_name(o, rig, error);
-    }
-    const lum_rig_sensor first = rig->sensor[0];
-    const lum_rig_sensor_files its = files->sensor[0];
-    rig->sensor[0] = rig->sensor[i];
-    files->sensor[0] = files->sensor[i];
-    rig->sensor[i] = first;
-    files->sensor[i] = its;
-    o->shown = 1;
+    o->served = out;
     return 0;
-}
-
-static int load_rig(struct options *o, lum_rig_files *out, lum_error *error)
-{
-    const struct input_file inputs[] = {
-        {o->rig_path, "--rig"},
-        {sources_find_stdin(&o->sources), "the source"}};
-    if (o->rig_path == NULL) {
-        return 0;
-    }
-    if (input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
-                               error) != 0 ||
-        geometry_read_rig(o->rig_path, out, error) != 0) {
-        return -1;
-    }
-    o->shown = out->rig.count;
-    if (o->sensor.is_given && choose_sensor(o, out, error) != 0) {
-        return -1;
-    }
-    o->rig = out;
-    return 0;
-}
-
-/* What is known beside the points. */
-static int load_beside(struct beside_options *o, struct files *out,
-                       lum_error *error)
-{
-    if (served_add(&out->served, "/labels", o->labels, error) != 0 ||
-        served_add(&out->served, "/truth", o->truth, error) != 0) {
-        return -1;
-    }
-    o->served = &out->served;
-    if (o->poses_path == NULL) {
-        return 0;
-    }
-    const int failed =
-        lum_poses_read(o->poses_path, NULL, NULL, &out->poses, error);
-    o->poses = out->poses;
-    return failed;
-}
-
-/* What a source says of itself comes under the keys that are set: they are only
- * tried here, which separates a bad configuration from a bad source. */
-static int load_files(struct options *o, struct files *out, lum_error *error)
-{
-    const struct input_file inputs[] = {{o->calibration, "the calibration"},
-                                        {o->profile, "the profile"},
-                                        {o->rig_path, "the rig"},
-                                        {o->second, "the second profile"}};
-    if (o->json &&
-        sources_check(&o->sources, inputs, sizeof inputs / sizeof inputs[0],
-                      "-", error) != 0) {
-        return -1;
-    }
-    if (check_stdin(o, error) != 0 || load_rig(o, &out->rig, error) != 0 ||
-        load_beside(&o->beside, out, error) != 0 ||
-        geometry_load(o->calibration, o->profile, &o->sources, &out->geometry,
-                      error) != 0) {
-        return -1;
-    }
-    struct geometry tried = out->geometry;
-    if (geometry_set(&tried, &o->set, error) != 0) {
-        return -1;
-    }
-    return o->second != NULL ? load_second(o, out, error) : 0;
 }
 
 static enum exit_status print_json(const struct guard *guard, const char *url)
@@ -266,25 +146,26 @@ static enum exit_status serve(const struct options *o,
     return status == EXIT_DONE ? closed : status;
 }
 
-static enum exit_status run(struct options *o, struct files *files)
+static enum exit_status run(struct options *o, struct loaded *loaded)
 {
     lum_error error = {""};
     struct server *server = NULL;
     if (o->is_live) {
         interrupt_insist(); /* its heartbeats keep a laser on */
     }
-    if (load_files(o, files, &error) != 0) {
+    if (files_load(o, &loaded->files, &error) != 0 ||
+        load_served(&o->beside, &loaded->served, &error) != 0) {
         return complain(&error, EXIT_BAD);
     }
     const enum exit_status status = server_open(o, &server, &error) == 0
-                                        ? serve(o, files, server)
+                                        ? serve(o, &loaded->files, server)
                                         : complain(&error, EXIT_FAILED);
     server_close(server);
     return status;
 }
 
 static int parse_and_run(int argc, char **argv, struct options *options,
-                         struct files *files)
+                         struct loaded *loaded)
 {
     switch (options_parse(argc, argv, options)) {
     case PARSED_DONE:
@@ -293,18 +174,18 @@ static int parse_and_run(int argc, char **argv, struct options *options,
         return EXIT_BAD;
     case PARSED_RUN:
     default:
-        return (int)run(options, files);
+        return (int)run(options, loaded);
     }
 }
 
 int main(int argc, char **argv)
 {
     struct options options;
-    struct files files = {.poses = NULL}; /* the options lead there */
+    struct loaded loaded = {.files = {.poses = NULL}};
     interrupt_catch();
-    const int status = parse_and_run(argc, argv, &options, &files);
+    const int status = parse_and_run(argc, argv, &options, &loaded);
     sources_free(&options.sources);
-    served_free(&files.served);
-    lum_poses_free(files.poses);
+    served_free(&loaded.served);
+    lum_poses_free(loaded.files.poses);
     return status;
 }

@@ -18,6 +18,7 @@ enum input {
     INPUT_PROFILE,
     INPUT_SECOND, /* a profile to show beside */
     INPUT_RIG,
+    INPUT_POSES,
     INPUTS
 };
 

@@ -3,6 +3,7 @@
 
 const OK = 0;
 const BAD_FILE = 8;
+const BROKEN = 29; // an error of input or output
 const NOT_THERE = 44;
 const NOT_SUPPORTED = 58;
 const FOLDER = 3; // its descriptor; 0 to 2 are the standard ones
@@ -117,7 +118,19 @@ export function makeWasi(files, log) {
         return OK;
     }
 
-    const withFile = (fd, act) => (open.has(fd) ? act(open.get(fd)) ?? OK : BAD_FILE);
+    // A file can change or go while it is read.
+    function withFile(fd, act) {
+        if (!open.has(fd)) {
+            return BAD_FILE;
+        }
+        try {
+            return act(open.get(fd)) ?? OK;
+        } catch (error) {
+            log?.(error.message);
+            return BROKEN;
+        }
+    }
+
     const calls = {
         clock_time_get: (clock, _precision, out) => now(clock, out),
         fd_close: (fd) => (open.delete(fd) ? OK : BAD_FILE),

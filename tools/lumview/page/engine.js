@@ -1,0 +1,84 @@
+// lumview's own code as WebAssembly, with the files that it can open: what tools/lumview/wasm exports, for a worker and
+// for tests.
+import { makeWasi } from "./wasi.js";
+
+const INPUTS = ["calibration", "profile", "second", "rig", "poses"]; // as inputs.h counts them
+const [TEXT, LAST] = [1, 4];
+
+// files: as makeWasi() takes them
+export function makeEngine(module, files, log) {
+    const wasi = makeWasi(files, log);
+    const instance = new WebAssembly.Instance(module, wasi.imports(module));
+    wasi.start(instance);
+    const calls = instance.exports;
+    let pieces = []; // of the message that is under way
+
+    function textAt(at) {
+        const bytes = new Uint8Array(calls.memory.buffer, at);
+        return new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0)));
+    }
+
+    function must(result) {
+        if (result < 0) {
+            throw new Error(textAt(calls.engine_error()));
+        }
+        return result;
+    }
+
+    function put(text) {
+        const bytes = new TextEncoder().encode(text);
+        const at = calls.engine_text(bytes.length);
+        if (at === 0) {
+            throw new Error("out of memory");
+        }
+        new Uint8Array(calls.memory.buffer, at, bytes.length).set(bytes);
+    }
+
+    // The pieces as one message.
+    function join() {
+        const whole = new Uint8Array(pieces.reduce((sum, { length }) => sum + length, 0));
+        pieces.reduce((at, piece) => (whole.set(piece, at), at + piece.length), 0);
+        pieces = [];
+        return whole.buffer;
+    }
+
+    return {
+        calls,
+        must,
+        addCapture(name) {
+            put(name);
+            must(calls.engine_add_capture());
+        },
+        set(what, name) {
+            put(name);
+            must(calls.engine_set(INPUTS.indexOf(what)));
+        },
+        open: (isPaused) => must(calls.engine_open(isPaused ? 1 : 0)),
+        command(text) {
+            put(text);
+            must(calls.engine_command());
+        },
+        work: () => calls.engine_work() / 1e6, // milliseconds until there is more to do
+        // { text } or { binary }; null: there is none
+        next() {
+            for (;;) {
+                const kind = must(calls.engine_next());
+                if (kind === 0) {
+                    return null;
+                }
+                const bytes = new Uint8Array(calls.memory.buffer, calls.engine_bytes(), calls.engine_length());
+                if (kind & TEXT) {
+                    return { text: JSON.parse(new TextDecoder().decode(bytes)) };
+                }
+                pieces.push(bytes.slice());
+                if (kind & LAST) {
+                    return { binary: join() };
+                }
+            }
+        },
+        infer() {
+            must(calls.engine_infer());
+            return { yaml: textAt(calls.engine_profile()), sentence: textAt(calls.engine_sentence()) };
+        },
+    };
+}
