@@ -3,8 +3,8 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { parseNpy } from "../../tools/lumview/page/npy.js";
-import { drawn, open, openPoint, pixels, probe, settings, until } from "./page.mjs";
-import { run, view } from "./tools.mjs";
+import { drawn, open, openPoint, pixels, probe, settings, shoot, until } from "./page.mjs";
+import { dump, run, view } from "./tools.mjs";
 
 const KEYS = ["frame", "line", "eye", "pixel", "return_number"];
 const CLASSES = ["", "ground", "building", "car", "truck or van", "cyclist", "person", "tree or bush", "pole", "sign", "other"];
@@ -72,7 +72,56 @@ async function truth({ browser, capture, folder }) {
     assert.deepEqual(page.complaints, []);
 }
 
+// Poses of a file, [seconds, x y z, qx qy qz qw]; without a path of its own lumsim has one for all lines of a frame.
+const readPoses = (name) => readFileSync(name, "utf8").trim().split("\n").filter((line) => !line.startsWith("#"))
+    .map((line) => line.trim().split(/\s+/).map(Number));
+
+const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
+
+function turned([x, y, z, w], v) {
+    const t = cross([x, y, z], v).map((one) => 2 * one);
+    const u = cross([x, y, z], t);
+    return v.map((one, k) => one + w * t[k] + u[k]);
+}
+
+// Where a place of the world is, as seen from a pose.
+function seenFrom([, ...pose], place) {
+    const [x, y, z, w] = pose.slice(3);
+    return turned([-x, -y, -z, w], place.map((v, k) => v - pose[k]));
+}
+
+// Points of the frames before stand where they were in the world, as seen from the newest one.
+async function world({ browser, folder }) {
+    const [capture, poses] = ["drive.pcap", "drive.txt"].map((name) => path.join(folder, name));
+    run("lumsim", "-q", "-o", capture, "--frames", 3, "--poses", poses);
+    const server = await view("--paused", "--poses", poses, capture);
+    const page = await open(browser, `${server.url}#accumulate=3&frame=3&panel=off`);
+    await until(page, () => document.getElementById("frame-number").textContent === "frames 1 to 3");
+    const rows = dump(capture, "--poses", poses, "--to", "world");
+    const began = rows.filter(({ frame }) => frame === 3).reduce((least, { timestamp }) => Math.min(least, timestamp), Infinity) * 1e-6;
+    const here = readPoses(poses).find(([time]) => time >= began - 1e-5);
+    const frames = new Set();
+    const { width, height } = await page.locator("#canvas").boundingBox();
+    for (let i = 0; i < 24; i++) {
+        await page.locator("#canvas").click({ position: { x: width * (0.3 + 0.017 * i), y: height * (0.45 + 0.04 * (i % 4)) } });
+        const point = await probe(page, "picked");
+        await page.keyboard.press("Escape");
+        if (point) {
+            const row = rows.find((one) => one.frame === point.frame && one.line === point.line && one.pixel === point.pixel
+                && one.eye === EYES.indexOf(point.eye) && one.return_number === point.returnNumber);
+            const wanted = seenFrom(here, [row.x, row.y, row.z]);
+            wanted.forEach((v, k) => assert.ok(Math.abs(v - point.position[k]) < 0.01, `${wanted}, ${JSON.stringify(point)}`));
+            assert.ok(Math.abs(row.range - point.range) < 0.01, "its range is that from where the sensor was");
+            frames.add(point.frame);
+        }
+    }
+    assert.ok(frames.size > 1, `points of the frames ${[...frames]}`);
+    assert.deepEqual(page.complaints, []);
+    await shoot(page, "lumview-world");
+}
+
 export const truthFacts = [
+    ["frames at once stand where poses say they were taken", world],
     ["labels colour the points that they are of", labels],
     ["points that are true stand over the others", truth],
 ];

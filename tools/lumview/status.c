@@ -9,13 +9,17 @@
 #include "lum/smooth.h"
 #include "lum/version.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Poses for the page: no more than these, and no closer in time. */
+/* Poses for the page: no more than these, and those between which a way leads
+ * past the others by no more. */
 #define POSES_MAX 20000u
-#define POSES_NS  INT64_C(20000000)
+#define POSES_NS  INT64_C(100000000)
+#define POSES_M   1e-3
+#define POSES_RAD 1e-4
 
 static const char *const states[] = {
     [FEED_WAITING] = "waiting", [FEED_PLAYING] = "playing",
@@ -209,24 +213,47 @@ static void write_row(struct json *json, int64_t time_ns, const lum_pose *pose)
     json_close_array(json);
 }
 
+/* Whether the path from a pose that is written to the one after another leads
+ * past that one, or takes long. */
+static bool is_needed(const lum_poses *poses, size_t written, size_t at,
+                      size_t next)
+{
+    lum_pose from;
+    lum_pose here;
+    lum_pose to;
+    int64_t ns[3];
+    lum_poses_get(poses, written, &ns[0], &from);
+    lum_poses_get(poses, at, &ns[1], &here);
+    lum_poses_get(poses, next, &ns[2], &to);
+    const double share = (double)(ns[1] - ns[0]) / (double)(ns[2] - ns[0]);
+    const lum_pose between = lum_pose_between(&from, &to, share);
+    double away = 0;
+    for (size_t k = 0; k < 3; k++) {
+        away += fabs(between.at[k] - here.at[k]);
+    }
+    return ns[2] - ns[0] > POSES_NS || away > POSES_M ||
+           lum_pose_angle(&between, &here) > POSES_RAD;
+}
+
 static void write_poses(struct json *json, const lum_poses *poses)
 {
     lum_poses_info info = {.struct_size = sizeof info};
-    int64_t before_ns = INT64_MIN;
     if (lum_poses_get_info(poses, &info) != LUM_OK) {
         return;
     }
     const size_t stride = info.count / POSES_MAX + 1u;
+    size_t written = 0;
     json_open_object(json, "poses");
     json_bool(json, "utc", info.clock == LUM_POSES_UTC);
     json_open_array(json, "rows");
     for (size_t i = 0; i < info.count; i += stride) {
-        lum_pose pose;
-        int64_t time_ns = 0;
-        lum_poses_get(poses, i, &time_ns, &pose);
-        if (before_ns == INT64_MIN || time_ns - before_ns >= POSES_NS) {
-            before_ns = time_ns;
+        if (i == 0 || i + stride >= info.count ||
+            is_needed(poses, written, i, i + stride)) {
+            lum_pose pose;
+            int64_t time_ns = 0;
+            lum_poses_get(poses, i, &time_ns, &pose);
             write_row(json, time_ns, &pose);
+            written = i;
         }
     }
     json_close_array(json);

@@ -27,6 +27,7 @@ import { makeSettings } from "./settings.js";
 import { takeShot } from "./shot.js";
 import { makeSource } from "./source.js";
 import { makeStats } from "./stats.js";
+import { makeWorld } from "./world.js";
 
 const at = (id) => document.getElementById(id);
 const GONE = "no connection: lumview has ended or cannot be reached; trying again";
@@ -81,12 +82,14 @@ const camera = makeCamera(canvas, () => {
     invalidate();
 });
 
+const world = makeWorld(surroundings.scene);
 const beside = makeBeside({
     scene: surroundings.scene,
     cloud,
     panel,
     settings,
     changed: () => {
+        placeFrames();
         recolour();
         invalidate();
     },
@@ -182,6 +185,10 @@ function takeNewest() {
     askPasts();
 }
 
+function placeFrames() {
+    beside.show(world.place(cloud, values.world));
+}
+
 function takeFrames() {
     if (waiting && !(player.held && !isAwaited(waiting))) {
         takeNewest();
@@ -189,9 +196,9 @@ function takeFrames() {
     if (cloud.current) {
         pasts.splice(0).forEach(cloud.addPast);
     }
+    placeFrames();
     pictures.update();
     pick.check();
-    beside.show();
     showFacts();
     recolour();
 }
@@ -336,6 +343,7 @@ function greet(message) {
     document.title = `${name} - lumview`;
     panel.setSmoothings(message.smooth_max);
     beside.greet(message);
+    world.greet(message);
     panes.show(message.profiles);
     resize();
     sendView();
@@ -348,6 +356,7 @@ function startAnew({ captures }) {
     cloud.clear();
     pick.clear();
     beside.clear();
+    world.clear();
     complaint = "";
     showBanner("");
     showMessage("");
@@ -365,7 +374,7 @@ function showState(text, state) {
 function showStatus(message) {
     status = message;
     showState(player.held ? "held" : message.state, player.held ? "held" : message.state);
-    showMessage([message.message, complaint].filter(Boolean).join("; "));
+    showMessage([message.message, complaint, world.sentence].filter(Boolean).join("; "));
     showStats(message);
     player.show(message);
     seekWanted();
@@ -454,13 +463,13 @@ settings.onChange((changed) => {
         askPasts();
         showFacts();
     }
+    placeFrames();
     pictures.update();
     pick.check();
     if (changed.has("flat")) {
         camera.setFlat(values.flat);
     }
     placeGround();
-    beside.show();
     recolour();
     invalidate();
 });

@@ -79,17 +79,24 @@ function makeTruth(table, columns) {
     const [x, y, z] = columns.map(table.column);
     const grouped = table.names.includes("frame") ? groupBy(table.column("frame")) : null;
     const xyz = new Float32Array(3 * table.rows);
+    const origin = table.rows > 0 ? [x[0], y[0], z[0]].map(Math.round) : [0, 0, 0]; // floats hold what is near it
     for (let i = 0; i < table.rows; i++) {
         const row = grouped ? grouped.order[i] : i;
-        xyz.set([x[row], y[row], z[row]], 3 * i);
+        xyz.set([x[row] - origin[0], y[row] - origin[1], z[row] - origin[2]], 3 * i);
     }
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(xyz, 3));
     const object = new THREE.Points(geometry, new THREE.PointsMaterial({ color: TRUE_COLOUR, size: 2, sizeAttenuation: false }));
     object.frustumCulled = false;
+    object.matrixAutoUpdate = false;
+    const shift = new THREE.Matrix4().makeTranslation(...origin);
     return {
         object,
         count: table.rows,
+        place(world) {
+            object.matrix = world && !grouped ? world.clone().multiply(shift) : shift;
+            object.matrixWorldNeedsUpdate = true;
+        },
         show(first, last) {
             const spans = [...(grouped?.groups ?? [])].filter(([number]) => number >= first && number <= last).map(([, span]) => span);
             const [from, to] = grouped ? [Math.min(...spans.map(([a]) => a)), Math.max(...spans.map(([, b]) => b))] : [0, table.rows];
@@ -127,8 +134,10 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
     const loaded = new Set(); // names of what lumview has served
     let truth = null;
 
-    function show() {
+    // world: as seen from the newest frame, where that is known; points that are of no frame are in it.
+    function show(world = null) {
         if (truth) {
+            truth.place(world);
             truth.object.visible = settings.values.truth;
             truth.object.material.size = settings.values.size * Math.min(2, window.devicePixelRatio);
             truth.show(cloud.slots[0]?.number ?? NaN, cloud.newest?.number ?? NaN);
@@ -158,7 +167,6 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
         }
         at("truth-row").hidden = truth === null;
         at("truth-name").textContent = truth ? `${name}, ${truth.count.toLocaleString("en")} points` : "";
-        show();
     }
 
     function take(name, buffer) {

@@ -169,6 +169,9 @@ function fill(slot, frame) {
     slot.shown = frame.shown;
     slot.lines = frame.lines;
     slot.began = frame.began;
+    slot.clock = frame.clock;
+    slot.isMoved = false;
+    slot.placed = "";
     slot.smooth = frame.smooth;
     slot.filling = ++fillings;
     slot.choosing = 0;
@@ -187,6 +190,30 @@ function chooseIn(slot, { choosing, kindOf }) {
     target.addUpdateRange(0, size);
     target.needsUpdate = true;
     slot.choosing = choosing;
+}
+
+// Moves its points; those as they came are kept. matrix: null for none.
+function place(slot, matrix) {
+    const placed = matrix ? matrix.elements.map((v) => v.toFixed(6)).join() : "";
+    if (slot.placed === placed) {
+        return;
+    }
+    const { xyz } = slot.points;
+    if (!slot.isMoved) {
+        slot.own = slot.own?.length === xyz.length ? slot.own : new Float32Array(xyz.length);
+        slot.own.set(xyz);
+        slot.isMoved = true;
+    }
+    const e = matrix?.elements ?? [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0];
+    for (let i = 0; i < 3 * slot.size; i += 3) {
+        const [x, y, z] = [slot.own[i], slot.own[i + 1], slot.own[i + 2]];
+        xyz[i] = e[0] * x + e[4] * y + e[8] * z + e[12];
+        xyz[i + 1] = e[1] * x + e[5] * y + e[9] * z + e[13];
+        xyz[i + 2] = e[2] * x + e[6] * y + e[10] * z + e[14];
+    }
+    slot.placed = placed;
+    renew(slot, slot.size);
+    slot.filling = ++fillings;
 }
 
 // One point of each so many in a row, and not always the same: lines of the
@@ -393,6 +420,7 @@ export function makeCloud(scene, palette) {
                 slot.filling = ++fillings;
             }
         },
+        place,
         setEyes(eyes) {
             eyes.forEach((eye, i) => u.mounts.value[i].fromArray(eye.mount));
         },

@@ -81,6 +81,7 @@ function makeTable(app) {
             ["V", ["v"], "back to the picture", app.focusCanvas],
             ["D", ["d"], "grid on, off", flip("grid")],
             ["O", ["o"], "range rings on, off", flip("rings")],
+            ["8", ["8"], "frames where they were taken, by poses: on, off", flip("world")],
             ["9", ["9"], "ground truth on, off", flip("truth")],
             ["H", ["h"], "controls on, off", () => app.toggle("panel")],
             ["I", ["i"], "statistics on, off", () => app.toggle("stats")],

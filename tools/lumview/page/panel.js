@@ -42,6 +42,7 @@ const CONTROLS = [
     ["rings", "rings", box],
     ["ground", "ground", number],
     ["truth", "truth", box],
+    ["world", "world", box],
 ];
 
 const at = (id) => document.getElementById(id);

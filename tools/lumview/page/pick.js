@@ -52,13 +52,14 @@ export function findPoint(slots, rangeOf, project, passes, x, y) {
 // All that is known of a point.
 export function describe({ slot, index: i }, eyes) {
     const { points: p, number, began, parts } = slot;
+    const measured = slot.isMoved ? slot.own : p.xyz; // by the sensor, where it was then
     const flags = p.flags[i];
     const position = [p.xyz[3 * i], p.xyz[3 * i + 1], p.xyz[3 * i + 2]];
     const eye = eyeOf(p, i, eyes);
     const part = parts.find(({ sensor }) => sensor === p.sensor[i]);
     return {
         position,
-        ...directionOf(position, eye),
+        ...directionOf([0, 1, 2].map((k) => measured[3 * i + k]), eye),
         sensor: eye.sensor ?? null,
         sensorFrame: part?.number ?? null,
         eye: eye.name,

@@ -25,6 +25,7 @@ export const DEFAULTS = Object.freeze({
     grid: true,
     rings: true,
     ground: null, // height of the grid, metres; null: from the points
+    world: true, // frames stand where they were taken, where there are poses
     truth: true, // points that are true, where there are any
     panel: null, // parts that are shown; null: where there is room
     stats: null,
