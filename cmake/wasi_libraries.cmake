@@ -20,7 +20,8 @@ lum_source_library(LUM_YAML libyaml src/*.c)
 if(LUM_ZLIB_FOUND AND LUM_ZSTD_FOUND AND LUM_YAML_FOUND)
   target_include_directories(LUM_ZLIB PUBLIC ${LUM_SOURCES}/zlib)
   target_include_directories(LUM_ZSTD PUBLIC ${LUM_SOURCES}/libzstd/lib)
-  target_compile_definitions(LUM_ZSTD PRIVATE ZSTD_DISABLE_ASM ZSTD_LEGACY_SUPPORT=0 ZSTD_STRIP_ERROR_STRINGS)
+  target_compile_definitions(LUM_ZSTD PRIVATE ZSTD_DISABLE_ASM ZSTD_LEGACY_SUPPORT=0 ZSTD_NO_INLINE HUF_FORCE_DECOMPRESS_X1
+                                              ZSTD_FORCE_DECOMPRESS_SEQUENCES_SHORT)
   target_include_directories(LUM_YAML PUBLIC ${LUM_SOURCES}/libyaml/include)
   target_compile_definitions(LUM_YAML PUBLIC YAML_DECLARE_STATIC PRIVATE YAML_VERSION_STRING="" YAML_VERSION_MAJOR=0
                                                                          YAML_VERSION_MINOR=0 YAML_VERSION_PATCH=0)
