@@ -66,6 +66,7 @@ function(lum_add_wasm name simd)
                       INSTALL_COMMAND ""
                       LOG_CONFIGURE ON
                       USES_TERMINAL_BUILD ON)
+  ExternalProject_Add_StepDependencies(lum_wasm_${name} configure ${PROJECT_SOURCE_DIR}/CMakePresets.json)
 endfunction()
 
 if(LUM_BUILD_PAGE AND LUM_WITH_VIEW)
