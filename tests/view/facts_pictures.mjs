@@ -4,9 +4,9 @@ import { readFileSync } from "node:fs";
 import path from "node:path";
 import { fillIndex, findPixels, makeImage, makeSight, NONE, TYPICAL } from "../../tools/lumview/page/image.js";
 import { eigen, numbersOf } from "../../tools/lumview/page/plane.js";
-import { choose, counts, drawn, openPoint, pixels, probe, settings, shoot, until } from "./page.mjs";
+import { choose, counts, drawn, open, openPoint, pixels, probe, settings, shoot, until } from "./page.mjs";
 import { compare } from "./png.mjs";
-import { dump, run } from "./tools.mjs";
+import { dump, run, view } from "./tools.mjs";
 
 const FRAME = ["--frames", "1:1"];
 const EXACT = 2e-4; // metres: lumdump's last digit, and a little
@@ -147,6 +147,8 @@ async function hoversAndPicks({ page, capture }) {
     await until(page, () => document.getElementById("strip-text").textContent !== "");
     assert.match(await page.locator("#strip-text").textContent(), text);
     assert.ok(compare(before, await pixels(page)).share > 0, "no mark in the cloud");
+    const [there, ring, canvasAt] = [await page.evaluate((i) => window.lumview.place(i), index[pixel]), await placeOfMark(page, "hover"), await page.locator("#canvas").boundingBox()];
+    assert.ok(Math.hypot(ring.x - canvasAt.x - there.x, ring.y - canvasAt.y - there.y) < 3, "the mark in the cloud is elsewhere");
     await page.mouse.click(at.x, at.y);
     const picked = await probe(page, "picked");
     assert.ok(["x", "y", "z"].every((name, k) => rows.some((row) => row.line === picked.line && row.pixel === picked.pixel && Math.abs(row[name] - picked.position[k]) < EXACT)));
@@ -154,11 +156,11 @@ async function hoversAndPicks({ page, capture }) {
     assert.ok(Math.hypot(mark.x - at.x, mark.y - at.y) < 6, "the mark is elsewhere");
     // From the cloud.
     await page.mouse.move(1, 1);
-    const open = await openPoint(page, 31000);
+    const spot = await openPoint(page, 31000);
     const canvas = await page.locator("#canvas").boundingBox();
-    await page.mouse.move(canvas.x + open.x, canvas.y + open.y);
+    await page.mouse.move(canvas.x + spot.x, canvas.y + spot.y);
     await until(page, () => !document.getElementById("strip-hover").hidden);
-    await page.mouse.click(canvas.x + open.x, canvas.y + open.y);
+    await page.mouse.click(canvas.x + spot.x, canvas.y + spot.y);
     const [x, y, z] = (await probe(page, "picked")).position;
     const image = makeImage(TYPICAL, 64);
     const place = image.pixelOf(...[x, y, z].map(Math.fround));
@@ -447,6 +449,49 @@ async function folds({ page }) {
     await page.setViewportSize(usual);
     await page.locator("#strip").waitFor({ state: "hidden" });
 }
+
+// A sensor of more lines has more rows; a line more than they can be is none.
+async function rowsFollowLines({ browser, folder }) {
+    const capture = path.join(folder, "lines.pcap");
+    run("lumsim", "-q", "-o", capture, "--frames", 1, "--lines", 640);
+    const page = await open(browser, (await view("--paused", capture)).url);
+    await showStrip(page);
+    const { rows, index } = await probe(page, "strip");
+    assert.equal(rows, 640);
+    const points = exactPoints(capture, folder);
+    assert.deepEqual(index, [...fillIndex(new Int32Array(index.length), pixelsOf(makeImage(TYPICAL, 640), points), 0, () => true)]);
+    assert.deepEqual(page.complaints, []);
+}
+
+// A finger draws where a mouse does, and the page does not turn.
+async function fingersSelect({ browser, capture }) {
+    const context = await browser.newContext({ hasTouch: true, viewport: { width: 800, height: 500 } });
+    const page = await context.newPage();
+    await page.goto((await view("--paused", capture)).url);
+    await until(page, () => window.lumview?.shown > 0 && window.lumview.status());
+    await page.keyboard.press("h");
+    await page.locator("#box-begin").tap();
+    await drawn(page);
+    const { yaw } = await probe(page, "camera");
+    const touch = await context.newCDPSession(page);
+    const finger = (type, ...at) => touch.send("Input.dispatchTouchEvent", { type, touchPoints: at.map(([x, y]) => ({ x, y })) });
+    const box = await page.locator("#canvas").boundingBox();
+    await finger("touchStart", [box.x + 150, box.y + 150]);
+    await finger("touchMove", [box.x + 250, box.y + 200]);
+    await finger("touchMove", [box.x + 350, box.y + 250]);
+    await finger("touchEnd");
+    await until(page, () => window.lumview.selection() !== null);
+    assert.ok((await probe(page, "selection")).count > 0);
+    assert.equal((await probe(page, "camera")).yaw, yaw);
+    await page.locator("#selection-crop").tap();
+    assert.equal((await counts(page)).shown, (await probe(page, "selection")).count);
+}
+
+// Facts that need a page of their own.
+export const pictureFactsAlone = [
+    ["the strip has the rows of its lines", rowsFollowLines],
+    ["a finger draws a box", fingersSelect],
+];
 
 export const pictureFacts = [
     ["the strip is the library's picture", isTheLibrarys],

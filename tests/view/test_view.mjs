@@ -11,7 +11,7 @@ import { besideFacts } from "./facts_beside.mjs";
 import { cameraFacts } from "./facts_camera.mjs";
 import { linkFacts } from "./facts_link.mjs";
 import { pageFacts } from "./facts_page.mjs";
-import { pictureFacts } from "./facts_pictures.mjs";
+import { pictureFacts, pictureFactsAlone } from "./facts_pictures.mjs";
 import { playerFacts } from "./facts_player.mjs";
 import { pointFacts } from "./facts_points.mjs";
 import { rigFacts } from "./facts_rig.mjs";
@@ -78,7 +78,7 @@ const context = { folder, capture: path.join(folder, "street.pcap"), browser: aw
 run("lumsim", "-q", "-o", context.capture, "--frames", 10);
 try {
     await captureFacts(context);
-    for (const fact of [...addressFacts, ...besideFacts, ...rigFacts, ...truthFacts, ...linkFacts].filter(isWanted)) {
+    for (const fact of [...addressFacts, ...besideFacts, ...rigFacts, ...pictureFactsAlone, ...truthFacts, ...linkFacts].filter(isWanted)) {
         await check(fact, context);
         await Promise.all(context.browser.contexts().map((one) => one.close()));
         await stopAll();

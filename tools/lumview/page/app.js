@@ -138,6 +138,7 @@ function recolour() {
     const chosen = chosenDomain(values, domain);
     cloud.setDomain(chosen);
     drawLegend(values, domain, palette.bytes);
+    pictures.strip.invalidate();
 }
 
 function placeGround() {
@@ -256,6 +257,7 @@ function draw(now) {
     const moves = isMoving();
     tally.drawn = cloud.thin(pace.stride(now, countPoints(), moves));
     render();
+    pictures.follow();
     if (moves) {
         invalidate();
     } else {
@@ -429,7 +431,6 @@ const pictures = makePictures({
     cloud,
     settings,
     pick,
-    surroundings,
     invalidate,
     state: () => ({ hello, eyes, domain: chosenDomain(values, domain), bytes: palette.bytes }),
     about: () => ({ name: `lumview-${cloud.newest?.number ?? 0}`, frames: shownFrames() }),

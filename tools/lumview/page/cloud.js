@@ -165,6 +165,7 @@ function fill(slot, frame) {
     renew(slot, frame.count);
     slot.size = frame.count;
     slot.split = frame.split;
+    slot.lines = frame.lines;
     slot.number = frame.number;
     slot.shown = frame.shown;
     slot.lines = frame.lines;

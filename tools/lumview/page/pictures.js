@@ -3,7 +3,7 @@
 import { makeBox } from "./box.js";
 import { cloudVolume, imageVolume, makeSelection } from "./selection.js";
 import { makeCsv, makePly, save } from "./save.js";
-import { describe } from "./pick.js";
+import { describe, makeProjection } from "./pick.js";
 import { makeStrip } from "./strip.js";
 
 const REST = 4; // looking under the pointer takes at most one part of so many of the time
@@ -38,17 +38,28 @@ function attachHover(canvas, isWanted, find, told) {
 }
 
 // app: the parts of the page, and state(): { hello, domain, bytes, eyes } as they are.
-export function makePictures({ canvas, camera, panes, cloud, settings, pick, surroundings, state, about, invalidate }) {
+export function makePictures({ canvas, camera, panes, cloud, settings, pick, state, about, invalidate }) {
     const { values } = settings;
     let sensor = 0; // of a rig, whose pictures these are
     let source = null;
+    let hovered = null; // { slot, filling, index }: the point under the pointer in the strip
 
-    const positionOf = ({ points }, i) => [0, 1, 2].map((k) => points.xyz[3 * i + k]);
+    // Over the picture, which is not drawn again for it.
+    function follow() {
+        const out = {};
+        const isThere = hovered !== null && hovered.slot.filling === hovered.filling &&
+            makeProjection(camera.active, panes.width, canvas.clientHeight)(hovered.slot.points.xyz, hovered.index, out) &&
+            out.x >= 0 && out.x < panes.width && out.y >= 0 && out.y < canvas.clientHeight;
+        at("hover").hidden = !isThere;
+        if (isThere) {
+            [at("hover").style.left, at("hover").style.top] = [`${out.x}px`, `${out.y}px`];
+        }
+    }
 
     const strip = makeStrip({
         hover(i) {
-            surroundings.hover(i >= 0 ? positionOf(strip.slot, i) : null);
-            invalidate();
+            hovered = i >= 0 ? { slot: strip.slot, filling: strip.slot.filling, index: i } : null;
+            follow();
         },
         pick: (i, isEnd) => pick.take(i >= 0 ? { slot: strip.slot, index: i } : null, isEnd),
         picked: (slot) => pick.indexIn(slot),
@@ -143,6 +154,8 @@ export function makePictures({ canvas, camera, panes, cloud, settings, pick, sur
             strip.invalidate();
         },
         // After each picture of the cloud.
+        follow,
+        // After those while the camera stands still.
         draw() {
             const { hello, domain, bytes, eyes } = state();
             strip.draw({ slot: cloud.newest, hello, sensor, values, domain, bytes, eyes, fades: selection.isOn });

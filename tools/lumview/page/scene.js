@@ -142,9 +142,9 @@ export function makeScene() {
     const scene = new THREE.Scene();
     const grid = makeGrid();
     const rings = makeRings();
-    const [mark, other, hovered] = [makeMark(), makeMark(), makeMark()];
+    const [mark, other] = [makeMark(), makeMark()];
     const { ruler, label: length, show: showRuler } = makeRuler();
-    scene.add(grid, rings, makeAxes(), mark, other, hovered, ruler);
+    scene.add(grid, rings, makeAxes(), mark, other, ruler);
     const place = new THREE.Vector3();
 
     function keepSize(sign, camera) {
@@ -177,12 +177,10 @@ export function makeScene() {
             placeMark(other, from);
             showRuler(from, position);
         },
-        // The point under the pointer in the picture beside the cloud.
-        hover: (position) => placeMark(hovered, position),
         // Before each picture.
         prepare(camera) {
             spaceLabels(camera);
-            [mark, other, hovered, length].forEach((sign) => keepSize(sign, camera));
+            [mark, other, length].forEach((sign) => keepSize(sign, camera));
         },
     };
 }
