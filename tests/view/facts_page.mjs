@@ -1,6 +1,6 @@
 // The page itself: keyboard, help, names and contrast for everyone.
 import assert from "node:assert/strict";
-import { camera, complaints, counts, drawn, probe, settings, shoot, SIZE, until } from "./page.mjs";
+import { camera, choose, complaints, counts, drawn, pixels, probe, settings, shoot, SIZE, until } from "./page.mjs";
 import { dump } from "./tools.mjs";
 
 const CONTROLS = "a, button, select, input, #canvas";
@@ -39,7 +39,7 @@ async function tabReachesAll({ page }) {
 // A key, and the setting that it changes.
 const KEYS = [
     ["r", "return"], ["e", "edges"], ["s", "smooth"], ["b", "blue"], ["g", "green"], ["c", "colour"], ["m", "map"],
-    ["+", "size"], ["-", "size"], ["4", "edl"], ["a", "accumulate"], ["A", "accumulate"], ["d", "grid"], ["o", "rings"], ["q", "flat"],
+    ["+", "size"], ["-", "size"], ["4", "edl"], ["5", "theme"], ["a", "accumulate"], ["A", "accumulate"], ["d", "grid"], ["o", "rings"], ["q", "flat"],
 ];
 
 async function keysChangeSettings({ page }) {
@@ -140,7 +140,14 @@ async function names({ page }) {
 // white points.
 async function contrast({ page }) {
     await page.keyboard.press("k");
-    const poor = await page.evaluate(() => {
+    for (const [theme, ground] of [["light", [238, 241, 245]], ["dark", [14, 18, 24]]]) {
+        await choose(page, "theme", theme);
+        assert.deepEqual(await poorTexts(page, ground), [], theme);
+    }
+}
+
+function poorTexts(page, ground) {
+    return page.evaluate((under) => {
         const parse = (text) => text.match(/[\d.]+/g).map(Number);
         const channel = (v) => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
         const light = ([r, g, b]) => 0.2126 * channel(r) + 0.7152 * channel(g) + 0.0722 * channel(b);
@@ -156,11 +163,30 @@ async function contrast({ page }) {
         const hasText = (e) => [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
         return [...document.querySelectorAll("body *")]
             .filter((e) => hasText(e) && e.checkVisibility() && !e.closest(":disabled, noscript, .skip"))
-            .map((e) => [e, ratio(parse(getComputedStyle(e).color), groundOf(e, [14, 18, 24]))])
+            .map((e) => [e, ratio(parse(getComputedStyle(e).color), groundOf(e, under))])
             .filter(([, value]) => value < 4.5)
             .map(([e, value]) => `${e.tagName} ${e.id} ${e.textContent.trim().slice(0, 20)} ${value.toFixed(2)}`);
-    });
-    assert.deepEqual(poor, []);
+    }, ground);
+}
+
+// By the system, which may change, and by choice.
+async function themes({ page }) {
+    const groundOf = async () => {
+        const { bytes } = await pixels(page);
+        return bytes[0] + bytes[1] + bytes[2];
+    };
+    const dark = await groundOf();
+    assert.ok(dark < 150, String(dark));
+    await page.emulateMedia({ colorScheme: "light" });
+    assert.ok(await groundOf() > 600);
+    await choose(page, "theme", "dark");
+    assert.equal(await groundOf(), dark);
+    await page.emulateMedia({ colorScheme: "dark" });
+    await choose(page, "theme", "light");
+    assert.ok(await groundOf() > 600);
+    await shoot(page, "lumview-light");
+    const state = await page.evaluate(() => location.hash);
+    assert.ok(state === "" || state.includes("theme=light"), state);
 }
 
 // Keys that lead to each state of the page, from one where all is folded; what is seen then.
@@ -174,7 +200,8 @@ const STATES = {
 
 // In each state, wide and narrow, axe-core has nothing to say: names, roles, contrast, order, sizes.
 async function accessible({ page }) {
-    for (const width of [SIZE.width, 400]) {
+    for (const [width, colorScheme] of [[SIZE.width, "light"], [SIZE.width, "dark"], [400, "dark"]]) {
+        await page.emulateMedia({ colorScheme });
         await page.setViewportSize({ width, height: SIZE.height });
         for (const [state, [keys, seen]] of Object.entries(STATES)) {
             await page.keyboard.press("z");
@@ -300,6 +327,7 @@ export const pageFacts = [
     ["? explains the keys", help],
     ["all controls have names", names],
     ["all text has enough contrast", contrast],
+    ["the page is dark or light, as the system or as chosen", themes],
     ["axe-core has nothing to say", accessible],
     ["a narrow page is usable", narrow],
     ["small pages are the picture's, and cards lie beside it", roomForThePicture],

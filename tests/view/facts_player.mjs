@@ -75,7 +75,7 @@ async function screenshot({ page }) {
         assert.match(download.suggestedFilename(), /^lumview-1\.png$/);
         const picture = decode(readFileSync(await download.path()));
         const size = await page.evaluate(() => [window.canvas.width, window.canvas.height]);
-        assert.deepEqual([picture.width, picture.height], size);
+        assert.deepEqual([picture.width, picture.height], size.map((pixels) => 2 * pixels));
         assert.ok(coloured(picture) > 0.05, "it shows points");
     }
 }

@@ -24,7 +24,7 @@ export function launch() {
 
 // Opens the page; complaints: what it logged as error.
 export async function open(browser, url) {
-    const page = await browser.newPage({ viewport: SIZE });
+    const page = await browser.newPage({ viewport: SIZE, colorScheme: "dark" });
     page.complaints = [];
     page.on("pageerror", (error) => page.complaints.push(error.message));
     page.on("console", (message) => message.type() === "error" && page.complaints.push(message.text()));

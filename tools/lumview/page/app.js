@@ -22,14 +22,16 @@ import { makePictures } from "./pictures.js";
 import { makePlayer } from "./player.js";
 import { attachPointer } from "./pointer.js";
 import { exposeProbe } from "./probe.js";
-import { GROUND, groundOf, makeScene } from "./scene.js";
+import { groundOf, makeScene } from "./scene.js";
 import { makeSettings } from "./settings.js";
 import { takeShot } from "./shot.js";
 import { makeSource } from "./source.js";
 import { makeStats } from "./stats.js";
+import { makeTheme } from "./theme.js";
 import { makeWorld } from "./world.js";
 
 const at = (id) => document.getElementById(id);
+const MOST_PIXELS = 4e7; // of a picture that is saved
 const GONE = "no connection: lumview has ended or cannot be reached; trying again";
 const REFUSED = "no connection: lumview was started again, and this page's token is no longer valid: open the URL that it "
     + "printed; trying again";
@@ -47,7 +49,6 @@ const { values } = settings;
 const canvas = at("canvas");
 const renderer = makeRenderer();
 const surroundings = makeScene();
-renderer.setClearColor(GROUND);
 const palette = makePalette(values.map);
 const points = new THREE.Scene();
 const cloud = makeCloud(points, palette);
@@ -131,6 +132,12 @@ function invalidate() {
         isAsked = true;
         requestAnimationFrame(draw);
     }
+}
+
+function paint(colours) {
+    renderer.setClearColor(colours.ground);
+    surroundings.paint(colours);
+    invalidate();
 }
 
 function recolour() {
@@ -265,11 +272,17 @@ function draw(now) {
     }
 }
 
+// Draws so many pixels to one of the page.
+function sharpen(ratio) {
+    const [width, height] = [at("view").clientWidth, at("view").clientHeight];
+    renderer.setPixelRatio(ratio);
+    renderer.setSize(width, height, false);
+    cloud.apply(values, ratio, height);
+}
+
 function resize() {
     const [width, height] = [at("view").clientWidth, at("view").clientHeight];
-    renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
-    renderer.setSize(width, height, false);
-    cloud.apply(values, renderer.getPixelRatio(), canvas.clientHeight);
+    sharpen(Math.min(2, window.devicePixelRatio));
     const covered = panes.names ? { left: 0, right: 0 } : layout.covered(width);
     camera.resize({ width: Math.max(1, panes.width), height: Math.max(1, height), isPane: panes.names !== null, ...covered });
 }
@@ -436,8 +449,17 @@ const pictures = makePictures({
     about: () => ({ name: `lumview-${cloud.newest?.number ?? 0}`, frames: shownFrames() }),
 });
 
+// Pictures have twice as many pixels each way, as far as the browser draws so many.
+function pictureRatio() {
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    const most = Math.min(renderer.capabilities.maxTextureSize / Math.max(width, height), Math.sqrt(MOST_PIXELS / width / height));
+    return Math.max(renderer.getPixelRatio(), Math.min(2 * renderer.getPixelRatio(), most));
+}
+
 function shot() {
     cloud.thin(1);
+    const ratio = renderer.getPixelRatio();
+    sharpen(pictureRatio());
     const source = at("source").textContent;
     takeShot({
         canvas,
@@ -448,6 +470,8 @@ function shot() {
         caption: `${source}, ${shownFrames()}${panes.names ? `: ${panes.names.join(" | ")}` : ""}`,
         name: `lumview-${cloud.newest?.number ?? 0}.png`,
     });
+    sharpen(ratio);
+    invalidate();
 }
 
 settings.onChange((changed) => {
@@ -553,6 +577,7 @@ function placeOf(i) {
     return { x, y: out.y, depth: out.depth, visible, range: rangeOf(cloud.newest.points, i, eyes) };
 }
 
+makeTheme(settings, paint);
 placeGround();
 layout.apply();
 showCamera(opened?.camera);

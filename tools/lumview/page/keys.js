@@ -79,6 +79,7 @@ function makeTable(app) {
         Page: [
             ["Tab", [], "next control"],
             ["V", ["v"], "back to the picture", app.focusCanvas],
+            ["5", ["5"], "theme: of the system, dark, light", () => panel.next("theme", "theme")],
             ["D", ["d"], "grid on, off", flip("grid")],
             ["O", ["o"], "range rings on, off", flip("rings")],
             ["8", ["8"], "frames where they were taken, by poses: on, off", flip("world")],

@@ -38,6 +38,7 @@ const CONTROLS = [
     ["height-min", "heightMin", number],
     ["height-max", "heightMax", number],
     ["flat", "flat", box],
+    ["theme", "theme", choice],
     ["grid", "grid", box],
     ["rings", "rings", box],
     ["ground", "ground", number],

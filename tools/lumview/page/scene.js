@@ -2,16 +2,15 @@
 // the sensor, marks at picked points and the line between them.
 import * as THREE from "three";
 
-export const GROUND = 0x0e1218;
 const GRID_METRES = 150;
 const GRID_CELL = 10;
 const RINGS = [5, 10, 20, 30, 40, 50, 75, 100, 150, 200, 250];
 const RING_PARTS = 180;
 
-function lines(positions, color) {
+function lines(positions) {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
-    return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color }));
+    return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial());
 }
 
 function makeGrid() {
@@ -19,7 +18,7 @@ function makeGrid() {
     for (let v = -GRID_METRES; v <= GRID_METRES; v += GRID_CELL) {
         positions.push(v, -GRID_METRES, 0, v, GRID_METRES, 0, -GRID_METRES, v, 0, GRID_METRES, v, 0);
     }
-    return lines(positions, 0x232d3a);
+    return lines(positions);
 }
 
 function ringLines() {
@@ -34,7 +33,7 @@ function ringLines() {
             point(radius, i + 1);
         }
     }
-    return lines(positions, 0x46566b);
+    return lines(positions);
 }
 
 // A text or a sign that keeps its size on the page.
@@ -55,25 +54,31 @@ function sprite(width, height, draw) {
     return made;
 }
 
-function writeMiddle(pen, text, width, height) {
+function writeMiddle(pen, text, width, height, { halo, text: colour }) {
     pen.clearRect(0, 0, width, height);
     pen.font = "600 12px system-ui, 'DejaVu Sans', sans-serif";
     pen.textAlign = "center";
     pen.textBaseline = "middle";
     pen.lineWidth = 3;
-    pen.strokeStyle = "#0e1218";
+    pen.strokeStyle = halo;
     pen.strokeText(text, width / 2, height / 2);
-    pen.fillStyle = "#dbe4ef";
+    pen.fillStyle = colour;
     pen.fillText(text, width / 2, height / 2);
 }
 
-const numberSprite = (text) => sprite(60, 18, (pen) => writeMiddle(pen, text, 60, 18));
+// Writes on a sprite anew.
+function write(made, text, colours) {
+    const { map } = made.material;
+    writeMiddle(map.userData.pen, text, made.userData.width, made.userData.height, colours);
+    map.needsUpdate = true;
+}
 
 function makeRings() {
     const group = new THREE.Group();
     group.add(ringLines());
     for (const radius of RINGS) {
-        const label = numberSprite(`${radius} m`);
+        const label = sprite(60, 18, () => {});
+        label.userData.text = `${radius} m`;
         label.position.set(radius, 0, 0);
         group.add(label);
     }
@@ -82,7 +87,7 @@ function makeRings() {
 
 function makeAxes() {
     const group = new THREE.Group();
-    group.add(lines([0, 0, 0, 1, 0, 0], 0xff7b6e), lines([0, 0, 0, 0, 1, 0], 0x7ed98a), lines([0, 0, 0, 0, 0, 1], 0x6fb1ff));
+    group.add(lines([0, 0, 0, 1, 0, 0]), lines([0, 0, 0, 0, 1, 0]), lines([0, 0, 0, 0, 0, 1]));
     return group;
 }
 
@@ -103,7 +108,7 @@ function makeMark() {
 
 // The line of a distance, with its length.
 function makeRuler() {
-    const ruler = lines([0, 0, 0, 0, 0, 0], 0xffffff);
+    const ruler = lines([0, 0, 0, 0, 0, 0]);
     const label = sprite(90, 20, () => {});
     ruler.material.depthTest = false;
     ruler.material.transparent = true;
@@ -113,9 +118,16 @@ function makeRuler() {
     label.renderOrder = 4;
     label.center.set(0.5, -0.4);
     ruler.add(label);
+    let colours = null;
+    let length = "";
     return {
         ruler,
         label,
+        paint(next) {
+            colours = next;
+            ruler.material.color.set(colours.ruler);
+            write(label, length, colours);
+        },
         show(from, to) {
             ruler.visible = Boolean(from && to);
             if (!ruler.visible) {
@@ -124,9 +136,8 @@ function makeRuler() {
             ruler.geometry.attributes.position.set([...from, ...to]);
             ruler.geometry.attributes.position.needsUpdate = true;
             label.position.fromArray(from.map((v, k) => (v + to[k]) / 2));
-            const length = Math.hypot(...from.map((v, k) => v - to[k]));
-            writeMiddle(label.material.map.userData.pen, `${length.toFixed(3)} m`, 90, 20);
-            label.material.map.needsUpdate = true;
+            length = `${Math.hypot(...from.map((v, k) => v - to[k])).toFixed(3)} m`;
+            write(label, length, colours);
         },
     };
 }
@@ -143,8 +154,9 @@ export function makeScene() {
     const grid = makeGrid();
     const rings = makeRings();
     const [mark, other] = [makeMark(), makeMark()];
-    const { ruler, label: length, show: showRuler } = makeRuler();
-    scene.add(grid, rings, makeAxes(), mark, other, ruler);
+    const axes = makeAxes();
+    const { ruler, label: length, show: showRuler, paint: paintRuler } = makeRuler();
+    scene.add(grid, rings, axes, mark, other, ruler);
     const place = new THREE.Vector3();
 
     function keepSize(sign, camera) {
@@ -165,6 +177,19 @@ export function makeScene() {
 
     return {
         scene,
+        // colours: those of a theme.
+        paint(colours) {
+            grid.material.color.set(colours.grid);
+            axes.children.forEach((axis, i) => axis.material.color.set(colours.axes[i]));
+            paintRuler(colours);
+            for (const child of rings.children) {
+                if (child.isSprite) {
+                    write(child, child.userData.text, colours);
+                } else {
+                    child.material.color.set(colours.rings);
+                }
+            }
+        },
         apply(values, ground) {
             grid.visible = values.grid;
             rings.visible = values.rings;

@@ -22,6 +22,7 @@ export const DEFAULTS = Object.freeze({
     heightMin: null,
     heightMax: null,
     flat: false, // parallel projection
+    theme: "system", // dark, light
     grid: true,
     rings: true,
     ground: null, // height of the grid, metres; null: from the points
@@ -50,6 +51,7 @@ const FITS = {
     map: isOf("viridis", "cividis", "turbo"),
     size: isBetween(1, 10),
     edl: isOf("auto", "on", "off"),
+    theme: isOf("system", "dark", "light"),
     accumulate: isWhole(1, 50),
     panel: isSwitch,
     stats: isSwitch,

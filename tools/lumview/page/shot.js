@@ -1,19 +1,20 @@
 // The picture as a PNG file: points, legend, and what it shows.
 import { drawBar, legendOf } from "./legend.js";
 import { save } from "./save.js";
+import { cssColour } from "./theme.js";
 
 const FONT = "system-ui, 'DejaVu Sans', sans-serif";
 
 function drawLegend(pen, values, domain, bytes, right, bottom) {
     const legend = legendOf(values, domain);
     const [x, y, height] = [right - 95, bottom - 210, 180];
-    pen.fillStyle = "#171d26e0";
+    pen.fillStyle = cssColour("--card");
     pen.fillRect(x - 12, y - 30, 102, height + 44);
-    pen.fillStyle = "#e6ebf2";
+    pen.fillStyle = cssColour("--text");
     pen.font = `600 13px ${FONT}`;
     pen.fillText(legend.title, x, y - 14);
     drawBar(pen, x, y, 16, height, values, legend, bytes);
-    pen.fillStyle = "#e6ebf2";
+    pen.fillStyle = cssColour("--text");
     pen.font = `13px ${FONT}`;
     legend.ticks.forEach(({ at, text }) => pen.fillText(text, x + 24, y + (1 - at) * height));
 }
