@@ -85,12 +85,17 @@ void lum_canvas_set(lum_canvas *canvas, int x, int y, lum_rgb colour)
     }
 }
 
+/* Of 0xrrggbb. */
+static lum_rgb split(uint32_t value)
+{
+    return (lum_rgb){(uint8_t)(value >> 16), (uint8_t)(value >> 8),
+                     (uint8_t)value};
+}
+
 lum_rgb lum_canvas_get(const lum_canvas *canvas, int x, int y)
 {
     const uint32_t *pixel = pixel_at(canvas, x, y);
-    const uint32_t value = pixel != NULL ? *pixel : 0;
-    return (lum_rgb){(uint8_t)(value >> 16), (uint8_t)(value >> 8),
-                     (uint8_t)value};
+    return split(pixel != NULL ? *pixel : 0);
 }
 
 static void use_colour(lum_canvas *canvas, lum_rgb colour, double cover)
@@ -181,14 +186,14 @@ static uint8_t mix(uint8_t a, uint8_t b, float part)
     return (uint8_t)((float)a + ((float)b - (float)a) * part + 0.5f);
 }
 
-/* Viridis of Smith and van der Walt (CC0), each 15th of its 256 colours; those
- * between are within 5 of 255. */
-static const lum_rgb viridis[] = {
-    {68, 1, 84},    {72, 23, 105},  {71, 42, 122},  {67, 61, 132},
-    {61, 78, 138},  {53, 94, 141},  {46, 109, 142}, {41, 123, 142},
-    {35, 137, 142}, {31, 151, 139}, {33, 165, 133}, {46, 179, 124},
-    {70, 192, 111}, {101, 203, 94}, {137, 213, 72}, {176, 221, 47},
-    {216, 226, 25}, {253, 231, 37},
+/* Viridis of Smith and van der Walt (CC0): 33 of its 256 colours, the same as
+ * those of lumview's page. */
+static const uint32_t viridis[] = {
+    0x440154, 0x470d60, 0x48186a, 0x482374, 0x472d7b, 0x453681, 0x424086,
+    0x3f4989, 0x3b528b, 0x375a8d, 0x33638d, 0x2f6a8e, 0x2c728e, 0x297a8e,
+    0x26818e, 0x23898e, 0x21908c, 0x1f988b, 0x1f9f88, 0x21a685, 0x28ae80,
+    0x31b57b, 0x3ebc74, 0x4cc26c, 0x5dc963, 0x6ece58, 0x82d34c, 0x96d83f,
+    0xabdc32, 0xc0df24, 0xd5e21a, 0xeae51a, 0xfde725,
 };
 
 /* Its darkest part would not show on the dark ground. */
@@ -201,8 +206,8 @@ lum_rgb lum_colour(float part)
     const float at = (DARK + (1.0f - DARK) * inside) * (float)last;
     const int i = at >= (float)last ? last - 1 : (int)at;
     const float rest = at - (float)i;
-    const lum_rgb a = viridis[i];
-    const lum_rgb b = viridis[i + 1];
+    const lum_rgb a = split(viridis[i]);
+    const lum_rgb b = split(viridis[i + 1]);
     return (lum_rgb){mix(a.r, b.r, rest), mix(a.g, b.g, rest),
                      mix(a.b, b.b, rest)};
 }

@@ -1,5 +1,6 @@
 """Pictures that lumdump draws: their size, their text, what stands where. Nothing here depends on the shape of letters."""
 import json
+import pathlib
 import re
 import unittest
 
@@ -9,6 +10,7 @@ from support import Folder, run, simulate
 from test_rows import drive
 from test_sources import split
 
+HERE = pathlib.Path(__file__).resolve().parent
 PAPER = (24, 26, 32)
 PANEL = (12, 13, 16)
 # Where docs/formats.md has them: a title and more text at the left and the time at the right, below it the view from above with
@@ -219,6 +221,18 @@ class Picture(unittest.TestCase):
         self.assertGreater(len(scale), 600)
         light = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in scale]
         self.assertTrue(all(b >= a - 1 for a, b in zip(light, light[1:])), "it can be read without its hues")
+
+    def test_the_scale_is_that_of_the_page_of_lumview(self):
+        page = (HERE / "../../tools/lumview/page/palette.js").read_text()
+        colours = bytes.fromhex("".join(re.findall('"([0-9a-f]+)"', re.search("viridis:([^,]*),", page)[1])))
+        samples = [colours[i:i + 3] for i in range(0, len(colours), 3)]
+        first, last = map(float, re.search(r"SHARE = .*viridis: \[([\d.]+), ([\d.]+)\]", page).groups())
+        scale = self.scale(png_rows.rows(self.draw(), ABOVE.stop))
+        for i, colour in enumerate(scale):
+            at = (first + (last - first) * i / (len(scale) - 1)) * (len(samples) - 1)
+            low = min(int(at), len(samples) - 2)
+            for k in range(3):
+                self.assertAlmostEqual(colour[k], samples[low][k] + (samples[low + 1][k] - samples[low][k]) * (at - low), delta=1)
 
     def test_heights_are_those_of_the_world(self):
         """The ground has one colour, near and far: the lowest rows of the image, and the middle of the street."""
