@@ -115,6 +115,10 @@ def test_a_picture_is_of_one_frame(drive, lumdump, tmp_path):
     with pytest.warns(lumsdk.CaptureWarning, match="it shows frame 1, the first with points, as none is whole"):
         made = lumsdk.convert(drive, tmp_path / "a.png")
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "first.png").read_bytes()
+    lumdump(drive, "-o", tmp_path / "first.png", "--frames=1:1", "--colour=height", "--size=900x800")
+    with pytest.warns(lumsdk.CaptureWarning, match="it shows frame 1, which is not whole"):
+        lumsdk.convert(drive, tmp_path / "a.png", frames=1, colour="height", size=(900, 800))
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "first.png").read_bytes()
     with lumsdk.open(drive) as source:
         assert (made["frames"], made["points"]) == (1, len(next(iter(source))))
 
@@ -668,6 +672,8 @@ def test_an_interruption_does_not_wait_for_what_is_written(frames, tmp_path, mon
     ("a.bin", {"columns": ["x"]}, "columns does not go with the format bin; it goes with csv, ply, pcd, parquet"),
     ("a.npy", {"ascii": True}, "ascii does not go with the format npy; it goes with ply, pcd"),
     ("a.npy", {"time": "gps"}, 'time is \'gps\'; right is "sensor", "utc", "arrival"'),
+    ("a.csv", {"colour": "height"}, "--colour goes with png output only"),
+    ("a.png", {"size": (10, 10)}, "from 640 to 8000"),
     ("a.npy", {"rotate": "1GB"}, "rotate does not go with the format npy"),
     ("a.csv", {"compression": "zstd"}, "compression does not go with the format csv"),
     ("a.csv", {"preset": "argoverse2"}, "preset does not go with the format csv"),

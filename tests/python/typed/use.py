@@ -92,6 +92,7 @@ def pictures(frame: lumsdk.Frame) -> None:
     assert_type(frame.image("xyz", eye="both", returns="strongest", view=(60, -60, 3, -17), rows=64), NDArray[np.float32])
     assert_type(frame.image_index("blue", "first"), NDArray[np.int32])
     assert_type(frame.image_pixels(columns=800), NDArray[np.int32])
+    assert_type(frame.to_png("height", size=(800, 800)), bytes)
     seen = frame.project(np.eye(3), np.eye(4), distortion=(0.1, 0, 0, 0), size=(1920, 1080))
     assert_type(seen.pixels, NDArray[np.float64])
     assert_type(seen.visible, NDArray[np.bool_])

@@ -488,6 +488,7 @@ def convert(source: Union[Given, Source, Iterable[Frame], Frame], destination: P
         voxel        of csv, ply, pcd, las and laz: the size of voxels in metres. By poses into the world, all frames become
                      one map; else each frame is thinned on its own. Of each voxel, the point nearest to its centre
                      stays, with the number of its points. Memory does not grow with the road: docs/formats.md
+        colour, size  of png: what colours mean, "range" if not given, "height" or "pulse_width"; (width, height) in pixels
         ascii, comments, organized, rotate, duration, packets  as of lumdump, for what it writes
 
     Unlike open(), convert() warns of a capture that breaks off or is damaged (broken="warn"), as lumdump does.

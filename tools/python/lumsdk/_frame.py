@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ._poses import Poses
     from ._project import Projection
     from ._types import (AnyColumn, Array, Eye, Eyes, Filling, FloatColumn, Floats, ImageColumn, Int16Column, Moment, Outside,
-                         OwnColumn, Places, Preset, Records, TableColumn, Uint8Column, Uint16Column, Uint32Column)
+                         OwnColumn, PictureColour, Places, Preset, Records, TableColumn, Uint8Column, Uint16Column, Uint32Column)
     from ._write import Line
 
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
@@ -491,7 +491,13 @@ class Frame:
         """
         return _image.index(self, eye, "nearest", view, rows, columns, pixels=True)
 
-    # In a camera's picture.
+    def to_png(self, colour: PictureColour = "range", size: tuple[int, int] = (1600, 1200)) -> bytes:
+        """From above, and as both eyes see it, in width and height of 640 to 8000 pixels, as lumdump draws it. Needs matplotlib.
+
+        "height" is z; "label" a column of whole numbers that with_columns() added.
+        """
+        from ._notebook import to_png
+        return to_png(self, colour, size)
 
     def project(self, K: ArrayLike, T: ArrayLike, distortion: Optional[Sequence[float]] = None,
                 size: Optional[tuple[int, int]] = None) -> Projection:
@@ -564,13 +570,10 @@ class Frame:
         return to_pandas(self, columns, preset)
 
     def _repr_html_(self) -> Optional[str]:
-        """In a notebook: its range images, if matplotlib is there."""
-        try:
-            from ._notebook import to_html
-        except ImportError:
-            return None
-        made: Optional[str] = to_html(self)
-        return made
+        """In a notebook: its picture, if matplotlib is there, and its counts."""
+        from ._notebook import to_html
+
+        return to_html(self)
 
     # As a value.
 

@@ -56,8 +56,12 @@ def _columns(value: Any) -> str:
     return value if isinstance(value, str) else ",".join(value)
 
 
+def _size(value: Any) -> str:
+    return value if isinstance(value, str) else "x".join(map(str, value))
+
+
 _TEXTS: Mapping[str, Callable[[Any], str]] = {"range": _limits, "box": _box, "frames": _frames, "smooth": _smooth,
-                                              "columns": _columns}
+                                              "columns": _columns, "size": _size}
 _NAMES = {"returns": "return", "pose_times": "pose-times"}
 _FLAGS = ("ascii", "comments", "organized")
 

@@ -31,6 +31,7 @@ _MOVED = tuple(name for name in _ALL if name not in ("png", "pcap", "pcapng"))
 APPLIES: Mapping[str, tuple[str, ...]] = {
     "ascii": ("ply", "pcd"),
     "columns": ("csv", "ply", "pcd", *OF_TABLES),
+    "colour": ("png",),
     "comments": ("csv", "xyz"),
     "compression": tuple(name for name, kind in WRITERS.items() if kind.compressions),
     "duration": _OF_LUMDUMP,
@@ -40,6 +41,7 @@ APPLIES: Mapping[str, tuple[str, ...]] = {
     "poses": _MOVED,
     "preset": ("parquet", "feather"),
     "rotate": _OF_LUMDUMP,
+    "size": ("png",),
     "time": tuple(name for name in _MOVED if name not in ("bin", "xyz")),
     "to": _MOVED,
     "voxel": ("csv", "ply", "pcd", "las", "laz"),
@@ -49,7 +51,7 @@ APPLIES: Mapping[str, tuple[str, ...]] = {
 _NAMED = (*APPLIES["columns"], "las", "laz", "mcap")
 """Formats that take columns of one's own."""
 
-_ONLY_BY_LUMDUMP = ("duration", "organized", "packets", "rotate", "voxel")
+_ONLY_BY_LUMDUMP = ("colour", "duration", "organized", "packets", "rotate", "size", "voxel")
 
 
 def _format_of(name: str, given: Optional[str]) -> str:

@@ -57,6 +57,7 @@ Clock = Literal["sensor", "utc"]
 Moment = Literal["start", "middle"]
 Outside = Literal["nan", "nearest", "raise"]
 Filling = Literal["nearest", "farthest", "strongest", "first", "last"]
+PictureColour = Literal["range", "height", "pulse_width", "label"]
 Preset = Literal["argoverse2"]
 Format = Literal["csv", "ply", "pcd", "las", "xyz", "png", "pcap", "pcapng", "mcap", "laz", "parquet", "feather", "npy", "npz", "bin"]
 
@@ -126,6 +127,8 @@ class ConvertOptions(CaptureOptions, total=False):
     compression: Literal["zstd", "snappy", "gzip", "lz4", "none"]
     storage_options: Mapping[str, Any]
     voxel: float
+    colour: Literal["range", "height", "pulse_width"]
+    size: tuple[int, int]
     ascii: bool
     comments: bool
     organized: bool
