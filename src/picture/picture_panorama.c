@@ -49,17 +49,17 @@ lum_image_view lum_panorama_view(const lum_dots *dots)
     static const double shares[2] = {0.005, 0.995};
     lum_image_view v;
     float ahead[2];
-    float behind[2];
+    float back[2];
     float up[2];
     lum_image_view_default(&v, LUM_IMAGE_BOTH, 1);
     if (shows_most(&v, dots)) {
         return v;
     }
     lum_dots_limits(dots, azimuth, shares, ahead);
-    lum_dots_limits(dots, azimuth_behind, shares, behind);
+    lum_dots_limits(dots, azimuth_behind, shares, back);
     lum_dots_limits(dots, elevation, shares, up);
     const float *across =
-        behind[1] - behind[0] < ahead[1] - ahead[0] ? behind : ahead;
+        back[1] - back[0] < ahead[1] - ahead[0] ? back : ahead;
     v.left_deg = fminf(across[1] + AROUND, 360.0f);
     v.right_deg = fmaxf(across[0] - AROUND, v.left_deg - 360.0f);
     v.top_deg = fminf(up[1] + AROUND, 90.0f);
