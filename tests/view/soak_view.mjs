@@ -1,4 +1,4 @@
-// Memory of a tab and of lumview while a live sensor is looked at.
+// Memory of a tab and of lumview while a live sensor is looked at, and what depth shading costs.
 //   LUM_BIN=build/bin node soak_view.mjs [SECONDS]       default: 300
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -9,6 +9,9 @@ import { sim, stopAll, view } from "./tools.mjs";
 const SENSOR = "127.0.5.18";
 const SAMPLES = 30;
 const MEGABYTE = 1e6;
+const PICTURES = 12; // of a rate
+const ROUNDS = 5;
+const LEAST_RATE = 0.7; // with depth shading, of that without
 
 function resident(pid) {
     return Number(/VmRSS:\s+(\d+)/.exec(readFileSync(`/proc/${pid}/status`, "utf8"))[1]) * 1024;
@@ -28,6 +31,30 @@ async function sample(page, control, pids) {
 }
 
 const median = (values) => values.toSorted((a, b) => a - b)[Math.floor(values.length / 2)];
+
+// Whole pictures a second of what stands still.
+async function rate(page, edl) {
+    await page.locator("#edl").selectOption(edl);
+    return page.evaluate(async (count) => {
+        const next = () => new Promise((done) => requestAnimationFrame(done));
+        let begun = 0;
+        for (let i = -4; i < count; i++) {
+            begun = i === 0 ? performance.now() : begun;
+            document.getElementById("grid").click();
+            await next();
+        }
+        return (1000 * count) / (performance.now() - begun);
+    }, PICTURES);
+}
+
+// In turns, so that other work on the machine meets both.
+async function shadingRates(page) {
+    const rounds = [];
+    for (let i = 0; i < ROUNDS; i++) {
+        rounds.push([await rate(page, "off"), await rate(page, "on")]);
+    }
+    return [0, 1].map((k) => median(rounds.map((rates) => rates[k])));
+}
 
 // The last third against the second: the first fills caches.
 function growth(samples, what) {
@@ -64,6 +91,12 @@ try {
     assert.ok(after.geometries <= graphics.geometries + 2 && after.textures === graphics.textures);
     const { frames, skipped } = await probe(page, "status");
     console.log(`ok   ${await probe(page, "shown")} frames shown of ${frames}, ${skipped} left out by the server`);
+    await page.locator("#play").click();
+    await until(page, () => document.getElementById("state").dataset.state === "held");
+    const [plain, shaded] = await shadingRates(page);
+    const isQuick = shaded >= LEAST_RATE * plain;
+    failed += !isQuick;
+    console.log(`${isQuick ? "ok  " : "FAIL"} ${plain.toFixed(1)} pictures a second, ${shaded.toFixed(1)} with depth shading`);
 } catch (error) {
     failed++;
     console.log(`FAIL ${error.stack}`);
@@ -71,5 +104,5 @@ try {
     await browser.close();
     await stopAll();
 }
-console.log(`${4 - Math.min(4, failed)} passed, ${failed} failed`);
+console.log(`${5 - Math.min(5, failed)} passed, ${failed} failed`);
 process.exitCode = failed > 0 ? 1 : 0;
