@@ -792,26 +792,6 @@ class Licenses(Case):
         self.assertEqual(body.decode(), self.text)
 
 
-class Palette(unittest.TestCase):
-    """The page and the pictures of lumdump mean the same by a colour: both have samples of viridis."""
-
-    def test_viridis_is_that_of_pictures(self):
-        text = (PAGE / "../../../src/picture/canvas.c").read_text()
-        table = re.search(r"viridis\[\] = \{(.*?)\};", text, re.S)[1]
-        theirs = [[int(v) for v in row.split(",")] for row in re.findall(r"\{([^{}]+)\}", table)]
-        script = (PAGE / "palette.js").read_text()
-        samples = re.search(r"viridis:\s*((?:\"[0-9a-f]+\"[\s+]*)+)", script)[1]
-        samples = bytes.fromhex("".join(re.findall(r"[0-9a-f]{6,}", samples)))
-        ours = [samples[i:i + 3] for i in range(0, len(samples), 3)]
-        for i, colour in enumerate(theirs):
-            place = i / (len(theirs) - 1) * (len(ours) - 1)
-            n = min(int(place), len(ours) - 2)
-            mine = [a + (b - a) * (place - n) for a, b in zip(ours[n], ours[n + 1])]
-            self.assertLess(max(abs(a - b) for a, b in zip(mine, colour)), 3, (i, mine, colour))
-        darkest = [re.search(r"viridis: \[([0-9.]+), 1\]", script)[1], re.search(r"DARK ([0-9.]+)f", text)[1]]
-        self.assertEqual(darkest[0], darkest[1])
-
-
 class Arguments(unittest.TestCase):
     def refused(self, *arguments):
         r = run("lumview", *arguments)
