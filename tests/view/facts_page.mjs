@@ -206,15 +206,19 @@ async function accessible({ page }) {
             for (const key of keys) {
                 await page.keyboard.press(key);
             }
-            await drawn(page);
-            for (const part of await page.locator(seen).all()) {
-                assert.ok(await part.isVisible(), state);
+            for (const theme of ["light", "dark"]) {
+                await page.emulateMedia({ colorScheme: theme });
+                await drawn(page);
+                for (const part of await page.locator(seen).all()) {
+                    assert.ok(await part.isVisible(), state);
+                }
+                assert.deepEqual(await complaints(page), [], `${state}, ${width} pixels wide, ${theme}`);
             }
-            assert.deepEqual(await complaints(page), [], `${state}, ${width} pixels wide`);
             await page.keyboard.press("Escape"); // the help
             await page.keyboard.press("Escape"); // the point
         }
     }
+    await page.emulateMedia({ colorScheme: null });
     await page.setViewportSize(SIZE);
     await drawn(page);
 }

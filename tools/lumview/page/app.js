@@ -69,12 +69,13 @@ let isAsked = false; // a picture is due
 let domain = [1, 100]; // of the colours, from the points
 let ground = null; // height of the ground, from the points
 let complaint = ""; // of an array that could not be taken
-let wantedFrame = opened?.frame ?? null; // the address asks for it
+let wantedFrame = opened?.frame ?? null; // the address asks for it; until it is shown, or the user goes elsewhere
+let isSought = false; // lumview was asked for it
 const tally = { received: 0, shown: 0, pictures: 0, drawn: 0 };
 const address = makeAddress(() => ({ values, camera: camera.text, frame: standingFrame() }), (state) => {
     settings.replace(state.values);
     showCamera(state.camera);
-    wantedFrame = state.frame;
+    [wantedFrame, isSought] = [state.frame, false];
     seekWanted();
 });
 const camera = makeCamera(canvas, () => {
@@ -322,11 +323,19 @@ function seekWanted() {
     if (wantedFrame === null || !status || !link.connected) {
         return;
     }
-    if (!status.live && status.frame !== wantedFrame) {
+    if (status.live || (status.frame === wantedFrame && status.state !== "playing")) {
+        wantedFrame = null;
+    } else if (!isSought) {
+        isSought = true;
         link.send("pause");
         link.send(`seek ${wantedFrame}`);
     }
+}
+
+// A command of the user; it may lead away from the frame of the address.
+function sendByUser(text) {
     wantedFrame = null;
+    link.send(text);
 }
 
 // ---- the server ----
@@ -423,7 +432,7 @@ if (opener && !link.opened) {
 
 // ---- what the user does ----
 
-const player = makePlayer(link.send, () => {
+const player = makePlayer(sendByUser, () => {
     showStatus(status);
     invalidate();
 });
