@@ -248,7 +248,7 @@ async function marksLosses({ browser, capture }) {
         const lumview = socket.connectToServer();
         lumview.onMessage((message) => {
             const isStatus = typeof message === "string" && JSON.parse(message).type === "status";
-            const marks = [[3, 1234, 0], [7, 0, 2]];
+            const marks = [[3, 1234, 0, 5], [7, 0, 2, 30]];
             const sent = isStatus && told++ % 2 === 0 ? JSON.stringify({ ...JSON.parse(message), marks }) : message;
             socket.send(sent);
         });
@@ -259,11 +259,12 @@ async function marksLosses({ browser, capture }) {
     const at = await page.locator("#marks i").evaluateAll((all) => all.map((e) => [e.className, e.getBoundingClientRect().x + 1]));
     assert.deepEqual(at.map(([kind]) => kind), ["lost", "pause"]);
     at.forEach(([, x], i) => assert.ok(Math.abs(x - (box.x + 8 + ([2, 6][i] / 9) * (box.width - 16))) < 1.5, `${x}, ${JSON.stringify(box)}`));
-    for (const [key, frame, text] of [["n", 3, "1,234 ranges lost"], ["n", 7, "2 pauses"], ["N", 3, "1,234 ranges lost"]]) {
+    const [third, seventh] = [[3, "1,234 ranges lost, 5 lines lost"], [7, "30 lines lost, 2 pauses"]];
+    for (const [key, frame, text] of [["n", ...third], ["n", ...seventh], ["N", ...third]]) {
         await page.keyboard.press(key);
         await until(page, ([n, hint]) => window.lumview.frame === n && document.getElementById("scrub").title === hint, [frame, text]);
     }
-    assert.match(await page.locator("#scrub").getAttribute("aria-valuetext"), /^frame 3 of 10, 1,234 ranges lost$/);
+    assert.match(await page.locator("#scrub").getAttribute("aria-valuetext"), /^frame 3 of 10, 1,234 ranges lost, 5 lines lost$/);
 }
 
 // Who wants little motion sees the camera where it goes in the next picture.
