@@ -27,6 +27,8 @@ static const char *const states[] = {
     [FEED_SILENT] = "silent",   [FEED_FAILED] = "failed",
 };
 
+/* --- Rates --- */
+
 void status_update(struct status *status, const struct feed_status *feed,
                    int64_t now_ns, bool at_tick)
 {
@@ -59,6 +61,8 @@ bool status_differs(const struct feed_status *a, const struct feed_status *b)
            a->laser != b->laser;
 }
 
+/* --- Texts --- */
+
 static int begin(size_t room_before, struct text *out, FILE **stream,
                  struct json *json)
 {
@@ -88,6 +92,8 @@ static int end(size_t room_before, struct text *out, FILE *stream,
     out->len -= room_before;
     return 0;
 }
+
+/* --- The first text --- */
 
 static void write_numbers(struct json *json, const char *key,
                           const float *numbers, size_t count)
@@ -295,6 +301,8 @@ int status_hello(const struct options *options, const struct feed *feed,
     json_uint(&json, "smooth_max", LUM_SMOOTH_WINDOW_MAX);
     return end(room_before, out, stream, &json);
 }
+
+/* --- The status --- */
 
 /* Whole frames, from the end of one to the end of another: a part of a frame
  * more or less would be an error of a tenth of a second. */
