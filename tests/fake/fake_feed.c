@@ -272,6 +272,12 @@ void feed_look(struct feed *feed, struct feed_status *out)
     (void)pthread_mutex_unlock(&feed->lock);
 }
 
+void feed_marks(struct feed *feed, struct feed_marks *out)
+{
+    (void)feed;
+    *out = (struct feed_marks){.count = 0};
+}
+
 void feed_geometry(const struct feed *feed, unsigned eye, float mount[3],
                    float rotation[9])
 {

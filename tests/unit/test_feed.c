@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+#include "stage.h"
 #include "thread.h"
 #include "view.h"
 
@@ -289,15 +290,15 @@ static void a_capture_plays_to_its_end_and_counts_what_lumdump_counts(
     close_well(&v);
 }
 
-/* The drive without its first packets. */
-static void make_joined(const char *path, unsigned left_out)
+/* The drive without some of its packets. */
+static void make_without(const char *path, uint64_t first, uint64_t count)
 {
     lum_capture *from = NULL;
     lum_capture_writer *to = NULL;
     lum_record r;
     assert_int_equal(lum_capture_open(street, &from, NULL), 0);
     assert_int_equal(lum_capture_writer_open(path, &to, NULL), 0);
-    for (unsigned i = 0; lum_capture_next(from, &r, NULL) > 0; i++) {
+    for (uint64_t i = 0; lum_capture_next(from, &r, NULL) > 0; i++) {
         const lum_datagram datagram = {.time_ns = r.time_ns,
                                        .payload = r.payload,
                                        .len = r.len,
@@ -305,7 +306,7 @@ static void make_joined(const char *path, unsigned left_out)
                                        .destination = r.destination,
                                        .source_port = r.source_port,
                                        .destination_port = r.destination_port};
-        if (i >= left_out) {
+        if (i < first || i - first >= count) {
             assert_int_equal(lum_capture_writer_add(to, &datagram, NULL), 0);
         }
     }
@@ -318,7 +319,7 @@ static void what_was_under_way_when_a_stream_was_joined_is_no_loss(void **state)
     struct viewer v;
     const char *joined = in_directory("joined.pcap");
     (void)state;
-    make_joined(joined, 5);
+    make_without(joined, 0, 5);
     viewer_init(&v, joined);
     v.options.play.speed = 20.0;
     viewer_open(&v);
@@ -328,6 +329,57 @@ static void what_was_under_way_when_a_stream_was_joined_is_no_loss(void **state)
     assert_int_equal(s.decoded.lost_words, s.decoded.joined_words);
     close_well(&v);
     (void)unlink(joined);
+}
+
+/* The third frame, in which packets of both eyes are missing. */
+static void what_a_capture_lacks_is_marked(void **state)
+{
+    struct viewer v;
+    static struct feed_marks marks;
+    const char *path = in_directory("lossy.pcap");
+    (void)state;
+    make_without(path, content.packets * 5u / (2u * FRAMES), 4);
+    viewer_init(&v, path);
+    v.options.play.paused = true;
+    viewer_open(&v);
+    const struct feed_status s = viewer_wait(&v, has_range, 0);
+    feed_marks(v.feed, &marks);
+    assert_int_equal(s.marks, 1);
+    assert_int_equal(marks.count, 1);
+    assert_int_equal(marks.frames, 1);
+    assert_int_equal(marks.at[0].frame, 3);
+    assert_true(marks.at[0].loss.words > 0);
+    assert_int_equal(marks.at[0].loss.pauses, 0);
+    close_well(&v);
+    (void)unlink(path);
+}
+
+static void ignore(void *context)
+{
+    (void)context;
+}
+
+static void marks_are_of_more_frames_where_there_are_many(void **state)
+{
+    static struct stage stage;
+    static const struct feed_loss loss = {3, 2, 1};
+    struct feed_loss sum = {0, 0, 0};
+    (void)state;
+    assert_true(stage_init(&stage, ignore, NULL));
+    for (int64_t frame = 999; frame >= -1; frame--) {
+        stage_mark(&stage, frame, &loss);
+    }
+    const struct feed_marks *m = &stage.marks;
+    assert_int_equal(m->frames, 4);
+    assert_int_equal(m->count, 251);
+    for (size_t i = 0; i < m->count; i++) {
+        assert_int_equal(m->at[i].frame, ((int64_t)i - 1) * 4);
+        loss_add(&sum, &m->at[i].loss);
+    }
+    assert_int_equal(sum.words, 3003);
+    assert_int_equal(sum.lines, 2002);
+    assert_int_equal(sum.pauses, 1001);
+    stage_end(&stage);
 }
 
 static void the_first_and_the_last_frame_become_known(void **state)
@@ -1124,6 +1176,8 @@ int main(void)
             a_capture_plays_to_its_end_and_counts_what_lumdump_counts),
         cmocka_unit_test(
             what_was_under_way_when_a_stream_was_joined_is_no_loss),
+        cmocka_unit_test(what_a_capture_lacks_is_marked),
+        cmocka_unit_test(marks_are_of_more_frames_where_there_are_many),
         cmocka_unit_test(the_first_and_the_last_frame_become_known),
         cmocka_unit_test(play_at_the_end_begins_anew),
         cmocka_unit_test(a_pause_stands_until_play),

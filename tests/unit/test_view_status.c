@@ -51,7 +51,7 @@ static void assert_rate(const struct status *status, const char *rate)
     struct text text;
     (void)snprintf(expected, sizeof expected, "\"frames_per_second\": %s,",
                    rate);
-    assert_int_equal(status_text(status, 0, 0, &text), 0);
+    assert_int_equal(status_text(status, 0, true, 0, &text), 0);
     char *copy = strndup(text.bytes, text.len);
     assert_non_null(copy);
     if (strstr(copy, expected) == NULL) {
@@ -102,6 +102,26 @@ static void no_new_frame_is_no_rate(void **state)
     assert_rate(&status, "0.000");
 }
 
+static void marks_are_told_where_they_are_new(void **state)
+{
+    static struct status status;
+    struct text text;
+    (void)state;
+    status.marks = (struct feed_marks){
+        .at = {{.frame = 4, .loss = {7, 2, 1}}}, .count = 1, .frames = 2};
+    for (unsigned has_marks = 0; has_marks < 2; has_marks++) {
+        assert_int_equal(status_text(&status, 0, has_marks == 1, 0, &text), 0);
+        char *copy = strndup(text.bytes, text.len);
+        assert_non_null(copy);
+        assert_true((strstr(copy, "\"mark_frames\": 2, \"marks\": "
+                                  "[[4, 7, 1, 2]]") != NULL) ==
+                    (has_marks == 0));
+        assert_true((strstr(copy, "marks") == NULL) == (has_marks == 1));
+        free(copy);
+        free(text.memory);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -109,6 +129,7 @@ int main(void)
         cmocka_unit_test(one_look_tells_no_rate),
         cmocka_unit_test(the_first_frame_tells_no_rate),
         cmocka_unit_test(no_new_frame_is_no_rate),
+        cmocka_unit_test(marks_are_told_where_they_are_new),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

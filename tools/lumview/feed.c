@@ -232,6 +232,13 @@ void feed_look(struct feed *feed, struct feed_status *out)
     stage_end_look(&feed->stage);
 }
 
+void feed_marks(struct feed *feed, struct feed_marks *out)
+{
+    (void)stage_begin_look(&feed->stage);
+    *out = feed->stage.marks;
+    stage_end_look(&feed->stage);
+}
+
 /* The projector's rotation has the azimuth's centre in it, about which a scan
  * is computed; it is taken out. */
 void feed_geometry(const struct feed *feed, unsigned eye, float mount[3],

@@ -90,6 +90,26 @@ struct feed_dropped {
     uint64_t ring;
 };
 
+/* What a frame lacks, or several together. */
+struct feed_loss {
+    uint64_t words; /* of ranges */
+    uint64_t lines; /* as far as is known, and not in pauses */
+    uint64_t pauses;
+};
+
+/* Where a capture that was read as far as this lacks something. */
+#define FEED_MARKS_MAX 400u
+struct feed_mark {
+    int64_t frame; /* the first of those that it is of, which is a multiple of
+                      their number */
+    struct feed_loss loss;
+};
+struct feed_marks {
+    struct feed_mark at[FEED_MARKS_MAX]; /* by frame */
+    size_t count;
+    int64_t frames; /* that each is of; 0: there are none yet */
+};
+
 /* As of now; all counters since the start. For a capture they count the played
  * frames, not the frames skipped on the way to one. */
 struct feed_status {
@@ -101,8 +121,9 @@ struct feed_status {
                        source that can be read once */
     int64_t first_frame;
     int64_t last_frame;
-    double speed; /* capture */
-    bool loops;   /* capture */
+    unsigned marks; /* how often feed_marks() has changed */
+    double speed;   /* capture */
+    bool loops;     /* capture */
     struct feed_received received;
     struct feed_decoded decoded;
     struct feed_dropped dropped;
@@ -148,6 +169,7 @@ struct frame *feed_past(struct feed *feed, const struct feed_view *view,
                         int64_t number);
 
 void feed_look(struct feed *feed, struct feed_status *out);
+void feed_marks(struct feed *feed, struct feed_marks *out);
 
 /* Mount and rotation of an eye, for the page to compute range and angles; those
  * of a rig's sensors are eyes 2 i and 2 i + 1, in the vehicle's frame. */

@@ -1,5 +1,7 @@
 #include "gather.h"
 
+#include "stage.h"
+
 void gather_end(struct gather *gather)
 {
     for (size_t i = 0; i < gather->members; i++) {
@@ -94,6 +96,7 @@ static void add_part(struct picture *out, const struct picture *from,
     out->parts++;
     out->lines += from->lines;
     out->lost_words += from->lost_words;
+    loss_add(&out->loss, &from->loss);
     out->cut += from->cut;
 }
 

@@ -41,6 +41,21 @@ static void take_views(struct picture *p, const lum_framer *framer)
     }
 }
 
+/* What was under way when the stream was joined or left is not lost. */
+static struct feed_loss loss_of(const lum_frame_info *info)
+{
+    if (info->is_first || info->is_last) {
+        return (struct feed_loss){.pauses = info->has_pause ? 1u : 0u};
+    }
+    return (struct feed_loss){.words = info->lost_words,
+                              .lines =
+                                  (uint64_t)info->lines_missing[LUM_EYE_BLUE] +
+                                  info->lines_missing[LUM_EYE_GREEN] +
+                                  info->lines_missing_angles +
+                                  info->lines_late + info->lines_cut,
+                              .pauses = info->has_pause ? 1u : 0u};
+}
+
 void picture_take(struct picture *picture, const lum_framer *framer)
 {
     lum_frame_info info = {.struct_size = sizeof info};
@@ -53,6 +68,7 @@ void picture_take(struct picture *picture, const lum_framer *framer)
                                 .lines = info.lines[LUM_EYE_BLUE] +
                                          info.lines[LUM_EYE_GREEN],
                                 .lost_words = info.lost_words,
+                                .loss = loss_of(&info),
                                 .sensor = info.sensor};
     take_views(picture, framer);
 }

@@ -25,6 +25,7 @@ struct picture {
     int64_t utc_error_ns; /* how far off that may be */
     uint32_t lines;
     uint64_t lost_words;
+    struct feed_loss loss; /* at its ends of the stream there is none */
     uint32_t sensor;
     uint64_t cut; /* points, of the view that lost most */
     struct feed_views views;

@@ -109,9 +109,14 @@ static void note_record(struct scan *s)
 
 static void note_frame(struct scan *s)
 {
+    const struct picture *picture = decoder_picture(s->decoder);
+    const struct feed_loss *loss = &picture->loss;
     gate_take(s->gate);
     places_note_frame(s->places);
     gate_leave(s->gate);
+    if (loss->words > 0 || loss->lines > 0 || loss->pauses > 0) {
+        stage_mark(s->options.stage, picture->frame, loss);
+    }
 }
 
 /* record: NULL at the end. False: there was no memory. */

@@ -39,6 +39,13 @@ void totals_subtract(struct totals *from, const struct totals *less)
     add_numbers(from, less, UINT64_MAX);
 }
 
+void loss_add(struct feed_loss *to, const struct feed_loss *more)
+{
+    to->words += more->words;
+    to->lines += more->lines;
+    to->pauses += more->pauses;
+}
+
 /* --- Its beginning and end --- */
 
 bool stage_init(struct stage *stage, void (*wake)(void *context), void *context)
@@ -249,6 +256,65 @@ void stage_fail(struct stage *stage, const char *message)
     is_news |= set_state(stage, FEED_FAILED);
     stage->has_failed = true;
     unlock_and_wake(stage, is_news);
+}
+
+/* The first of the frames that have a mark together. */
+static int64_t first_of(int64_t frame, int64_t frames)
+{
+    const int64_t rest = frame % frames;
+    return frame - (rest < 0 ? rest + frames : rest);
+}
+
+static void widen(struct feed_marks *m)
+{
+    size_t kept = 0;
+    m->frames *= 2;
+    for (size_t i = 0; i < m->count; i++) {
+        const struct feed_mark mark = {.frame =
+                                           first_of(m->at[i].frame, m->frames),
+                                       .loss = m->at[i].loss};
+        if (kept > 0 && m->at[kept - 1u].frame == mark.frame) {
+            loss_add(&m->at[kept - 1u].loss, &mark.loss);
+        } else {
+            m->at[kept++] = mark;
+        }
+    }
+    m->count = kept;
+}
+
+/* False: there is no room. */
+static bool put(struct feed_marks *m, int64_t frame,
+                const struct feed_loss *loss)
+{
+    size_t i = m->count;
+    frame = first_of(frame, m->frames);
+    while (i > 0 && m->at[i - 1u].frame > frame) {
+        i--;
+    }
+    if (i > 0 && m->at[i - 1u].frame == frame) {
+        loss_add(&m->at[i - 1u].loss, loss);
+        return true;
+    }
+    if (m->count == FEED_MARKS_MAX) {
+        return false;
+    }
+    (void)memmove(m->at + i + 1u, m->at + i, (m->count - i) * sizeof m->at[0]);
+    m->at[i] = (struct feed_mark){.frame = frame, .loss = *loss};
+    m->count++;
+    return true;
+}
+
+void stage_mark(struct stage *stage, int64_t frame,
+                const struct feed_loss *loss)
+{
+    lock(stage);
+    struct feed_marks *m = &stage->marks;
+    m->frames = m->frames > 0 ? m->frames : 1;
+    while (!put(m, frame, loss)) {
+        widen(m);
+    }
+    stage->status.marks++;
+    unlock(stage);
 }
 
 void stage_set_range(struct stage *stage, int64_t first, int64_t last)

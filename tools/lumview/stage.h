@@ -35,6 +35,8 @@ int64_t add_clamped(int64_t a, int64_t b);
 void totals_add(struct totals *to, const struct totals *more);
 void totals_subtract(struct totals *from, const struct totals *less);
 
+void loss_add(struct feed_loss *to, const struct feed_loss *more);
+
 struct stage {
     void (*wake)(void *context);
     void *context;
@@ -47,6 +49,7 @@ struct stage {
     struct trail trail; /* behind it */
     bool has_failed;
     struct feed_status status;
+    struct feed_marks marks; /* status.marks says when they changed */
 };
 
 /* False: there was no memory. */
@@ -88,6 +91,11 @@ void stage_set_text(struct stage *stage, enum feed_text which,
                     const char *text);
 /* All is over: state and message stay from here on. */
 void stage_fail(struct stage *stage, const char *message);
+
+/* A frame lacks something. Where there is no room for its mark, each becomes
+ * one of twice as many frames. */
+void stage_mark(struct stage *stage, int64_t frame,
+                const struct feed_loss *loss);
 
 void stage_set_range(struct stage *stage, int64_t first, int64_t last);
 void stage_set_totals(struct stage *stage, const struct totals *totals);

@@ -395,7 +395,24 @@ static void write_place(struct json *json, const struct feed_status *f)
     json_bool(json, "loop", f->loops);
 }
 
-int status_text(const struct status *status, uint64_t skipped,
+/* How many frames each is of, and [frame, words, pauses, lines]. */
+static void write_marks(struct json *json, const struct feed_marks *marks)
+{
+    json_int(json, "mark_frames", marks->frames);
+    json_open_array(json, "marks");
+    for (size_t i = 0; i < marks->count; i++) {
+        const struct feed_mark *mark = &marks->at[i];
+        json_open_array(json, NULL);
+        json_int(json, NULL, mark->frame);
+        json_uint(json, NULL, mark->loss.words);
+        json_uint(json, NULL, mark->loss.pauses);
+        json_uint(json, NULL, mark->loss.lines);
+        json_close_array(json);
+    }
+    json_close_array(json);
+}
+
+int status_text(const struct status *status, uint64_t skipped, bool has_marks,
                 size_t room_before, struct text *out)
 {
     const struct feed_status *f = &status->feed;
@@ -419,5 +436,8 @@ int status_text(const struct status *status, uint64_t skipped,
     write_laser(&json, f);
     json_uint(&json, "browsers", status->browsers);
     json_uint(&json, "skipped", skipped);
+    if (!has_marks) {
+        write_marks(&json, &status->marks);
+    }
     return end(room_before, out, stream, &json);
 }

@@ -20,6 +20,7 @@ struct status_sample {
 
 struct status {
     struct feed_status feed;                      /* as last looked at */
+    struct feed_marks marks;                      /* likewise */
     struct status_sample samples[STATUS_SAMPLES]; /* oldest first */
     unsigned sample_count;
     unsigned browsers;
@@ -44,8 +45,9 @@ struct text {
 int status_hello(const struct options *options, const struct feed *feed,
                  size_t room_before, struct text *out);
 
-/* The status as JSON. skipped: frames that this browser did not get. */
-int status_text(const struct status *status, uint64_t skipped,
+/* The status as JSON. skipped: frames that this browser did not get. has_marks:
+ * it has the marks already. */
+int status_text(const struct status *status, uint64_t skipped, bool has_marks,
                 size_t room_before, struct text *out);
 
 #endif

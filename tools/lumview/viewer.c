@@ -120,6 +120,15 @@ static bool has_newer(const struct viewers *viewers,
     return out;
 }
 
+static void update(struct viewers *viewers, const struct feed_status *now,
+                   int64_t now_ns, bool at_tick)
+{
+    if (now->marks != viewers->status.feed.marks) {
+        feed_marks(viewers->feed, &viewers->status.marks);
+    }
+    status_update(&viewers->status, now, now_ns, at_tick);
+}
+
 void viewers_wake(struct viewers *viewers)
 {
     struct feed_status now;
@@ -129,7 +138,7 @@ void viewers_wake(struct viewers *viewers)
     feed_look(viewers->feed, &now);
     const bool differs = status_differs(&viewers->status.feed, &now);
     if (differs) {
-        status_update(&viewers->status, &now, 0, false);
+        update(viewers, &now, 0, false);
     }
     for (struct viewer *v = viewers->first; v != NULL; v = v->next) {
         v->wants_status = v->wants_status || differs;
@@ -140,7 +149,7 @@ void viewers_tick(struct viewers *viewers)
 {
     struct feed_status now;
     feed_look(viewers->feed, &now);
-    status_update(&viewers->status, &now, lum_time_monotonic_ns(), true);
+    update(viewers, &now, lum_time_monotonic_ns(), true);
     for (struct viewer *v = viewers->first; v != NULL; v = v->next) {
         v->wants_status = true;
     }
@@ -177,9 +186,12 @@ static int give_hello(struct viewers *viewers, struct viewer *viewer,
 static int give_status(struct viewers *viewers, struct viewer *viewer,
                        struct viewer_message *out)
 {
+    const unsigned marks = viewers->status.feed.marks;
+    const bool has_marks = viewer->marks == marks;
     viewer->wants_status = false;
+    viewer->marks = marks;
     return give_text(viewers,
-                     status_text(&viewers->status, viewer->skipped,
+                     status_text(&viewers->status, viewer->skipped, has_marks,
                                  viewers->room_before, &viewers->text),
                      out);
 }

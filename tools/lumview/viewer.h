@@ -24,6 +24,7 @@ struct viewer {
     bool has_last;
     bool had_hello;
     bool wants_status;
+    unsigned marks; /* feed_status.marks of those that it has */
     uint64_t skipped;
 };
 
