@@ -5,6 +5,7 @@
 #include "lumview/feed.h"
 
 #include "lum/base/time.h"
+#include "lum/frame/packed.h"
 
 #include <math.h>
 #include <pthread.h>
@@ -16,8 +17,7 @@
 struct frame {
     pthread_mutex_t lock;
     unsigned references;
-    size_t len;
-    uint8_t bytes[];
+    lum_packed packed;
 };
 
 struct feed {
@@ -55,81 +55,128 @@ void frame_release(struct frame *frame)
     (void)pthread_mutex_unlock(&frame->lock);
     if (left == 0) {
         (void)pthread_mutex_destroy(&frame->lock);
+        lum_packed_free(&frame->packed);
         free(frame);
     }
 }
 
 const uint8_t *frame_bytes(const struct frame *frame, size_t *len)
 {
-    *len = frame->len;
-    return frame->bytes;
+    *len = frame->packed.len;
+    return frame->packed.bytes;
 }
 
-/* Of this host's byte order, which is a little-endian one where it runs. */
-static void put(uint8_t *at, const void *value, size_t len)
+size_t frame_piece(const struct frame *frame, size_t at)
 {
-    (void)memcpy(at, value, len);
+    return lum_packed_piece(&frame->packed, at);
 }
 
-static void put_head(uint8_t *head, const struct feed *feed,
-                     const struct feed_view *view)
+/* A point's columns. */
+struct point {
+    float x, y, z, pulse_width;
+    uint32_t line;
+    uint16_t pixel, return_number, number_of_returns;
+    uint8_t eye, edge, strongest;
+};
+
+static struct point make_point(const struct feed *feed, uint32_t i)
 {
-    const uint32_t magic = FRAME_MAGIC;
-    const uint16_t words[] = {FRAME_VERSION, FRAME_HEAD_BYTES};
-    const double times[] = {(double)feed->status.frame,
-                            1e5 * (double)feed->shown,
-                            1.7e9 + 0.1 * (double)feed->shown};
-    const uint32_t lines = feed->points / COLUMNS;
-    const double error = 1e-4;
-    const double now = (double)lum_time_monotonic_ns() * 1e-9;
-    (void)memset(head, 0, FRAME_HEAD_BYTES);
-    put(head, &magic, 4);
-    put(head + 4, words, 4);
-    put(head + 8, times, 24);
-    put(head + 32, &feed->points, 4);
-    head[36] = (uint8_t)view->edges;
-    head[37] = (uint8_t)view->smooth;
-    head[38] = FRAME_TIME_FITTED;
-    put(head + 40, &lines, 4);
-    put(head + 52, &feed->shown, 4);
-    put(head + 56, &now, 8);
-    put(head + 64, &error, 8);
+    struct point p = {.line = i / COLUMNS,
+                      .pixel = (uint16_t)(i % COLUMNS * 4u),
+                      .return_number = 1,
+                      .number_of_returns = 2,
+                      .eye = (uint8_t)(i / COLUMNS % 2u),
+                      .edge = 1,
+                      .pulse_width = (float)(500u + i % 1000u) * 0.01f};
+    p.y = ((float)p.pixel - 500.0f) * 0.03f;
+    p.x = 10.0f + (float)p.line * 0.2f;
+    p.z = sinf(p.y + p.x * 0.3f + (float)feed->status.frame * 0.2f);
+    return p;
 }
 
-static void put_point(uint8_t *arrays, const struct feed *feed, uint32_t i)
+/* Memory for the columns of so many points, one behind the other, the widest
+ * first. */
+static uint8_t *make_columns(uint32_t count, lum_packed_part *out)
+{
+    const size_t n = count;
+    uint8_t *at = malloc(29u * n + 1u);
+    *out = (lum_packed_part){.struct_size = sizeof *out, .count = n};
+    if (at != NULL) {
+        out->x = (const float *)(void *)at;
+        out->y = out->x + n;
+        out->z = out->y + n;
+        out->pulse_width = out->z + n;
+        out->line = (const uint32_t *)(void *)(at + 16u * n);
+        out->pixel = (const uint16_t *)(void *)(at + 20u * n);
+        out->return_number = out->pixel + n;
+        out->number_of_returns = out->return_number + n;
+        out->eye = at + 26u * n;
+        out->edge = out->eye + n;
+        out->strongest = out->edge + n;
+    }
+    return at;
+}
+
+static void put_points(const struct feed *feed, uint8_t *at)
 {
     const size_t n = feed->points;
-    const uint16_t line = (uint16_t)(i / COLUMNS);
-    const uint16_t pixel = (uint16_t)(i % COLUMNS * 4u);
-    const float y = ((float)pixel - 500.0f) * 0.03f;
-    const float x = 10.0f + (float)line * 0.2f;
-    const float at[3] = {x, y,
-                         sinf(y + x * 0.3f + (float)feed->status.frame * 0.2f)};
-    const uint16_t width = (uint16_t)(500u + i % 1000u);
-    put(arrays + 12u * i, at, 12);
-    put(arrays + 12u * n + 2u * i, &width, 2);
-    put(arrays + 14u * n + 2u * i, &line, 2);
-    put(arrays + 16u * n + 2u * i, &pixel, 2);
-    arrays[18u * n + i] = (uint8_t)(1u + i % 2u);
-    arrays[19u * n + i] = (uint8_t)(i % 2u | 2u | 2u << 2);
+    float *floats = (float *)(void *)at;
+    uint32_t *lines = (uint32_t *)(void *)(at + 16u * n);
+    uint16_t *words = (uint16_t *)(void *)(at + 20u * n);
+    uint8_t *bytes = at + 26u * n;
+    for (uint32_t i = 0; i < n; i++) {
+        const struct point p = make_point(feed, i);
+        const float all[] = {p.x, p.y, p.z, p.pulse_width};
+        for (size_t k = 0; k < 4u; k++) {
+            floats[k * n + i] = all[k];
+        }
+        lines[i] = p.line;
+        words[i] = p.pixel;
+        words[n + i] = p.return_number;
+        words[2u * n + i] = p.number_of_returns;
+        bytes[i] = p.eye;
+        bytes[n + i] = p.edge;
+        bytes[2u * n + i] = p.strongest;
+    }
+}
+
+static int pack(const struct feed *feed, const struct feed_view *view,
+                lum_packed *out)
+{
+    const lum_packed_head head = {.struct_size = sizeof head,
+                                  .frame = feed->status.frame,
+                                  .clock_us = 100000 * (int64_t)feed->shown,
+                                  .utc_ns =
+                                      INT64_C(1700000000000000000) +
+                                      INT64_C(100000000) * (int64_t)feed->shown,
+                                  .utc_error_ns = 100000,
+                                  .complete_ns = lum_time_monotonic_ns(),
+                                  .shown = feed->shown,
+                                  .lines = feed->points / COLUMNS,
+                                  .time = LUM_PACKED_TIME_FITTED,
+                                  .edges = (uint8_t)view->edges,
+                                  .smooth = (uint8_t)view->smooth};
+    lum_packed_part part;
+    uint8_t *columns = make_columns(feed->points, &part);
+    if (columns == NULL) {
+        return -1;
+    }
+    put_points(feed, columns);
+    const lum_result result = lum_packed_make(&head, &part, 1, out);
+    free(columns);
+    return result == LUM_OK ? 0 : -1;
 }
 
 static struct frame *make_frame(const struct feed *feed,
                                 const struct feed_view *view)
 {
-    const size_t len =
-        FRAME_HEAD_BYTES + (size_t)feed->points * FRAME_POINT_BYTES;
-    struct frame *frame = malloc(sizeof *frame + len);
-    if (frame == NULL) {
+    struct frame *frame = calloc(1, sizeof *frame);
+    if (frame == NULL || pack(feed, view, &frame->packed) != 0) {
+        free(frame);
         return NULL;
     }
     (void)pthread_mutex_init(&frame->lock, NULL);
     frame->references = 1;
-    frame->len = len;
-    put_head(frame->bytes, feed, view);
-    for (uint32_t i = 0; i < feed->points; i++) {
-        put_point(frame->bytes + FRAME_HEAD_BYTES, feed, i);
-    }
     return frame;
 }
 

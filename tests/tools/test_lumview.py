@@ -546,9 +546,7 @@ class Socket(Case):
         first = slow.cloud()
         for _ in range(40):
             newest = fast.cloud()
-        under_way = slow.cloud()
-        late = slow.cloud()
-        self.assertLess(under_way.frame, newest.frame)
+        late = slow.cloud()  # what was under way is left
         self.assertGreaterEqual(late.frame, newest.frame, "it was queued")
         status = slow.status(lambda s: s["skipped"] > 0)
         self.assertGreaterEqual(status["skipped"], late.frame - first.frame - 2)
@@ -1164,7 +1162,7 @@ class Several(Case):
         status = b.status(lambda s: s["first_frame"] is not None)
         for number in range(status["first_frame"], status["last_frame"] + 1):
             cloud = b.cloud_of(number)
-            yield number, cloud.points, cloud.clock, cloud.utc, cloud.utc_error, cloud.data[80:]
+            yield number, cloud.points, cloud.clock, cloud.utc, cloud.utc_error, cloud.content
 
     def test_rotated_files_give_every_point_of_the_whole(self):
         whole = list(self.clouds(self.whole))
@@ -1181,7 +1179,7 @@ class Several(Case):
             b.say(f"past {last} 7")  # the frame three before is not one of three at once
             for number in (last - 1, last - 2):
                 past = b.cloud(lambda c: c.shown < shown)
-                self.assertEqual((past.frame, past.data[80:]), (number, whole[number]))
+                self.assertEqual((past.frame, past.content), (number, whole[number]))
 
     def test_they_have_a_name_together(self):
         parts = self.rotated(3)

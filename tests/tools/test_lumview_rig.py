@@ -54,7 +54,7 @@ class Rig(Case):
         b.say("view falling 15")
         clouds.append((b.cloud(lambda c: (c.frame, c.edges) == (2, 2)), ("--edge", "falling", "--smooth", 15)))
         self.assertEqual(b.status(lambda s: s["message"] == "")["state"], "paused")
-        self.assertEqual(len({cloud.data[80:] for cloud, _ in clouds}), 3)
+        self.assertEqual(len({cloud.content for cloud, _ in clouds}), 3)
         for cloud, options in clouds:
             self.assertEqual([i for _, _, i in cloud.parts], [0, 1, 2])
             self.assert_cloud(cloud, self.source, RIG, *options)

@@ -24,9 +24,10 @@ def watch(browser, seconds):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         kind, payload = browser.message()
-        if kind == BINARY:
+        whole = browser.whole(payload) if kind == BINARY else None
+        if whole is not None:
             now = time.monotonic()
-            cloud = Cloud(payload)
+            cloud = Cloud(whole)
             ages.append(now - cloud.complete)
             points += cloud.points
     return ages, points

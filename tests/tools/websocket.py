@@ -1,5 +1,6 @@
 """HTTP and WebSocket byte by byte, so that a test can send what no browser would."""
 import base64
+import functools
 import json
 import os
 import socket
@@ -121,6 +122,7 @@ class Browser(Connection):
     def __init__(self, address, port, host=None, headers=(), **options):
         super().__init__(address, port, **options)
         self.send(upgrade(host or f"{address}:{port}", None, "/ws", "lumview.1", *headers))
+        self.pieces = []  # of the frame that is coming
         self.shown = None  # the newest frame of points, whole
         status, self.headers, _ = self.answer(has_body=False)
         if status != 101:
@@ -156,14 +158,25 @@ class Browser(Connection):
                 if final:
                     return kind, b"".join(parts)
 
+    def whole(self, piece):
+        """The frame that a piece completes, its pieces one behind the other; None: it lacks some."""
+        at, count = struct.unpack_from("<II", piece, 84)
+        if at == 0:
+            self.pieces = []
+        assert at == len(self.pieces), "a piece out of turn"
+        self.pieces.append(piece)
+        return b"".join(self.pieces) if at + 1 == count else None
+
     def messages(self, seconds=PATIENCE_S):
-        """Messages as they come; what has not come by then will not."""
+        """Messages as they come, frames of points whole; what has not come by then will not."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             opcode, payload = self.message()
             if opcode == BINARY:
-                self.shown = payload
-            yield opcode, payload
+                payload = self.whole(payload)
+                self.shown = payload or self.shown
+            if payload is not None:
+                yield opcode, payload
         raise AssertionError(f"it did not come in {seconds} s")
 
     def text(self, kind="status"):
@@ -210,41 +223,92 @@ class Browser(Connection):
 
 
 class Cloud:
-    """A frame as the page gets it; see tools/lumview/frame.h."""
+    """A frame as the page gets it, its pieces one behind the other; see lum/frame/packed.h."""
 
-    HEAD = struct.Struct("<IHHdddIBBBBIIIIddII")
+    HEAD = struct.Struct("<IHHdddIBBBBIIIIddIfIIIIII")
+    RUN = struct.Struct("<IIiiiHH3HBB")
 
     def __init__(self, data):
         self.data = data
         (magic, version, head, self.frame, self.clock, self.utc, self.points, self.edges, self.smooth, self.time_kind, parts,
-         self.lines, self.lost, self.sensor, self.shown, self.complete, self.utc_error, self.second, _) = self.HEAD.unpack_from(data)
-        assert (magic, version, head) == (0x464D554C, 4, 80), data[:8]
-        behind = 80 + 20 * self.points
-        assert len(data) == behind + 16 * parts, (len(data), self.points, parts)
+         self.lines, self.lost, self.sensor, self.shown, self.complete, self.utc_error, self.second, self.step,
+         *_) = self.HEAD.unpack_from(data)
+        assert (magic, version, head, self.step) == (0x464D554C, 5, 104, 2**-9), data[:8]
         # Of each sensor of a rig: the number of its frame, its points, its place in the rig.
-        self.parts = [struct.unpack_from("<dII", data, behind + 16 * i) for i in range(parts)]
+        self.parts = [struct.unpack_from("<dII", data, 104 + 16 * i) for i in range(parts)]
 
-    def array(self, at, letter, count=1):
-        return struct.unpack_from(f"<{count * self.points}{letter}", self.data, 80 + at * self.points)
+    @functools.cached_property
+    def content(self):
+        """All but what tells when it was shown."""
+        pieces, at = [], 0
+        while at < len(self.data):
+            end = at + struct.unpack_from("<I", self.data, at + 80)[0]
+            pieces.append(self.data[at + 80:end])
+            at = end
+        return b"".join(pieces)
+
+    @functools.cached_property
+    def rows(self):
+        """Of each point: x, y, z, pulse width, line, pixel, return number and strongest, other bits."""
+        rows, at = [None] * self.points, 0
+        while at < len(self.data):
+            at += self._piece(at, rows)
+        assert None not in rows
+        return rows
+
+    def _piece(self, at, rows):
+        bytes_, _, _, n, runs, others = struct.unpack_from("<IIIIII", self.data, at + 80)
+        begin = at + 104 + 16 * len(self.parts)
+        arrays = begin + 32 * runs
+        columns = list(zip(*(struct.unpack_from(f"<{n}H", self.data, arrays + 2 * n * i) for i in range(4)),
+                           self.data[arrays + 8 * n:arrays + 9 * n]))
+        kinds = iter(struct.unpack_from(f"<{others}H", self.data, arrays + 9 * n + n % 2))
+        bits = arrays + 9 * n + n % 2 + 2 * others
+        done = 0
+        for i in range(runs):
+            first, line, *origin, count, pixel, a, b, c, exponent, eye = self.RUN.unpack_from(self.data, begin + 32 * i)
+            pixels, bits = self._pixels(bits, pixel, count)
+            for k in range(count):
+                *steps, width, high = columns[done + k]
+                xyz = [(o + s + ((high >> 2 * axis & 3) << 16)) / 2**exponent
+                       for axis, (o, s) in enumerate(zip(origin, steps))]
+                kind = (a, b, c)[high >> 6] if high < 192 else next(kinds)
+                rows[first + k] = (*xyz, width, min(line, 65535), pixels[k], kind & 255, kind >> 8 | eye)
+            done += count
+        assert (done, list(kinds), self.data[bits:at + bytes_].strip(b"\0")) == (n, [], b"") and bits > at + bytes_ - 4
+        return bytes_
+
+    def _pixels(self, at, pixel, count):
+        pixels, bit = [], 8 * at
+        while len(pixels) < count:
+            if self.data[bit >> 3] >> (bit & 7) & 1:
+                pixels.append(pixel)
+            else:
+                pixel += 1
+            bit += 1
+        assert self.data[bit - 1 >> 3] >> (bit - 1 & 7) == 1, "bits behind the last point"
+        return pixels, bit + 7 >> 3
 
     def xyz(self):
-        numbers = self.array(0, "f", 3)
-        return list(zip(numbers[::3], numbers[1::3], numbers[2::3]))
+        return [row[:3] for row in self.rows]
+
+    def _column(self, i):
+        return tuple(row[i] for row in self.rows)
 
     def widths(self):
-        return self.array(12, "H")
+        return self._column(3)
 
     def line_numbers(self):
-        return self.array(14, "H")
+        return self._column(4)
 
     def pixels(self):
-        return self.array(16, "H")
+        return self._column(5)
 
     def return_numbers(self):
-        return tuple(number & 127 for number in self.array(18, "B"))
+        return tuple(number & 127 for number in self._column(6))
 
     def strongest(self):
-        return tuple(number > 127 for number in self.array(18, "B"))
+        return tuple(number > 127 for number in self._column(6))
 
     def bits(self):
-        return self.array(19, "B")
+        return self._column(7)

@@ -778,19 +778,22 @@ static void a_view_that_is_wanted_in_slow_motion_does_not_wait(void **state)
 static void smoothing_moves_points_and_loses_none(void **state)
 {
     struct viewer v;
-    size_t len = 0;
-    size_t other_len = 0;
     (void)state;
     open_paused(&v);
     struct frame *plain = viewer_wait_frame(&v, LUM_EDGES_RISING, 0);
     viewer_want(&v, LUM_EDGES_RISING, WINDOW);
     struct frame *smooth = viewer_wait_frame(&v, LUM_EDGES_RISING, WINDOW);
-    const uint8_t *a = frame_bytes(plain, &len) + FRAME_HEAD_BYTES;
-    const uint8_t *b = frame_bytes(smooth, &other_len) + FRAME_HEAD_BYTES;
-    const size_t xyz = 12u * frame_points(plain);
-    assert_int_equal(len, other_len);
-    assert_memory_not_equal(a, b, xyz);
-    assert_memory_equal(a + xyz, b + xyz, len - FRAME_HEAD_BYTES - xyz);
+    struct unpacked a = frame_arrays(plain);
+    struct unpacked b = frame_arrays(smooth);
+    assert_int_equal(a.count, b.count);
+    assert_memory_not_equal(a.xyz, b.xyz, a.count * sizeof *a.xyz);
+    assert_memory_equal(a.width, b.width, a.count * sizeof *a.width);
+    assert_memory_equal(a.line, b.line, a.count * sizeof *a.line);
+    assert_memory_equal(a.pixel, b.pixel, a.count * sizeof *a.pixel);
+    assert_memory_equal(a.turn, b.turn, a.count);
+    assert_memory_equal(a.bits, b.bits, a.count);
+    unpacked_free(&a);
+    unpacked_free(&b);
     frame_release(plain);
     frame_release(smooth);
     close_well(&v);
@@ -1122,21 +1125,17 @@ static void an_eyes_geometry_leads_back_to_its_angles(void **state)
     float mount[3];
     float rotation[9];
     struct viewer v;
-    size_t len = 0;
     (void)state;
     open_paused(&v);
     struct frame *frame = viewer_wait_frame(&v, LUM_EDGES_RISING, 0);
-    const uint8_t *bytes = frame_bytes(frame, &len) + FRAME_HEAD_BYTES;
-    const uint32_t n = frame_points(frame);
-    for (uint32_t i = 0; i < n; i += 97) {
-        float p[3];
+    struct unpacked a = frame_arrays(frame);
+    for (size_t i = 0; i < a.count; i += 97) {
         float e[3] = {0.0f, 0.0f, 0.0f};
-        memcpy(p, bytes + 12u * i, sizeof p);
-        feed_geometry(v.feed, bytes[19u * n + i] & 1u, mount, rotation);
+        feed_geometry(v.feed, a.bits[i] & 1u, mount, rotation);
         for (unsigned row = 0; row < 3; row++) {
             for (unsigned column = 0; column < 3; column++) {
-                e[column] +=
-                    rotation[3u * row + column] * (p[row] - mount[row]);
+                e[column] += rotation[3u * row + column] *
+                             ((float)a.xyz[i][row] - mount[row]);
             }
         }
         /* the manual's typical span */
@@ -1145,6 +1144,7 @@ static void an_eyes_geometry_leads_back_to_its_angles(void **state)
         assert_true(atan2f(e[2], hypotf(e[0], e[1])) * degree > -17.5f);
         assert_true(atan2f(e[2], hypotf(e[0], e[1])) * degree < 3.5f);
     }
+    unpacked_free(&a);
     frame_release(frame);
     close_well(&v);
 }

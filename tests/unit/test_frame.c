@@ -10,11 +10,11 @@
 #include "frame_make.h"
 
 #include "drive.h"
+#include "unpacked.h"
 
 #include "lum/frame/framer.h"
 
-#include <stdlib.h>
-#include <string.h>
+#include <math.h>
 
 #define LINE 3u
 
@@ -67,128 +67,64 @@ static lum_frame *near_and_far(void)
     return frame_of(words, 5, LUM_EDGES_BOTH);
 }
 
-static void assert_bytes(const struct frame *frame, const uint8_t *want,
-                         size_t want_len)
+static struct unpacked arrays_of(const struct frame *frame)
 {
+    struct unpacked out;
     size_t len = 0;
     const uint8_t *bytes = frame_bytes(frame, &len);
-    assert_int_equal(len, want_len);
-    assert_memory_equal(bytes, want, want_len);
+    assert_true(unpack(bytes, len, &out));
+    return out;
 }
 
-static void put_floats(uint8_t *to, const lum_frame *points, size_t i)
+static void assert_same_point(const struct unpacked *a, size_t i,
+                              const struct unpacked *b, size_t k)
 {
-    const float xyz[3] = {lum_frame_floats(points, LUM_COLUMN_X)[i],
-                          lum_frame_floats(points, LUM_COLUMN_Y)[i],
-                          lum_frame_floats(points, LUM_COLUMN_Z)[i]};
-    for (size_t k = 0; k < 3; k++) {
-        uint32_t bits = 0;
-        memcpy(&bits, &xyz[k], sizeof bits);
-        for (unsigned b = 0; b < 4; b++) {
-            to[4u * k + b] = (uint8_t)(bits >> 8u * b);
-        }
+    for (size_t axis = 0; axis < 3; axis++) {
+        assert_true(fabs(a->xyz[i][axis] - b->xyz[k][axis]) <= b->step[k]);
     }
+    assert_int_equal(a->width[i], b->width[k]);
+    assert_int_equal(a->line[i], b->line[k]);
+    assert_int_equal(a->pixel[i], b->pixel[k]);
+    assert_int_equal(a->turn[i], b->turn[k]);
+    assert_int_equal(a->bits[i], b->bits[k]);
 }
 
-static void a_frame_is_the_bytes_of_its_layout(void **state)
+/* What is told of a frame of the library. */
+static void a_frame_has_all_that_is_shown_of_its_points(void **state)
 {
-    uint8_t want[] = {                                  /* head */
-                      'L', 'U', 'M', 'F', 4, 0, 80, 0,  /* */
-                      0, 0, 0, 0, 0, 0, 0x08, 0x40,     /* 3.0 */
-                      0, 0, 0, 0, 0, 0x70, 0x97, 0x40,  /* 1500.0 */
-                      0, 0, 0, 0, 0, 0, 0x04, 0x40,     /* 2.5 */
-                      5, 0, 0, 0, 3, 31, 2, 0,          /* */
-                      128, 0, 0, 0, 9, 0, 0, 0,         /* */
-                      0x25, 0, 0x2a, 0x0a, 17, 0, 0, 0, /* */
-                      0, 0, 0, 0, 0, 0, 0xe0, 0x3f,     /* 0.5 */
-                      0, 0, 0, 0, 0, 0, 0xd0, 0x3f,     /* 0.25 */
-                      0, 0, 0, 0, 0, 0, 0, 0,           /* */
-                      /* x y z: below */
-                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
-                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
-                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
-                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
-                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, /* */
-                      /* width: 12.35 ns and 13 ns */
-                      0xd3, 0x04, 0, 0, 0x14, 0x05, 0, 0, 0, 0, /* */
-                      /* line */
-                      3, 0, 3, 0, 3, 0, 3, 0, 3, 0, /* */
-                      /* pixel */
-                      7, 0, 7, 0, 0xe7, 0x03, 0xe7, 0x03, 0xe7, 0x03, /* */
-                      /* return, strongest */
-                      0x81, 0x81, 0x81, 0x81, 2, /* */
-                      /* eye, edge, returns */
-                      0x07, 0x05, 0x0b, 0x05, 0x0b};
+    static const struct {
+        unsigned pixel, width, turn, bits;
+    } want[] = {{7, 1235, 0x81, 0x07},
+                {7, 0, 0x81, 0x05},
+                {999, 1300, 0x81, 0x0b},
+                {999, 0, 0x81, 0x05},
+                {999, 0, 0x02, 0x0b}};
     (void)state;
     struct frame_pool *pool = frame_pool_new();
     lum_frame *points = near_and_far();
     struct frame *frame = frame_make(pool, points, NULL, &head);
-    assert_int_equal(lum_frame_count(points), 5);
-    for (size_t i = 0; i < 5; i++) {
-        put_floats(want + FRAME_HEAD_BYTES + 12u * i, points, i);
-    }
-    assert_bytes(frame, want, sizeof want);
-    lum_frame_release(points);
-    frame_release(frame);
-    frame_pool_free(pool);
-}
-
-static void a_frame_without_points_is_its_head(void **state)
-{
-    (void)state;
-    struct frame_pool *pool = frame_pool_new();
-    lum_frame *points = frame_of(NULL, 0, LUM_EDGES_BOTH);
-    struct frame *frame = frame_make(pool, points, NULL, &head);
+    struct unpacked a = arrays_of(frame);
     size_t len = 0;
     const uint8_t *bytes = frame_bytes(frame, &len);
-    assert_int_equal(len, FRAME_HEAD_BYTES);
-    assert_int_equal(bytes[32], 0);
+    assert_int_equal(frame_piece(frame, 0), len);
+    assert_int_equal(frame_piece(frame, len), 0);
+    assert_true(unpacked_double(bytes, 8) == 3.0);
+    assert_true(unpacked_double(bytes, 24) == 2.5);
+    assert_int_equal(bytes[38], FRAME_TIME_FITTED);
+    assert_int_equal(a.count, 5);
+    for (size_t i = 0; i < 5; i++) {
+        const double x = (double)lum_frame_floats(points, LUM_COLUMN_X)[i];
+        assert_true(fabs(a.xyz[i][0] - x) <= a.step[i] / 2.0);
+        assert_int_equal(a.line[i], LINE);
+        assert_int_equal(a.pixel[i], want[i].pixel);
+        assert_int_equal(a.width[i], want[i].width);
+        assert_int_equal(a.turn[i], want[i].turn);
+        assert_int_equal(a.bits[i], want[i].bits);
+    }
+    unpacked_free(&a);
     lum_frame_release(points);
     frame_release(frame);
     frame_pool_free(pool);
-}
-
-/* Arrays of a frame. */
-struct arrays {
-    uint32_t count;
-    const uint8_t *xyz;
-    const uint8_t *width;
-    const uint8_t *line;
-    const uint8_t *pixel;
-    const uint8_t *number;
-    const uint8_t *bits;
-};
-
-static struct arrays arrays_of(const struct frame *frame)
-{
-    size_t len = 0;
-    const uint8_t *b = frame_bytes(frame, &len);
-    const uint32_t n = (uint32_t)b[32] | (uint32_t)b[33] << 8 |
-                       (uint32_t)b[34] << 16 | (uint32_t)b[35] << 24;
-    assert_int_equal(len, FRAME_HEAD_BYTES + (size_t)n * FRAME_POINT_BYTES);
-    b += FRAME_HEAD_BYTES;
-    return (struct arrays){.count = n,
-                           .xyz = b,
-                           .width = b + (size_t)12 * n,
-                           .line = b + (size_t)14 * n,
-                           .pixel = b + (size_t)16 * n,
-                           .number = b + (size_t)18 * n,
-                           .bits = b + (size_t)19 * n};
-}
-
-static unsigned read16(const uint8_t *bytes, size_t i)
-{
-    return bytes[2u * i] | (unsigned)bytes[2u * i + 1u] << 8;
-}
-
-static float x_of(const struct arrays *a, size_t i)
-{
-    const uint8_t *b = a->xyz + 12u * i;
-    const uint32_t bits = (uint32_t)b[0] | (uint32_t)b[1] << 8 |
-                          (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
-    float x = 0.0f;
-    memcpy(&x, &bits, sizeof x);
-    return x;
 }
 
 /* Each array has first the points of the one, then those of the other. */
@@ -202,20 +138,18 @@ static void points_of_two_profiles_stand_one_behind_the_other(void **state)
     struct frame *frame = frame_make(pool, one, other, &head);
     struct frame *alone[2] = {frame_make(pool, one, NULL, &head),
                               frame_make(pool, other, NULL, &head)};
-    const struct arrays a = arrays_of(frame);
+    struct unpacked a = arrays_of(frame);
     size_t len = 0;
     assert_int_equal(a.count, 6);
     assert_int_equal(frame_bytes(frame, &len)[72], 1);
-    for (size_t i = 0; i < 6; i++) {
-        const struct arrays w = arrays_of(alone[i / 5u]);
-        const size_t k = i % 5u;
-        assert_memory_equal(a.xyz + 12u * i, w.xyz + 12u * k, 12);
-        assert_int_equal(read16(a.width, i), read16(w.width, k));
-        assert_int_equal(read16(a.line, i), read16(w.line, k));
-        assert_int_equal(read16(a.pixel, i), read16(w.pixel, k));
-        assert_int_equal(a.number[i], w.number[k]);
-        assert_int_equal(a.bits[i], w.bits[k]);
+    for (size_t k = 0; k < 2; k++) {
+        struct unpacked w = arrays_of(alone[k]);
+        for (size_t i = 0; i < w.count; i++) {
+            assert_same_point(&a, 5u * k + i, &w, i);
+        }
+        unpacked_free(&w);
     }
+    unpacked_free(&a);
     lum_frame_release(one);
     lum_frame_release(other);
     frame_release(alone[0]);
@@ -243,16 +177,18 @@ static void points_of_a_rig_are_told_by_sensor(void **state)
     struct frame *frame = frame_make_rig(pool, parts, 3, &head);
     struct frame *two = frame_make(pool, one, other, &head);
     size_t len = 0;
-    size_t want = 0;
     const uint8_t *bytes = frame_bytes(frame, &len);
-    const uint8_t *points = frame_bytes(two, &want);
-    assert_int_equal(len, want + sizeof table);
+    struct unpacked a = arrays_of(frame);
+    struct unpacked w = arrays_of(two);
     assert_int_equal(bytes[39], 3);
     assert_int_equal(bytes[72], 0);
-    assert_memory_equal(bytes, points, 39);
-    assert_memory_equal(bytes + FRAME_HEAD_BYTES, points + FRAME_HEAD_BYTES,
-                        want - FRAME_HEAD_BYTES);
-    assert_memory_equal(bytes + want, table, sizeof table);
+    assert_memory_equal(bytes + LUM_PACKED_HEAD_BYTES, table, sizeof table);
+    assert_int_equal(a.count, w.count);
+    for (size_t i = 0; i < a.count; i++) {
+        assert_same_point(&a, i, &w, i);
+    }
+    unpacked_free(&a);
+    unpacked_free(&w);
     lum_frame_release(one);
     lum_frame_release(none);
     lum_frame_release(other);
@@ -261,31 +197,11 @@ static void points_of_a_rig_are_told_by_sensor(void **state)
     frame_pool_free(pool);
 }
 
-static void what_does_not_fit_its_field_is_the_most_it_can_be(void **state)
+static size_t points_of(const struct frame *frame)
 {
-    uint32_t words[260];
-    (void)state;
-    struct frame_pool *pool = frame_pool_new();
-    struct frame_head much = head;
-    size_t len = 0;
-    for (uint32_t i = 0; i < 259; i++) {
-        words[i] = lum_word_make((int32_t)(1000u + i), true, 1);
-    }
-    words[259] = lum_word_make(200000, false, 1); /* 2.6 us wide */
-    much.lost_words = UINT64_C(1) << 33;
-    lum_frame *points = frame_of(words, 260, LUM_EDGES_BOTH);
-    struct frame *frame = frame_make(pool, points, NULL, &much);
-    const struct arrays a = arrays_of(frame);
-    assert_int_equal(a.count, 260);
-    assert_int_equal(read16(a.width, 0), 65535);
-    assert_int_equal(a.number[0], 0x81);   /* the strongest */
-    assert_int_equal(a.number[258], 0x7f); /* 127 */
-    assert_int_equal(a.bits[0] >> 2, 63);
-    const uint8_t *bytes = frame_bytes(frame, &len);
-    assert_memory_equal(bytes + 44, "\xff\xff\xff\xff", 4);
-    lum_frame_release(points);
-    frame_release(frame);
-    frame_pool_free(pool);
+    struct unpacked a = arrays_of(frame);
+    unpacked_free(&a);
+    return a.count;
 }
 
 static void a_buffer_is_used_again_when_nobody_needs_it(void **state)
@@ -304,10 +220,10 @@ static void a_buffer_is_used_again_when_nobody_needs_it(void **state)
     frame_release(first);
     struct frame *third = frame_make(pool, none, NULL, &head);
     assert_ptr_equal(frame_bytes(third, &len), bytes);
-    assert_int_equal(arrays_of(third).count, 0);
+    assert_int_equal(points_of(third), 0);
     frame_release(third);
     third = frame_make(pool, points, NULL, &head);
-    assert_int_equal(arrays_of(third).count, 5);
+    assert_int_equal(points_of(third), 5);
     lum_frame_release(points);
     lum_frame_release(none);
     frame_release(second);
@@ -327,13 +243,12 @@ static void a_small_buffer_is_enlarged_for_a_large_frame(void **state)
     lum_frame *many = frame_of(words, 3000, LUM_EDGES_RISING);
     frame_release(frame_make(pool, few, NULL, &head));
     struct frame *frame = frame_make(pool, many, NULL, &head);
-    const struct arrays a = arrays_of(frame);
+    struct unpacked a = arrays_of(frame);
     assert_int_equal(a.count, 3000);
     for (size_t i = 0; i < 3000; i++) {
-        assert_true(x_of(&a, i) >= lum_frame_floats(many, LUM_COLUMN_X)[i] &&
-                    x_of(&a, i) <= lum_frame_floats(many, LUM_COLUMN_X)[i]);
-        assert_int_equal(read16(a.pixel, i), i / 3u);
+        assert_int_equal(a.pixel[i], i / 3u);
     }
+    unpacked_free(&a);
     lum_frame_release(few);
     lum_frame_release(many);
     frame_release(frame);
@@ -347,7 +262,7 @@ static void a_frame_outlives_its_pool(void **state)
     lum_frame *points = near_and_far();
     struct frame *frame = frame_make(pool, points, NULL, &head);
     frame_pool_free(pool);
-    assert_int_equal(arrays_of(frame).count, 5);
+    assert_int_equal(points_of(frame), 5);
     lum_frame_release(points);
     frame_release(frame);
     frame_release(NULL);
@@ -357,11 +272,9 @@ static void a_frame_outlives_its_pool(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_frame_is_the_bytes_of_its_layout),
-        cmocka_unit_test(a_frame_without_points_is_its_head),
+        cmocka_unit_test(a_frame_has_all_that_is_shown_of_its_points),
         cmocka_unit_test(points_of_two_profiles_stand_one_behind_the_other),
         cmocka_unit_test(points_of_a_rig_are_told_by_sensor),
-        cmocka_unit_test(what_does_not_fit_its_field_is_the_most_it_can_be),
         cmocka_unit_test(a_buffer_is_used_again_when_nobody_needs_it),
         cmocka_unit_test(a_small_buffer_is_enlarged_for_a_large_frame),
         cmocka_unit_test(a_frame_outlives_its_pool),

@@ -169,21 +169,25 @@ bool has_message(const struct feed_status *status, int64_t ignored)
     return status->texts[FEED_MESSAGE][0] != '\0';
 }
 
+struct unpacked frame_arrays(const struct frame *frame)
+{
+    struct unpacked out;
+    size_t len = 0;
+    const uint8_t *bytes = frame_bytes(frame, &len);
+    assert_true(unpack(bytes, len, &out));
+    return out;
+}
+
 uint32_t frame_u32(const struct frame *frame, size_t at)
 {
     size_t len = 0;
-    const uint8_t *b = frame_bytes(frame, &len) + at;
-    return (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 |
-           (uint32_t)b[3] << 24;
+    return unpacked_u32(frame_bytes(frame, &len), at);
 }
 
 double frame_double(const struct frame *frame, size_t at)
 {
-    const uint64_t bits =
-        frame_u32(frame, at) | (uint64_t)frame_u32(frame, at + 4) << 32;
-    double value = 0.0;
-    memcpy(&value, &bits, sizeof value);
-    return value;
+    size_t len = 0;
+    return unpacked_double(frame_bytes(frame, &len), at);
 }
 
 uint32_t frame_points(const struct frame *frame)

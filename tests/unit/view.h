@@ -3,6 +3,7 @@
 #define LUM_TEST_VIEW_H
 
 #include "feed.h"
+#include "unpacked.h"
 
 #include <pthread.h>
 #include <stdbool.h>
@@ -50,6 +51,9 @@ bool shows_frame(const struct feed_status *status, int64_t frame);
 bool has_shown(const struct feed_status *status, int64_t frames);
 bool has_range(const struct feed_status *status, int64_t ignored);
 bool has_message(const struct feed_status *status, int64_t ignored);
+
+/* All of a frame's points; to be freed. */
+struct unpacked frame_arrays(const struct frame *frame);
 
 /* Of a frame's head. */
 uint32_t frame_points(const struct frame *frame);

@@ -85,11 +85,9 @@ void clients_tick(struct clients *clients)
 static int send_message(const struct client *client,
                         const struct viewer_message *message)
 {
-    const int flags =
-        lws_write_ws_flags(message->is_text ? LWS_WRITE_TEXT : LWS_WRITE_BINARY,
-                           message->is_first, message->is_last);
-    const int sent = lws_write(client->wsi, message->bytes, message->len,
-                               (enum lws_write_protocol)flags);
+    const int sent =
+        lws_write(client->wsi, message->bytes, message->len,
+                  message->is_text ? LWS_WRITE_TEXT : LWS_WRITE_BINARY);
     return sent < 0 ? -1 : 0;
 }
 
@@ -102,7 +100,7 @@ static int send_close(const struct client *client)
     return -1;
 }
 
-/* One message or piece at a time; before the next, the socket is asked again
+/* One message at a time; before the next, the socket is asked again
  * whether it takes more. */
 int clients_write(struct clients *clients, struct client *client)
 {

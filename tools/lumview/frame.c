@@ -3,28 +3,16 @@
 
 #include "thread.h"
 
-#include "lum/frame/clock_fit.h"
+#include "lum/frame/packed.h"
 
-#include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define SPARE_MAX 8u
-
-/* Bytes of a point before each array. */
-#define WIDTH_AT  12u
-#define LINE_AT   14u
-#define PIXEL_AT  16u
-#define RETURN_AT 18u
-#define BITS_AT   19u
 
 struct frame {
     struct frame_pool *pool;
     struct frame *next; /* of the spare ones */
-    uint8_t *bytes;
-    size_t capacity; /* points */
-    size_t count;
-    size_t parts;        /* sensors of a rig */
+    lum_packed packed;
     unsigned references; /* guarded by the pool's gate */
 };
 
@@ -33,7 +21,7 @@ struct frame_pool {
     struct frame *spare;
     size_t spare_count;
     size_t frames; /* that are in use */
-    size_t latest; /* points of the frame that was made last */
+    size_t latest; /* bytes of the frame that was made last */
     bool is_left;  /* by its owner */
 };
 
@@ -55,7 +43,7 @@ struct frame_pool *frame_pool_new(void)
 
 static void free_frame(struct frame *frame)
 {
-    free(frame->bytes);
+    lum_packed_free(&frame->packed);
     free(frame);
 }
 
@@ -84,11 +72,12 @@ void frame_pool_free(struct frame_pool *pool)
     }
 }
 
-/* The first spare one that is large enough, or the first, to be enlarged. */
-static struct frame *take_spare(struct frame_pool *pool, size_t count)
+/* The first spare one that is large enough for one like the latest, or the
+ * first, to be enlarged. */
+static struct frame *take_spare(struct frame_pool *pool)
 {
     struct frame **at = &pool->spare;
-    while (*at != NULL && (*at)->capacity < count) {
+    while (*at != NULL && (*at)->packed.room < pool->latest) {
         at = &(*at)->next;
     }
     at = *at != NULL ? at : &pool->spare;
@@ -100,42 +89,24 @@ static struct frame *take_spare(struct frame_pool *pool, size_t count)
     return frame;
 }
 
-/* What it held is not needed. */
-static bool enlarge(struct frame *frame, size_t count)
-{
-    const size_t capacity = count + count / 8u;
-    if (frame->bytes != NULL && count <= frame->capacity) {
-        return true;
-    }
-    free(frame->bytes);
-    frame->bytes = malloc(FRAME_HEAD_BYTES + capacity * FRAME_POINT_BYTES +
-                          FRAME_PARTS_MAX * FRAME_PART_BYTES);
-    frame->capacity = frame->bytes != NULL ? capacity : 0;
-    return frame->bytes != NULL;
-}
-
-/* A frame with room for this many points. */
-static struct frame *begin(struct frame_pool *pool, size_t count)
+/* NULL without memory. */
+static struct frame *begin(struct frame_pool *pool)
 {
     gate_take(pool->gate);
-    struct frame *frame = take_spare(pool, count);
-    pool->frames++;
-    pool->latest = count;
+    struct frame *frame = take_spare(pool);
     gate_leave(pool->gate);
-    if (frame == NULL) {
-        frame = calloc(1, sizeof *frame);
-    }
-    if (frame == NULL || !enlarge(frame, count)) {
-        free(frame);
-        gate_take(pool->gate);
-        pool->frames--;
-        gate_leave(pool->gate);
-        return NULL;
-    }
+    return frame != NULL ? frame : calloc(1, sizeof *frame);
+}
+
+/* Its messages are there. */
+static struct frame *end(struct frame_pool *pool, struct frame *frame)
+{
     frame->pool = pool;
-    frame->count = count;
-    frame->parts = 0;
     frame->references = 1;
+    gate_take(pool->gate);
+    pool->frames++;
+    pool->latest = frame->packed.len;
+    gate_leave(pool->gate);
     return frame;
 }
 
@@ -152,7 +123,7 @@ static bool is_worth_keeping(const struct frame_pool *pool,
                              const struct frame *frame)
 {
     return !pool->is_left && pool->spare_count < SPARE_MAX &&
-           frame->capacity / 8u <= pool->latest;
+           frame->packed.room / 8u <= pool->latest;
 }
 
 void frame_release(struct frame *frame)
@@ -183,204 +154,70 @@ void frame_release(struct frame *frame)
 
 const uint8_t *frame_bytes(const struct frame *frame, size_t *len)
 {
-    *len = FRAME_HEAD_BYTES + frame->count * FRAME_POINT_BYTES +
-           frame->parts * FRAME_PART_BYTES;
-    return frame->bytes;
+    *len = frame->packed.len;
+    return frame->packed.bytes;
 }
 
-/* --- Bytes of points --- */
-
-/* Compilers make one store of each of these. */
-static inline void put16(uint8_t *to, uint16_t value)
+size_t frame_piece(const struct frame *frame, size_t at)
 {
-    to[0] = (uint8_t)value;
-    to[1] = (uint8_t)(value >> 8);
-}
-
-static inline void put32(uint8_t *to, uint32_t value)
-{
-    to[0] = (uint8_t)value;
-    to[1] = (uint8_t)(value >> 8);
-    to[2] = (uint8_t)(value >> 16);
-    to[3] = (uint8_t)(value >> 24);
-}
-
-static void put64(uint8_t *to, uint64_t value)
-{
-    put32(to, (uint32_t)value);
-    put32(to + 4, (uint32_t)(value >> 32));
-}
-
-static inline void put_float(uint8_t *to, float value)
-{
-    uint32_t bits = 0;
-    memcpy(&bits, &value, sizeof bits);
-    put32(to, bits);
-}
-
-static void put_double(uint8_t *to, double value)
-{
-    uint64_t bits = 0;
-    memcpy(&bits, &value, sizeof bits);
-    put64(to, bits);
-}
-
-static inline uint16_t width_of(float ns)
-{
-    const float hundredths = ns * 100.0f + 0.5f;
-    return hundredths < 65535.0f ? (uint16_t)hundredths : UINT16_MAX;
-}
-
-/* Points of a frame of the library, and where they go. */
-struct part {
-    const struct frame *frame;
-    const lum_frame *points;
-    size_t first;
-    size_t count;
-};
-
-/* The start of the part's elements of the array that has this many bytes of
- * each point before it. */
-static uint8_t *array_at(const struct part *part, unsigned before,
-                         unsigned bytes)
-{
-    return part->frame->bytes + FRAME_HEAD_BYTES + before * part->frame->count +
-           bytes * part->first;
-}
-
-static void put_space(const struct part *part)
-{
-    const lum_frame *points = part->points;
-    const float *x = lum_frame_floats(points, LUM_COLUMN_X);
-    const float *y = lum_frame_floats(points, LUM_COLUMN_Y);
-    const float *z = lum_frame_floats(points, LUM_COLUMN_Z);
-    const float *width = lum_frame_floats(points, LUM_COLUMN_PULSE_WIDTH);
-    uint8_t *to = array_at(part, 0, WIDTH_AT);
-    uint8_t *to_width = array_at(part, WIDTH_AT, 2);
-    for (size_t i = 0; i < part->count; i++) {
-        put_float(to + WIDTH_AT * i, x[i]);
-        put_float(to + WIDTH_AT * i + 4, y[i]);
-        put_float(to + WIDTH_AT * i + 8, z[i]);
-        put16(to_width + 2 * i, width_of(width[i]));
-    }
-}
-
-static void put_places(const struct part *part)
-{
-    const lum_frame *points = part->points;
-    const uint32_t *line = lum_frame_uint32s(points, LUM_COLUMN_LINE);
-    const uint16_t *pixel = lum_frame_uint16s(points, LUM_COLUMN_PIXEL);
-    uint8_t *to_line = array_at(part, LINE_AT, 2);
-    uint8_t *to_pixel = array_at(part, PIXEL_AT, 2);
-    for (size_t i = 0; i < part->count; i++) {
-        put16(to_line + 2 * i,
-              line[i] < UINT16_MAX ? (uint16_t)line[i] : UINT16_MAX);
-        put16(to_pixel + 2 * i, pixel[i]);
-    }
-}
-
-static void put_returns(const struct part *part)
-{
-    const lum_frame *points = part->points;
-    const uint16_t *numbers =
-        lum_frame_uint16s(points, LUM_COLUMN_RETURN_NUMBER);
-    const uint16_t *counts =
-        lum_frame_uint16s(points, LUM_COLUMN_NUMBER_OF_RETURNS);
-    const uint8_t *eye = lum_frame_uint8s(points, LUM_COLUMN_EYE);
-    const uint8_t *edge = lum_frame_uint8s(points, LUM_COLUMN_EDGE);
-    const uint8_t *strongest = lum_frame_uint8s(points, LUM_COLUMN_STRONGEST);
-    uint8_t *to_return = array_at(part, RETURN_AT, 1);
-    uint8_t *to_bits = array_at(part, BITS_AT, 1);
-    for (size_t i = 0; i < part->count; i++) {
-        const unsigned number = numbers[i] < 127u ? numbers[i] : 127u;
-        const unsigned count = counts[i] < 63u ? counts[i] : 63u;
-        to_return[i] = (uint8_t)(number | (unsigned)strongest[i] << 7);
-        to_bits[i] = (uint8_t)(eye[i] | (unsigned)edge[i] << 1 | count << 2);
-    }
+    return lum_packed_piece(&frame->packed, at);
 }
 
 /* --- Messages --- */
 
-static uint32_t fit32(uint64_t value)
+static struct frame *make(struct frame_pool *pool, const lum_packed_part *parts,
+                          size_t count, bool is_rig,
+                          const struct frame_head *head)
 {
-    return value < UINT32_MAX ? (uint32_t)value : UINT32_MAX;
-}
-
-static void put_head(const struct frame *frame, const struct frame_head *head,
-                     size_t second_count)
-{
-    uint8_t *to = frame->bytes;
-    put32(to, FRAME_MAGIC);
-    put16(to + 4, FRAME_VERSION);
-    put16(to + 6, FRAME_HEAD_BYTES);
-    put_double(to + 8, (double)head->frame);
-    put_double(to + 16, (double)head->clock_us);
-    put_double(to + 24, (double)head->begin.utc_ns * 1e-9);
-    put32(to + 32, (uint32_t)frame->count);
-    to[36] = (uint8_t)head->edges;
-    to[37] = (uint8_t)head->smooth;
-    to[38] = (uint8_t)head->begin.kind;
-    to[39] = (uint8_t)frame->parts;
-    put32(to + 40, head->lines);
-    put32(to + 44, fit32(head->lost_words));
-    put32(to + 48, head->sensor);
-    put32(to + 52, fit32(head->shown));
-    put_double(to + 56, (double)head->complete_ns * 1e-9);
-    put_double(to + 64, head->begin.error_ns != LUM_CLOCK_ERROR_UNKNOWN
-                            ? (double)head->begin.error_ns * 1e-9
-                            : (double)NAN);
-    put32(to + 72, (uint32_t)second_count);
-    put32(to + 76, 0);
-}
-
-static void put_part(const struct part *part)
-{
-    if (part->count > 0) {
-        put_space(part);
-        put_places(part);
-        put_returns(part);
+    const lum_packed_head packed = {.struct_size = sizeof packed,
+                                    .frame = head->frame,
+                                    .clock_us = head->clock_us,
+                                    .utc_ns = head->begin.utc_ns,
+                                    .utc_error_ns = head->begin.error_ns,
+                                    .complete_ns = head->complete_ns,
+                                    .lost_words = head->lost_words,
+                                    .shown = head->shown,
+                                    .sensor = head->sensor,
+                                    .lines = head->lines,
+                                    .time = (uint8_t)head->begin.kind,
+                                    .edges = (uint8_t)head->edges,
+                                    .smooth = (uint8_t)head->smooth,
+                                    .is_rig = is_rig};
+    struct frame *frame = begin(pool);
+    if (frame == NULL ||
+        lum_packed_make(&packed, parts, count, &frame->packed) != LUM_OK) {
+        if (frame != NULL) {
+            free_frame(frame);
+        }
+        return NULL;
     }
+    return end(pool, frame);
 }
 
 struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,
                          const lum_frame *second, const struct frame_head *head)
 {
-    const size_t count = lum_frame_count(points);
-    const size_t more = second != NULL ? lum_frame_count(second) : 0;
-    struct frame *frame = begin(pool, count + more);
-    if (frame == NULL) {
+    lum_packed_part parts[2] = {{.struct_size = sizeof parts[0]},
+                                {.struct_size = sizeof parts[1]}};
+    if (lum_packed_part_of(points, &parts[0]) != LUM_OK ||
+        (second != NULL && lum_packed_part_of(second, &parts[1]) != LUM_OK)) {
         return NULL;
     }
-    put_head(frame, head, more);
-    put_part(&(struct part){frame, points, 0, count});
-    put_part(&(struct part){frame, second, count, more});
-    return frame;
+    return make(pool, parts, second != NULL ? 2 : 1, false, head);
 }
 
 struct frame *frame_make_rig(struct frame_pool *pool,
                              const struct frame_part *parts, size_t count,
                              const struct frame_head *head)
 {
-    size_t total = 0;
+    lum_packed_part packed[FRAME_PARTS_MAX];
     for (size_t i = 0; i < count; i++) {
-        total += lum_frame_count(parts[i].points);
+        packed[i].struct_size = sizeof packed[i];
+        if (lum_packed_part_of(parts[i].points, &packed[i]) != LUM_OK) {
+            return NULL;
+        }
+        packed[i].frame = parts[i].frame;
+        packed[i].sensor = parts[i].sensor;
     }
-    struct frame *frame = begin(pool, total);
-    if (frame == NULL) {
-        return NULL;
-    }
-    frame->parts = count;
-    put_head(frame, head, 0);
-    uint8_t *to = frame->bytes + FRAME_HEAD_BYTES + FRAME_POINT_BYTES * total;
-    size_t first = 0;
-    for (size_t i = 0; i < count; i++) {
-        const size_t points = lum_frame_count(parts[i].points);
-        put_part(&(struct part){frame, parts[i].points, first, points});
-        put_double(to, (double)parts[i].frame);
-        put32(to + 8, (uint32_t)points);
-        put32(to + 12, parts[i].sensor);
-        to += FRAME_PART_BYTES;
-        first += points;
-    }
-    return frame;
+    return make(pool, packed, count, true, head);
 }

@@ -4,7 +4,7 @@
 
 #include "frame.h"
 
-#include "lum/frame/frame.h"
+#include "lum/frame/packed.h"
 
 #include <stdint.h>
 
@@ -12,13 +12,7 @@
 #define FRAME_POINTS_MAX 8000000u
 
 /* What frame_make() reads. */
-#define FRAME_COLUMNS                                                          \
-    (LUM_COLUMNS_XYZ | LUM_COLUMN_BIT(LUM_COLUMN_PULSE_WIDTH) |                \
-     LUM_COLUMN_BIT(LUM_COLUMN_LINE) | LUM_COLUMN_BIT(LUM_COLUMN_PIXEL) |      \
-     LUM_COLUMN_BIT(LUM_COLUMN_RETURN_NUMBER) |                                \
-     LUM_COLUMN_BIT(LUM_COLUMN_NUMBER_OF_RETURNS) |                            \
-     LUM_COLUMN_BIT(LUM_COLUMN_EYE) | LUM_COLUMN_BIT(LUM_COLUMN_EDGE) |        \
-     LUM_COLUMN_BIT(LUM_COLUMN_STRONGEST))
+#define FRAME_COLUMNS LUM_PACKED_COLUMNS
 
 /* Buffers that frames no longer need, kept for the next. Any thread. */
 struct frame_pool;
@@ -64,7 +58,7 @@ struct frame_part {
     int64_t frame;   /* its own number */
     unsigned sensor; /* its place in the rig */
 };
-#define FRAME_PARTS_MAX 8u
+#define FRAME_PARTS_MAX LUM_PACKED_PARTS_MAX
 
 /* Likewise of one to FRAME_PARTS_MAX sensors of a rig. */
 struct frame *frame_make_rig(struct frame_pool *pool,

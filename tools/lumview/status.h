@@ -45,8 +45,8 @@ struct text {
 int status_hello(const struct options *options, const struct feed *feed,
                  size_t room_before, struct text *out);
 
-/* The status as JSON. skipped: frames that this browser did not get. has_marks:
- * it has the marks already. */
+/* The status as JSON. skipped: frames that this browser did not get, or not
+ * whole. has_marks: it has the marks already. */
 int status_text(const struct status *status, uint64_t skipped, bool has_marks,
                 size_t room_before, struct text *out);
 

@@ -2,11 +2,15 @@
 #include "viewer.h"
 
 #include "lum/base/time.h"
+#include "lum/frame/packed.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#define AT_COUNT 52u /* of the frames shown so far; see frame.h */
+#define AT_COUNT 52u /* of the frames shown so far; see lum/frame/packed.h */
+
+/* A frame that is sent within this time is sent whole. */
+#define PATIENCE_NS INT64_C(250000000)
 
 static const struct feed_view default_view = {LUM_EDGES_RISING, 0};
 
@@ -16,7 +20,7 @@ int viewers_init(struct viewers *viewers, const struct options *options,
                  size_t room_before)
 {
     *viewers = (struct viewers){.options = options, .room_before = room_before};
-    viewers->piece = malloc(room_before + VIEWER_PIECE_BYTES);
+    viewers->piece = malloc(room_before + LUM_PACKED_PIECE_BYTES);
     return viewers->piece != NULL ? 0 : -1;
 }
 
@@ -167,9 +171,7 @@ static int give_text(struct viewers *viewers, int failed,
     *out =
         (struct viewer_message){.bytes = (unsigned char *)viewers->text.bytes,
                                 .len = viewers->text.len,
-                                .is_text = true,
-                                .is_first = true,
-                                .is_last = true};
+                                .is_text = true};
     return 1;
 }
 
@@ -201,15 +203,12 @@ static int give_piece(struct viewers *viewers, struct viewer *viewer,
 {
     size_t len = 0;
     const uint8_t *bytes = frame_bytes(viewer->frame, &len);
-    const size_t left = len - viewer->sent;
     *out = (struct viewer_message){
         .bytes = viewers->piece + viewers->room_before,
-        .len = left < VIEWER_PIECE_BYTES ? left : VIEWER_PIECE_BYTES,
-        .is_first = viewer->sent == 0,
-        .is_last = left <= VIEWER_PIECE_BYTES};
+        .len = frame_piece(viewer->frame, viewer->sent)};
     (void)memcpy(out->bytes, bytes + viewer->sent, out->len);
     viewer->sent += out->len;
-    if (out->is_last) {
+    if (viewer->sent == len) {
         frame_release(viewer->frame);
         viewer->frame = NULL;
     }
@@ -256,7 +255,8 @@ static int begin_frame(struct viewers *viewers, struct viewer *viewer,
 {
     size_t len = 0;
     struct frame *frame = feed_newest(viewers->feed, &viewer->view);
-    if (frame != NULL && is_newer(viewer, frame)) {
+    const bool is_past = frame == NULL || !is_newer(viewer, frame);
+    if (!is_past) {
         count_skipped(viewer, frame_bytes(frame, &len));
     } else {
         frame_release(frame);
@@ -264,7 +264,24 @@ static int begin_frame(struct viewers *viewers, struct viewer *viewer,
     }
     viewer->frame = frame;
     viewer->sent = 0;
+    viewer->is_past = is_past;
+    viewer->begin_ns = lum_time_monotonic_ns();
     return frame != NULL ? give_piece(viewers, viewer, out) : 0;
+}
+
+/* An eighth of a frame is a picture, and what was asked for can be asked for
+ * again. */
+static void leave_old(struct viewers *viewers, struct viewer *viewer)
+{
+    size_t len = 0;
+    (void)frame_bytes(viewer->frame, &len);
+    if (lum_time_monotonic_ns() - viewer->begin_ns > PATIENCE_NS &&
+        (viewer->is_past || viewer->sent >= len / 8u) &&
+        has_newer(viewers, viewer)) {
+        viewer->skipped += viewer->is_past ? 0 : 1u;
+        frame_release(viewer->frame);
+        viewer->frame = NULL;
+    }
 }
 
 bool viewer_has_next(const struct viewers *viewers, const struct viewer *viewer)
@@ -279,14 +296,17 @@ int viewer_next(struct viewers *viewers, struct viewer *viewer,
 {
     free(viewers->text.memory);
     viewers->text.memory = NULL;
-    if (viewer->frame != NULL) {
-        return give_piece(viewers, viewer, out);
-    }
     if (!viewer->had_hello) {
         return give_hello(viewers, viewer, out);
     }
     if (viewer->wants_status) {
         return give_status(viewers, viewer, out);
+    }
+    if (viewer->frame != NULL) {
+        leave_old(viewers, viewer);
+    }
+    if (viewer->frame != NULL) {
+        return give_piece(viewers, viewer, out);
     }
     return begin_frame(viewers, viewer, out);
 }

@@ -12,15 +12,20 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Of a frame's head, what tells it from others. */
+#define VIEWER_LAST_BYTES 80u
+
 struct viewer {
     struct viewer *next;
     struct feed_view view;
-    unsigned frames;                /* shown at once */
-    int64_t past_before;            /* it asked for frames before this one */
-    uint64_t past;                  /* bit i: that one by i + 1 before */
-    struct frame *frame;            /* being sent; NULL: none */
-    size_t sent;                    /* bytes of it */
-    uint8_t last[FRAME_HEAD_BYTES]; /* head of the frame before */
+    unsigned frames;     /* shown at once */
+    int64_t past_before; /* it asked for frames before this one */
+    uint64_t past;       /* bit i: that one by i + 1 before */
+    struct frame *frame; /* being sent; NULL: none */
+    size_t sent;         /* bytes of it */
+    int64_t begin_ns;    /* when its first piece went out, monotonic */
+    bool is_past;        /* it asked for it */
+    uint8_t last[VIEWER_LAST_BYTES]; /* head of the newest frame that it got */
     bool has_last;
     bool had_hello;
     bool wants_status;
@@ -39,17 +44,12 @@ struct viewers {
     struct text text;     /* the message before */
 };
 
-/* Longest piece of a frame. */
-#define VIEWER_PIECE_BYTES 65536u
-
-/* A message, or a piece of one, for a viewer. In front of the bytes is the
- * room that viewers_init() was given; it may be written. */
+/* A message for a viewer. In front of the bytes is the room that viewers_init()
+ * was given; it may be written. */
 struct viewer_message {
     unsigned char *bytes;
     size_t len;
     bool is_text;
-    bool is_first; /* piece of its message */
-    bool is_last;
 };
 
 /* room_before: bytes that the sender writes in front of a message. -1: there is
@@ -76,9 +76,11 @@ bool viewer_take(struct viewers *viewers, struct viewer *viewer,
 bool viewer_has_next(const struct viewers *viewers,
                      const struct viewer *viewer);
 
-/* The next message for a viewer, texts between frames; it lives until the next
- * call for any of the viewers. 1: there is one; 0: there is none; -1: there is
- * no memory. */
+/* The next message for a viewer: a text, or a piece of a frame. A frame that is
+ * not the newest any more is left after a quarter of a second, once an eighth
+ * of it is sent, so that a slow viewer sees the newest frames, coarsely, rather
+ * than old ones. The message lives until the next call for any of the viewers.
+ * 1: there is one; 0: there is none; -1: there is no memory. */
 int viewer_next(struct viewers *viewers, struct viewer *viewer,
                 struct viewer_message *out);
 

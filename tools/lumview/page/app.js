@@ -6,7 +6,7 @@ import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
 import { chosenDomain, COLOURINGS, domainOf, nameSensors } from "./colouring.js";
 import { count, makeFilter, rangeOf } from "./filter.js";
-import { parseFrame, viewOf } from "./frame.js";
+import { makeFrames, viewOf } from "./frame.js";
 import { attachKeys } from "./keys.js";
 import { makeLayout } from "./layout.js";
 import { makeLegend } from "./legend.js";
@@ -63,6 +63,7 @@ const layout = makeLayout(settings, resize);
 let eyes = NO_EYES;
 let hello = null;
 let status = null;
+let unpack = makeFrames(); // what comes
 let waiting = null; // the newest frame that is no picture yet
 let pasts = []; // of those before it
 let isAsked = false; // a picture is due
@@ -163,7 +164,9 @@ function showFacts() {
     at("frame-time").title = hintOf(began);
     const counts = panes.names ? cloud.count() : [countPoints()];
     const lacks = missingSensors();
-    at("frame-points").textContent = `${counts.map((n) => n.toLocaleString("en")).join(" | ")} points${lacks && `, none of ${lacks}`}`;
+    const { share } = cloud.newest;
+    const part = share < 1 ? ` (${Math.floor(100 * share)} %)` : "";
+    at("frame-points").textContent = `${counts.map((n) => n.toLocaleString("en")).join(" | ")} points${part}${lacks && `, none of ${lacks}`}`;
 }
 
 // Of a rig those without a frame in the newest picture.
@@ -191,7 +194,9 @@ function takeNewest() {
         ground = groundOf(cloud.newest);
         placeGround();
     }
-    askPasts();
+    if (frame.share === 1) {
+        askPasts();
+    }
 }
 
 function placeFrames() {
@@ -220,17 +225,23 @@ function askPasts() {
 }
 
 // Each frame that is shown counts one more; those before it are asked for.
+function takeFrame(frame) {
+    const newest = waiting ?? cloud.current;
+    const isPast = newest && ((frame.shown - newest.shown) | 0) < 0;
+    if (!isPast) {
+        waiting = frame;
+    } else if (frame.share === 1) {
+        pasts.push(frame);
+    }
+    invalidate();
+}
+
 function receive(buffer) {
-    tally.received++;
     try {
-        const frame = parseFrame(buffer);
-        const newest = waiting ?? cloud.current;
-        if (newest && ((frame.shown - newest.shown) | 0) < 0) {
-            pasts.push(frame);
-        } else {
-            waiting = frame;
+        for (const frame of unpack(buffer)) {
+            tally.received++;
+            takeFrame(frame);
         }
-        invalidate();
     } catch (error) {
         showMessage(error.message);
     }
@@ -357,6 +368,7 @@ function greet(message) {
     player.clear();
     pictures.greet(message);
     ground = null;
+    unpack = makeFrames();
     waiting = null;
     pasts = [];
     cloud.refresh();

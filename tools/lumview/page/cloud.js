@@ -167,6 +167,7 @@ function fill(slot, frame) {
     slot.split = frame.split;
     slot.lines = frame.lines;
     slot.number = frame.number;
+    slot.share = frame.share;
     slot.shown = frame.shown;
     slot.lines = frame.lines;
     slot.began = frame.began;

@@ -3,7 +3,8 @@
 import { makeWasi } from "./wasi.js";
 
 const INPUTS = ["calibration", "profile", "second", "rig", "poses"]; // as inputs.h counts them
-const [TEXT, LAST] = [1, 4];
+const TEXT = 1;
+const [PIECE_AT, PIECES_AT] = [84, 88]; // in a message of packed.h: which piece of its frame it is, and of how many
 
 // files: as makeWasi() takes them
 export function makeEngine(module, files, log) {
@@ -11,7 +12,7 @@ export function makeEngine(module, files, log) {
     const instance = new WebAssembly.Instance(module, wasi.imports(module));
     wasi.start(instance);
     const calls = instance.exports;
-    let pieces = []; // of the message that is under way
+    let pieces = []; // of the frame that is under way
 
     function textAt(at) {
         const bytes = new Uint8Array(calls.memory.buffer, at);
@@ -34,7 +35,7 @@ export function makeEngine(module, files, log) {
         new Uint8Array(calls.memory.buffer, at, bytes.length).set(bytes);
     }
 
-    // The pieces as one message.
+    // The pieces one behind the other.
     function join() {
         const whole = new Uint8Array(pieces.reduce((sum, { length }) => sum + length, 0));
         pieces.reduce((at, piece) => (whole.set(piece, at), at + piece.length), 0);
@@ -67,11 +68,15 @@ export function makeEngine(module, files, log) {
                     return null;
                 }
                 const bytes = new Uint8Array(calls.memory.buffer, calls.engine_bytes(), calls.engine_length());
-                if (kind & TEXT) {
+                if (kind === TEXT) {
                     return { text: JSON.parse(new TextDecoder().decode(bytes)) };
                 }
+                const head = new DataView(calls.memory.buffer, bytes.byteOffset);
+                if (head.getUint32(PIECE_AT, true) === 0) {
+                    pieces = []; // one that was left is not shown
+                }
                 pieces.push(bytes.slice());
-                if (kind & LAST) {
+                if (head.getUint32(PIECE_AT, true) + 1 === head.getUint32(PIECES_AT, true)) {
                     return { binary: join() };
                 }
             }

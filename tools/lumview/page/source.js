@@ -1,7 +1,7 @@
 // Where frames come from: lumview by a WebSocket, captures that a worker decodes, or frames that are in the page.
 //
 // A source is { send(text), connected }. It calls on.text(object) with the greeting and the status of status.c,
-// on.binary(ArrayBuffer) with the frames of frame.h, and takes the commands of command.c. Some have open(files) too.
+// on.binary(ArrayBuffer) with the frames of packed.h, and takes the commands of command.c. Some have open(files) too.
 import { makeFiles } from "./files.js";
 import { makeLink } from "./link.js";
 import { attachLicenses } from "./open.js";

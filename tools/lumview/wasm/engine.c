@@ -14,8 +14,7 @@
 /* What engine_next() gives. */
 enum next {
     NEXT_TEXT = 1,
-    NEXT_PIECE = 2, /* of a binary message */
-    NEXT_LAST = 4   /* of its pieces */
+    NEXT_PIECE = 2 /* of a frame, as lum/frame/packed.h has it */
 };
 
 static struct engine {
@@ -108,8 +107,8 @@ double engine_work(void)
     return (double)(wait_ns < left_ns ? wait_ns : left_ns);
 }
 
-/* The next message for the page, or the next piece of one: ::next, 0: there is
- * none, or -1 with an error. */
+/* The next message for the page: ::next, 0: there is none, or -1 with an error.
+ */
 EXPORTED(engine_next) int engine_next(void);
 int engine_next(void)
 {
@@ -118,8 +117,7 @@ int engine_next(void)
     if (found <= 0) {
         return found == 0 ? 0 : lum_error_set(inputs_error(), "out of memory");
     }
-    return (m->is_text ? (int)NEXT_TEXT : (int)NEXT_PIECE) |
-           (m->is_last ? (int)NEXT_LAST : 0);
+    return m->is_text ? (int)NEXT_TEXT : (int)NEXT_PIECE;
 }
 
 EXPORTED(engine_bytes) const unsigned char *engine_bytes(void);
