@@ -405,7 +405,7 @@ static void lay_out_moving_street(const lum_place *place, double time_s,
 }
 
 void lum_place_lay_out_around(const lum_place *place, double time_s,
-                              const lum_view *view, lum_shape_list *out,
+                              const lum_sight_view *view, lum_shape_list *out,
                               lum_ground *ground)
 {
     switch (place->options.kind) {
@@ -426,7 +426,7 @@ void lum_place_lay_out(const lum_place *place, double time_s,
                        const float mount[3], lum_shape_list *out,
                        lum_ground *ground)
 {
-    lum_view view = {.reach_m = 0.0f};
+    lum_sight_view view = {.reach_m = 0.0f};
     if (place->options.kind == LUM_PLACE_STREET) {
         lay_out_street(place, time_s, mount, out, ground);
         return;

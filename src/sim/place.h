@@ -136,7 +136,7 @@ bool lum_place_is_open_at(const lum_place *place, double time_s,
  * @param view   in the frame of the place; what is outside may be left out.
  * @param out    as lum_place_lay_out(). */
 void lum_place_lay_out_around(const lum_place *place, double time_s,
-                              const lum_view *view, lum_shape_list *out,
+                              const lum_sight_view *view, lum_shape_list *out,
                               lum_ground *ground);
 
 /** Lay out the shapes around an eye, with the axes of the place.

@@ -33,9 +33,9 @@ typedef struct lum_scene {
 
 /** A short time in which the sensor and others move a little. */
 typedef struct lum_section {
-    lum_view view; /**< in the frame of the place */
-    double time_s; /**< its middle */
-    double half_s; /**< how far before and after that it reaches */
+    lum_sight_view view; /**< in the frame of the place */
+    double time_s;       /**< its middle */
+    double half_s;       /**< how far before and after that it reaches */
 } lum_section;
 
 /** From where and when a ray starts, in the middle of a section. */

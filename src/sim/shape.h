@@ -123,17 +123,17 @@ bool lum_shape_cast_moved(const lum_shape *shape, const float by[3],
                           const lum_ray *ray, lum_hit *hit);
 
 /** Where eyes look from. All 0 but the place: everywhere. */
-typedef struct lum_view {
+typedef struct lum_sight_view {
     double at[3];     /**< the middle of where eyes are, metres */
     float edge[2][2]; /**< of what they see, in x and y: unit vectors that point
                            inwards, or 0 */
     float reach_m;    /**< how far from `at` an eye is at most */
-} lum_view;
+} lum_sight_view;
 
 /** Whether something around `at` may be seen.
  * @param x      its middle, from there.
  * @param radius in x and y. */
-static inline bool lum_view_has(const lum_view *view, float x, float y,
+static inline bool lum_view_has(const lum_sight_view *view, float x, float y,
                                 float radius)
 {
     const float most = -(radius + view->reach_m);

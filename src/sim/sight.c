@@ -205,7 +205,7 @@ static bool find_heading(const lum_pose *pose, double *out)
 /* What the lines of a section see, if the sensor stays level and does not look
  * back; else all. */
 static void limit_view(const lum_sight *s, double begin_s, double line_s,
-                       uint32_t lines, lum_view *out)
+                       uint32_t lines, lum_sight_view *out)
 {
     double first = 0.0;
     double half = 0.0;

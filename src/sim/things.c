@@ -29,7 +29,7 @@ static void begin(lum_things *s, lum_thing thing)
 }
 
 /* What moves is taken to be larger. */
-static bool is_in_view(const lum_view *view, const lum_shape *s)
+static bool is_in_view(const lum_sight_view *view, const lum_shape *s)
 {
     const float width = s->max[0] - s->min[0];
     const float depth = s->max[1] - s->min[1];

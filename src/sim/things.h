@@ -24,19 +24,20 @@
 typedef struct lum_things {
     lum_shape_list *list;
     lum_random random;
-    float x;              /**< where the lot or the thing at hand begins */
-    float y;              /**< the middle of the street */
-    float z;              /**< the road */
-    float side;           /**< +1 left, -1 right */
-    double time_s;        /**< since the beginning of the drive */
-    float velocity[2];    /**< of what is added, along x and y; m/s */
-    bool is_turned;       /**< x and y above lie along y and -x of the scene */
-    float origin[2];      /**< where they begin there */
-    float low[2];         /**< what ends below this is left out */
-    float high[2];        /**< what begins above this is left out */
-    const lum_view *view; /**< what is out of it is left out; NULL: nothing */
-    uint32_t object;      /**< number of the last thing */
-    uint8_t thing;        /**< its class, a ::lum_thing */
+    float x;           /**< where the lot or the thing at hand begins */
+    float y;           /**< the middle of the street */
+    float z;           /**< the road */
+    float side;        /**< +1 left, -1 right */
+    double time_s;     /**< since the beginning of the drive */
+    float velocity[2]; /**< of what is added, along x and y; m/s */
+    bool is_turned;    /**< x and y above lie along y and -x of the scene */
+    float origin[2];   /**< where they begin there */
+    float low[2];      /**< what ends below this is left out */
+    float high[2];     /**< what begins above this is left out */
+    const lum_sight_view
+        *view;       /**< what is out of it is left out; NULL: nothing */
+    uint32_t object; /**< number of the last thing */
+    uint8_t thing;   /**< its class, a ::lum_thing */
 } lum_things;
 
 /** A moving value kept within [low, high) by turns around it. */

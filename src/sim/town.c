@@ -321,7 +321,7 @@ static void set_ground(const double at[3], lum_ground *out)
     }
 }
 
-void lum_town_lay_out(uint64_t seed, double time_s, const lum_view *view,
+void lum_town_lay_out(uint64_t seed, double time_s, const lum_sight_view *view,
                       lum_shape_list *out, lum_ground *ground)
 {
     const double *at = view->at;

@@ -25,7 +25,7 @@ bool lum_town_is_open(const double at[3], double margin_m);
 
 /** Lay out what can be seen. Parameters as lum_street_lay_out().
  * @param view what is outside may be left out. */
-void lum_town_lay_out(uint64_t seed, double time_s, const lum_view *view,
+void lum_town_lay_out(uint64_t seed, double time_s, const lum_sight_view *view,
                       lum_shape_list *out, lum_ground *ground);
 
 #endif

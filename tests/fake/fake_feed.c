@@ -319,7 +319,7 @@ void feed_look(struct feed *feed, struct feed_status *out)
     (void)pthread_mutex_unlock(&feed->lock);
 }
 
-void feed_marks(struct feed *feed, struct feed_marks *out)
+void feed_look_marks(struct feed *feed, struct feed_marks *out)
 {
     (void)feed;
     *out = (struct feed_marks){.count = 0};

@@ -343,7 +343,7 @@ static void what_a_capture_lacks_is_marked(void **state)
     v.options.play.paused = true;
     viewer_open(&v);
     const struct feed_status s = viewer_wait(&v, has_range, 0);
-    feed_marks(v.feed, &marks);
+    feed_look_marks(v.feed, &marks);
     assert_int_equal(s.marks, 1);
     assert_int_equal(marks.count, 1);
     assert_int_equal(marks.frames, 1);

@@ -232,7 +232,7 @@ void feed_look(struct feed *feed, struct feed_status *out)
     stage_end_look(&feed->stage);
 }
 
-void feed_marks(struct feed *feed, struct feed_marks *out)
+void feed_look_marks(struct feed *feed, struct feed_marks *out)
 {
     (void)stage_begin_look(&feed->stage);
     *out = feed->stage.marks;

@@ -121,7 +121,7 @@ struct feed_status {
                        source that can be read once */
     int64_t first_frame;
     int64_t last_frame;
-    unsigned marks; /* how often feed_marks() has changed */
+    unsigned marks; /* how often feed_look_marks() has changed */
     double speed;   /* capture */
     bool loops;     /* capture */
     struct feed_received received;
@@ -169,7 +169,7 @@ struct frame *feed_past(struct feed *feed, const struct feed_view *view,
                         int64_t number);
 
 void feed_look(struct feed *feed, struct feed_status *out);
-void feed_marks(struct feed *feed, struct feed_marks *out);
+void feed_look_marks(struct feed *feed, struct feed_marks *out);
 
 /* Mount and rotation of an eye, for the page to compute range and angles; those
  * of a rig's sensors are eyes 2 i and 2 i + 1, in the vehicle's frame. */

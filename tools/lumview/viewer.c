@@ -128,7 +128,7 @@ static void update(struct viewers *viewers, const struct feed_status *now,
                    int64_t now_ns, bool at_tick)
 {
     if (now->marks != viewers->status.feed.marks) {
-        feed_marks(viewers->feed, &viewers->status.marks);
+        feed_look_marks(viewers->feed, &viewers->status.marks);
     }
     status_update(&viewers->status, now, now_ns, at_tick);
 }

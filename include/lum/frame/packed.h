@@ -169,7 +169,7 @@ typedef struct lum_packed_part {
 } lum_packed_part;
 
 /** The messages of a frame, one behind the other. All bytes 0: none, and no
- * memory. */
+ * memory. It never grows. */
 typedef struct lum_packed {
     uint8_t *bytes; /**< of lum_packed_make(); to be given to
                          lum_packed_free() */

@@ -11,6 +11,7 @@ import { attachKeys } from "./keys.js";
 import { makeLayout } from "./layout.js";
 import { makeLegend } from "./legend.js";
 import { makeLight } from "./light.js";
+import { GONE, REFUSED } from "./link.js";
 import { hintOf, shortMoment } from "./moment.js";
 import { attachOpen } from "./open.js";
 import { makePace } from "./pace.js";
@@ -32,9 +33,6 @@ import { makeWorld } from "./world.js";
 
 const at = (id) => document.getElementById(id);
 const MOST_PIXELS = 4e7; // of a picture that is saved
-const GONE = "no connection: lumview has ended or cannot be reached; trying again";
-const REFUSED = "no connection: lumview was started again, and this page's token is no longer valid: open the URL that it "
-    + "printed; trying again";
 const LOST = "the system took the graphics card away from this page: the picture comes back when it is there again";
 const NO_EYES = ["blue", "green"].map((name) => ({ name, mount: [0, 0, 0], rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1] }));
 

@@ -1,5 +1,10 @@
 // The connection to lumview: it comes back by itself. Where a token is needed, the cookie has it.
 
+// What the page says while there is no connection.
+export const GONE = "no connection: lumview has ended or cannot be reached; trying again";
+export const REFUSED = "no connection: lumview was started again, and this page's token is no longer valid: open the URL that it "
+    + "printed; trying again";
+
 const WAIT_FIRST_MS = 500;
 const WAIT_MAX_MS = 5000;
 const SILENCE_MS = 5000; // a status comes twice a second
