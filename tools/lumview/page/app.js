@@ -5,13 +5,13 @@ import { makeBeside } from "./beside.js";
 import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
 import { chosenDomain, COLOURINGS, domainOf, nameSensors } from "./colouring.js";
-import { count, makeFilter, rangeOf } from "./filter.js";
+import { count, makeFilter, NO_EYES, rangeOf } from "./filter.js";
 import { makeFrames, viewOf } from "./frame.js";
 import { attachKeys } from "./keys.js";
 import { makeLayout } from "./layout.js";
 import { makeLegend } from "./legend.js";
 import { makeLight } from "./light.js";
-import { GONE, REFUSED } from "./link.js";
+import { GONE, LOST, REFUSED } from "./link.js";
 import { hintOf, shortMoment } from "./moment.js";
 import { attachOpen } from "./open.js";
 import { makePace } from "./pace.js";
@@ -33,8 +33,6 @@ import { makeWorld } from "./world.js";
 
 const at = (id) => document.getElementById(id);
 const MOST_PIXELS = 4e7; // of a picture that is saved
-const LOST = "the system took the graphics card away from this page: the picture comes back when it is there again";
-const NO_EYES = ["blue", "green"].map((name) => ({ name, mount: [0, 0, 0], rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1] }));
 
 // The cookie has the token; who sees the page or keeps its address has not.
 if (location.search !== "") {

@@ -7,6 +7,9 @@ export const CHOICES = Object.freeze({ plain: 0, selected: 1, out: 2 });
 
 const DEGREES = 180 / Math.PI;
 
+// Until it is known where they are.
+export const NO_EYES = ["blue", "green"].map((name) => ({ name, mount: [0, 0, 0], rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1] }));
+
 const orElse = (value, other) => (value === null ? other : value);
 
 export function limits(values) {

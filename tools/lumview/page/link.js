@@ -1,9 +1,10 @@
 // The connection to lumview: it comes back by itself. Where a token is needed, the cookie has it.
 
-// What the page says while there is no connection.
+// What the page says while it has no connection, or nothing to draw with.
 export const GONE = "no connection: lumview has ended or cannot be reached; trying again";
 export const REFUSED = "no connection: lumview was started again, and this page's token is no longer valid: open the URL that it "
     + "printed; trying again";
+export const LOST = "the system took the graphics card away from this page: the picture comes back when it is there again";
 
 const WAIT_FIRST_MS = 500;
 const WAIT_MAX_MS = 5000;
