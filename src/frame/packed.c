@@ -90,7 +90,7 @@ static size_t piece_bytes(const struct piece *piece, size_t parts)
 static struct piece cut_piece(const lum_packed_runs *runs, size_t begin,
                               size_t parts)
 {
-    struct piece piece = {.runs = runs->at + begin};
+    struct piece piece = {.runs = runs->count > 0 ? runs->at + begin : NULL};
     for (size_t i = begin; i < runs->count; i++) {
         const lum_packed_run *run = &runs->at[i];
         struct piece next = piece;

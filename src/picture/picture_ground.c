@@ -17,6 +17,9 @@ typedef struct map {
     float scale;  /* pixels a metre */
 } map;
 
+/* Farther away is no point of a sensor, and no pixel either. */
+#define RADIUS_MAX 1e5f
+
 typedef struct bounds {
     float x_min;
     float x_max;
@@ -45,7 +48,7 @@ static map make_map(const lum_dots *dots, lum_box box)
     static const double shares[2] = {0.0, 0.95};
     float limits[2];
     lum_dots_limits(dots, lum_dot_distance, shares, limits);
-    map m = {.box = box, .radius = fmaxf(limits[1], 2.0f)};
+    map m = {.box = box, .radius = fminf(fmaxf(limits[1], 2.0f), RADIUS_MAX)};
     const bounds b = find_bounds(dots, m.radius);
     const float margin = 0.03f * (b.x_max - b.x_min);
     m.scale = fminf((float)box.height / (b.x_max - b.x_min + 2.0f * margin),
@@ -96,7 +99,7 @@ static void find_top(const map *m, uint32_t *top, const lum_dots *dots,
 {
     for (uint32_t i = 0; i < dots->count; i++) {
         const lum_dot *dot = &dots->at[i];
-        if (lum_dot_distance(dot) > 2.0f * m->radius) {
+        if (!(lum_dot_distance(dot) <= 2.0f * m->radius)) {
             continue;
         }
         const int left = (int)floorf(across(m, dot->y)) - (side - 1) / 2;

@@ -362,8 +362,8 @@ const lum_demux *decoder_demux(const struct decoder *decoder)
 
 static struct feed_views wanted_views(const struct decoder *d)
 {
-    return d->options.makes_no_points ? (struct feed_views){.count = 0}
-                                      : stage_views(d->options.stage);
+    static const struct feed_views none = {.count = 0};
+    return d->options.makes_no_points ? none : stage_views(d->options.stage);
 }
 
 static bool is_second_new(const struct decoder *d)

@@ -66,6 +66,7 @@ int served_add(struct served *served, const char *path, const char *name,
         return refuse(error, name,
                       "is no array of NumPy, as numpy.save() writes it");
     }
+    served->memory[served->count] = bytes;
     served->files[served->count++] = (struct asset){
         .path = path,
         .type = "application/octet-stream",
@@ -88,6 +89,6 @@ const struct asset *served_find(const struct served *served, const char *path)
 void served_free(struct served *served)
 {
     while (served->count > 0) {
-        free((void *)(uintptr_t)served->files[--served->count].bytes);
+        free(served->memory[--served->count]);
     }
 }

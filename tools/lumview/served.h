@@ -9,7 +9,8 @@
 #define SERVED_MAX 2u
 
 struct served {
-    struct asset files[SERVED_MAX]; /* in memory */
+    struct asset files[SERVED_MAX];
+    char *memory[SERVED_MAX]; /* of each */
     size_t count;
 };
 
