@@ -8,25 +8,13 @@ import path from "node:path";
 import { aloneFacts } from "./facts_alone.mjs";
 import { launchFirefox } from "./firefox.mjs";
 import { launch } from "./page.mjs";
-import { run, stopAll } from "./tools.mjs";
+import { makeTally, run, stopAll } from "./tools.mjs";
 
 const BROWSERS = { chromium: launch, firefox: launchFirefox };
 const words = process.argv.slice(2);
 const facts = aloneFacts.filter(([name]) => words.length === 0 || words.some((word) => name.includes(word)));
 const chosen = (process.env.LUM_BROWSERS ?? "chromium firefox").split(" ");
-const tally = { passed: 0, failed: 0 };
-
-async function check(name, fact, context) {
-    const begun = performance.now();
-    try {
-        await fact(context);
-        tally.passed++;
-        console.log(`ok   ${name} (${((performance.now() - begun) / 1000).toFixed(1)} s)`);
-    } catch (error) {
-        tally.failed++;
-        console.log(`FAIL ${name}\n     ${error.stack.split("\n").slice(0, 8).join("\n     ")}`);
-    }
-}
+const { check, end } = makeTally();
 
 const top = mkdtempSync(path.join(tmpdir(), "lumview-alone-"));
 const capture = path.join(top, "street.pcap");
@@ -45,5 +33,4 @@ try {
     await stopAll();
     rmSync(top, { recursive: true });
 }
-console.log(`${tally.passed} passed, ${tally.failed} failed`);
-process.exitCode = tally.failed > 0 || tally.passed === 0 ? 1 : 0;
+end();

@@ -17,23 +17,11 @@ import { pointFacts } from "./facts_points.mjs";
 import { rigFacts } from "./facts_rig.mjs";
 import { truthFacts } from "./facts_truth.mjs";
 import { drawn, launch, open, probe, showPanel, until } from "./page.mjs";
-import { run, stop, stopAll, view } from "./tools.mjs";
+import { makeTally, run, stop, stopAll, view } from "./tools.mjs";
 
 const words = process.argv.slice(2);
 const isWanted = ([name]) => words.length === 0 || words.some((word) => name.includes(word));
-const tally = { passed: 0, failed: 0 };
-
-async function check([name, fact], context) {
-    const begun = performance.now();
-    try {
-        await fact(context);
-        tally.passed++;
-        console.log(`ok   ${name} (${((performance.now() - begun) / 1000).toFixed(1)} s)`);
-    } catch (error) {
-        tally.failed++;
-        console.log(`FAIL ${name}\n     ${error.stack.split("\n").slice(0, 8).join("\n     ")}`);
-    }
-}
+const { check, end } = makeTally();
 
 // The page as it was when it was opened, on the first frame.
 async function refresh(page) {
@@ -61,13 +49,13 @@ async function captureFacts(context) {
     }
     const server = await view("--paused", context.capture);
     const opens = async () => (context.page = await open(context.browser, server.url));
-    await check(["the page opens and gets a frame", opens], context);
+    await check("the page opens and gets a frame", opens, context);
     if (!context.page) {
         return;
     }
     for (const fact of facts) {
         await refresh(context.page).catch((error) => console.log(`     not refreshed: ${error.message}`));
-        await check(fact, context);
+        await check(...fact, context);
     }
     await context.page.close();
     await stop(server.child);
@@ -79,7 +67,7 @@ run("lumsim", "-q", "-o", context.capture, "--frames", 10);
 try {
     await captureFacts(context);
     for (const fact of [...addressFacts, ...besideFacts, ...rigFacts, ...pictureFactsAlone, ...truthFacts, ...linkFacts].filter(isWanted)) {
-        await check(fact, context);
+        await check(...fact, context);
         await Promise.all(context.browser.contexts().map((one) => one.close()));
         await stopAll();
     }
@@ -88,5 +76,4 @@ try {
     await stopAll();
     rmSync(folder, { recursive: true });
 }
-console.log(`${tally.passed} passed, ${tally.failed} failed`);
-process.exitCode = tally.failed > 0 || tally.passed === 0 ? 1 : 0;
+end();

@@ -74,3 +74,26 @@ export function sim(...args) {
 export async function stopAll() {
     await Promise.all([...started].map((child) => stop(child, "SIGKILL")));
 }
+
+// Facts, one after the other: what became of each is told at once, and of all at the end.
+export function makeTally() {
+    const tally = { passed: 0, failed: 0 };
+    return {
+        async check(name, fact, context) {
+            const begun = performance.now();
+            try {
+                await fact(context);
+                tally.passed++;
+                console.log(`ok   ${name} (${((performance.now() - begun) / 1000).toFixed(1)} s)`);
+            } catch (error) {
+                tally.failed++;
+                console.log(`FAIL ${name}\n     ${error.stack.split("\n").slice(0, 8).join("\n     ")}`);
+            }
+        },
+        // Without any fact nothing was shown.
+        end() {
+            console.log(`${tally.passed} passed, ${tally.failed} failed`);
+            process.exitCode = tally.failed > 0 || tally.passed === 0 ? 1 : 0;
+        },
+    };
+}

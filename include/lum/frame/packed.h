@@ -78,7 +78,10 @@
  *
  * The pixels of a run are bits, from the lowest bit of a byte to the highest.
  * Each 0 goes on by one pixel, each 1 is a point in the present pixel; what
- * remains of the last point's byte is 0. */
+ * remains of the last point's byte is 0.
+ *
+ * All functions only read what they are given and write the caller's memory;
+ * any thread. */
 #ifndef LUM_FRAME_PACKED_H
 #define LUM_FRAME_PACKED_H
 
