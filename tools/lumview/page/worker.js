@@ -49,16 +49,16 @@ function sliceReader(file) {
 
 const memoryReader = (bytes) => (offset, length) => bytes.subarray(offset, offset + length);
 
-// What it holds as the engine reads it.
+// What it holds as the engine reads it. A File has functions of the same names.
 function asFile(one) {
+    if (one instanceof Blob) {
+        return { size: one.size, read: sliceReader(one) };
+    }
     if (typeof one.text === "string") {
         return asFile({ bytes: new TextEncoder().encode(one.text) });
     }
-    if (one.bytes) {
-        const bytes = new Uint8Array(one.bytes);
-        return { size: bytes.length, read: memoryReader(bytes) };
-    }
-    return { size: one.size, read: sliceReader(one) };
+    const bytes = new Uint8Array(one.bytes);
+    return { size: bytes.length, read: memoryReader(bytes) };
 }
 
 // A name that no file has yet; "-" would be standard input.
