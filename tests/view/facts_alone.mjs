@@ -48,9 +48,10 @@ async function openFiles(context, files, frame = 1) {
     return page;
 }
 
+// A step stops it also where it has come to the end; from there a seek alone would play on.
 async function goTo(page, frame) {
-    await pause(page);
-    await until(page, () => window.lumview.status().state !== "playing");
+    await page.keyboard.press(",");
+    await until(page, () => window.lumview.status().state === "paused");
     await page.evaluate((number) => {
         const scrub = document.getElementById("scrub");
         scrub.value = number;
