@@ -44,7 +44,7 @@ async function hung({ browser, capture }) {
     await until(page, (n) => window.lumview.shown > n, shown);
 }
 
-// Pauses, and how many frame messages came until the newest was shown.
+// Pauses, and how many frames came until the newest was shown.
 async function behind(page) {
     const before = await probe(page, "received");
     await page.keyboard.press(" ");
@@ -64,7 +64,6 @@ async function throttled({ browser, capture }) {
     await until(page, (n) => window.lumview.status().frames > n + 50 && window.lumview.status().skipped > 0, frames);
     const waiting = await behind(page);
     assert.ok(waiting < 20, `${waiting} frames waited`);
-    assert.ok((await probe(page, "shown")) <= (await probe(page, "received")));
 }
 
 async function frozen({ browser, capture }) {

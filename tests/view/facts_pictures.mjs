@@ -4,12 +4,11 @@ import { readFileSync } from "node:fs";
 import path from "node:path";
 import { fillIndex, findPixels, makeImage, makeSight, NONE, TYPICAL } from "../../tools/lumview/page/image.js";
 import { eigen, numbersOf } from "../../tools/lumview/page/plane.js";
-import { choose, counts, drawn, open, openPoint, pixels, probe, settings, shoot, until } from "./page.mjs";
+import { choose, counts, drawn, open, openPoint, pixels, positions, probe, settings, shoot, showPanel, until } from "./page.mjs";
 import { compare } from "./png.mjs";
-import { dump, run, view } from "./tools.mjs";
+import { dump, EXACT, roundings, run, view } from "./tools.mjs";
 
 const FRAME = ["--frames", "1:1"];
-const EXACT = 2e-4; // metres: lumdump's last digit, and a little
 const EDGE = 0.001; // share of points that may lie at the edge of a box or a pixel
 
 const close = (a, b, within, what) => assert.ok(Math.abs(a - b) <= within, `${what}: ${a} is not ${b}`);
@@ -50,7 +49,7 @@ function planes() {
     }
 }
 
-async function showStrip(page) {
+export async function showStrip(page) {
     if (!await page.locator("#strip").isVisible()) {
         await page.locator("#canvas").focus();
         await page.keyboard.press("j");
@@ -68,19 +67,47 @@ export function exactPoints(capture, folder, ...args) {
     return readPly(readFileSync(file)).rows;
 }
 
-export function pixelsOf(image, points) {
-    const xyz = Float32Array.from(points.flatMap(({ x, y, z }) => [x, y, z]));
-    return findPixels(image, xyz, [0, points.length], makeSight(), () => true);
+const pixelsOf = (image, xyz) => findPixels(image, xyz, [0, xyz.length / 3], makeSight(), () => true);
+
+// The page's coordinates, which are lumdump's but for the step.
+async function roundedPoints(page, points) {
+    const { step, xyz } = await positions(page);
+    assert.equal(xyz.length, 3 * points.length);
+    const most = roundings(step).coordinate;
+    const away = points.filter(({ x, y, z }, i) => [x, y, z].some((v, k) => Math.abs(xyz[3 * i + k] - v) > most)).length;
+    assert.equal(away, 0, `${away} of ${points.length} points are elsewhere`);
+    return xyz;
 }
 
-// Each pixel shows the nearest of lumdump's points that lie in it.
+// Where points lie that are rounded by so much: all pixels that one may be in, and those that have one surely.
+export function pixelsAround(image, points, most) {
+    const [possible, sure] = [new Set(), new Set()];
+    const signs = [-most, most];
+    for (const { x, y, z } of points) {
+        const corners = signs.flatMap((a) => signs.flatMap((b) => signs.map((c) => image.pixelOf(...[x + a, y + b, z + c].map(Math.fround)))));
+        const inside = corners.filter((pixel) => pixel !== NONE);
+        const rows = inside.map((pixel) => Math.floor(pixel / image.columns));
+        const columns = inside.map((pixel) => pixel % image.columns);
+        for (let row = Math.min(...rows); row <= Math.max(...rows); row++) {
+            for (let column = Math.min(...columns); column <= Math.max(...columns); column++) {
+                possible.add(row * image.columns + column);
+            }
+        }
+        if (corners[0] !== NONE && corners.every((pixel) => pixel === corners[0])) {
+            sure.add(corners[0]);
+        }
+    }
+    return { possible, sure };
+}
+
+// Each pixel shows the nearest of the points that lie in it.
 async function showsNearest({ page, capture, folder }) {
     await showStrip(page);
     const { rows, columns, index } = await probe(page, "strip");
     assert.deepEqual([rows, columns], [64, 1600]);
     const points = exactPoints(capture, folder);
     const image = makeImage(TYPICAL, 64);
-    const expected = fillIndex(new Int32Array(rows * columns), pixelsOf(image, points), 0, () => true);
+    const expected = fillIndex(new Int32Array(rows * columns), pixelsOf(image, await roundedPoints(page, points)), 0, () => true);
     const other = index.filter((i, k) => i !== expected[k]).length;
     assert.equal(other, 0, `${other} of ${index.length} pixels show another point`);
     assert.ok(index.filter((i) => i >= 0).length > 0.8 * index.length);
@@ -138,6 +165,7 @@ async function linkedPixel(page) {
 async function hoversAndPicks({ page, capture }) {
     await showStrip(page);
     const rows = framePoints(capture);
+    const most = roundings((await positions(page)).step).coordinate;
     const pixel = await linkedPixel(page);
     const { index } = await probe(page, "strip");
     const at = await placeOnStrip(page, pixel);
@@ -151,7 +179,7 @@ async function hoversAndPicks({ page, capture }) {
     assert.ok(Math.hypot(ring.x - canvasAt.x - there.x, ring.y - canvasAt.y - there.y) < 3, "the mark in the cloud is elsewhere");
     await page.mouse.click(at.x, at.y);
     const picked = await probe(page, "picked");
-    assert.ok(["x", "y", "z"].every((name, k) => rows.some((row) => row.line === picked.line && row.pixel === picked.pixel && Math.abs(row[name] - picked.position[k]) < EXACT)));
+    assert.ok(["x", "y", "z"].every((name, k) => rows.some((row) => row.line === picked.line && row.pixel === picked.pixel && Math.abs(row[name] - picked.position[k]) < most)));
     const mark = await placeOfMark(page, "strip-pick");
     assert.ok(Math.hypot(mark.x - at.x, mark.y - at.y) < 6, "the mark is elsewhere");
     // From the cloud.
@@ -343,13 +371,16 @@ function readPly(bytes) {
     return { head, rows };
 }
 
-// Points as lumdump has them, but for the timestamp.
-function assertRows(rows, wanted) {
+// Points as lumdump has them, but for the timestamp, and with coordinates that are rounded to a step.
+function assertRows(rows, wanted, step) {
     assert.equal(rows.length, wanted.length);
-    const limits = { x: EXACT, y: EXACT, z: EXACT, range: EXACT, azimuth: 2e-3, elevation: 2e-3, pulse_width: 0.006 };
     const names = Object.keys(wanted[0]).filter((name) => name !== "timestamp");
     assert.deepEqual(Object.keys(rows[0]).sort(), names.sort());
-    rows.forEach((row, i) => names.forEach((name) => close(row[name], wanted[i][name], limits[name] ?? 0, `${name} of point ${i}`)));
+    rows.forEach((row, i) => {
+        const { coordinate: most, ...others } = roundings(step, wanted[i]);
+        const limits = { x: most, y: most, z: most, pulse_width: 0.006, ...others };
+        names.forEach((name) => close(row[name], wanted[i][name], limits[name] ?? 0, `${name} of point ${i}`));
+    });
 }
 
 async function saves({ page, capture }) {
@@ -358,7 +389,8 @@ async function saves({ page, capture }) {
     await page.keyboard.press("h");
     const all = await download(page, "save-csv");
     assert.equal(all.name, "lumview-1.csv");
-    assertRows(readCsv(all.bytes), rows);
+    const { step } = await positions(page);
+    assertRows(readCsv(all.bytes), rows, step);
     await page.keyboard.press("h");
     await page.locator("#canvas").focus();
     await page.keyboard.press("w");
@@ -369,9 +401,9 @@ async function saves({ page, capture }) {
     const csv = readCsv((await download(page, "selection-csv")).bytes);
     assert.equal(csv.length, count);
     const ply = readPly((await download(page, "selection-ply")).bytes);
-    assertRows(ply.rows, csv);
+    assertRows(ply.rows, csv, 0);
     assert.ok(ply.head.some((line) => line.includes("street.pcap")) && ply.head.includes("comment frame 1"), ply.head.join("\n"));
-    assert.ok(ply.head.some((line) => /^comment coordinates are (not rounded|rounded to steps of \S+ mm)$/.test(line)));
+    assert.ok(ply.head.includes(`comment coordinates are rounded to steps of ${(1000 * step).toPrecision(3)} mm`), ply.head.join("\n"));
 }
 
 async function keyboardSelects({ page }) {
@@ -432,6 +464,10 @@ async function keysAreOnce({ page }) {
 
 // The cloud comes first: on a small page the strip is folded, and it never takes more than a part.
 async function folds({ page }) {
+    const usual = page.viewportSize();
+    await page.setViewportSize({ width: 800, height: 500 });
+    await showPanel(page);
+    await drawn(page);
     assert.ok(!await page.locator("#strip").isVisible());
     assert.equal((await settings(page)).strip, null);
     const { height } = await page.locator("#canvas").boundingBox();
@@ -442,12 +478,12 @@ async function folds({ page }) {
     await page.locator("#strip-close").click();
     await drawn(page);
     assert.equal((await page.locator("#canvas").boundingBox()).height, height);
-    const usual = page.viewportSize();
     await page.keyboard.press("z");
     await page.setViewportSize({ width: 1280, height: 800 });
     await page.locator("#strip").waitFor({ state: "visible" });
-    await page.setViewportSize(usual);
+    await page.setViewportSize({ width: 800, height: 500 });
     await page.locator("#strip").waitFor({ state: "hidden" });
+    await page.setViewportSize(usual);
 }
 
 // A sensor of more lines has more rows; a line more than they can be is none.
@@ -459,7 +495,7 @@ async function rowsFollowLines({ browser, folder }) {
     const { rows, index } = await probe(page, "strip");
     assert.equal(rows, 640);
     const points = exactPoints(capture, folder);
-    assert.deepEqual(index, [...fillIndex(new Int32Array(index.length), pixelsOf(makeImage(TYPICAL, 640), points), 0, () => true)]);
+    assert.deepEqual(index, [...fillIndex(new Int32Array(index.length), pixelsOf(makeImage(TYPICAL, 640), await roundedPoints(page, points)), 0, () => true)]);
     assert.deepEqual(page.complaints, []);
 }
 

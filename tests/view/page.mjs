@@ -63,6 +63,8 @@ export const probe = (page, what) => page.evaluate((name) => {
 }, what);
 
 export const counts = (page) => probe(page, "counts");
+// { step, xyz }: to what the coordinates of the newest frame are rounded, metres, and those of all its points.
+export const positions = (page) => probe(page, "positions");
 export const settings = (page) => probe(page, "settings");
 export const camera = (page) => probe(page, "camera");
 

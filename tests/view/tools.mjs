@@ -20,6 +20,15 @@ export function dump(source, ...args) {
     return rows.map((row) => Object.fromEntries(row.split(",").map((v, i) => [names[i], Number(v)])));
 }
 
+export const EXACT = 2e-4; // metres: the last digit of what lumdump writes, and a little
+
+// How far from a point of lumdump's the page's may be, whose coordinates are rounded to steps.
+export function roundings(step, { range = 1, elevation = 0 } = {}) {
+    const away = (Math.sqrt(3) * step) / 2;
+    const degrees = (Math.asin(Math.min(1, away / range)) * 180) / Math.PI + 1e-4;
+    return { coordinate: step / 2 + EXACT, range: away + EXACT, azimuth: degrees / Math.cos((elevation * Math.PI) / 180), elevation: degrees };
+}
+
 function start(tool, args, environment = {}) {
     const child = spawn(path.join(BIN, tool), args.map(String), {
         stdio: ["ignore", "pipe", "pipe"],

@@ -235,7 +235,7 @@ function takeFrame(frame) {
 function receive(buffer) {
     try {
         for (const frame of unpack(buffer)) {
-            tally.received++;
+            tally.received += frame.isNew;
             takeFrame(frame);
         }
     } catch (error) {
@@ -254,9 +254,7 @@ function isLit() {
     return values.edl === "auto" ? !(pace.isSlow && isMoving()) : values.edl === "on";
 }
 
-function countPoints() {
-    return cloud.slots.reduce((n, slot) => n + slot.size, 0);
-}
+const countPoints = () => cloud.slots.reduce((n, slot) => n + slot.size, 0);
 
 function isMoving() {
     return camera.dragged || pace.isMoving(performance.now());
@@ -581,6 +579,7 @@ exposeProbe({
     selection: () => () => structuredClone(pictures.selection.numbers()),
     strip: () => pictures.strip.probe,
     place: () => placeOf,
+    positions: () => () => ({ step: cloud.newest.step, xyz: cloud.newest.points.xyz.slice(0, 3 * cloud.newest.size) }),
     beside: () => () => ({ labels: [...COLOURINGS.label.labels], truth: beside.shown }),
     memory: () => () => ({ ...renderer.info.memory, programs: renderer.info.programs.length }),
 });

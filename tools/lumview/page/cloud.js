@@ -168,8 +168,8 @@ function fill(slot, frame) {
     slot.lines = frame.lines;
     slot.number = frame.number;
     slot.share = frame.share;
+    slot.step = frame.step;
     slot.shown = frame.shown;
-    slot.lines = frame.lines;
     slot.began = frame.began;
     slot.clock = frame.clock;
     slot.isMoved = false;

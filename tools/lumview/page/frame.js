@@ -77,6 +77,7 @@ function beginFrame(head) {
         complete: head.getFloat64(56, true),
         step: head.getFloat32(76, true), // to which coordinates are rounded, or less
         share: 1, // of its points that have come
+        isNew: true, // no part of it was shown before
         parts: partsOf(head),
         ...makeArrays(count),
     };
@@ -195,7 +196,9 @@ export function makeFrames(clock = () => performance.now()) {
     function show() {
         coming.next = 2 * Math.max(coming.next, share());
         coming.isShown = true;
-        return partOf(coming.frame, coming.runs);
+        const part = partOf(coming.frame, coming.runs);
+        coming.frame.isNew = false;
+        return part;
     }
 
     // One that was not whole is not completed any more.

@@ -59,6 +59,7 @@ export function describe({ slot, index: i }, eyes) {
     const part = parts.find(({ sensor }) => sensor === p.sensor[i]);
     return {
         position,
+        step: slot.step,
         ...directionOf([0, 1, 2].map((k) => measured[3 * i + k]), eye),
         sensor: eye.sensor ?? null,
         sensorFrame: part?.number ?? null,
@@ -81,6 +82,7 @@ const ROWS = [
     ["sensor", (p) => p.sensor],
     ["its frame", (p) => p.sensorFrame],
     ["x y z", (p) => coordinates(p.position)],
+    ["each within", (p) => `${(500 * p.step).toFixed(2)} mm`],
     ["range", (p) => `${p.range.toFixed(3)} m`],
     ["azimuth", (p) => `${p.azimuth.toFixed(3)}°`],
     ["elevation", (p) => `${p.elevation.toFixed(3)}°`],

@@ -6,8 +6,8 @@
 // began          { utc, kind, error }: when that frame began, seconds; kind is "fitted" or
 //                "arrival"; null: not known
 // smooth         window of its smoothing
-// shown          frame messages that became a picture
-// received       frame messages that came
+// shown          pictures that frames became; one that comes slowly becomes several
+// received       frames that came, whole or in part
 // pictures       pictures drawn
 // points         points in the frames shown, before any filter
 // sides          those by the first profile, and by the second
@@ -28,6 +28,8 @@
 // strip()        { rows, columns, frame, index }: the pictures beside the cloud, the
 //                point of each pixel; null: they are not shown
 // place(i)       { x, y, depth, visible, range } of point i of the newest frame on the page
+// positions()    { step, xyz } of the newest frame: to which step its coordinates are
+//                rounded at most, and the coordinates of all its points
 // beside()       { labels, truth }: the names of labels, how many true points are shown
 // memory()       { geometries, textures, programs } of the graphics card
 export function exposeProbe(parts) {
