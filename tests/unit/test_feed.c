@@ -390,6 +390,7 @@ static void the_first_and_the_last_frame_become_known(void **state)
     const struct feed_status s = viewer_wait(&v, has_range, 0);
     assert_int_equal(s.first_frame, 1);
     assert_int_equal(s.last_frame, FRAMES);
+    assert_true(s.scanned >= 1);
     close_well(&v);
 }
 

@@ -121,6 +121,8 @@ struct feed_status {
                        source that can be read once */
     int64_t first_frame;
     int64_t last_frame;
+    double scanned; /* share of a capture's files that was looked through for
+                       them, 0 .. 1; 0 for one that can be read only once */
     unsigned marks; /* how often feed_look_marks() has changed */
     double speed;   /* capture */
     bool loops;     /* capture */

@@ -174,8 +174,19 @@ static void note_range(struct scan *s)
     stage_set_range(s->options.stage, first, last);
 }
 
+static void note_progress(struct scan *s)
+{
+    uint64_t done = 0;
+    uint64_t total = 0;
+    lum_capture_progress(s->capture, &done, &total);
+    if (total > 0) {
+        stage_set_scanned(s->options.stage, (double)done / (double)total);
+    }
+}
+
 static void end_all(struct scan *s, bool is_whole)
 {
+    stage_set_scanned(s->options.stage, 1);
     if (is_whole && push(s, NULL)) {
         note_range(s);
         captures_tell(s->captures, s->capture, decoder_demux(s->decoder),
@@ -205,6 +216,8 @@ bool scan_step(struct scan *scan)
         begin_all(scan);
     } else if (status <= 0) {
         end_all(scan, status == 0);
+    } else if (scan->phase == PHASE_READING) {
+        note_progress(scan);
     }
     return scan->phase != PHASE_OVER;
 }

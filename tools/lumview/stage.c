@@ -326,6 +326,13 @@ void stage_set_range(struct stage *stage, int64_t first, int64_t last)
     unlock_and_wake(stage, true);
 }
 
+void stage_set_scanned(struct stage *stage, double share)
+{
+    lock(stage);
+    stage->status.scanned = share;
+    unlock(stage);
+}
+
 void stage_set_totals(struct stage *stage, const struct totals *totals)
 {
     lock(stage);

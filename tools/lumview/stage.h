@@ -98,6 +98,7 @@ void stage_mark(struct stage *stage, int64_t frame,
                 const struct feed_loss *loss);
 
 void stage_set_range(struct stage *stage, int64_t first, int64_t last);
+void stage_set_scanned(struct stage *stage, double share);
 void stage_set_totals(struct stage *stage, const struct totals *totals);
 
 /* Live: these packets count, and not those of the totals. */

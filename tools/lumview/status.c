@@ -391,6 +391,7 @@ static void write_place(struct json *json, const struct feed_status *f)
         json_null(json, "first_frame");
         json_null(json, "last_frame");
     }
+    json_real(json, "scanned", f->scanned, 3);
     json_real(json, "speed", f->speed, 6);
     json_bool(json, "loop", f->loops);
 }

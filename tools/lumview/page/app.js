@@ -425,7 +425,6 @@ const link = makeSource({
     },
     opening: startAnew,
     inferred: (found) => opener.inferred(found),
-    progress: (share) => showState(`reading, ${Math.round(100 * share)} %`, "waiting"),
     down(seconds, isRefused) {
         showBanner(`${isRefused ? REFUSED : GONE} in ${seconds.toFixed(1)} s`);
         showState("no connection", "gone");

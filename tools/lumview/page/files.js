@@ -35,7 +35,6 @@ export function makeFiles(on, unpack) {
         },
         failed: fail,
         inferred: on.inferred,
-        progress: on.progress,
     };
 
     function listen(mine) {

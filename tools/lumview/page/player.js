@@ -26,9 +26,10 @@ export function makePlayer(send, held) {
         speed.value = text;
     }
 
-    function showRange({ first_frame: first, last_frame: last, frame }) {
+    function showRange({ first_frame: first, last_frame: last, frame, scanned }) {
         scrub.disabled = first === null || last === null;
-        out.textContent = last === null ? `frame ${frame}` : `${frame} / ${last}`;
+        const read = scanned > 0 ? `, ${Math.floor(100 * scanned)} % read` : "";
+        out.textContent = last === null ? `frame ${frame}${read}` : `${frame} / ${last}`;
         if (scrub.disabled || performance.now() < scrubbing) {
             return;
         }

@@ -20,7 +20,7 @@ function openEmbedded(source, { captures, options }) {
     source.open({ captures: files, ...options });
 }
 
-// on: that of makeLink(), and failed(sentence), inferred({ yaml, sentence }), progress(share), opening(files)
+// on: that of makeLink(), and failed(sentence), inferred({ yaml, sentence }), opening(files)
 export function makeSource(on) {
     const unpack = globalThis.lumviewPacked;
     const data = embeddedData();
