@@ -136,6 +136,8 @@ def others(path: str) -> Iterator[object]:
     made: str = lumsdk.simulate(frames=2)  # wrong: bytes: assignment
     yield lumsdk.infer(path, sensor=5)  # wrong: no address: arg-type
     yield lumsdk.infer(path).layout  # wrong: an unknown attribute: attr-defined
+    yield lumsdk.view(path, colour="range")  # wrong: an option of pictures: call-arg
+    yield lumsdk.view(path, height="300")  # wrong: a number as a text: arg-type
     yield lumsdk.Calibration(5)  # wrong: no calibration: arg-type
     yield lumsdk.Profile()[5]  # wrong: a key as a number: index
     yield ray.read_captures(path, rows="lines")  # wrong: no such rows: arg-type

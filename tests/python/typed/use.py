@@ -116,6 +116,15 @@ def files(source: lumsdk.Source, frame: lumsdk.Frame) -> int:
     return lumsdk.convert(frame, "%04d.bin")["points"]
 
 
+def views(source: lumsdk.Source, frame: lumsdk.Frame) -> None:
+    assert_type(lumsdk.view("drive.pcap", profile="profile.yaml", browser=False), lumsdk.View)
+    assert_type(lumsdk.view(source[:2], height=300), lumsdk.View)
+    lumsdk.view(lumsdk.sync(source))
+    lumsdk.view([frame.xyz, frame.xyz], calibration={"tof_lsb_ps": 12.9})
+    lumsdk.view(frame.xyz).save(pathlib.Path("a.html"))
+    assert_type(lumsdk.view(frame).path, Optional[str])
+
+
 def live() -> None:
     with lumsdk.SimulatedSensor(lines=64) as simulated, lumsdk.Sensor(simulated.address, set={"tof_lsb_ps": 12.9}) as sensor:
         assert_type(sensor.threshold("blue", 50), lumsdk.Answer)

@@ -77,7 +77,7 @@ export function makeAddress(describe, take) {
     function write() {
         timer = 0;
         const hash = formatAddress(describe());
-        if (hash !== location.hash) {
+        if (hash !== location.hash && location.protocol !== "about:") { // a page in a cell of a notebook has no address
             history.replaceState(history.state, "", location.pathname + location.search + hash);
         }
         keep(hash);

@@ -4,6 +4,8 @@ import { nameLabels } from "./colouring.js";
 import { parseNpy } from "./npy.js";
 import { returnOf } from "./filter.js";
 import { EYE_BIT } from "./frame.js";
+import { DEFAULTS } from "./settings.js";
+import { bytesOf } from "./source.js";
 
 const KEYS = ["frame", "line", "eye", "pixel", "return_number"]; // of a point, in the order of lumdump's names
 const LABELS = ["label", "class", "object"]; // the first of these columns that there is
@@ -69,6 +71,22 @@ function makeLabels(table) {
                 const isThere = place < span[1] && keys[order[place]] === key;
                 out[i] = isThere ? small[order[place]] : 0;
                 place += isThere ? 1 : 0;
+            }
+        },
+    };
+}
+
+// Those of frames that are in the page: { names, frames: [[number, base64 of a small number a point], ...] }.
+function embeddedLabels({ names, frames }) {
+    const small = new Map(frames.map(([number, base64]) => [number, new Uint8Array(bytesOf(base64))]));
+    return {
+        names,
+        of({ number, size }, out) {
+            const found = small.get(number);
+            if (found?.length === size) {
+                out.set(found);
+            } else {
+                out.fill(0, 0, size); // a part of the frame
             }
         },
     };
@@ -198,6 +216,11 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
         },
         // The greeting of lumview names what it serves.
         greet(hello) {
+            if (hello.labels?.frames) {
+                takeLabels(embeddedLabels(hello.labels));
+                settings.set(settings.values.colour === DEFAULTS.colour ? { colour: "label" } : {});
+                return;
+            }
             if (!hello.labels && !cloud.isLabelled) {
                 takeLabels(null);
             }

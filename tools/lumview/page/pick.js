@@ -57,6 +57,7 @@ export function describe({ slot, index: i }, eyes) {
     const position = [p.xyz[3 * i], p.xyz[3 * i + 1], p.xyz[3 * i + 2]];
     const eye = eyeOf(p, i, eyes);
     const part = parts.find(({ sensor }) => sensor === p.sensor[i]);
+    const known = (what, value) => (eye.lacks?.includes(what) ? null : value); // frames of a program need not have all
     return {
         position,
         step: slot.step,
@@ -64,11 +65,11 @@ export function describe({ slot, index: i }, eyes) {
         sensor: eye.sensor ?? null,
         sensorFrame: part?.number ?? null,
         eye: eye.name,
-        line: p.line[i],
-        pixel: p.pixel[i],
-        returnNumber: returnOf(p, i),
+        line: known("line", p.line[i]),
+        pixel: known("line", p.pixel[i]),
+        returnNumber: known("return", returnOf(p, i)),
         returns: flags >> 2,
-        edge: flags & RISING_BIT ? "rising" : "falling",
+        edge: known("edge", flags & RISING_BIT ? "rising" : "falling"),
         pulse: p.pulse[i] * 0.01,
         label: labelOf(p, i),
         frame: number,
@@ -87,8 +88,8 @@ const ROWS = [
     ["azimuth", (p) => `${p.azimuth.toFixed(3)}°`],
     ["elevation", (p) => `${p.elevation.toFixed(3)}°`],
     ["eye", (p) => p.eye],
-    ["line, pixel", (p) => `${p.line}, ${p.pixel}`],
-    ["return", (p) => `${p.returnNumber} of ${p.returns}`],
+    ["line, pixel", (p) => p.line !== null && `${p.line}, ${p.pixel}`],
+    ["return", (p) => p.returnNumber !== null && `${p.returnNumber} of ${p.returns}`],
     ["edge", (p) => p.edge],
     ["pulse width", (p) => (p.pulse > 0 ? `${p.pulse.toFixed(2)} ns` : "unknown")],
     ["label", (p) => p.label],
@@ -111,7 +112,7 @@ const MEASURE_ROWS = [
 ];
 
 function fillList(list, rows, of) {
-    const shown = (of ? rows : []).map(([name, text]) => [name, text(of)]).filter(([, text]) => text !== null);
+    const shown = (of ? rows : []).map(([name, text]) => [name, text(of)]).filter(([, text]) => text !== null && text !== false);
     list.replaceChildren(...shown.flatMap((texts) => ["dt", "dd"].map((kind, i) => {
         const item = document.createElement(kind);
         item.textContent = texts[i];

@@ -7,7 +7,14 @@ import { makeLink } from "./link.js";
 import { attachLicenses } from "./open.js";
 import { makeReel } from "./reel.js";
 
-export const bytesOf = (base64) => Uint8Array.from(atob(base64), (character) => character.charCodeAt(0)).buffer;
+export function bytesOf(base64) {
+    const text = atob(base64);
+    const bytes = new Uint8Array(text.length);
+    for (let i = 0; i < text.length; i++) {
+        bytes[i] = text.charCodeAt(i);
+    }
+    return bytes.buffer;
+}
 
 // What a program has written into lumview.html: captures or frames; null: nothing.
 function embeddedData() {

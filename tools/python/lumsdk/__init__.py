@@ -29,20 +29,21 @@ if TYPE_CHECKING:
     from ._simulate import SimulatedSensor, simulate
     from ._sync import FrameSet, sync
     from ._types import Column, OwnColumn
+    from ._view import View, view
     from ._write import Line, Written, write_capture
 
 __all__ = ["COLUMNS", "Answer", "Calibration", "CaptureError", "CaptureWarning", "Clock", "ClosedError", "Column", "Error",
            "Finding", "Frame", "FrameSet", "HazardError", "Inference", "LaserError", "Line", "OptionError", "OwnColumn", "Poses",
            "Profile", "Projection", "Rig", "RigSensor", "Sensor", "SensorError", "SensorWarning", "SimulatedSensor",
-           "Source", "Status", "UnknownKeyError", "Written", "__version__", "convert", "infer", "open", "simulate", "sync",
-           "write_capture"]
+           "Source", "Status", "UnknownKeyError", "View", "Written", "__version__", "convert", "infer", "open", "simulate", "sync",
+           "view", "write_capture"]
 
 # What few programs need is imported when it is asked for.
 _LATER = {"Answer": "_session", "Clock": "_session", "Column": "_types", "Finding": "_infer", "FrameSet": "_sync",
           "Inference": "_infer", "Line": "_write", "OwnColumn": "_types", "Poses": "_poses", "Projection": "_project",
           "Rig": "_rig", "RigSensor": "_rig", "Sensor": "_sensor", "SimulatedSensor": "_simulate", "Status": "_session",
-          "Written": "_write", "convert": "_convert", "infer": "_infer", "simulate": "_simulate", "sync": "_sync",
-          "write_capture": "_write"}
+          "View": "_view", "Written": "_write", "convert": "_convert", "infer": "_infer", "simulate": "_simulate",
+          "sync": "_sync", "view": "_view", "write_capture": "_write"}
 
 
 if not TYPE_CHECKING:  # it would take every name for one that there is

@@ -1,0 +1,228 @@
+"""view(): the page, and what is in it for its script, which tests/view has in a browser."""
+import base64
+import html
+import io
+import json
+import os
+import pathlib
+import re
+import stat
+import struct
+import sys
+import types
+
+import lumsdk
+import numpy as np
+import pytest
+from lumsdk import _view
+
+pytestmark = pytest.mark.skipif(not pathlib.Path(_view.__file__).with_name("lumview.html").exists(), reason="built without lumview.html")
+
+
+@pytest.fixture(scope="module")
+def frame(capture):
+    return next(iter(lumsdk.open(capture, columns="all")))
+
+
+def data_of(view):
+    file = io.BytesIO()
+    view._write(file)
+    return json.loads(re.search(rb'<script type="application/json" id="lumview-data">(.*?)</script>', file.getvalue())[1])
+
+
+def shown(given, **options):
+    return data_of(lumsdk.view(given, browser=False, **options))
+
+
+def heads(message):
+    """Of each piece: the frame's number and points, and the points of the piece (lum/frame/packed.h)."""
+    content, at, out = base64.b64decode(message), 0, []
+    while at < len(content):
+        length, piece, pieces, count = struct.unpack_from("<IIII", content, at + 80)
+        out.append((struct.unpack_from("<d", content, at + 8)[0], struct.unpack_from("<I", content, at + 32)[0], count))
+        assert piece < pieces
+        at += length
+    return out
+
+
+def of_page(data):
+    """The numbers and counts of frames."""
+    made = []
+    for message in data["frames"]:
+        (number, total), = {head[:2] for head in heads(message)}
+        assert sum(count for _, _, count in heads(message)) == total
+        made.append((number, total))
+    return made
+
+
+def test_a_capture_is_in_the_page_as_it_is(capture):
+    data = shown(capture, calibration={"eyes.blue.mount.x_m": 0.25})
+    (one,) = data["captures"]
+    assert one["name"] == capture.name and base64.b64decode(one["base64"]) == capture.read_bytes()
+    assert lumsdk.Calibration(data["options"]["calibration"]["text"])["eyes.blue.mount.x_m"] == 0.25
+    assert lumsdk.Profile(data["options"]["profile"]["text"]) == lumsdk.Profile()
+    with lumsdk.open(capture, set={"eyes.blue.mount.x_m": 0.25}) as source:
+        assert shown(source) == data
+
+
+@pytest.mark.parametrize("as_what", [str, lambda path: path.read_bytes(), lambda path: open(path, "rb"), lambda path: [path]])
+def test_a_capture_is_given_as_to_open(capture, as_what):
+    assert shown(as_what(capture))["captures"][0]["base64"] == shown(capture)["captures"][0]["base64"]
+
+
+def test_a_rig_comes_with_all_of_its_files(capture):
+    rig = lumsdk.Rig([{"name": "front", "address": "10.42.0.37", "pose": {"x_m": 1.5}, "calibration": {"tof_lsb_ps": 12.9}}])
+    options = shown(capture, rig=rig)["options"]
+    assert "front-calibration.yaml" in options["rig"]["text"]
+    beside = {one["name"]: one["text"] for one in options["beside"]}
+    assert lumsdk.Calibration(beside["front-calibration.yaml"]) == rig["front"].calibration
+
+
+def test_a_source_that_chooses_is_shown_as_its_frames(capture):
+    data = shown(capture, range="5:20", frames="2:3")
+    known = [(frame.number, len(frame)) for frame in lumsdk.open(capture, range="5:20", frames="2:3")]
+    assert of_page(data) == known and data["hello"]["source"] == str(capture)
+    with lumsdk.open(capture) as source:
+        assert of_page(shown(source.seek(0.15))) == [(frame.number, len(frame)) for frame in source.seek(0.15)]
+
+
+def test_frames_have_all_their_points(capture, frame):
+    frames = list(lumsdk.open(capture))
+    assert of_page(shown(frames)) == [(one.number, len(one)) for one in frames]
+    assert of_page(shown(frames[::-1])) == [(i, len(one)) for i, one in enumerate(frames[::-1])], "numbers that do not grow are places"
+    with lumsdk.open(capture) as source:
+        assert of_page(shown(source[:2])) == of_page(shown(iter(frames[:2])))
+    hello = shown(frame)["hello"]
+    assert [eye["name"] for eye in hello["eyes"]] == ["blue", "green"] and hello["eyes"][0]["lacks"] == []
+    assert hello["source"] == "10.42.0.37" and hello["labels"] is None
+
+
+def test_the_eyes_are_those_of_the_calibration(frame):
+    mount = shown(frame, calibration={"eyes.green.mount.y_m": -0.5})["hello"]["eyes"][1]["mount"]
+    assert mount == pytest.approx([0, -0.5, 0])
+
+
+def test_arrays_are_points(frame):
+    points = np.random.default_rng(1).uniform(-50, 50, (7000, 3))
+    data = shown(points)
+    assert of_page(data) == [(0, 7000)]
+    assert data["hello"]["eyes"][0]["name"] is None and set(data["hello"]["eyes"][0]["lacks"]) == {"line", "return", "edge", "eye"}
+    assert of_page(shown([points, points[:10]])) == [(0, 7000), (1, 10)]
+    assert of_page(shown({"xyz": points.astype("f4")})) == of_page(shown(np.asarray(frame)[:7000]["x"][:, None] * np.ones((1, 3)))) == [
+        (0, 7000)]
+
+
+def test_points_that_are_nowhere_are_left_out(frame):
+    x = frame["x"].copy()
+    x[::3] = np.nan
+    data = shown(frame.replace(x=x).with_columns(label=np.arange(len(x)) % 4))
+    assert of_page(data) == [(frame.number, int(np.isfinite(x).sum()))]
+    (number, text), = data["hello"]["labels"]["frames"]
+    assert number == frame.number
+    assert np.array_equal(np.frombuffer(base64.b64decode(text), "u1"), (np.arange(len(x)) % 4 + 1)[np.isfinite(x)])
+
+
+def test_labels_are_small_numbers_with_names(frame):
+    labels = np.where(frame["x"] > 10, -5, 900)
+    made = shown([frame.with_columns(object=labels), frame])["hello"]["labels"]
+    assert made["names"] == ["-5", "900"] and len(made["frames"]) == 1
+    assert np.array_equal(np.frombuffer(base64.b64decode(made["frames"][0][1]), "u1"), np.where(labels == -5, 1, 2))
+    with pytest.warns(UserWarning, match="300 different labels"):
+        most = shown(frame.with_columns(label=np.arange(len(frame)) % 300))["hello"]["labels"]
+    assert len(most["names"]) == 254 and max(base64.b64decode(most["frames"][0][1])) == 254
+
+
+def test_sets_of_a_rig_are_shown_together(capture):
+    rig = lumsdk.Rig([{"name": "front", "address": "10.42.0.37", "pose": {"x_m": 1.5, "yaw_deg": 90}}])
+    with lumsdk.open(capture, rig=rig, frames="1:2") as source:
+        data = shown(source)
+    hello = data["hello"]
+    assert hello["rig"]["sensors"] == ["front"] and len(data["frames"]) == 2 and len(hello["eyes"]) == 2
+    assert hello["rig"]["poses"][0] == pytest.approx([0, -1, 0, 1.5, 1, 0, 0, 0, 0, 0, 1, 0])
+    assert hello["eyes"][0]["mount"] == pytest.approx([1.5, 0, 0])
+    assert base64.b64decode(data["frames"][0])[39] == 1, "a sensor of a rig"
+
+
+def test_frames_of_several_sensors_are_refused(frame):
+    other = lumsdk.Frame.from_arrays({name: frame[name] for name in frame}, sensor="10.42.0.38")
+    with pytest.raises(lumsdk.OptionError, match=re.escape("lumsdk.view(lumsdk.sync(frames))")):
+        lumsdk.view([frame, other], browser=False)
+
+
+def test_what_is_too_large_is_refused(capture, frame, monkeypatch):
+    monkeypatch.setattr(_view, "_MOST_BYTES", 1 << 20)
+    for given in (capture, capture.read_bytes(), io.BytesIO(capture.read_bytes())):
+        with pytest.raises(lumsdk.OptionError, match="a page, which holds at most 1 MB; right is some of its frames"):
+            lumsdk.view(given, browser=False)
+    with pytest.raises(lumsdk.OptionError, match="right is at most"):
+        lumsdk.view([frame, frame], browser=False)
+
+
+@pytest.mark.parametrize("given", ["10.42.0.37", "udp://10.42.0.37:5517"])
+def test_a_live_sensor_is_for_lumview(given):
+    with pytest.raises(TypeError, match="the program 'lumview 10.42.0.37"):
+        lumsdk.view(given, browser=False)
+    with lumsdk.Sensor("127.0.0.1:1") as sensor, pytest.raises(TypeError, match="lumview 127.0.0.1:1"):
+        lumsdk.view(sensor, browser=False)
+
+
+@pytest.mark.parametrize("given, options, says", [
+    ([], {}, "no frame"), (np.zeros((5, 2)), {}, r"right is \(n, 3\)"), (object(), {}, "cannot be shown"),
+    (np.full((2, 3), 3e6), {}, "subtract an origin"), (np.zeros((2, 3)), {"range": "1:2"}, "options of captures"),
+    (np.zeros((2, 3)), {"height": 5}, "from 100 to 10000")])
+def test_what_cannot_be_shown_is_refused(given, options, says):
+    with pytest.raises((lumsdk.OptionError, TypeError), match=says):
+        lumsdk.view(given, browser=False, **options)
+
+
+def test_a_frame_without_places_is_refused(capture):
+    with pytest.raises(lumsdk.UnknownKeyError, match="no column 'z'"):
+        lumsdk.view(next(iter(lumsdk.open(capture, columns=["x", "y"]))), browser=False)
+
+
+def test_without_the_page_it_says_so(monkeypatch, tmp_path, frame):
+    monkeypatch.setattr(_view, "__file__", str(tmp_path / "_view.py"))
+    with pytest.raises(lumsdk.Error, match=re.escape("docs/wheels.md")):
+        lumsdk.view(frame, browser=False)
+
+
+def test_a_script_opens_a_browser_once_with_a_file_of_ones_own(frame, monkeypatch, tmp_path):
+    asked = []
+    monkeypatch.setattr(_view.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(_view.webbrowser, "get", lambda: types.SimpleNamespace(open=lambda url: asked.append(url) or True))
+    view = lumsdk.view(frame)
+    path = pathlib.Path(view.path)
+    assert asked == [path.as_uri()] and path.parent == tmp_path
+    assert os.name == "nt" or stat.S_IMODE(path.stat().st_mode) == 0o600
+    assert view.open() == view.path and len(list(tmp_path.iterdir())) == 1
+    view.save(tmp_path / "saved.html")
+    assert (tmp_path / "saved.html").read_bytes() == path.read_bytes()
+    assert str(path) in repr(view)
+
+
+def test_where_no_browser_is_the_path_is_told(frame, monkeypatch, tmp_path):
+    monkeypatch.setattr(_view.tempfile, "tempdir", str(tmp_path))
+    for found in (_view.webbrowser.GenericBrowser("lynx"), types.SimpleNamespace(open=lambda url: False)):
+        monkeypatch.setattr(_view.webbrowser, "get", lambda found=found: found)
+        with pytest.warns(UserWarning, match=re.escape(str(tmp_path))):
+            lumsdk.view(frame)
+
+
+def test_a_notebook_has_the_page_in_the_cell(frame, monkeypatch):
+    monkeypatch.setitem(sys.modules, "IPython", types.SimpleNamespace(get_ipython=lambda: types.SimpleNamespace(kernel=1)))
+    view = lumsdk.view(frame.with_columns(label=np.arange(len(frame)) % 2), height=300)
+    assert view.path is None, "no browser"
+    cell = view._repr_html_()
+    assert cell.startswith("<iframe") and "height:300px" in cell and 'sandbox="allow-scripts allow-downloads"' in cell
+    page = html.unescape(re.search(r'srcdoc="([^"]*)"', cell)[1])
+    file = io.BytesIO()
+    view._write(file)
+    assert page.encode() == file.getvalue()
+    monkeypatch.setattr(_view, "_MOST_OF_CELL", 1000)
+    assert "<iframe" not in view._repr_html_() and ".save(" in view._repr_html_()
+
+
+def test_names_do_not_end_the_script(capture, tmp_path):
+    path = tmp_path / "<!--<script>&.pcap"
+    path.write_bytes(capture.read_bytes())
+    assert shown(path)["captures"][0]["name"] == path.name
