@@ -1,5 +1,6 @@
 // lumview.html: captures that the page decodes by itself, opened as a file, in Chromium and in Firefox.
 import assert from "node:assert/strict";
+import { execFileSync, spawnSync } from "node:child_process";
 import { once } from "node:events";
 import { closeSync, copyFileSync, ftruncateSync, openSync, readFileSync, statSync, writeFileSync, writeSync } from "node:fs";
 import { createServer } from "node:http";
@@ -7,6 +8,7 @@ import path from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { pathToFileURL } from "node:url";
 import { gzipSync } from "node:zlib";
+import { makeFrames } from "../../tools/lumview/page/frame.js";
 import { SIZE, SLOW } from "./page.mjs";
 import { dump, run } from "./tools.mjs";
 
@@ -384,6 +386,71 @@ async function licences(context) {
     await page.close();
 }
 
+// What lumsdk.view() makes: the page of a frame, that in a cell of a notebook, and the frame's coordinates.
+const BY_PYTHON = `
+import sys, lumsdk
+capture, folder = sys.argv[1:]
+frame = lumsdk.open(capture)[1]
+view = lumsdk.view(frame.with_columns(label=(frame["x"] // 10).astype("i2")), browser=False)
+view.save(folder + "/view.html")
+with open(folder + "/cell.html", "w") as file:
+    file.write("<!doctype html><title>cell</title>" + view._repr_html_())
+frame.xyz.tofile(folder + "/xyz.bin")
+`;
+
+// Where a Python has no NumPy, this is false.
+function viewByPython({ folder, capture }) {
+    const env = { ...process.env, PYTHONPATH: path.join(path.dirname(PAGE), "python") };
+    const has = (python) => spawnSync(python, ["-c", "import cffi, numpy"]).status === 0;
+    const python = [process.env.LUM_PYTHON, "python3", "/usr/bin/python3"].find((one) => one && has(one));
+    if (!python) {
+        return false;
+    }
+    execFileSync(python, ["-c", BY_PYTHON, capture, folder], { env, stdio: ["ignore", "inherit", "inherit"] });
+    return true;
+}
+
+const isShown = () => window.lumview?.shown > 0 && window.lumview.status()?.state === "ended";
+const labelled = () => [window.lumview.points, window.lumview.settings().colour, ...window.lumview.beside().labels];
+
+async function framesOfPython(context) {
+    const { browser, folder } = context;
+    if (!viewByPython(context)) {
+        console.log("  left out: no python3 has cffi and numpy");
+        return;
+    }
+    const xyz = new Float32Array(new Uint8Array(readFileSync(path.join(folder, "xyz.bin"))).buffer);
+    const html = readFileSync(path.join(folder, "view.html"), "utf8");
+    const data = JSON.parse(/id="lumview-data">(.*?)<\/script>/s.exec(html)[1]);
+    const [frame] = makeFrames()(new Uint8Array(Buffer.from(data.frames[0], "base64")).buffer);
+    const off = (i) => Math.abs(frame.xyz[i] - xyz[i]);
+    assert.equal(frame.xyz.length, xyz.length);
+    assert.ok(xyz.every((_, i) => off(i) <= frame.step / 2 + 1e-6), "a coordinate is off by more than half a step");
+
+    const page = await browser.newPage({ viewport: SIZE });
+    await page.goto(pathToFileURL(path.join(folder, "view.html")).href);
+    await until(page, isShown);
+    const range = (i) => Math.hypot(...xyz.subarray(3 * i, 3 * i + 3));
+    const places = Array.from({ length: 300 }, (_, i) => Math.floor((i * frame.count) / 300));
+    const ranges = await page.evaluate((all) => all.map((i) => window.lumview.place(i).range), places);
+    assert.deepEqual(places.filter((place, i) => Math.abs(ranges[i] - range(place)) > frame.step), []);
+    const [count, colour, ...labels] = await page.evaluate(labelled);
+    assert.deepEqual([count, colour], [frame.count, "label"]);
+    assert.deepEqual(labels, data.hello.labels.names);
+    await page.close();
+    if (browser.contexts) { // Firefox is driven without the frames of a page
+        const notebook = await browser.newPage({ viewport: SIZE });
+        const complaints = [];
+        notebook.on("pageerror", (error) => complaints.push(error.message));
+        await notebook.goto(pathToFileURL(path.join(folder, "cell.html")).href);
+        const cell = notebook.frames()[1];
+        await cell.waitForFunction(isShown, undefined, { timeout: SLOW });
+        assert.deepEqual(await cell.evaluate(labelled), [count, colour, ...labels]);
+        assert.deepEqual(complaints, []);
+        await notebook.close();
+    }
+}
+
 async function isSmall() {
     const { size } = statSync(PAGE);
     assert.ok(size <= LARGEST, `lumview.html has ${size} bytes`);
@@ -409,4 +476,5 @@ export const aloneFacts = [
     ["a static host serves one file, and then nothing", fromAStaticHost],
     ["the keyboard opens files", keyboardOpens],
     ["the licences are in the page", licences],
+    ["frames of Python are shown, in a notebook's cell too", framesOfPython],
 ];
