@@ -19,8 +19,8 @@ def resident_bytes(pid):
 
 
 def watch(browser, seconds):
-    """Ages of the frames that came, seconds; points of them."""
-    ages, points = [], 0
+    """Ages of the frames that came, seconds; points and bytes of them."""
+    ages, points, size = [], 0, 0
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         kind, payload = browser.message()
@@ -30,7 +30,8 @@ def watch(browser, seconds):
             cloud = Cloud(whole)
             ages.append(now - cloud.complete)
             points += cloud.points
-    return ages, points
+            size += len(whole)
+    return ages, points, size
 
 
 def measure(view, place, seconds):
@@ -39,10 +40,10 @@ def measure(view, place, seconds):
         browser.say("view both 31")
         watch(browser, WARM_S)
         cpu, memory, began = cpu_seconds(view.pid), resident_bytes(view.pid), time.monotonic()
-        ages, points = watch(browser, seconds)
+        ages, points, size = watch(browser, seconds)
         wall = time.monotonic() - began
         return {"cpu": (cpu_seconds(view.pid) - cpu) / wall, "median_age_s": statistics.median(ages), "most_age_s": max(ages),
-                "frames": len(ages), "frames_per_second": len(ages) / wall, "points_per_second": points / wall,
+                "frames": len(ages), "frames_per_second": len(ages) / wall, "points_per_second": points / wall, "bytes_per_point": size / points,
                 "memory": memory, "memory_growth": resident_bytes(view.pid) - memory,
                 "skipped": browser.status()["skipped"], "losses": browser.status()["losses"]}
     finally:

@@ -1,12 +1,17 @@
 // The connection: lost and found, slow pages, several, a live sensor.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
+import { connect, createServer } from "node:net";
 import path from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { choose, counts, drawn, open, pixels, probe, settings, shoot, showStats, until } from "./page.mjs";
+import { countOf } from "./facts_points.mjs";
 import { coloured } from "./png.mjs";
-import { sim, stop, view, viewInBrowser } from "./tools.mjs";
+import { run, sim, stop, view, viewInBrowser } from "./tools.mjs";
 
+const BYTES_A_POINT = 10; // of a whole frame, at most
+const UNDER_WAY = 2e6; // bytes that the system and the browser may have of frames before it
+const SLICE = 4096; // bytes that a slow link lets through at once
 const SENSOR = "127.0.5.17";
 const GONE = /no connection: lumview has ended or cannot be reached; trying again/;
 
@@ -64,6 +69,66 @@ async function throttled({ browser, capture }) {
     await until(page, (n) => window.lumview.status().frames > n + 50 && window.lumview.status().skipped > 0, frames);
     const waiting = await behind(page);
     assert.ok(waiting < 20, `${waiting} frames waited`);
+}
+
+// What goes through a SOCKS proxy that lets so many bits a second come back; the times and sizes of what came.
+function makeSlowLink(bits) {
+    const passed = [];
+    const server = createServer((near) => {
+        near.on("error", () => near.destroy());
+        near.once("data", () => {
+            near.write(Uint8Array.of(5, 0));
+            near.once("data", (request) => {
+                const far = connect(request.readUInt16BE(request.length - 2), "127.0.0.1", () => near.write(Uint8Array.of(5, 0, 0, 1, 0, 0, 0, 0, 0, 0)));
+                near.pipe(far);
+                far.on("error", () => near.destroy());
+                pipeSlowly(far, near, bits, (bytes) => passed.push({ bytes, ms: performance.now() }));
+            });
+        });
+    });
+    return new Promise((done) => server.listen(0, "127.0.0.1", () => done({ server, passed, proxy: { server: `socks5://127.0.0.1:${server.address().port}` } })));
+}
+
+async function pipeSlowly(from, to, bits, tell) {
+    let due = performance.now();
+    try {
+        for await (const all of from) {
+            for (let at = 0; at < all.length; at += SLICE) {
+                const part = all.subarray(at, at + SLICE);
+                due = Math.max(due, performance.now() - 20) + (8000 * part.length) / bits; // a pause is not made up for
+                await sleep(Math.max(0, due - performance.now()));
+                to.write(part);
+                tell(part.length);
+            }
+        }
+    } catch {
+        // the browser or lumview has gone
+    }
+    to.destroy();
+}
+
+// Frames that a link cannot bring as quickly as they play: coarse pictures of the newest, and of a frame that stands all of it.
+async function limited({ browser, folder }, lines, megabits) {
+    const capture = path.join(folder, `limited-${lines}.pcap`);
+    run("lumsim", "-q", "-o", capture, "--frames", 3, "--lines", lines);
+    const { server, passed, proxy } = await makeSlowLink(1e6 * megabits);
+    const { url } = await view("--loop", capture);
+    const page = await (await browser.newContext({ proxy })).newPage();
+    await page.goto(url);
+    await until(page, () => window.lumview?.shown > 0 && window.lumview.status());
+    await until(page, () => /\(\d+ %\)$/.test(document.getElementById("frame-points").textContent));
+    const { shown, frames } = await page.evaluate(() => ({ shown: window.lumview.shown, frames: window.lumview.received }));
+    await until(page, ([s, f]) => window.lumview.shown > s + 5 && window.lumview.received > f + 5, [shown, frames]);
+    assert.ok((await probe(page, "status")).skipped > 0, "none was left out");
+    const sum = () => passed.reduce((all, part) => all + part.bytes, 0);
+    const before = sum();
+    await behind(page);
+    const [came, points, frame] = [sum() - before, await probe(page, "points"), await probe(page, "frame")];
+    assert.equal(points, countOf(capture, "--frames", `${frame}:${frame}`));
+    assert.ok(came < BYTES_A_POINT * points + UNDER_WAY, `${came} bytes came until ${points} points were there`);
+    const rate = (8 * sum()) / 1000 / (passed.at(-1).ms - passed[0].ms);
+    assert.ok(rate < 1.1 * megabits, `${rate} Mbit/s`);
+    server.close();
 }
 
 async function frozen({ browser, capture }) {
@@ -298,6 +363,8 @@ export const linkFacts = [
     ["a killed server gives a message, and back the page recovers", killed],
     ["so does one that hangs", hung],
     ["a throttled page shows the newest frame", throttled],
+    ["a link of 4 Mbit/s shows 64 lines", (context) => limited(context, 64, 4)],
+    ["a link of 30 Mbit/s shows 640 lines", (context) => limited(context, 640, 30)],
     ["a frozen page shows the newest frame when it wakes", frozen],
     ["what was under way when the stream was joined is not red", joined],
     ["several pages have views of their own", several],

@@ -466,6 +466,7 @@ async function keysAreOnce({ page }) {
 async function folds({ page }) {
     const usual = page.viewportSize();
     await page.setViewportSize({ width: 800, height: 500 });
+    await page.locator("#strip").waitFor({ state: "hidden" });
     await showPanel(page);
     await drawn(page);
     assert.ok(!await page.locator("#strip").isVisible());

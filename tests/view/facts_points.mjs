@@ -8,7 +8,7 @@ import { dump, roundings, run } from "./tools.mjs";
 const FRAME = ["--frames", "1:1"];
 const SEEN = 0.002; // share of pixels: more than noise
 
-function countOf(capture, ...args) {
+export function countOf(capture, ...args) {
     return run("lumdump", capture, "-q", ...(args.includes("--frames") ? [] : FRAME), "-o", "-", "--format", "xyz", ...args).split("\n").length - 1;
 }
 

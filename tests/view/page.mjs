@@ -49,8 +49,12 @@ export async function showPanel(page) {
     }
 }
 
-// Until what was asked for is on the page, and the camera stands still.
+// A busy machine shows a part of a frame first.
+const whole = (page) => until(page, () => window.lumview.share === 1 || window.lumview.status()?.live);
+
+// Until what was asked for is on the page, the frame is whole, and the camera stands still.
 export async function drawn(page) {
+    await whole(page);
     const twice = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 0))));
     await page.evaluate(twice);
     await until(page, () => !window.lumview.moving);
@@ -62,7 +66,11 @@ export const probe = (page, what) => page.evaluate((name) => {
     return typeof value === "function" ? value() : value;
 }, what);
 
-export const counts = (page) => probe(page, "counts");
+export async function counts(page) {
+    await whole(page);
+    return probe(page, "counts");
+}
+
 // { step, xyz }: to what the coordinates of the newest frame are rounded, metres, and those of all its points.
 export const positions = (page) => probe(page, "positions");
 export const settings = (page) => probe(page, "settings");

@@ -559,6 +559,7 @@ exposeProbe({
     frame: () => cloud.newest?.number ?? null,
     began: () => structuredClone(cloud.newest?.began ?? null),
     smooth: () => cloud.newest?.smooth ?? null,
+    share: () => cloud.newest?.share ?? null,
     shown: () => tally.shown,
     received: () => tally.received,
     pictures: () => tally.pictures,

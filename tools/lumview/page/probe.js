@@ -6,6 +6,7 @@
 // began          { utc, kind, error }: when that frame began, seconds; kind is "fitted" or
 //                "arrival"; null: not known
 // smooth         window of its smoothing
+// share          of its points that have come
 // shown          pictures that frames became; one that comes slowly becomes several
 // received       frames that came, whole or in part
 // pictures       pictures drawn
