@@ -521,6 +521,7 @@ async function fingersSelect({ browser, capture }) {
     assert.ok((await probe(page, "selection")).count > 0);
     assert.equal((await probe(page, "camera")).yaw, yaw);
     await page.locator("#selection-crop").tap();
+    await drawn(page);
     assert.equal((await counts(page)).shown, (await probe(page, "selection")).count);
 }
 
