@@ -207,6 +207,30 @@ async function findsTheLayout(context) {
     await page.close();
 }
 
+// Poses, an array and a second capture as ground truth, dropped one by one, are what lumview takes by options.
+async function takesWhatIsBeside(context) {
+    const { folder } = context;
+    const [poses, labels, exact] = ["drive.txt", "labels.npy", "exact.pcap"].map((name) => path.join(folder, name));
+    const drive = simulate(folder, "drive.pcap", "--poses", poses, "--labels", labels);
+    run("lumsim", "-q", "-o", exact, "--frames", 3, "--seed", 2);
+    const page = await openPage(context);
+    await drop(page, dropped(labels));
+    await says(page, "landing-kept", "array: labels.npy");
+    await drop(page, dropped(drive));
+    await until(page, () => window.lumview.shown > 0 && window.lumview.beside().labels.includes("ground"));
+    assert.ok(await page.evaluate(() => document.getElementById("world-row").hidden));
+    await drop(page, dropped(poses));
+    await until(page, () => !document.getElementById("world-row").hidden && window.lumview.beside().labels.includes("ground"));
+    await page.setInputFiles("#truth-files", exact);
+    await until(page, () => document.getElementById("truth-name").textContent.startsWith("exact.pcap"));
+    await shows(page, 3); // its last one
+    await until(page, (n) => window.lumview.beside().truth === n, dump(exact, "--frames", "3:3").length);
+    await page.setInputFiles("#truth-files", write(folder, "notes.txt", "no capture\n".repeat(100)));
+    await says(page, "message", "notes.txt: not a capture");
+    assert.deepEqual(page.complaints, []);
+    await page.close();
+}
+
 async function textFile(context) {
     const page = await openPage(context);
     await page.setInputFiles("#files", write(context.folder, "notes.txt", "no capture\n".repeat(100)));
@@ -464,6 +488,7 @@ export const aloneFacts = [
     ["compressed captures, and several as one", compressedAndSeveral],
     ["YAML files are known by their keys", yamlIsKnown],
     ["it finds the layout of packets that do not decode", findsTheLayout],
+    ["poses, labels and a true capture are taken beside it", takesWhatIsBeside],
     ["a text file is no capture", textFile],
     ["a truncated capture is shown as far as it goes", truncated],
     ["a capture of another sensor has no frame", otherSensor],

@@ -319,8 +319,30 @@ async function tellsTheTime({ page, capture }) {
     assert.ok(hint.includes(`${local} local time`) && hint.includes("±"), hint);
 }
 
+// Day and time, and that they are UTC, can be read on every width; nothing of the header is cut off.
+async function timeOnEveryWidth({ page }) {
+    for (const width of [320, 400, 500, 640, 761, 800, 900, 1000, 1099, 1100, 1440]) {
+        await page.setViewportSize({ width, height: 800 });
+        await drawn(page);
+        const { text, cut, isInside } = await page.evaluate(() => {
+            const element = document.getElementById("frame-time");
+            const box = element.getBoundingClientRect();
+            const over = document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2);
+            const isCut = (one) => one.getBoundingClientRect().right > innerWidth + 0.5;
+            const cut = [...document.querySelectorAll("header *")].filter(isCut).map((one) => one.id || one.className);
+            return { text: element.innerText, cut, isInside: element.contains(over) };
+        });
+        assert.match(text, /^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(\.\d{4})? UTC/, `${width} pixels`);
+        assert.ok(isInside, `${width} pixels`);
+        assert.equal(cut.join(" "), "", `${width} pixels`);
+    }
+    await page.setViewportSize(SIZE);
+    await drawn(page);
+}
+
 export const pageFacts = [
     ["the time of a frame is told, and which it is", tellsTheTime],
+    ["the time of a frame can be read on every width", timeOnEveryWidth],
     ["Tab reaches every control, with a focus ring", tabReachesAll],
     ["each key changes its setting and no other", keysChangeSettings],
     ["keys hide and show controls and statistics", keysHideParts],

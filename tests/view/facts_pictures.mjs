@@ -335,12 +335,12 @@ async function cropsAndHides({ page }) {
     assert.equal((await counts(page)).shown, whole.shown);
 }
 
-async function download(page, id) {
+export async function download(page, id) {
     const [file] = await Promise.all([page.waitForEvent("download"), page.locator(`#${id}`).click()]);
     return { name: file.suggestedFilename(), bytes: readFileSync(await file.path()) };
 }
 
-function readCsv(bytes) {
+export function readCsv(bytes) {
     const [head, ...rows] = bytes.toString().trimEnd().split("\n");
     const names = head.split(",");
     return rows.map((row) => Object.fromEntries(row.split(",").map((v, i) => [names[i], Number(v)])));
@@ -354,7 +354,7 @@ const READERS = {
     uchar: (bytes, at) => [bytes.readUInt8(at), 1],
 };
 
-function readPly(bytes) {
+export function readPly(bytes) {
     const end = bytes.indexOf("end_header\n") + 11;
     const head = bytes.subarray(0, end).toString().split("\n");
     const properties = head.filter((line) => line.startsWith("property")).map((line) => line.split(" ").slice(1));

@@ -4,6 +4,7 @@ import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { parseNpy } from "../../tools/lumview/page/npy.js";
 import { drawn, open, openPoint, pixels, probe, settings, shoot, until } from "./page.mjs";
+import { download, readCsv, readPly } from "./facts_pictures.mjs";
 import { dump, run, view } from "./tools.mjs";
 
 const KEYS = ["frame", "line", "eye", "pixel", "return_number"];
@@ -42,6 +43,19 @@ async function labels({ browser, folder }) {
         assert.equal(picked.label, CLASSES[columns.class[row]], JSON.stringify(picked));
     }
     assert.deepEqual(page.complaints, []);
+    await page.close();
+    await sameLabelsSaved(await open(browser, `${server.url}#frame=2`), columns);
+}
+
+// Saved points have the numbers of the array.
+async function sameLabelsSaved(page, columns) {
+    await until(page, () => window.lumview.frame === 2 && window.lumview.beside().labels.length > 1);
+    const rows = readCsv((await download(page, "save-csv")).bytes);
+    const places = new Map(Array.from(columns.frame, (_, i) => [KEYS.map((key) => columns[key][i]).join(), i]));
+    assert.ok(rows.length > 1000);
+    rows.forEach((row) => assert.equal(row.label, columns.class[places.get(KEYS.map((key) => row[key]).join())] ?? -1));
+    const ply = readPly((await download(page, "save-ply")).bytes);
+    assert.deepEqual(ply.rows.map((row) => row.label), rows.map((row) => row.label));
 }
 
 const isTrue = ([r, g, b]) => r > 200 && g < 140 && b > 150;
@@ -70,6 +84,21 @@ async function truth({ browser, capture, folder }) {
     assert.equal(await truePixels(page), 0);
     assert.equal((await probe(page, "beside")).truth, 0);
     assert.deepEqual(page.complaints, []);
+}
+
+// A capture is true too: its frames stand beside those of the same number. Exact points of what is shown lie on it, so
+// there are as many as lumdump has.
+async function trueCapture({ browser, folder }) {
+    const [shown, exact] = ["noisy.pcap", "exact.pcap"].map((name) => path.join(folder, name));
+    run("lumsim", "-q", "-o", shown, "--frames", 3);
+    run("lumsim", "-q", "-o", exact, "--frames", 3, "--seed", 2);
+    const server = await view("--paused", "--truth", exact, shown);
+    const page = await open(browser, `${server.url}#frame=2&panel=off`);
+    const count = dump(exact, "--frames", "2:2").length;
+    await until(page, (n) => window.lumview.frame === 2 && window.lumview.beside().truth === n, count);
+    assert.ok((await truePixels(page)) > 100);
+    assert.deepEqual(page.complaints, []);
+    await page.close();
 }
 
 // Poses of a file, [seconds, x y z, qx qy qz qw]; without a path of its own lumsim has one for all lines of a frame.
@@ -124,4 +153,5 @@ export const truthFacts = [
     ["frames at once stand where poses say they were taken", world],
     ["labels colour the points that they are of", labels],
     ["points that are true stand over the others", truth],
+    ["a second capture is ground truth, frame by frame", trueCapture],
 ];

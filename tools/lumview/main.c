@@ -11,6 +11,7 @@
 #include "redirect.h"
 #include "served.h"
 #include "server.h"
+#include "truth.h"
 
 #include <errno.h>
 #include <signal.h>
@@ -46,15 +47,30 @@ struct loaded {
     struct served served;
 };
 
-/* What is known beside the points, for the page alone. */
-static int load_served(struct beside_options *o, struct served *out,
-                       lum_error *error)
+/* An array, or a capture. */
+static int load_truth(const struct options *o, const struct geometry *geometry,
+                      struct served *out, lum_error *error)
 {
-    if (served_add(out, "/labels", o->labels, error) != 0 ||
-        served_add(out, "/truth", o->truth, error) != 0) {
+    const char *name = o->beside.truth;
+    struct truth truth;
+    if (name == NULL || served_is_array(name)) {
+        return served_add(out, "/truth", name, error);
+    }
+    if (truth_read(o, geometry, &name, 1, &truth, error) != 0) {
         return -1;
     }
-    o->served = out;
+    served_put(out, "/truth", truth.bytes, truth.len);
+    return 0;
+}
+
+/* What is known beside the points, for the page alone. */
+static int load_served(struct options *o, struct loaded *out, lum_error *error)
+{
+    if (served_add(&out->served, "/labels", o->beside.labels, error) != 0 ||
+        load_truth(o, &out->files.geometry, &out->served, error) != 0) {
+        return -1;
+    }
+    o->beside.served = &out->served;
     return 0;
 }
 
@@ -154,7 +170,7 @@ static enum exit_status run(struct options *o, struct loaded *loaded)
         interrupt_insist(); /* its heartbeats keep a laser on */
     }
     if (files_load(o, &loaded->files, &error) != 0 ||
-        load_served(&o->beside, &loaded->served, &error) != 0) {
+        load_served(o, loaded, &error) != 0) {
         return complain(&error, EXIT_BAD);
     }
     const enum exit_status status = server_open(o, &server, &error) == 0

@@ -12,7 +12,7 @@ import { makeLayout } from "./layout.js";
 import { makeLegend } from "./legend.js";
 import { makeLight } from "./light.js";
 import { GONE, LOST, REFUSED } from "./link.js";
-import { hintOf, shortMoment } from "./moment.js";
+import { showMoment } from "./moment.js";
 import { attachOpen } from "./open.js";
 import { makePace } from "./pace.js";
 import { makePalette } from "./palette.js";
@@ -156,8 +156,7 @@ function showFacts() {
     }
     const { began } = cloud.newest;
     at("frame-number").textContent = cloud.title;
-    at("frame-time").textContent = shortMoment(began);
-    at("frame-time").title = hintOf(began);
+    showMoment(at("frame-time"), began);
     const counts = panes.names ? cloud.count() : [countPoints()];
     const lacks = missingSensors();
     const { share } = cloud.newest;
@@ -430,7 +429,7 @@ const link = makeSource({
         showState("no connection", "gone");
     },
 });
-const opener = link.open ? attachOpen(link, showMessage, beside.takeFile) : null;
+const opener = link.open ? attachOpen(link, showMessage, beside.takeFrom) : null;
 if (opener && !link.opened) {
     showState("", "");
 }

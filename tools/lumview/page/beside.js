@@ -10,6 +10,7 @@ import { bytesOf } from "./source.js";
 const KEYS = ["frame", "line", "eye", "pixel", "return_number"]; // of a point, in the order of lumdump's names
 const LABELS = ["label", "class", "object"]; // the first of these columns that there is
 const NAMED = ["", "ground", "building", "car", "truck or van", "cyclist", "person", "tree or bush", "pole", "sign", "other"]; // of lumsim
+const OF_ONE = "labels are of one sensor, as their columns name none: open the capture without the rig";
 const MOST = 254; // labels; one more is that of points without any
 const TRUE_COLOUR = 0xff5fd2;
 
@@ -40,7 +41,7 @@ function smallNumbers(values) {
     return { present, small: Uint8Array.from(values, (value) => places.get(value) ?? 0) };
 }
 
-// { names, of(slot, out) } writes a small number for each point of a slot; 0: it has no label.
+// { names, values, of(slot, out) }: of() writes a small number for each point of a slot; 0: it has no label.
 function makeLabels(table) {
     const name = LABELS.find((one) => table.names.includes(one));
     const [frame, line, eye, pixel, turn] = KEYS.map(table.column);
@@ -60,6 +61,7 @@ function makeLabels(table) {
     }
 
     return {
+        values: present,
         names: present.map((value) => (isLumsim ? NAMED[value] : String(value))),
         // Points mostly follow each other as the rows do.
         of({ points: p, number, size }, out) {
@@ -81,6 +83,7 @@ function embeddedLabels({ names, frames }) {
     const small = new Map(frames.map(([number, base64]) => [number, new Uint8Array(bytesOf(base64))]));
     return {
         names,
+        values: names.map(Number),
         of({ number, size }, out) {
             const found = small.get(number);
             if (found?.length === size) {
@@ -151,6 +154,8 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
     const at = (id) => document.getElementById(id);
     const loaded = new Set(); // names of what lumview has served
     let truth = null;
+    let isRig = false;
+    let sources = 0; // that were shown so far
 
     // world: as seen from the newest frame, where that is known; points that are of no frame are in it.
     function show(world = null) {
@@ -172,7 +177,7 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
     }
 
     function takeLabels(labels) {
-        nameLabels(labels?.names ?? ["none"]);
+        nameLabels(labels?.names ?? ["none"], labels?.values ?? []);
         cloud.setLabels(labels);
         panel.setLabels(labels !== null);
     }
@@ -190,7 +195,9 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
     function take(name, buffer) {
         try {
             const { labels, truth: points } = takeArray(name, buffer);
-            if (labels) {
+            if (labels && isRig) {
+                throw new Error(`${name}: ${OF_ONE}`);
+            } else if (labels) {
                 takeLabels(labels);
             } else {
                 takeTruth(name, points);
@@ -201,16 +208,31 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
         }
     }
 
-    async function load(path, name) {
+    // What comes when another source is shown is of no use.
+    async function takeFrom(name, read) {
+        const source = sources;
+        try {
+            const buffer = await read();
+            if (source === sources) {
+                take(name, buffer);
+            }
+        } catch (error) {
+            tell(`${name}: ${error.message}`);
+        }
+    }
+
+    function load(path, name) {
         loaded.add(path);
-        take(name.split("/").at(-1), await (await fetch(path)).arrayBuffer());
+        takeFrom(name.split("/").at(-1), async () => (await fetch(path)).arrayBuffer());
     }
 
     return {
         show,
-        takeFile: async (file) => take(file.name, await file.arrayBuffer()),
+        takeFrom,
         // Of another source nothing is known yet.
         clear() {
+            isRig = false;
+            sources++;
             takeLabels(null);
             takeTruth("", null);
         },
@@ -221,7 +243,11 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
                 settings.set(settings.values.colour === DEFAULTS.colour ? { colour: "label" } : {});
                 return;
             }
-            if (!hello.labels && !cloud.isLabelled) {
+            isRig = Boolean(hello.rig);
+            if (isRig && cloud.isLabelled) {
+                tell(OF_ONE);
+            }
+            if (isRig || (!hello.labels && !cloud.isLabelled)) {
                 takeLabels(null);
             }
             for (const path of ["labels", "truth"].filter((one) => hello[one] && !loaded.has(`/${one}`))) {

@@ -25,11 +25,16 @@ export function nameSensors(names) {
     COLOURINGS.sensor.fixed = [0, names.length];
 }
 
-// The labels of points, from the first on; colours repeat.
-export function nameLabels(names) {
+export const NO_LABEL = -1; // in files
+
+// The labels of points, from the first on, and their values in the array; colours repeat.
+export function nameLabels(names, values) {
     COLOURINGS.label.labels = names;
+    COLOURINGS.label.values = values;
     COLOURINGS.label.fixed = [0, names.length];
 }
+
+export const labelValueOf = (points, i) => COLOURINGS.label.values[points.label[i] - 1] ?? NO_LABEL;
 
 // null: it has none.
 export const labelOf = (points, i) => (points.label[i] > 0 ? COLOURINGS.label.labels[points.label[i] - 1] : null);

@@ -27,8 +27,18 @@ const HINTS = {
     arrival: () => "UTC, when its first packet came; nothing could be fitted to the sensor's clock",
 };
 
-// One line: day and time, and which it is.
-export const shortMoment = (moment) => (moment ? `${partsOf(moment.utc)[0]} ${timeOf(moment)}, ${moment.kind}` : "");
+// One line: day and time, and which it is. What a narrow page leaves out is fine: the fraction, and the kind.
+export function showMoment(element, moment) {
+    const [day, time] = moment ? partsOf(moment.utc) : [];
+    const texts = moment ? [`${day} ${time.slice(0, 8)}`, time.slice(8), " UTC", `, ${moment.kind}`] : [];
+    element.replaceChildren(...texts.map((text, i) => {
+        const part = document.createElement("span");
+        part.className = i % 2 === 1 ? "fine" : "";
+        part.textContent = text;
+        return part;
+    }));
+    element.title = hintOf(moment);
+}
 
 // By the clock and the place of who looks.
 function localText(utc) {
@@ -37,7 +47,7 @@ function localText(utc) {
 }
 
 // What that means, and the local time.
-export const hintOf = (moment) => (moment ? `began at ${localText(moment.utc)}; ${HINTS[moment.kind](moment)}` : "");
+const hintOf = (moment) => (moment ? `began at ${localText(moment.utc)}; ${HINTS[moment.kind](moment)}` : "");
 
 // The same in two rows.
 export const timeOf = (moment) => (moment ? `${partsOf(moment.utc)[1]} UTC` : "unknown");

@@ -1,4 +1,5 @@
-// What the user opens in lumview.html: captures and YAML files, dropped or chosen.
+// What the user opens in lumview.html: captures, and what belongs to them, dropped or chosen.
+import { save } from "./save.js";
 
 const at = (id) => document.getElementById(id);
 
@@ -46,14 +47,6 @@ function ask(text, choices, keep = {}) {
     });
 }
 
-export function save(name, text, type) {
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([text], { type }));
-    link.download = name;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-}
-
 async function kindByUser(name) {
     const choices = { Profile: "profile", Calibration: "calibration", Rig: "rig", "Leave it out": null };
     return ask(`What is ${name}? It has no key by which that is known.`, choices);
@@ -68,6 +61,25 @@ function filesOf(transfer) {
 
 const isYaml = ({ name }) => /\.ya?ml$/i.test(name);
 const isArray = ({ name }) => /\.npy$/i.test(name);
+
+// Poses, TUM or CSV: the first line that is no comment has the numbers of one, or names them.
+async function isPoses(file) {
+    const text = /\.(txt|csv|tum)$/i.test(file.name) ? await file.slice(0, 4096).text() : "";
+    const words = text.split("\n").find((line) => /^\s*[^\s#]/.test(line))?.trim().split(/[\s,;]+/) ?? [];
+    return words.length >= 8 && (words.includes("qw") || words.every((word) => Number.isFinite(Number(word))));
+}
+
+// One list of each kind; the kind of a file may take a look into it.
+async function sortFiles(files) {
+    const kinds = await Promise.all(files.map(async (file) => {
+        if (isYaml(file)) return "yaml";
+        if (isArray(file)) return "arrays";
+        return (await isPoses(file)) ? "poses" : "captures";
+    }));
+    const of = (kind) => files.filter((_, i) => kinds[i] === kind);
+    return { yaml: of("yaml"), arrays: of("arrays"), poses: of("poses"), captures: of("captures").sort(inTurn) };
+}
+
 const inTurn = (a, b) => a.name.localeCompare(b.name, "en", { numeric: true });
 
 // With a rig all other YAML files lie beside it, as it names them; else each is what its keys say.
@@ -98,12 +110,15 @@ export function attachLicenses(unpack) {
     });
 }
 
-// source: one with open(); tell(sentence) shows it until something is opened; takeArray(file): of labels, or of true points.
+// source: one with open(); tell(sentence) shows it until something is opened; takeArray(name, read): read() promises the
+// bytes of an array of labels, or of true points.
 export function attachOpen(source, tell, takeArray) {
-    let waiting = {}; // YAML files that came before a capture
+    let waiting = {}; // YAML files and poses that came before a capture
+    let known = []; // arrays, { name, read } each, of the capture that is shown or comes next
 
     function showWaiting() {
-        const names = KINDS.filter((kind) => waiting[kind]).map((kind) => `${kind}: ${waiting[kind].name}`);
+        const names = [...KINDS, "poses"].filter((kind) => waiting[kind]).map((kind) => `${kind}: ${waiting[kind].name}`);
+        names.push(...known.map(({ name }) => `array: ${name}`));
         at("landing-kept").textContent = names.join(", ");
         tell(names.length > 0 ? NO_CAPTURE : "");
     }
@@ -113,26 +128,47 @@ export function attachOpen(source, tell, takeArray) {
         if (folders.length > 0) {
             tell(`${folders[0]} ${FOLDER}`);
         }
-        const captures = files.filter((file) => !isYaml(file) && !isArray(file)).sort(inTurn);
-        const arrays = files.filter(isArray);
-        const yaml = files.some(isYaml) ? await sortYaml(files.filter(isYaml)) : {};
-        const given = Object.fromEntries(Object.entries(yaml).filter(([, value]) => value !== null));
+        const { yaml, arrays, poses, captures } = await sortFiles(files);
+        const sorted = yaml.length > 0 ? await sortYaml(yaml) : {};
+        const given = Object.fromEntries(Object.entries(sorted).filter(([, value]) => value !== null));
+        if (poses.length > 0) {
+            given.poses = poses[0];
+        }
+        const come = arrays.map((file) => ({ name: file.name, read: () => file.arrayBuffer() }));
+        known = captures.length > 0 && source.opened ? come : [...known, ...come];
+        const isGiven = Object.keys(given).length > 0;
         if (captures.length > 0) {
             await source.open({ captures, ...waiting, ...given });
             waiting = {};
-        } else if (source.opened && files.length > arrays.length) {
-            source.open({ ...source.opened, ...given });
-        } else if (files.length > arrays.length) {
+        } else if (source.opened && isGiven) {
+            await source.open({ ...source.opened, ...given });
+        } else if (!source.opened) {
             waiting = { ...waiting, ...given };
             showWaiting();
+            return;
         }
-        arrays.forEach(takeArray);
+        takeAll(captures.length > 0 || isGiven ? known : come);
+    }
+
+    const takeAll = (arrays) => arrays.forEach(({ name, read }) => takeArray(name, read));
+
+    // Arrays say what they are; captures are the truth beside what is shown.
+    async function takeTruth(files) {
+        const { arrays, captures } = await sortFiles(files);
+        if (captures.length === 0 || !source.opened) {
+            take({ files: source.opened ? arrays : files });
+            return;
+        }
+        const name = captures.map((file) => file.name).join(", ");
+        tell(`reading ${name} as ground truth`);
+        known.push({ name, read: () => source.readTruth(captures) });
+        takeAll(known.slice(-1));
     }
 
     async function offer({ yaml, sentence }) {
         const profile = { name: "profile.yaml", text: yaml };
         const choices = yaml ? { "Use it": "use", Close: null } : { Close: null };
-        const keep = yaml ? { "Save profile.yaml": () => save(profile.name, yaml, "text/yaml") } : {};
+        const keep = yaml ? { "Save profile.yaml": () => save([yaml], "text/yaml", profile.name) } : {};
         if ((await ask(sentence, choices, keep)) === "use") {
             source.open({ ...source.opened, profile });
         }
@@ -149,10 +185,13 @@ export function attachOpen(source, tell, takeArray) {
         at("infer").disabled = true;
         source.infer();
     });
-    at("files").addEventListener("change", ({ target }) => {
-        take({ files: [...target.files] });
-        target.value = "";
-    });
+    at("truth-open").addEventListener("click", () => at("truth-files").click());
+    for (const [id, use] of [["files", (files) => take({ files })], ["truth-files", takeTruth]]) {
+        at(id).addEventListener("change", ({ target }) => {
+            use([...target.files]);
+            target.value = "";
+        });
+    }
     document.addEventListener("dragover", (event) => {
         event.preventDefault();
         over(true);
@@ -161,7 +200,12 @@ export function attachOpen(source, tell, takeArray) {
     document.addEventListener("drop", (event) => {
         event.preventDefault();
         over(false);
-        take(filesOf(event.dataTransfer));
+        const dropped = filesOf(event.dataTransfer);
+        if (event.shiftKey) {
+            takeTruth(dropped.files);
+        } else {
+            take(dropped);
+        }
     });
 
     return {
@@ -173,6 +217,7 @@ export function attachOpen(source, tell, takeArray) {
         opening() {
             at("landing").hidden = true;
             at("infer").hidden = true;
+            at("truth-open-row").hidden = false;
         },
         // Something else can be opened, as nothing was.
         failed() {

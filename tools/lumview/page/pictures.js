@@ -115,9 +115,9 @@ export function makePictures({ canvas, camera, panes, cloud, settings, pick, sta
     function saveAs(kind) {
         const { hello, eyes } = state();
         const { name, frames } = about();
-        const isRig = Boolean(hello?.rig);
+        const has = { isRig: Boolean(hello?.rig), isLabelled: cloud.isLabelled };
         const head = { program: `lumview ${hello?.version ?? ""}`.trim(), source: hello?.source ?? "", frames, step: cloud.newest?.step ?? 0 };
-        const parts = kind === "csv" ? makeCsv({ each: selection.each, eyes, isRig }) : makePly({ each: selection.each, eyes, isRig, about: head });
+        const parts = kind === "csv" ? makeCsv({ each: selection.each, eyes, has }) : makePly({ each: selection.each, eyes, has, about: head });
         save(parts, kind === "csv" ? "text/csv" : "application/octet-stream", `${name}.${kind}`);
     }
 

@@ -1,11 +1,12 @@
 // Points as files that a browser saves: CSV and PLY, with the columns and units
 // of lumdump. They have no timestamps, which are not on the page.
 import { EYE_BIT, RISING_BIT } from "./frame.js";
+import { labelValueOf, NO_LABEL } from "./colouring.js";
 import { directionOf, eyeOf, returnOf } from "./filter.js";
 
 const BLOCK = 20000; // points of a part of a file
 
-// Name in CSV, decimals there; name and type in PLY; the value of p.
+// Name in CSV, decimals there (null: as many as it has); name and type in PLY; the value of p.
 const COLUMNS = [
     ["x", 4, "x", "float", (p) => p.x],
     ["y", 4, "y", "float", (p) => p.y],
@@ -23,9 +24,11 @@ const COLUMNS = [
     ["edge", 0, "scalar_edge", "uchar", ({ points, i }) => Number((points.flags[i] & RISING_BIT) !== 0)],
 ];
 const SENSOR = ["sensor", 0, "scalar_sensor", "uchar", ({ points, i }) => points.sensor[i]];
-const columnsOf = (isRig) => (isRig ? [...COLUMNS, SENSOR] : COLUMNS);
+const LABEL = ["label", null, "scalar_label", "double", ({ points, i }) => labelValueOf(points, i)]; // a number as the array has it
+const columnsOf = ({ isRig, isLabelled }) => [...COLUMNS, ...(isRig ? [SENSOR] : []), ...(isLabelled ? [LABEL] : [])];
 
 const TYPES = {
+    double: [8, (view, at, v) => view.setFloat64(at, v, true)],
     float: [4, (view, at, v) => view.setFloat32(at, v, true)],
     int: [4, (view, at, v) => view.setInt32(at, v, true)],
     uint16: [2, (view, at, v) => view.setUint16(at, v, true)],
@@ -51,10 +54,12 @@ function collect(each, eyes, write, close) {
     return { parts: [...parts, close()], count };
 }
 
-export function makeCsv({ each, eyes, isRig }) {
-    const columns = columnsOf(isRig);
+// has: { isRig, isLabelled }
+export function makeCsv({ each, eyes, has }) {
+    const columns = columnsOf(has);
     let rows = [];
-    const write = (p) => rows.push(columns.map(([, decimals, , , value]) => value(p).toFixed(decimals)).join(","));
+    const format = (v, decimals) => (decimals === null ? String(v) : v.toFixed(decimals));
+    const write = (p) => rows.push(columns.map(([, decimals, , , value]) => format(value(p), decimals)).join(","));
     const close = () => {
         const text = rows.map((row) => `${row}\n`).join("");
         rows = [];
@@ -70,13 +75,14 @@ function plyHead(columns, count, { program, source, frames, step }) {
     return [
         "ply", "format binary_little_endian 1.0", `comment ${program}`,
         "comment metres, degrees; intensity is the pulse width in ns, in steps of 0.01 ns, at most 655.35",
+        ...(columns.includes(LABEL) ? [`comment a label of ${NO_LABEL}: the point has none`] : []),
         `comment source: ${JSON.stringify(source)}`, `comment ${frames}`, `comment ${rounded}`, `element vertex ${count}`,
         ...columns.map(([, , name, type]) => `property ${type} ${name}`), "end_header", "",
     ].join("\n");
 }
 
-export function makePly({ each, eyes, isRig, about }) {
-    const columns = columnsOf(isRig);
+export function makePly({ each, eyes, has, about }) {
+    const columns = columnsOf(has);
     const width = columns.reduce((sum, [, , , type]) => sum + TYPES[type][0], 0);
     const bytes = new DataView(new ArrayBuffer(BLOCK * width));
     let end = 0;

@@ -150,11 +150,9 @@ now.port1.onmessage = () => {
     turn();
 };
 
-async function open({ files, options }) {
+async function begin({ files, options }, act) {
     try {
-        engine = load(await compile(), files, options ?? {});
-        engine.open(options?.paused);
-        turn();
+        act(load(await compile(), files, options ?? {}));
     } catch (error) {
         fail(typeof WebAssembly === "undefined" || error instanceof WebAssembly.CompileError
             ? new Error(`this browser does not let the page decode captures: ${error.message}`) : error);
@@ -165,7 +163,16 @@ const orders = {
     wasm(given) {
         wasm = given;
     },
-    open,
+    open: (order) => begin(order, (made) => {
+        engine = made;
+        engine.open(order.options?.paused);
+        turn();
+    }),
+    // Of a worker that does nothing else.
+    truth: (order) => begin(order, (made) => {
+        const truth = made.truth();
+        tell({ truth }, [truth]);
+    }),
     send(text) {
         if (engine) {
             guarded(() => engine.command(text));
