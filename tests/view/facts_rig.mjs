@@ -104,4 +104,20 @@ async function showsARig({ browser, folder, capture: alone }) {
     assert.deepEqual(single.complaints, []);
 }
 
-export const rigFacts = [["the sensors of a rig are shown together, each point with its sensor", showsARig]];
+// Labels name no sensor, and true points of a capture are seen from one.
+async function refusesWhatIsOfOneSensor({ browser, folder }) {
+    const [alone, array, both] = ["labelled.pcap", "labels.npy", "both.pcapng"].map((name) => path.join(folder, name));
+    const rig = writeRig(folder, "both.yaml", "front", "left");
+    run("lumsim", "-q", "-o", alone, "--frames", 2, "--labels", array);
+    run("lumsim", "-q", "--rig", rig, "-o", both, "--frames", 2, "--lines", 64);
+    const server = await view("--paused", "--rig", rig, "--labels", array, both);
+    const page = await open(browser, server.url);
+    await until(page, () => document.getElementById("message").textContent.includes("labels.npy: labels are of one sensor"));
+    assert.equal(await page.locator("#colour [value=label]").count(), 0);
+    await assert.rejects(view("--paused", "--rig", rig, "--truth", alone, both), /true points of a capture are seen from its sensor/);
+}
+
+export const rigFacts = [
+    ["what is of one sensor is refused beside a rig", refusesWhatIsOfOneSensor],
+    ["the sensors of a rig are shown together, each point with its sensor", showsARig],
+];
