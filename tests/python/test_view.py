@@ -97,16 +97,26 @@ def test_frames_have_all_their_points(capture, frame):
     assert hello["source"] == "10.42.0.37" and hello["labels"] is None
 
 
-def test_the_eyes_are_those_of_the_calibration(frame):
-    mount = shown(frame, calibration={"eyes.green.mount.y_m": -0.5})["hello"]["eyes"][1]["mount"]
+def test_the_eyes_are_where_the_ranges_say(capture, frame):
+    own = {"eyes.green.mount.y_m": -0.5}
+    with lumsdk.open(capture, calibration=own) as source:
+        made = next(iter(source))
+    mount = shown(made, calibration=own)["hello"]["eyes"][1]["mount"]
     assert mount == pytest.approx([0, -0.5, 0])
+
+    def is_unknown(one, **options):
+        (first, _) = shown(one, **options)["hello"]["eyes"]
+        return "place" in first["lacks"]
+    assert not is_unknown(made, calibration=own) and is_unknown(made) and is_unknown(frame, calibration=own)
+    assert is_unknown(frame.replace(x=frame["x"] + np.float32(0.01))), "moved"
 
 
 def test_arrays_are_points(frame):
     points = np.random.default_rng(1).uniform(-50, 50, (7000, 3))
     data = shown(points)
     assert of_page(data) == [(0, 7000)]
-    assert data["hello"]["eyes"][0]["name"] is None and set(data["hello"]["eyes"][0]["lacks"]) == {"line", "return", "edge", "eye"}
+    assert data["hello"]["eyes"][0]["name"] is None and set(data["hello"]["eyes"][0]["lacks"]) == {"line", "return", "edge", "eye",
+                                                                                             "place"}
     assert of_page(shown([points, points[:10]])) == [(0, 7000), (1, 10)]
     assert of_page(shown({"xyz": points.astype("f4")})) == of_page(shown(np.asarray(frame)[:7000]["x"][:, None] * np.ones((1, 3)))) == [
         (0, 7000)]

@@ -61,7 +61,8 @@ export function describe({ slot, index: i }, eyes) {
     return {
         position,
         step: slot.step,
-        ...directionOf([0, 1, 2].map((k) => measured[3 * i + k]), eye),
+        ...(eye.lacks?.includes("place") ? { distance: Math.hypot(...position) }
+            : directionOf([0, 1, 2].map((k) => measured[3 * i + k]), eye)),
         sensor: eye.sensor ?? null,
         sensorFrame: part?.number ?? null,
         eye: eye.name,
@@ -84,9 +85,10 @@ const ROWS = [
     ["its frame", (p) => p.sensorFrame],
     ["x y z", (p) => coordinates(p.position)],
     ["each within", (p) => `${(500 * p.step).toFixed(2)} mm`],
-    ["range", (p) => `${p.range.toFixed(3)} m`],
-    ["azimuth", (p) => `${p.azimuth.toFixed(3)}°`],
-    ["elevation", (p) => `${p.elevation.toFixed(3)}°`],
+    ["range", (p) => p.range !== undefined && `${p.range.toFixed(3)} m`],
+    ["azimuth", (p) => p.azimuth !== undefined && `${p.azimuth.toFixed(3)}°`],
+    ["elevation", (p) => p.elevation !== undefined && `${p.elevation.toFixed(3)}°`],
+    ["from 0", (p) => p.distance !== undefined && `${p.distance.toFixed(3)} m`],
     ["eye", (p) => p.eye],
     ["line, pixel", (p) => p.line !== null && `${p.line}, ${p.pixel}`],
     ["return", (p) => p.returnNumber !== null && `${p.returnNumber} of ${p.returns}`],

@@ -51,6 +51,8 @@ _LABELS_MOST = 254
 _FURTHEST_M = 2.0 ** 21
 """Coordinates of lum/frame/packed.h."""
 
+_SAME_RANGE_M = 0.002
+
 _LINE_POINTS = 1000
 
 _ALWAYS: Mapping[str, int] = {"pulse_width": 0, "line": 0, "pixel": 0, "return_number": 1, "number_of_returns": 1, "eye": 0, "edge": 1,
@@ -200,9 +202,17 @@ def _eyes_of(calibration: Calibration, pose: Optional[Array], lacks: list[str]) 
     return out
 
 
-def _at_origin(lacks: list[str]) -> list[dict[str, Any]]:
-    """Of points that no eye is known to have seen: ranges are those from 0."""
-    return [{"name": None, "mount": [0, 0, 0], "rotation": np.eye(3).ravel().tolist(), "lacks": lacks}] * len(EYES)
+def _at_origin(eyes: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Where it is not known from where points were seen: the page tells how far they are from 0 instead."""
+    return [{**eye, "mount": [0, 0, 0], "rotation": np.eye(3).ravel().tolist(), "lacks": [*eye["lacks"], "place"]} for eye in eyes]
+
+
+def _is_seen_from(frame: Frame, eyes: list[dict[str, Any]]) -> bool:
+    """Whether the ranges of a frame are those from there: not where its calibration is another one, or after a movement."""
+    if "eye" not in frame or "range" not in frame:
+        return False
+    ranges = np.linalg.norm(frame.xyz - np.array([eye["mount"] for eye in eyes])[frame["eye"]], axis=1)
+    return not (np.abs(ranges - frame["range"]) > _SAME_RANGE_M).any()
 
 
 def _lacking(frames: Iterable[Frame]) -> list[str]:
@@ -220,8 +230,10 @@ def _text_of(content: bytes) -> str:
 def _hello(name: str, frames: Mapping[str, Frame], calibration: Calibration, is_rig: bool) -> dict[str, Any]:
     """The greeting, as lumview's own (tools/lumview/status.c). frames: the first of each sensor."""
     lacks = _lacking(frames.values())
-    eyes = [eye for frame in frames.values() for eye in
-            (_eyes_of(calibration, frame.pose if frame._moved != "world" else None, lacks) if "eye" in frame else _at_origin(lacks))]
+    eyes = []
+    for frame in frames.values():
+        own = _eyes_of(calibration, frame.pose if frame._moved != "world" else None, lacks)
+        eyes += own if _is_seen_from(frame, own) else _at_origin(own)
     view = ffi.new("lum_image_view *")
     lib.lum_image_view_default(view, lib.LUM_IMAGE_BOTH, 1)
     image = {"left": view.left_deg, "right": view.right_deg, "top": view.top_deg, "bottom": view.bottom_deg, "columns": view.columns,
@@ -498,7 +510,8 @@ def view(shown: Shown, *, height: int = 560, browser: bool = True, **options: Un
         height: of the cell, in pixels.
         browser: whether a browser opens where this is no notebook; False leaves that to open().
         options: those of open(), where shown is a capture; with frames, calibration tells where the eyes are, from which the page
-            computes ranges and angles. It is the built-in one if nothing says it.
+            computes ranges and angles; None is the built-in one. Where the frames' own column range differs, or there is none,
+            the page tells how far a point is from 0 instead.
 
     Returns:
         The page. Coordinates of frames are rounded by at most 1 mm, and points without coordinates (NaN) are left out.
