@@ -111,6 +111,32 @@ def test_the_eyes_are_where_the_ranges_say(capture, frame):
     assert is_unknown(frame.replace(x=frame["x"] + np.float32(0.01))), "moved"
 
 
+def test_where_the_eyes_are_and_what_lacks_is_told_of_all_frames(frame):
+    moved = frame.replace(x=frame["x"] + np.float32(5))
+    bare = lumsdk.Frame.from_arrays({name: frame[name] for name in frame if name not in ("line", "pixel")}, sensor=frame.sensor)
+    for second, lacks in ((frame, []), (moved, ["place"]), (bare, ["line"])):
+        eyes = shown([frame, second])["hello"]["eyes"]
+        assert [eye["lacks"] for eye in eyes] == [lacks, lacks]
+
+
+def test_frames_that_were_chosen_of_a_rig_have_its_calibrations(capture):
+    rig = lumsdk.Rig([{"name": "front", "address": "10.42.0.37", "pose": {"x_m": 1}, "calibration": {"eyes.blue.mount.y_m": 0.5}}])
+    eye = shown(capture, rig=rig, frames="1:2")["hello"]["eyes"][0]
+    assert eye["mount"] == pytest.approx([1, 0.5, 0]) and eye["lacks"] == []
+
+
+def test_sets_that_were_read_without_a_rig_are_warned_of(frame):
+    other = lumsdk.Frame.from_arrays({name: frame[name] for name in frame}, sensor="10.42.0.38", utc_ns=frame.utc_ns)
+    with pytest.warns(UserWarning, match="were read without a rig"):
+        shown(list(lumsdk.sync([frame, other])))
+
+
+def test_points_that_float32_cannot_hold_are_warned_of():
+    far = np.array([[500_000.125, 2, 3], [500_001.3, 2, 3]])
+    with pytest.warns(UserWarning, match=r"rounds them by up to 0\.0125 m: subtract an origin"):
+        shown(far)
+
+
 def test_arrays_are_points(frame):
     points = np.random.default_rng(1).uniform(-50, 50, (7000, 3))
     data = shown(points)
@@ -164,8 +190,10 @@ def test_what_is_too_large_is_refused(capture, frame, monkeypatch):
     for given in (capture, capture.read_bytes(), io.BytesIO(capture.read_bytes())):
         with pytest.raises(lumsdk.OptionError, match="a page, which holds at most 1 MB; right is some of its frames"):
             lumsdk.view(given, browser=False)
-    with pytest.raises(lumsdk.OptionError, match="right is at most"):
-        lumsdk.view([frame, frame], browser=False)
+    with pytest.raises(lumsdk.OptionError, match="right is at most 1 of them"):
+        lumsdk.view([frame[::2], frame[::2]], browser=False)
+    with pytest.raises(lumsdk.OptionError, match="right is a part of its points"):
+        lumsdk.view(frame, browser=False)
 
 
 @pytest.mark.parametrize("given", ["10.42.0.37", "udp://10.42.0.37:5517"])

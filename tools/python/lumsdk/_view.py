@@ -53,6 +53,9 @@ _FURTHEST_M = 2.0 ** 21
 
 _SAME_RANGE_M = 0.002
 
+_ROUNDED_M = 0.001
+"""By which float32 may round coordinates in silence."""
+
 _LINE_POINTS = 1000
 
 _ALWAYS: Mapping[str, int] = {"pulse_width": 0, "line": 0, "pixel": 0, "return_number": 1, "number_of_returns": 1, "eye": 0, "edge": 1,
@@ -138,7 +141,10 @@ def _message(shown: Union[Frame, FrameSet], number: int, places: Mapping[str, in
     head = _head(shown, number, sum(part.count for part in parts), _edges_of([columns for columns, _ in seen]))
     out = ffi.new("lum_packed *")
     try:
-        if lib.lum_packed_make(head, parts, len(frames), out) != lib.LUM_OK:
+        result = lib.lum_packed_make(head, parts, len(frames), out)
+        if result == lib.LUM_E_SPACE:
+            raise MemoryError
+        if result != lib.LUM_OK:
             raise OptionError(f"frame {shown.number if isinstance(shown, Frame) else number}: it cannot be shown: a view has at most "
                               f"{lib.LUM_PACKED_PARTS_MAX} sensors")
         return bytes(ffi.buffer(out.bytes, out.len)), np.concatenate([is_seen for _, is_seen in seen])
@@ -186,7 +192,7 @@ def _turned(center_deg: float, rotation: Array) -> Array:
     return np.asarray(rotation @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]))
 
 
-def _eyes_of(calibration: Calibration, pose: Optional[Array], lacks: list[str]) -> list[dict[str, Any]]:
+def _eyes_of(calibration: Calibration, pose: Optional[Array]) -> list[dict[str, Any]]:
     """Where the eyes of a sensor are, by which the page tells ranges and angles."""
     layout, projector = ffi.new("lum_layout *"), ffi.new("lum_projector *")
     if (lib.lum_layout_init(layout, Profile()._to_c(), ffi.NULL, ffi.NULL) != lib.LUM_OK
@@ -197,14 +203,12 @@ def _eyes_of(calibration: Calibration, pose: Optional[Array], lacks: list[str]) 
         mount, rotation = np.array(list(eye.mount)), _turned(eye.azimuth_center, np.reshape(list(eye.rotation), (3, 3)))
         if pose is not None:
             mount, rotation = pose[:3, :3] @ mount + pose[:3, 3], pose[:3, :3] @ rotation
-        out.append({"name": None if "eye" in lacks else name, "mount": mount.tolist(), "rotation": rotation.ravel().tolist(),
-                    "lacks": lacks})
+        out.append({"name": name, "mount": mount.tolist(), "rotation": rotation.ravel().tolist()})
     return out
 
 
-def _at_origin(eyes: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Where it is not known from where points were seen: the page tells how far they are from 0 instead."""
-    return [{**eye, "mount": [0, 0, 0], "rotation": np.eye(3).ravel().tolist(), "lacks": [*eye["lacks"], "place"]} for eye in eyes]
+_AT_ORIGIN: Mapping[str, Any] = {"mount": [0, 0, 0], "rotation": [1, 0, 0, 0, 1, 0, 0, 0, 1]}
+"""Where it is not known from where points were seen: the page tells how far they are from 0 instead."""
 
 
 def _is_seen_from(frame: Frame, eyes: list[dict[str, Any]]) -> bool:
@@ -215,11 +219,6 @@ def _is_seen_from(frame: Frame, eyes: list[dict[str, Any]]) -> bool:
     return not (np.abs(ranges - frame["range"]) > _SAME_RANGE_M).any()
 
 
-def _lacking(frames: Iterable[Frame]) -> list[str]:
-    out = {what for frame in frames for what, names in _LACKS.items() if not all(name in frame for name in names)}
-    return sorted(out)
-
-
 # --- What the page gets ---
 
 
@@ -227,22 +226,17 @@ def _text_of(content: bytes) -> str:
     return base64.b64encode(content).decode()
 
 
-def _hello(name: str, frames: Mapping[str, Frame], calibration: Calibration, is_rig: bool) -> dict[str, Any]:
-    """The greeting, as lumview's own (tools/lumview/status.c). frames: the first of each sensor."""
-    lacks = _lacking(frames.values())
-    eyes = []
-    for frame in frames.values():
-        own = _eyes_of(calibration, frame.pose if frame._moved != "world" else None, lacks)
-        eyes += own if _is_seen_from(frame, own) else _at_origin(own)
+def _hello(name: str, kind: _Kind) -> dict[str, Any]:
+    """The greeting, as lumview's own (tools/lumview/status.c)."""
     view = ffi.new("lum_image_view *")
     lib.lum_image_view_default(view, lib.LUM_IMAGE_BOTH, 1)
     image = {"left": view.left_deg, "right": view.right_deg, "top": view.top_deg, "bottom": view.bottom_deg, "columns": view.columns,
              "rows_step": view.rows}
-    made = {"type": "hello", "version": VERSION, "source": name, "live": False, "eyes": eyes, "profiles": None, "image": image,
+    made = {"type": "hello", "version": VERSION, "source": name, "live": False, "eyes": kind.eyes(), "profiles": None, "image": image,
             "smooth_max": 0}
-    if is_rig:
-        poses = [np.eye(4) if frame.pose is None else frame.pose for frame in frames.values()]
-        made["rig"] = {"frame": "vehicle", "sensors": list(frames), "poses": [pose[:3].ravel().tolist() for pose in poses]}
+    if kind.sets:
+        poses = [np.eye(4) if frame.pose is None else frame.pose for frame in kind.first.values()]
+        made["rig"] = {"frame": "vehicle", "sensors": list(kind.first), "poses": [pose[:3].ravel().tolist() for pose in poses]}
     return made
 
 
@@ -257,7 +251,13 @@ def _as_frame(given: Any, place: int) -> Union[Frame, FrameSet]:
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{type(given).__name__} cannot be shown; right is a capture's path, a source, a frame, an array of the shape "
                         "(n, 3), or several frames or arrays")
-    return Frame.from_arrays(xyz=array.astype("f4"), number=place)
+    with np.errstate(over="ignore", invalid="ignore"):
+        made = array.astype("f4")
+        rounded = float(np.fmax.reduce(np.abs(made - array), None, initial=0)) if array.dtype.itemsize > made.dtype.itemsize else 0.0
+    if rounded > _ROUNDED_M:
+        warn(f"the points are so far from 0 that float32 rounds them by up to {rounded:.3g} m: subtract an origin from them, such as "
+             "numpy.round(points[0])", UserWarning)
+    return Frame.from_arrays(xyz=made, number=place)
 
 
 def _numbers_of(told: list[Optional[int]]) -> list[int]:
@@ -269,31 +269,61 @@ def _numbers_of(told: list[Optional[int]]) -> list[int]:
 
 
 class _Kind:
-    """Whether frames or sets of a rig are shown; they are all of one kind."""
+    """What frames have in common: whether all are frames, or sets of a rig, and what is known of all of them."""
 
-    def __init__(self) -> None:
-        self.first: dict[str, Frame] = {}
+    def __init__(self, calibration: Calibration, own: Mapping[str, Calibration]) -> None:
+        """own: calibrations of a rig's sensors."""
+        self.first: dict[str, Frame] = {}  # of each sensor
         self.sets: Optional[bool] = None
+        self._calibration, self._own, self._is_told = calibration, own, False
+        self._eyes: dict[str, list[dict[str, Any]]] = {}
+        self._lacks: set[str] = set()
+        self._elsewhere: set[str] = set()  # sensors with a frame that was not seen from their eyes
 
     def take(self, shown: Union[Frame, FrameSet]) -> None:
         is_set = isinstance(shown, FrameSet)
         if self.sets not in (None, is_set):
             raise OptionError("frames and sets of a rig's sensors are given; right is one of both")
-        self.sets = is_set
         for frame in _parts_of(shown):
-            self.first.setdefault(frame.sensor, frame)
+            self._note(frame.sensor, frame)
         if not is_set and len(self.first) > 1:
             raise OptionError(f"frames of several sensors, {', '.join(self.first)}; right is lumsdk.view(lumsdk.sync(frames)), where "
                               "those of one moment are shown together")
+        if len(self.first) > 1 and not self._is_told and not all(frame._info.member for frame in self.first.values()):
+            self._is_told = True
+            warn(f"frames of {', '.join(self.first)} were read without a rig, so each has its points in its own sensor's frame, and "
+                 "they are shown over each other: open the source with rig=", UserWarning)
+        self.sets = is_set
+
+    def _note(self, name: str, frame: Frame) -> None:
+        if name not in self.first:
+            self.first[name] = frame
+            self._eyes[name] = _eyes_of(self._own.get(name, self._calibration), frame.pose if frame._moved != "world" else None)
+        self._lacks.update(what for what, names in _LACKS.items() if not all(column in frame for column in names))
+        if name not in self._elsewhere and not _is_seen_from(frame, self._eyes[name]):
+            self._elsewhere.add(name)
+
+    def eyes(self) -> list[dict[str, Any]]:
+        """Those of all sensors, and what the page does not tell of their points."""
+        out = []
+        for sensor, both in self._eyes.items():
+            told: dict[str, Any] = {"lacks": sorted(self._lacks)}
+            if "eye" in self._lacks:
+                told["name"] = None
+            if sensor in self._elsewhere:
+                told = {**told, **_AT_ORIGIN, "lacks": [*told["lacks"], "place"]}
+            out += [{**eye, **told} for eye in both]
+        return out
 
     def places(self) -> dict[str, int]:
         """The sensors of the rig by their places in the page."""
         return {name: place for place, name in enumerate(self.first)}
 
 
-def _of_frames(given: Iterable[Any], name: Optional[str], calibration: Any) -> dict[str, Any]:
-    """{"hello", "frames"} for the page."""
-    kind, labels, size = _Kind(), _Labels(), 0
+def _of_frames(given: Iterable[Any], name: Optional[str], calibration: Any,
+               own: Optional[Mapping[str, Calibration]] = None) -> dict[str, Any]:
+    """{"hello", "frames"} for the page. own: calibrations of a rig's sensors, in place of that one."""
+    kind, labels, size = _Kind(Calibration(calibration), own or {}), _Labels(), 0
     messages: list[bytes] = []
     told: list[Optional[int]] = []
     for place, one in enumerate(given):
@@ -305,13 +335,14 @@ def _of_frames(given: Iterable[Any], name: Optional[str], calibration: Any) -> d
         messages.append(message)
         size += len(message)
         if size > _MOST_BYTES:
-            raise _refuse_size(f"{place + 1} frames", size, f"at most {place} of them, such as frames[:{place}], or write a capture "
-                               "and open it with the program 'lumview'")
+            some = f"at most {place} of them, such as frames[:{place}]" if place else "a part of its points, such as frame[::2]"
+            raise _refuse_size(f"{place + 1} frames" if place else "the frame", size,
+                               f"{some}, or write a capture and open it with the program 'lumview'")
     if not messages:
         raise OptionError("there is no frame to show")
     numbers = _numbers_of(told)
     known = [sensor for sensor in kind.first if sensor != "0.0.0.0"]
-    hello = _hello(name or ", ".join(known) or "points", kind.first, Calibration(calibration), bool(kind.sets))
+    hello = _hello(name or ", ".join(known) or "points", kind)
     hello["labels"] = labels.to_page(numbers)
     return {"hello": hello, "frames": [_text_of(_numbered(message, number)) for message, number in zip(messages, numbers)]}
 
@@ -356,16 +387,21 @@ def _settings(source: Source) -> dict[str, Any]:
     return {"rig": {"name": "rig.yaml", "text": rig.to_yaml(beside)}, "beside": texts}
 
 
+def _frames_of(source: Source) -> dict[str, Any]:
+    rig = source.rig
+    if rig is None:
+        return _of_frames(source, source.name, source.calibration)
+    from ._sync import sync
+
+    return _of_frames(sync(source), source.name, None, {name: rig[name].calibration for name in rig})
+
+
 def _of_source(source: Source) -> dict[str, Any]:
     """{"captures", "options"} for the page; or frames, where the source has some of the capture alone."""
     source._check_open()
     chosen = [name for name, value in source._choice.given.items() if name not in _BY_PAGE and value != "all"]
     if source._sought_ns is not None or chosen:
-        if source.rig is not None:
-            from ._sync import sync
-
-            return _of_frames(sync(source), source.name, None)
-        return _of_frames(source, source.name, source.calibration)
+        return _frames_of(source)
     captures = [{"name": name, "base64": _text_of(content)} for name, content in _contents(source._input)]
     return {"captures": captures, "options": _settings(source)}
 
@@ -384,7 +420,7 @@ def _refuse_sensor(given: Any) -> None:
     if isinstance(given, Sensor):
         raise _refuse_live(given.address)
     if isinstance(given, Frames):
-        raise _refuse_live("the iteration")
+        raise _refuse_live(given._sensor.address)
     if isinstance(given, str) and _SENSOR.fullmatch(given):
         raise _refuse_live(given.replace("udp://", ""))
 
@@ -469,8 +505,12 @@ class View:
         """
         if self._path is None:
             handle, path = tempfile.mkstemp(prefix="lumsdk-", suffix=".html")
-            with os.fdopen(handle, "wb") as file:
-                self._write(file)
+            try:
+                with os.fdopen(handle, "wb") as file:
+                    self._write(file)
+            except BaseException:
+                os.unlink(path)
+                raise
             self._path = path
         show = _browser()
         if show is None or not show(pathlib.Path(self._path).as_uri()):
