@@ -70,6 +70,20 @@ def test_a_capture_is_given_as_to_open(capture, as_what):
     assert shown(as_what(capture))["captures"][0]["base64"] == shown(capture)["captures"][0]["base64"]
 
 
+def test_all_of_a_file_object_is_read(capture):
+    class Slow(io.BytesIO):
+        def read(self, count=-1):
+            return super().read(1000 if count is None or count < 0 else min(count, 1000))
+    assert shown(Slow(capture.read_bytes()))["captures"][0]["base64"] == shown(capture)["captures"][0]["base64"]
+
+
+def test_what_can_be_read_only_once_is_shown_as_its_frames(capture):
+    class Pipe(io.BytesIO):
+        def seekable(self):
+            return False
+    assert of_page(shown(Pipe(capture.read_bytes()))) == [(frame.number, len(frame)) for frame in lumsdk.open(capture)]
+
+
 def test_a_rig_comes_with_all_of_its_files(capture):
     rig = lumsdk.Rig([{"name": "front", "address": "10.42.0.37", "pose": {"x_m": 1.5}, "calibration": {"tof_lsb_ps": 12.9}}])
     options = shown(capture, rig=rig)["options"]

@@ -56,6 +56,9 @@ _SAME_RANGE_M = 0.002
 _ROUNDED_M = 0.001
 """By which float32 may round coordinates in silence."""
 
+_PACKED_OTHERWISE = (b"BZh", b"\x04\x22\x4d\x18")
+"""How captures begin that bzip2 or lz4 compressed, which the page cannot unpack."""
+
 _LINE_POINTS = 1000
 
 _ALWAYS: Mapping[str, int] = {"pulse_width": 0, "line": 0, "pixel": 0, "return_number": 1, "number_of_returns": 1, "eye": 0, "edge": 1,
@@ -356,6 +359,14 @@ def _numbered(message: bytes, number: int) -> bytes:
     return bytes(out)
 
 
+def _read(file: Any, most: int) -> bytes:
+    """All that a file object has, up to so many bytes; one read() may give less."""
+    out = bytearray()
+    while len(out) < most and (part := file.read(most - len(out))):
+        out += part
+    return bytes(out)
+
+
 def _contents(given: Input) -> Iterator[tuple[str, bytes]]:
     """The names of captures, and their bytes."""
     what = "some of its frames, as lumsdk.view(source[:10]) has them, or the program 'lumview', which reads captures of any size"
@@ -371,7 +382,7 @@ def _contents(given: Input) -> Iterator[tuple[str, bytes]]:
         content = bytes(ffi.buffer(given._buffer))
     else:
         assert isinstance(given, Stream)
-        content = given._rewind().read(_MOST_BYTES + 1)
+        content = _read(given._rewind(), _MOST_BYTES + 1)
     if len(content) > _MOST_BYTES:
         raise _refuse_size(given.name, len(content), what)
     yield os.path.basename(given.name), content
@@ -397,12 +408,16 @@ def _frames_of(source: Source) -> dict[str, Any]:
 
 
 def _of_source(source: Source) -> dict[str, Any]:
-    """{"captures", "options"} for the page; or frames, where the source has some of the capture alone."""
+    """{"captures", "options"} for the page; or frames, where the source has some of the capture alone, or the page cannot read it."""
     source._check_open()
     chosen = [name for name, value in source._choice.given.items() if name not in _BY_PAGE and value != "all"]
-    if source._sought_ns is not None or chosen:
+    if source._sought_ns is not None or chosen or not source._input.can_reopen:
         return _frames_of(source)
-    captures = [{"name": name, "base64": _text_of(content)} for name, content in _contents(source._input)]
+    captures = []
+    for name, content in _contents(source._input):
+        if content.startswith(_PACKED_OTHERWISE):
+            return _frames_of(source)
+        captures.append({"name": name, "base64": _text_of(content)})
     return {"captures": captures, "options": _settings(source)}
 
 
