@@ -145,6 +145,15 @@ def test_sets_that_were_read_without_a_rig_are_warned_of(frame):
         shown(list(lumsdk.sync([frame, other])))
 
 
+def test_losses_are_marks():
+    with lumsdk.open(lumsdk.simulate(frames=4, loss=0.01)) as source:
+        frames = list(source)
+    inside = [one for one in frames if not one.first and not one.last]
+    marks = {mark[0]: mark[1:] for mark in shown(frames)["hello"]["marks"]}
+    assert sum(one.losses["lost_words"] for one in inside) > 0
+    assert [marks.get(one.number, [0])[0] for one in inside] == [one.losses["lost_words"] for one in inside]
+
+
 def test_points_that_float32_cannot_hold_are_warned_of():
     far = np.array([[500_000.125, 2, 3], [500_001.3, 2, 3]])
     with pytest.warns(UserWarning, match=r"rounds them by up to 0\.0125 m: subtract an origin"):

@@ -8,6 +8,7 @@ const BYTES_AT = 80;
 const PIECE_AT = 84;
 const USUAL_S = 0.1; // from one frame to the next where they do not tell
 const LOSSES = ["wire_words", "wire_lines", "joined_words", "joined_lines", "pauses", "kernel", "ring", "refused"];
+const LOST_AT = { wire_words: 1, pauses: 2, wire_lines: 3 }; // in a mark (marks.js)
 const STATUS_MS = 500;
 
 // Messages that may follow each other in one buffer, as the frames that they are the pieces of.
@@ -32,6 +33,9 @@ export function makeReel(on, hello, buffers) {
     const frames = framesOf(buffers);
     const heads = frames.map(([first]) => new DataView(first));
     const numbers = heads.map((head) => head.getFloat64(NUMBER_AT, true));
+    const marks = hello.marks ?? [];
+    const lost = (name) => marks.reduce((sum, mark) => sum + (mark[LOST_AT[name]] ?? 0), 0);
+    const losses = Object.fromEntries(LOSSES.map((name) => [name, lost(name)]));
     const state = { at: 0, plays: frames.length > 1, speed: 1, loop: true, shown: 0, timer: 0 };
 
     // What the frame after this one waits for.
@@ -62,7 +66,9 @@ export function makeReel(on, hello, buffers) {
             points_per_second: 0,
             frames_per_second: 0,
             bytes_per_second: 0,
-            losses: Object.fromEntries(LOSSES.map((name) => [name, 0])),
+            losses,
+            mark_frames: 1,
+            marks,
             laser: null,
             browsers: 1,
             skipped: 0,

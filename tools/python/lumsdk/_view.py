@@ -71,6 +71,8 @@ _LACKS = {"line": ("line", "pixel"), "return": ("return_number", "number_of_retu
 _NO_PAGE = ("this installation has no lumview.html, in which points are shown: it was built where no compiler for WebAssembly was "
             "(docs/wheels.md); frame.to_png() draws a picture")
 
+_LOST_LINES = ("lines_missing", "lines_missing_angles", "lines_late", "lines_cut")
+
 _SENSOR = re.compile(r"(udp://)?(\d+\.){3}\d+(%\w+)?(:\d+)?")
 
 
@@ -222,6 +224,14 @@ def _is_seen_from(frame: Frame, eyes: list[dict[str, Any]]) -> bool:
     return not (np.abs(ranges - frame["range"]) > _SAME_RANGE_M).any()
 
 
+def _loss(shown: Union[Frame, FrameSet]) -> list[int]:
+    """[words, pauses, lines], as lumview marks it: what was under way when the recording began or ended is not lost."""
+    infos = [frame._info for frame in _parts_of(shown)]
+    inside = [info.losses for info in infos if not (info.is_first or info.is_last)]
+    return [sum(losses["lost_words"] for losses in inside), sum(info.has_pause for info in infos),
+            sum(losses[name] for losses in inside for name in _LOST_LINES)]
+
+
 # --- What the page gets ---
 
 
@@ -328,6 +338,7 @@ def _of_frames(given: Iterable[Any], name: Optional[str], calibration: Any,
     """{"hello", "frames"} for the page. own: calibrations of a rig's sensors, in place of that one."""
     kind, labels, size = _Kind(Calibration(calibration), own or {}), _Labels(), 0
     messages: list[bytes] = []
+    losses: list[list[int]] = []
     told: list[Optional[int]] = []
     for place, one in enumerate(given):
         shown = _as_frame(one, place)
@@ -336,6 +347,7 @@ def _of_frames(given: Iterable[Any], name: Optional[str], calibration: Any,
         message, is_seen = _message(shown, place, kind.places())
         labels.add(shown, is_seen)
         messages.append(message)
+        losses.append(_loss(shown))
         size += len(message)
         if size > _MOST_BYTES:
             some = f"at most {place} of them, such as frames[:{place}]" if place else "a part of its points, such as frame[::2]"
@@ -347,6 +359,7 @@ def _of_frames(given: Iterable[Any], name: Optional[str], calibration: Any,
     known = [sensor for sensor in kind.first if sensor != "0.0.0.0"]
     hello = _hello(name or ", ".join(known) or "points", kind)
     hello["labels"] = labels.to_page(numbers)
+    hello["marks"] = [[number, *lost] for number, lost in zip(numbers, losses) if any(lost)]
     return {"hello": hello, "frames": [_text_of(_numbered(message, number)) for message, number in zip(messages, numbers)]}
 
 
