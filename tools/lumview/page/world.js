@@ -24,7 +24,7 @@ function makeLookUp(rows) {
     return (time) => {
         const next = search(time - SLACK_S);
         const [a, b] = [rows[Math.max(0, next - 1)], rows[next]];
-        if (!b || b[0] - a[0] > GAP_S || time < a[0] - SLACK_S) {
+        if (!b || b[0] - a[0] > GAP_S || !(time >= a[0] - SLACK_S)) { // a time that is not known is NaN
             return null;
         }
         const share = b === a ? 0 : Math.max(0, Math.min(1, (time - a[0]) / (b[0] - a[0])));
