@@ -119,6 +119,23 @@ function seenFrom([, ...pose], place) {
     return turned([-x, -y, -z, w], place.map((v, k) => v - pose[k]));
 }
 
+// A box that stays selects what lies in it now, also of frames that were moved since.
+async function selectsWhatMoved(page) {
+    const countAfter = async (...keys) => {
+        for (const key of keys) {
+            await page.keyboard.press(key);
+        }
+        await drawn(page);
+        return (await probe(page, "selection")).count;
+    };
+    await countAfter("w", "Enter");
+    await page.keyboard.press(",");
+    await until(page, () => document.getElementById("frame-number").textContent === "frames 1 to 2");
+    const kept = await countAfter();
+    assert.ok(kept > 0);
+    assert.equal(kept, await countAfter("w", "Enter"));
+}
+
 // Points of the frames before stand where they were in the world, as seen from the newest one.
 async function world({ browser, folder }) {
     const [capture, poses] = ["drive.pcap", "drive.txt"].map((name) => path.join(folder, name));
@@ -145,8 +162,9 @@ async function world({ browser, folder }) {
         }
     }
     assert.ok(frames.size > 1, `points of the frames ${[...frames]}`);
-    assert.deepEqual(page.complaints, []);
     await shoot(page, "lumview-world");
+    await selectsWhatMoved(page);
+    assert.deepEqual(page.complaints, []);
 }
 
 export const truthFacts = [

@@ -152,6 +152,8 @@ function renew({ object: { geometry } }, count) {
     geometry.setDrawRange(0, count);
 }
 
+const MOVED = -1; // a choice of points by where they were before
+
 let fillings = 0;
 
 function fill(slot, frame) {
@@ -165,7 +167,6 @@ function fill(slot, frame) {
     renew(slot, frame.count);
     slot.size = frame.count;
     slot.split = frame.split;
-    slot.step = frame.step;
     slot.lines = frame.lines;
     slot.number = frame.number;
     slot.share = frame.share;
@@ -215,6 +216,7 @@ function place(slot, matrix) {
         xyz[i + 2] = e[2] * x + e[6] * y + e[10] * z + e[14];
     }
     slot.placed = placed;
+    slot.choosing &&= MOVED;
     renew(slot, slot.size);
     slot.filling = ++fillings;
 }
