@@ -119,6 +119,16 @@ function seenFrom([, ...pose], place) {
     return turned([-x, -y, -z, w], place.map((v, k) => v - pose[k]));
 }
 
+// Saved points have the ranges that were measured, and their places say from where they are seen.
+async function savesWhatWasMeasured(page, rows) {
+    const pointOf = (row) => KEYS.map((key) => row[key]).join();
+    const ranges = new Map(rows.map((row) => [pointOf(row), row.range]));
+    const saved = readPly((await download(page, "save-ply")).bytes);
+    assert.ok(saved.rows.some(({ frame }) => frame === 1));
+    saved.rows.forEach((row) => assert.ok(Math.abs(ranges.get(pointOf(row)) - row.range) < 0.01, JSON.stringify(row)));
+    assert.ok(saved.head.some((line) => line.includes("as seen from frame 3")), saved.head.join("\n"));
+}
+
 // A box that stays selects what lies in it now, also of frames that were moved since.
 async function selectsWhatMoved(page) {
     const countAfter = async (...keys) => {
@@ -163,6 +173,7 @@ async function world({ browser, folder }) {
     }
     assert.ok(frames.size > 1, `points of the frames ${[...frames]}`);
     await shoot(page, "lumview-world");
+    await savesWhatWasMeasured(page, rows);
     await selectsWhatMoved(page);
     assert.deepEqual(page.complaints, []);
 }

@@ -116,7 +116,13 @@ export function makePictures({ canvas, camera, panes, cloud, settings, pick, sta
         const { hello, eyes } = state();
         const { name, frames } = about();
         const has = { isRig: Boolean(hello?.rig), isLabelled: cloud.isLabelled };
-        const head = { program: `lumview ${hello?.version ?? ""}`.trim(), source: hello?.source ?? "", frames, step: cloud.newest?.step ?? 0 };
+        const head = {
+            program: `lumview ${hello?.version ?? ""}`.trim(),
+            source: hello?.source ?? "",
+            frames,
+            step: cloud.newest?.step ?? 0,
+            seenFrom: cloud.slots.some(({ placed }) => placed !== "") ? cloud.newest.number : null,
+        };
         const parts = kind === "csv" ? makeCsv({ each: selection.each, eyes, has }) : makePly({ each: selection.each, eyes, has, about: head });
         save(parts, kind === "csv" ? "text/csv" : "application/octet-stream", `${name}.${kind}`);
     }

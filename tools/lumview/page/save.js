@@ -44,8 +44,10 @@ function collect(each, eyes, write, close) {
     const parts = [];
     let count = 0;
     each((points, i, slot) => {
-        const [x, y, z] = [points.xyz[3 * i], points.xyz[3 * i + 1], points.xyz[3 * i + 2]];
-        write({ points, i, x, y, z, frame: frameOf(points, i, slot), ...directionOf([x, y, z], eyeOf(points, i, eyes)) });
+        const placeIn = (xyz) => [xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]];
+        const [x, y, z] = placeIn(points.xyz);
+        const measured = placeIn(slot.isMoved ? slot.own : points.xyz); // by the sensor, where it was then
+        write({ points, i, x, y, z, frame: frameOf(points, i, slot), ...directionOf(measured, eyeOf(points, i, eyes)) });
         count++;
         if (count % BLOCK === 0) {
             parts.push(close());
@@ -69,13 +71,15 @@ export function makeCsv({ each, eyes, has }) {
     return [`${columns.map(([name]) => name).join(",")}\n`, ...parts];
 }
 
-// about: { program, source, frames, step }; step: metres that coordinates are rounded to, 0: they are not.
-function plyHead(columns, count, { program, source, frames, step }) {
+// about: { program, source, frames, step, seenFrom }; step: metres that coordinates are rounded to, 0: they are not;
+// seenFrom: the frame from which those of other frames are seen, by poses, null: each has its own.
+function plyHead(columns, count, { program, source, frames, step, seenFrom }) {
     const rounded = step > 0 ? `coordinates are rounded to steps of ${(1000 * step).toPrecision(3)} mm` : "coordinates are not rounded";
     return [
         "ply", "format binary_little_endian 1.0", `comment ${program}`,
         "comment metres, degrees; intensity is the pulse width in ns, in steps of 0.01 ns, at most 655.35",
         ...(columns.includes(LABEL) ? [`comment a label of ${NO_LABEL}: the point has none`] : []),
+        ...(seenFrom === null ? [] : [`comment x, y, z are as seen from frame ${seenFrom}; range and angles are as measured`]),
         `comment source: ${JSON.stringify(source)}`, `comment ${frames}`, `comment ${rounded}`, `element vertex ${count}`,
         ...columns.map(([, , name, type]) => `property ${type} ${name}`), "end_header", "",
     ].join("\n");
