@@ -25,7 +25,17 @@ const COLUMNS = [
 ];
 const SENSOR = ["sensor", 0, "scalar_sensor", "uchar", ({ points, i }) => points.sensor[i]];
 const LABEL = ["label", null, "scalar_label", "double", ({ points, i }) => labelValueOf(points, i)]; // a number as the array has it
-const columnsOf = ({ isRig, isLabelled }) => [...COLUMNS, ...(isRig ? [SENSOR] : []), ...(isLabelled ? [LABEL] : [])];
+// What a column is of that frames of a program need not have: eyes name what they lack.
+const OF = {
+    range: "place", azimuth: "place", elevation: "place", eye: "eye", line: "line", pixel: "line",
+    return_number: "return", number_of_returns: "return", edge: "edge",
+};
+
+// What is not known of a point is left out, rather than made up.
+function columnsOf({ isRig, isLabelled }, eyes) {
+    const lacks = new Set(eyes.flatMap((eye) => eye.lacks ?? []));
+    return [...COLUMNS.filter(([name]) => !lacks.has(OF[name])), ...(isRig ? [SENSOR] : []), ...(isLabelled ? [LABEL] : [])];
+}
 
 const TYPES = {
     double: [8, (view, at, v) => view.setFloat64(at, v, true)],
@@ -58,7 +68,7 @@ function collect(each, eyes, write, close) {
 
 // has: { isRig, isLabelled }
 export function makeCsv({ each, eyes, has }) {
-    const columns = columnsOf(has);
+    const columns = columnsOf(has, eyes);
     let rows = [];
     const format = (v, decimals) => (decimals === null ? String(v) : v.toFixed(decimals));
     const write = (p) => rows.push(columns.map(([, decimals, , , value]) => format(value(p), decimals)).join(","));
@@ -86,7 +96,7 @@ function plyHead(columns, count, { program, source, frames, step, seenFrom }) {
 }
 
 export function makePly({ each, eyes, has, about }) {
-    const columns = columnsOf(has);
+    const columns = columnsOf(has, eyes);
     const width = columns.reduce((sum, [, , , type]) => sum + TYPES[type][0], 0);
     const bytes = new DataView(new ArrayBuffer(BLOCK * width));
     let end = 0;
