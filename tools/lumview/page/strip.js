@@ -102,9 +102,14 @@ function paint(canvas, { image, index, slot }, tint, fades) {
     pen.putImageData(data, 0, 0);
 }
 
-// What a point is, in a line.
-const textOf = (p) => `${p.range.toFixed(2)} m, height ${p.position[2].toFixed(2)} m, ` +
-    `${p.pulse > 0 ? `${p.pulse.toFixed(2)} ns, ` : ""}${p.eye} eye, line ${p.line}, pixel ${p.pixel}`;
+// What a point is, in a line, as far as it is known.
+const textOf = (p) => [
+    p.range === undefined ? `${p.distance.toFixed(2)} m from 0` : `${p.range.toFixed(2)} m`,
+    `height ${p.position[2].toFixed(2)} m`,
+    p.pulse > 0 && `${p.pulse.toFixed(2)} ns`,
+    p.eye && `${p.eye} eye`,
+    p.line !== null && `line ${p.line}, pixel ${p.pixel}`,
+].filter(Boolean).join(", ");
 
 // on: hover(point), pick(point, isEnd): of the slot that is shown, -1 for none;
 // picked(slot): which of it is picked; describe(slot, i): what is known of one.
