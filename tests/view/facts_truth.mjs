@@ -11,12 +11,27 @@ const KEYS = ["frame", "line", "eye", "pixel", "return_number"];
 const CLASSES = ["", "ground", "building", "car", "truck or van", "cyclist", "person", "tree or bush", "pole", "sign", "other"];
 const EYES = ["blue", "green"];
 
-// An array of NumPy with three columns.
-function writePlaces(name, places) {
-    const text = `{'descr': '<f4', 'fortran_order': False, 'shape': (${places.length}, 3), }`;
+// An array of NumPy, of numbers of four bytes.
+function arrayOf(descr, shape, numbers) {
+    const text = `{'descr': ${descr}, 'fortran_order': False, 'shape': (${shape}), }`;
     const head = Buffer.concat([Buffer.from("\x93NUMPY\x01\x00", "latin1"), Buffer.alloc(2), Buffer.from(text.padEnd(117) + "\n")]);
     head.writeUInt16LE(118, 8);
-    writeFileSync(name, Buffer.concat([head, Buffer.from(Float32Array.from(places.flat()).buffer)]));
+    return Buffer.concat([head, Buffer.from(Float32Array.from(numbers).buffer)]);
+}
+
+const writePlaces = (name, places) => writeFileSync(name, arrayOf("'<f4'", `${places.length}, 3`, places.flat()));
+
+// Columns lie where the head says; one that is several numbers would move those behind it.
+function readsColumns() {
+    const parse = (...given) => {
+        const bytes = arrayOf(...given);
+        return parseNpy(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
+    };
+    assert.deepEqual([...parse("[('x', '<f4'), ('y', '<f4')]", "2,", [1, 2, 3, 4]).column("y")], [2, 4]);
+    assert.deepEqual([...parse("'<f4'", "2, 3", [1, 2, 3, 4, 5, 6]).column("1")], [2, 5]);
+    assert.throws(() => parse("[('a', '<f4', (2,)), ('x', '<f4')]", "1,", [1, 2, 3]), /more than one number: \('a', '<f4', \(2,\)\);/);
+    assert.throws(() => parse("[('x', '>f4')]", "1,", [1]), /of the type >f4/);
+    assert.throws(() => parse("'<f4'", "3, 3", [1]), /ends before its 3 rows do/);
 }
 
 // The label of a point is that of its row in the array of lumsim.
@@ -180,6 +195,7 @@ async function world({ browser, folder }) {
 
 export const truthFacts = [
     ["frames at once stand where poses say they were taken", world],
+    ["the columns of an array are those of its head", readsColumns],
     ["labels colour the points that they are of", labels],
     ["points that are true stand over the others", truth],
     ["a second capture is ground truth, frame by frame", trueCapture],

@@ -26,11 +26,22 @@ function parseHead(buffer) {
     return { descr, isByColumns: /'fortran_order':\s*True/.test(head), shape: numbers, begin };
 }
 
+const NAMED = /\(\s*'([^']*)'\s*,\s*'([^']*)'\s*\)/g;
+
+// The names and types of a list in Python's words.
+function namesOf(list) {
+    const rest = list.replace(NAMED, "").replace(/^[\s,]+|[\s,]+$/g, "");
+    if (rest !== "") {
+        throw new Error(`a column of it is more than one number: ${rest}; save the columns that are numbers alone`);
+    }
+    return [...list.matchAll(NAMED)].map(([, name, type]) => [name, type]);
+}
+
 // The columns of a row, { name, type, at }, and its bytes.
 function columnsOf({ descr, shape }) {
     const named = descr[2] === undefined
         ? Array.from({ length: shape.length > 1 ? shape[1] : 1 }, (_, i) => [String(i), descr[1]])
-        : [...descr[2].matchAll(/\(\s*'([^']*)'\s*,\s*'([^']*)'\s*\)/g)].map(([, name, type]) => [name, type]);
+        : namesOf(descr[2]);
     let at = 0;
     const columns = named.map(([name, text]) => {
         const type = text.replace(/^[<|=>]/, "");
