@@ -81,8 +81,8 @@ static const char *calibration_of(const struct options *o, unsigned sensor,
 {
     const char *path = o->config.calibration;
     if (o->rig != NULL) {
-        path = o->rig->files.sensor[sensor != 0 ? sensor - 1u : 0]
-                   .calibration_path;
+        const size_t k = sensor != 0 ? sensor - 1u : 0;
+        path = o->rig->files.sensor[o->rig->sensors[k].place].calibration_path;
         path = path[0] != '\0' ? path : NULL;
     }
     return path != NULL                    ? lum_system_base(path)
@@ -117,7 +117,7 @@ static void add_drawing(const struct options *o, size_t i,
     put_return(returns, &o->choice.points);
     (void)snprintf(out->title, sizeof out->title, "%.100s%s%s", source_of(o),
                    is_named ? ", " : "",
-                   is_named ? o->rig->files.rig.sensor[sensor - 1u].name : "");
+                   is_named ? o->rig->sensors[sensor - 1u].of->name : "");
     (void)snprintf(out->note, sizeof out->note, "%s, %s, calibration: %s",
                    edges[o->choice.points.edges], returns,
                    calibration_of(o, sensor, about));
