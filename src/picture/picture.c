@@ -26,8 +26,6 @@
 /* Of texts, so that they can be read. */
 #define SMALLEST 0.5f
 
-#define NO_TIME INT64_MIN
-
 /* What a picture is made of. */
 typedef struct picture {
     int width;
@@ -39,7 +37,7 @@ typedef struct picture {
     bool has_frame; /* these are known: */
     int64_t first;  /* frame */
     int64_t last;
-    int64_t begin_ns; /* of the first, since 1970; NO_TIME: unknown */
+    int64_t begin_ns; /* of the first, since 1970; 0: unknown */
     lum_dots dots;
 } picture;
 
@@ -113,7 +111,6 @@ static int begin(lum_writer *writer, lum_error *error)
     if (p == NULL) {
         return -1;
     }
-    p->begin_ns = NO_TIME;
     p->dots.step = 1;
     return take_options(writer, p, error);
 }
@@ -122,7 +119,9 @@ static int begin_frame(lum_writer *writer, int64_t utc_ns, lum_error *error)
 {
     picture *p = writer->state;
     (void)error;
-    p->begin_ns = p->has_frame ? p->begin_ns : utc_ns;
+    if (!p->has_frame) {
+        p->begin_ns = utc_ns > 0 ? utc_ns : 0;
+    }
     return 0;
 }
 
@@ -191,13 +190,13 @@ static void put_number(char *text, size_t size, uint64_t number)
     text[n] = '\0';
 }
 
-/* The days since 1970 as a date (Howard Hinnant, days from civil). */
+/* A time since 1970 as text; its date by Howard Hinnant's days from civil. */
 static void put_time(char *text, size_t size, int64_t ns)
 {
-    const int64_t ms = ns / 1000000 - (ns % 1000000 < 0 ? 1 : 0);
-    const int64_t second = ms / 1000 - (ms % 1000 < 0 ? 1 : 0);
-    const int64_t days = second / 86400 - (second % 86400 < 0 ? 1 : 0) + 719468;
-    const int64_t era = (days >= 0 ? days : days - 146096) / 146097;
+    const int64_t ms = ns / 1000000;
+    const int64_t second = ms / 1000;
+    const int64_t days = second / 86400 + 719468;
+    const int64_t era = days / 146097;
     const int64_t day = days - era * 146097;
     const int64_t year = (day - day / 1460 + day / 36524 - day / 146096) / 365;
     const int64_t of_year = day - (365 * year + year / 4 - year / 100);
@@ -232,7 +231,7 @@ static void draw_titles(const lum_drawing *d, const picture *p)
     char number[40];
     put_frames(text, sizeof text, p);
     lum_write(d, 28.0f, LUM_ALIGN_LEFT, left, lum_pixels(d, 30.0f), 0.0f, text);
-    if (p->has_frame && p->begin_ns != NO_TIME) {
+    if (p->has_frame && p->begin_ns != 0) {
         put_time(text, sizeof text, p->begin_ns);
         lum_write(d, 22.0f, LUM_ALIGN_RIGHT, right, lum_pixels(d, 30.0f), 0.0f,
                   text);

@@ -84,6 +84,15 @@ class Picture(unittest.TestCase):
         times = [self.inked(png_rows.rows((self.folder / f"f-{i}.png").read_bytes(), TITLE.stop), TITLE, TIME) for i in (1, 2)]
         self.assertTrue(times[0] and times[0] != times[1])
 
+    def test_packets_without_times_give_a_picture_none(self):
+        data = bytearray(self.capture.read_bytes())
+        at = 24
+        while at < len(data):
+            data[at:at + 8] = bytes(8)
+            at += 16 + int.from_bytes(data[at + 8:at + 12], "little")
+        self.capture = self.folder.write("no-times.pcap", bytes(data))
+        self.assertEqual(self.inked(png_rows.rows(self.draw(), TITLE.stop), TITLE, TIME), [])
+
     def test_text_is_smooth(self):
         rows = png_rows.rows(self.draw(), TITLE.stop)
         seen = {c for y in TITLE for c in png_rows.colours(rows[y], 0, 1600)}

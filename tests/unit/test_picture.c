@@ -769,7 +769,7 @@ static void labels_are_a_column_of_ones_own(void **state)
     lum_writer *writer = NULL;
     (void)state;
     assert_int_equal(lum_writer_open("/dev/null", &o, &writer, NULL), 0);
-    assert_int_equal(lum_writer_begin_frame(writer, -1, NULL), 0);
+    assert_int_equal(lum_writer_begin_frame(writer, 1, NULL), 0);
     assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
     assert_int_equal(lum_writer_close(writer, NULL), 0);
 }

@@ -129,6 +129,21 @@ static int set_sensor(const struct output *o, struct output_file *file,
         file->cloud, sensor != 0 && o->sensor == 0 ? sensor - 1u : 0, error);
 }
 
+static bool draws(const struct output *o)
+{
+    return o->kind == KIND_PICTURES || o->kind == KIND_PICTURE ||
+           o->kind == KIND_PICTURE_OF_ONE;
+}
+
+/* Where packets came without times, nothing is known, whatever was fitted. */
+static int64_t begin_ns_of(const struct output *o,
+                           const struct frame_lines *frame)
+{
+    return draws(o) && frame_lines_begin_ns(frame, true) <= 0
+               ? 0
+               : frame_lines_begin_ns(frame, o->by_arrival);
+}
+
 /* All of a frame becomes one message; one without any line, none. */
 static int add_message(struct output *o, struct frame_lines *frame,
                        unsigned sensor, lum_error *error)
@@ -140,8 +155,8 @@ static int add_message(struct output *o, struct frame_lines *frame,
     }
     result = set_sensor(o, file, sensor, error);
     if (result == 0) {
-        result = lum_writer_begin_frame(
-            file->cloud, frame_lines_begin_ns(frame, o->by_arrival), error);
+        result =
+            lum_writer_begin_frame(file->cloud, begin_ns_of(o, frame), error);
     }
     for (size_t i = 0; i < frame_lines_taken(frame)->lines && result == 0;
          i++) {
@@ -214,7 +229,7 @@ static int draw_first_whole(struct output *o, struct frame_lines *frame,
     return 0;
 }
 
-/* Pictures have no times. */
+/* Pictures have no times of lines. */
 static int64_t no_clock(const void *context, const lum_frame_line *line)
 {
     (void)context;

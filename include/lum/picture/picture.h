@@ -39,7 +39,7 @@ typedef struct lum_picture_options {
 } lum_picture_options;
 
 /** The format, for lum_writer_options.picture. Its title has the number of the
- * frame too, and its time if lum_writer_begin_frame() told it.
+ * frame too, and its time if lum_writer_begin_frame() told one after 1970.
  * @return the same at each call, never NULL. Thread-safe. */
 const lum_format_ops *lum_picture_format(void);
 
