@@ -74,6 +74,15 @@ def test_a_frame_of_no_points_has_no_picture(frame):
         frame[frame["range"] > 900].to_png()
 
 
+def test_points_that_are_nowhere_are_not_drawn(frame):
+    pytest.importorskip("matplotlib")
+    x = frame["x"].copy()
+    x[::2] = np.nan
+    assert size_of(frame.replace(x=x).to_png()) == (1600, 1200)
+    with pytest.raises(lumsdk.OptionError, match="has no points"):
+        frame.replace(x=np.full_like(x, np.nan)).to_png()
+
+
 def test_to_png_without_matplotlib_names_the_extra(frame, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(lumsdk.Error, match="notebook"):

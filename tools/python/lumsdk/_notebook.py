@@ -115,7 +115,9 @@ class _Picture:
 
     def _seen(self, rows: int, columns: int) -> tuple[Any, tuple[float, ...]]:
         """The points from above, as values of pixels, from the lower end up; and the metres at the edges."""
-        x, y, z = self.frame.xyz.T.astype(float)
+        is_somewhere = _somewhere(self.frame)
+        x, y, z = self.frame.xyz[is_somewhere].T.astype(float)
+        given = self.values[is_somewhere]
         distance = np.hypot(x, y)
         near = distance <= max(float(np.percentile(distance, 95)), 2.0)
         low, high = min(x[near].min(), 0), max(x[near].max(), 1)
@@ -124,7 +126,7 @@ class _Picture:
         low, left = low - 0.03 * (high - low), (left + right) / 2 + columns / 2 * pixel
         seen = np.full((rows, columns), np.nan)
         up = np.argsort(z, kind="stable")  # of points above each other one sees the highest
-        row, column, values = (x[up] - low) // pixel, (left - y[up]) // pixel, self.values[up]
+        row, column, values = (x[up] - low) // pixel, (left - y[up]) // pixel, given[up]
         side = max(round(self.scale * (3 if len(z) < 200_000 else 2)), 1)
         for i in range(side * side):
             inside = (row >= 0) & (row < rows - side) & (column >= 0) & (column < columns - side)
@@ -199,6 +201,11 @@ class _Picture:
         return out.getvalue()
 
 
+def _somewhere(frame: Frame) -> Any:
+    """Which of its points have coordinates."""
+    return np.isfinite(frame.xyz).all(axis=1)
+
+
 def to_png(frame: Frame, colour: str = "range", size: tuple[int, int] = _SIZE) -> bytes:
     if colour not in COLOURS:
         raise OptionError(f"colour is {colour!r}; right is one of {', '.join(COLOURS)}")
@@ -207,8 +214,8 @@ def to_png(frame: Frame, colour: str = "range", size: tuple[int, int] = _SIZE) -
     for name in ("x", "y", "z", COLOURS[colour][0]):
         if name not in frame.columns:
             raise frame._refuse(name)
-    if not len(frame):
-        raise OptionError(f"frame {frame.number} has no points, of which a picture could be drawn")
+    if not _somewhere(frame).any():
+        raise OptionError(f"frame {frame.number} has no points that could be drawn")
     extra("matplotlib", "notebook")
     return _Picture(frame, colour, size).draw()
 
