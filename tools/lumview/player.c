@@ -150,7 +150,7 @@ static enum play read_record(struct player *p)
     }
     if (decoder_is_lost(p->decoder) && p->scan != NULL) {
         scan_drop_places(p->scan);
-        return PLAY_REOPEN;
+        return playhead_restart(&p->head);
     }
     decoder_set_interface(p->decoder, lum_capture_interface(p->capture));
     p->phase = PHASE_PUSHING;

@@ -89,6 +89,14 @@ static enum play reopen_at(struct playhead *h, int64_t target, enum aim aim)
     return PLAY_REOPEN;
 }
 
+enum play playhead_restart(struct playhead *head)
+{
+    if (head->aim == AIM_NONE) {
+        head->from = add_clamped(head->shown, 1);
+    }
+    return PLAY_REOPEN;
+}
+
 /* Whether the shown frame must be made again, in views that it lacks. */
 static bool needs_remake(const struct playhead *h, const struct orders *o)
 {

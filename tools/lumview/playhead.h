@@ -57,6 +57,10 @@ enum play playhead_present(struct playhead *head, struct decoder *decoder,
 /* Take orders while no frame is complete. */
 enum play playhead_look(struct playhead *head, struct decoder *decoder);
 
+/* What was read is of no use: all is read from the start again, and goes on
+ * behind the shown frame, or to where an order leads. */
+enum play playhead_restart(struct playhead *head);
+
 /* Stay at the end of the capture until an order leads elsewhere. */
 enum play playhead_end(struct playhead *head, const struct decoder *decoder);
 
