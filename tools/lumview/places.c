@@ -138,7 +138,8 @@ bool places_go(struct places *places, lum_capture *capture,
     lum_index *index = &places->reader.place.index;
     const lum_index_entry *entry = find(index, frame);
     struct places *to = entry != NULL ? make(capture, decoder) : NULL;
-    if (to == NULL) {
+    if (!notes(to)) {
+        places_free(to);
         return false;
     }
     const size_t entries = index->count;

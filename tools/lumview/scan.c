@@ -100,6 +100,13 @@ static void end_learning(struct scan *s)
 
 /* --- Records --- */
 
+static void begin_record(struct scan *s)
+{
+    gate_take(s->gate);
+    places_begin_record(s->places);
+    gate_leave(s->gate);
+}
+
 static void note_record(struct scan *s)
 {
     gate_take(s->gate);
@@ -149,7 +156,7 @@ static int read_record(struct scan *s)
         return 0;
     }
     decoder_set_interface(s->decoder, lum_capture_interface(s->capture));
-    places_begin_record(s->places);
+    begin_record(s);
     if (!push(s, &record)) {
         return -1;
     }
