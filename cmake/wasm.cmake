@@ -50,13 +50,15 @@ function(lum_find_wasm_compiler out)
   set(lum_wasm_tools ${folder}/zig PARENT_SCOPE)
 endfunction()
 
-# lum_add_wasm(NAME SIMD): the target lum_wasm_NAME, which makes BUILD/wasm/NAME/bin/lumview.wasm.
+# lum_add_wasm(NAME SIMD): the target lum_wasm_NAME, which makes BUILD/wasm/NAME/bin/lumview.wasm. Flags of the environment are
+# for the host's compiler.
 function(lum_add_wasm name simd)
   set(folder ${PROJECT_BINARY_DIR}/wasm/${name})
   ExternalProject_Add(lum_wasm_${name}
                       SOURCE_DIR ${PROJECT_SOURCE_DIR}
                       BINARY_DIR ${folder}
-                      CONFIGURE_COMMAND ${CMAKE_COMMAND} --preset wasm -S <SOURCE_DIR> -B <BINARY_DIR> -G ${CMAKE_GENERATOR}
+                      CONFIGURE_COMMAND ${CMAKE_COMMAND} -E env --unset=CFLAGS --unset=LDFLAGS
+                                        ${CMAKE_COMMAND} --preset wasm -S <SOURCE_DIR> -B <BINARY_DIR> -G ${CMAKE_GENERATOR}
                                         -D LUM_WASM_SIMD=${simd} -D LUM_WASM_TOOLS=${lum_wasm_tools}
                                         -D LUM_SOURCES=${LUM_SOURCES} -D LUM_WERROR=${LUM_WERROR}
                                         -D CMAKE_C_COMPILER_LAUNCHER=${CMAKE_C_COMPILER_LAUNCHER}
