@@ -1,7 +1,8 @@
 # The modules of lumview's page, as tools/lumview/page/package-lock.json names
 # them, into lum_view_modules.
 set(lum_how_to_bring "where there is a network, run npm ci --ignore-scripts in a copy of tools/lumview/page; \
-bring that folder here and build with LUM_VIEW_MODULES=FOLDER in the environment or as CMake's variable")
+bring that folder here and build with LUM_VIEW_MODULES=FOLDER in the environment or as CMake's variable; \
+a release that has tools/lumview/modules needs only LUM_ESBUILD=PROGRAM (Debian: esbuild)")
 
 # lum_check_modules(OUT): what lacks in lum_view_modules, or "".
 function(lum_check_modules out)
@@ -211,7 +212,7 @@ function(lum_find_modules out)
       set(lum_view_modules ${LUM_VIEW_MODULES}/node_modules)
     endif()
     lum_check_modules(wrong)
-  elseif(IS_DIRECTORY ${PROJECT_SOURCE_DIR}/tools/lumview/modules)
+  elseif(LUM_ESBUILD AND IS_DIRECTORY ${PROJECT_SOURCE_DIR}/tools/lumview/modules)
     set(lum_view_modules ${PROJECT_SOURCE_DIR}/tools/lumview/modules)
     lum_check_modules(wrong)
   else()

@@ -1,7 +1,7 @@
 # lumview needs a WebSocket library and, for its page, the modules that
-# package-lock.json names: those of LUM_VIEW_MODULES, or those that a release
-# keeps in tools/lumview/modules, or else npm fetches them, or CMake itself
-# where there is no npm. Where something lacks, lumview is left
+# package-lock.json names: those of LUM_VIEW_MODULES, or with LUM_ESBUILD those
+# that a release keeps in tools/lumview/modules, or else npm fetches them, or
+# CMake itself where there is no npm. Where something lacks, lumview is left
 # out.
 include(${CMAKE_CURRENT_LIST_DIR}/modules.cmake)
 set(LUM_WITH_VIEW OFF)
@@ -32,7 +32,11 @@ function(lum_find_esbuild out)
       return()
     endif()
   endforeach()
-  set(${out} "no esbuild for this host is in ${lum_view_modules}/@esbuild: name a distribution's by LUM_ESBUILD" PARENT_SCOPE)
+  if(LUM_ESBUILD)
+    set(${out} "LUM_ESBUILD: ${LUM_ESBUILD} cannot be run" PARENT_SCOPE)
+  else()
+    set(${out} "no esbuild for this host is in ${lum_view_modules}/@esbuild: name a distribution's by LUM_ESBUILD" PARENT_SCOPE)
+  endif()
 endfunction()
 
 # lum_list_missing(OUT): what the system would have to bring.
