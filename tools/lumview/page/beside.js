@@ -34,18 +34,21 @@ function groupBy(frames, keys) {
     return { order, groups };
 }
 
-// Labels as small numbers, from 1 on, in the order of their values.
+// Labels as small numbers, from 1 on, in the order of their values; 0 for those beyond the page's, and what to say of them.
 function smallNumbers(values) {
-    const present = [...new Set(values)].sort((a, b) => a - b).slice(0, MOST);
+    const all = [...new Set(values)].sort((a, b) => a - b);
+    const present = all.slice(0, MOST);
     const places = new Map(present.map((value, i) => [value, i + 1]));
-    return { present, small: Uint8Array.from(values, (value) => places.get(value) ?? 0) };
+    const why = all.length > MOST
+        ? `${all.length} different labels: the page has the lowest ${MOST}; points of others are shown as without one` : "";
+    return { present, why, small: Uint8Array.from(values, (value) => places.get(value) ?? 0) };
 }
 
-// { names, values, of(slot, out) }: of() writes a small number for each point of a slot; 0: it has no label.
+// { names, values, why, of(slot, out) }: of() writes a small number for each point of a slot; 0: it has no label.
 function makeLabels(table) {
     const name = LABELS.find((one) => table.names.includes(one));
     const [frame, line, eye, pixel, turn] = KEYS.map(table.column);
-    const { present, small } = smallNumbers(table.column(name));
+    const { present, why, small } = smallNumbers(table.column(name));
     const keys = Float64Array.from(frame, (_, i) => keyOf(line[i], eye[i], pixel[i], turn[i]));
     const { order, groups } = groupBy(frame, keys);
     const isLumsim = name === "class" && table.names.includes("object") && present.every((value) => NAMED[value]);
@@ -61,6 +64,7 @@ function makeLabels(table) {
     }
 
     return {
+        why,
         values: present,
         names: present.map((value) => (isLumsim ? NAMED[value] : String(value))),
         // Points mostly follow each other as the rows do.
@@ -203,6 +207,9 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
                 takeTruth(name, points);
             }
             changed();
+            if (labels?.why) {
+                tell(`${name}: ${labels.why}`);
+            }
         } catch (error) {
             tell(error.message);
         }
