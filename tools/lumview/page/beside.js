@@ -161,13 +161,14 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
     let isRig = false;
     let sources = 0; // that were shown so far
 
-    // world: as seen from the newest frame, where that is known; points that are of no frame are in it.
+    // world: as seen from the newest frame, where that is known; points that are of no frame are in it, and those of frames
+    // before do not stand where these were taken.
     function show(world = null) {
         if (truth) {
             truth.place(world);
             truth.object.visible = settings.values.truth;
             truth.object.material.size = settings.values.size * Math.min(2, window.devicePixelRatio);
-            truth.show(cloud.slots[0]?.number ?? NaN, cloud.newest?.number ?? NaN);
+            truth.show((world ? cloud.newest : cloud.slots[0])?.number ?? NaN, cloud.newest?.number ?? NaN);
         }
     }
 
