@@ -160,6 +160,7 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
     let truth = null;
     let isRig = false;
     let sources = 0; // that were shown so far
+    let served = ""; // the source that lumview shows, and what it has for it
 
     // world: as seen from the newest frame, where that is known; points that are of no frame are in it, and those of frames
     // before do not stand where these were taken.
@@ -234,15 +235,29 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
         takeFrom(name.split("/").at(-1), async () => (await fetch(path)).arrayBuffer());
     }
 
+    // Of another source nothing is known yet.
+    function forget() {
+        sources++;
+        loaded.clear();
+        takeLabels(null);
+        takeTruth("", null);
+    }
+
+    // A lumview that was started again may show something else.
+    function forgetOther({ source, labels, truth: points }) {
+        const next = JSON.stringify([source, labels, points]);
+        if (loaded.size > 0 && next !== served) {
+            forget();
+        }
+        served = next;
+    }
+
     return {
         show,
         takeFrom,
-        // Of another source nothing is known yet.
         clear() {
             isRig = false;
-            sources++;
-            takeLabels(null);
-            takeTruth("", null);
+            forget();
         },
         // The greeting of lumview names what it serves.
         greet(hello) {
@@ -251,6 +266,7 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
                 settings.set(settings.values.colour === DEFAULTS.colour ? { colour: "label" } : {});
                 return;
             }
+            forgetOther(hello);
             isRig = Boolean(hello.rig);
             if (isRig && cloud.isLabelled) {
                 tell(OF_ONE);
