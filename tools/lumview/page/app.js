@@ -65,7 +65,7 @@ let pasts = []; // of those before it
 let isAsked = false; // a picture is due
 let domain = [1, 100]; // of the colours, from the points
 let ground = null; // height of the ground, from the points
-let complaint = ""; // of an array that could not be taken
+let complaint = ""; // of files that could not be taken
 let wantedFrame = opened?.frame ?? null; // the address asks for it; until it is shown, or the user goes elsewhere
 let isSought = false; // lumview was asked for it
 const tally = { received: 0, shown: 0, pictures: 0, drawn: 0 };
@@ -81,6 +81,8 @@ const camera = makeCamera(canvas, () => {
     invalidate();
 });
 
+// Until another source is opened.
+const tell = (sentence) => showMessage((complaint = sentence));
 const world = makeWorld(surroundings.scene);
 const beside = makeBeside({
     scene: surroundings.scene,
@@ -92,10 +94,7 @@ const beside = makeBeside({
         recolour();
         invalidate();
     },
-    tell(sentence) {
-        complaint = sentence;
-        showMessage(sentence);
-    },
+    tell,
 });
 
 function makeRenderer() {
@@ -429,7 +428,7 @@ const link = makeSource({
         showState("no connection", "gone");
     },
 });
-const opener = link.open ? attachOpen(link, showMessage, beside.takeFrom) : null;
+const opener = link.open ? attachOpen(link, tell, beside.takeFrom) : null;
 if (opener && !link.opened) {
     showState("", "");
 }

@@ -226,7 +226,9 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
                 take(name, buffer);
             }
         } catch (error) {
-            tell(`${name}: ${error.message}`);
+            if (source === sources) {
+                tell(`${name}: ${error.message}`);
+            }
         }
     }
 

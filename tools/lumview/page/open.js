@@ -69,6 +69,8 @@ async function isPoses(file) {
     return words.length >= 8 && (words.includes("qw") || words.every((word) => Number.isFinite(Number(word))));
 }
 
+const leftOut = (one, used, kind) => `${one.name} is left out: ${used.name} already gives the ${kind}; drop ${one.name} alone to use it`;
+
 // One list of each kind; the kind of a file may take a look into it.
 async function sortFiles(files) {
     const kinds = await Promise.all(files.map(async (file) => {
@@ -82,16 +84,20 @@ async function sortFiles(files) {
 
 const inTurn = (a, b) => a.name.localeCompare(b.name, "en", { numeric: true });
 
-// With a rig all other YAML files lie beside it, as it names them; else each is what its keys say.
-async function sortYaml(files) {
-    const out = { profile: null, calibration: null, rig: null, beside: [] };
+// With a rig all other YAML files lie beside it, as it names them; else each is what its keys say. left: gets sentences on
+// those that are of no use.
+async function sortYaml(files, left) {
+    const out = { profile: null, calibration: null, rig: null, beside: null };
     const texts = await Promise.all(files.map(async (file) => ({ name: file.name, text: await file.text() })));
     const kinds = texts.map(({ text }) => kindOf(text));
     out.rig = texts[kinds.indexOf("rig")] ?? null;
+    out.beside = out.rig && [];
     for (const [i, one] of texts.entries()) {
         const kind = out.rig ? "beside" : kinds[i] ?? (await kindByUser(one.name));
         if (kind === "beside" && one !== out.rig) {
             out.beside.push(one);
+        } else if (out[kind] && one !== out.rig) {
+            left.push(leftOut(one, out[kind], kind));
         } else if (KINDS.includes(kind)) {
             out[kind] = one;
         }
@@ -110,29 +116,29 @@ export function attachLicenses(unpack) {
     });
 }
 
-// source: one with open(); tell(sentence) shows it until something is opened; takeArray(name, read): read() promises the
-// bytes of an array of labels, or of true points.
+// source: one with open(); tell(sentence) shows it until something is opened or there is another one; takeArray(name, read):
+// read() promises the bytes of an array of labels, or of true points.
 export function attachOpen(source, tell, takeArray) {
     let waiting = {}; // YAML files and poses that came before a capture
     let known = []; // arrays, { name, read } each, of the capture that is shown or comes next
 
-    function showWaiting() {
+    // left: sentences on what was left out
+    function showWaiting(left) {
         const names = [...KINDS, "poses"].filter((kind) => waiting[kind]).map((kind) => `${kind}: ${waiting[kind].name}`);
         names.push(...known.map(({ name }) => `array: ${name}`));
         at("landing-kept").textContent = names.join(", ");
-        tell(names.length > 0 ? NO_CAPTURE : "");
+        tell([...left, ...(names.length > 0 ? [NO_CAPTURE] : [])].join("; "));
     }
 
     // Captures begin anew; YAML files alone are for what is shown.
     async function take({ files, folders = [] }) {
-        if (folders.length > 0) {
-            tell(`${folders[0]} ${FOLDER}`);
-        }
+        const left = folders.map((name) => `${name} ${FOLDER}`);
         const { yaml, arrays, poses, captures } = await sortFiles(files);
-        const sorted = yaml.length > 0 ? await sortYaml(yaml) : {};
+        const sorted = yaml.length > 0 ? await sortYaml(yaml, left) : {};
         const given = Object.fromEntries(Object.entries(sorted).filter(([, value]) => value !== null));
         if (poses.length > 0) {
             given.poses = poses[0];
+            left.push(...poses.slice(1).map((one) => leftOut(one, poses[0], "poses")));
         }
         const come = arrays.map((file) => ({ name: file.name, read: () => file.arrayBuffer() }));
         known = captures.length > 0 && source.opened ? come : [...known, ...come];
@@ -144,8 +150,11 @@ export function attachOpen(source, tell, takeArray) {
             await source.open({ ...source.opened, ...given });
         } else if (!source.opened) {
             waiting = { ...waiting, ...given };
-            showWaiting();
+            showWaiting(left);
             return;
+        }
+        if (left.length > 0) {
+            tell(left.join("; "));
         }
         takeAll(captures.length > 0 || isGiven ? known : come);
     }
@@ -153,24 +162,32 @@ export function attachOpen(source, tell, takeArray) {
     const takeAll = (arrays) => arrays.forEach(({ name, read }) => takeArray(name, read));
 
     // Arrays say what they are; captures are the truth beside what is shown.
-    async function takeTruth(files) {
+    async function takeTruth({ files, folders }) {
         const { arrays, captures } = await sortFiles(files);
         if (captures.length === 0 || !source.opened) {
-            take({ files: source.opened ? arrays : files });
+            await take({ files: source.opened ? arrays : files, folders });
             return;
         }
         const name = captures.map((file) => file.name).join(", ");
-        tell(`reading ${name} as ground truth`);
-        known.push({ name, read: () => source.readTruth(captures) });
+        const read = () => {
+            tell(`reading ${name} as ground truth`);
+            return source.readTruth(captures).finally(() => tell(""));
+        };
+        known.push({ name, read });
         takeAll(known.slice(-1));
     }
+
+    // A file may go before it is read.
+    const guarded = (use) => (given) => use(given).catch((error) => tell(error.message));
+    const [open, openTruth] = [take, takeTruth].map(guarded);
 
     async function offer({ yaml, sentence }) {
         const profile = { name: "profile.yaml", text: yaml };
         const choices = yaml ? { "Use it": "use", Close: null } : { Close: null };
         const keep = yaml ? { "Save profile.yaml": () => save([yaml], "text/yaml", profile.name) } : {};
         if ((await ask(sentence, choices, keep)) === "use") {
-            source.open({ ...source.opened, profile });
+            await source.open({ ...source.opened, profile });
+            takeAll(known);
         }
     }
 
@@ -186,9 +203,9 @@ export function attachOpen(source, tell, takeArray) {
         source.infer();
     });
     at("truth-open").addEventListener("click", () => at("truth-files").click());
-    for (const [id, use] of [["files", (files) => take({ files })], ["truth-files", takeTruth]]) {
+    for (const [id, use] of [["files", open], ["truth-files", openTruth]]) {
         at(id).addEventListener("change", ({ target }) => {
-            use([...target.files]);
+            use({ files: [...target.files] });
             target.value = "";
         });
     }
@@ -200,12 +217,7 @@ export function attachOpen(source, tell, takeArray) {
     document.addEventListener("drop", (event) => {
         event.preventDefault();
         over(false);
-        const dropped = filesOf(event.dataTransfer);
-        if (event.shiftKey) {
-            takeTruth(dropped.files);
-        } else {
-            take(dropped);
-        }
+        (event.shiftKey ? openTruth : open)(filesOf(event.dataTransfer));
     });
 
     return {
@@ -217,6 +229,7 @@ export function attachOpen(source, tell, takeArray) {
         opening() {
             at("landing").hidden = true;
             at("infer").hidden = true;
+            at("infer").disabled = false; // what is asked of the source before is not answered
             at("truth-open-row").hidden = false;
         },
         // Something else can be opened, as nothing was.
