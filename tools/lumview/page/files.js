@@ -57,6 +57,7 @@ export function makeFiles(on, unpack) {
         worker = null;
         isUp = false;
         const { url, wasm } = await engine;
+        worker?.terminate(); // of an opening meanwhile
         const mine = new Worker(url);
         worker = mine;
         listen(mine);
@@ -64,8 +65,23 @@ export function makeFiles(on, unpack) {
     }
 
     // So that a first capture need not wait for it.
-    const ready = typeof Worker === "function" ? start().catch((error) => on.failed(error.message)) : null;
+    const ready = typeof Worker === "function" ? start() : null;
+    ready?.catch((error) => on.failed(error.message));
     let isFresh = true;
+
+    // Whether there is a worker for it, and nothing else is to be opened meanwhile.
+    async function prepare(next) {
+        try {
+            await ready;
+            if (!isFresh) {
+                await start();
+            }
+        } catch (error) {
+            fail(error.message);
+            return false;
+        }
+        return next === opened;
+    }
 
     async function open(next) {
         opened = next;
@@ -75,13 +91,11 @@ export function makeFiles(on, unpack) {
             return;
         }
         on.opening(next);
-        await ready;
-        if (!isFresh) {
-            await start();
+        if (await prepare(next)) {
+            isFresh = false;
+            const { captures, ...options } = next;
+            say({ open: { files: captures, options } });
         }
-        isFresh = false;
-        const { captures, ...options } = next;
-        say({ open: { files: captures, options } });
     }
 
     // Points of captures that are true, as an array of NumPy. What is shown goes on meanwhile.
