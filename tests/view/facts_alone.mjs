@@ -350,6 +350,16 @@ async function withoutWebAssembly(context) {
     await says(page, BANNER, "WebAssembly");
     await page.close();
     await close();
+    const none = await openPage(context, () => {
+        const { Blob } = window;
+        window.Blob = function blob(parts, options) {
+            const isScript = options?.type === "text/javascript"; // that of the worker
+            return new Blob(isScript ? ["delete globalThis.WebAssembly;", ...parts] : parts, options);
+        };
+    });
+    await none.setInputFiles("#files", context.capture);
+    await says(none, BANNER, "this browser does not let the page decode captures");
+    await none.close();
 }
 
 async function withoutWorker(context) {

@@ -63,7 +63,7 @@ function asFile(one) {
 
 // A name that no file has yet; "-" would be standard input.
 function nameFor(files, name) {
-    const [, base, suffix] = /^(.*?)(\.[^.]*)?$/.exec(name.replaceAll("/", "_").replace(/^-$/, "_"));
+    const [, base, suffix] = /^(.*?)(\.[^.]*)?$/s.exec(name.replaceAll("/", "_").replace(/^-$/, "_"));
     let free = base + (suffix ?? "");
     for (let i = 2; files.has(free); i++) {
         free = `${base} (${i})${suffix ?? ""}`;
@@ -102,7 +102,7 @@ function load(compiled, captures, options) {
 function fail(error) {
     clearTimeout(timer);
     engine = null;
-    const isOurs = !(error instanceof WebAssembly.RuntimeError);
+    const isOurs = typeof WebAssembly === "undefined" || !(error instanceof WebAssembly.RuntimeError);
     tell({ failed: isOurs ? error.message : `the decoder stopped (${error.message}), which is a fault of it: please report it` });
 }
 
