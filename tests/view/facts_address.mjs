@@ -74,9 +74,10 @@ async function follows({ browser, capture }) {
     assert.deepEqual([values.map, values.blue, values.colour], ["cividis", false, "range"]);
     assertSameLook(await camera(page), { yaw: 90, pitch: 30, distance: 20, target: [10, 1, 0], flat: false });
     await page.evaluate(() => {
-        location.hash = "#size=3";
+        location.hash = "#size=3&smooth=6"; // no window
     });
     await until(page, () => window.lumview.settings().size === 3);
+    assert.equal((await settings(page)).smooth, 0);
     await drawn(page);
     assertSameLook(await camera(page), start);
 }

@@ -1,8 +1,6 @@
 // The controls: each shows and changes one setting.
 import { COLOURINGS, SMALLEST } from "./colouring.js";
-import { DEFAULTS } from "./settings.js";
-
-const SMOOTHINGS = [5, 7, 9, 11, 15, 21, 31, 41, 63];
+import { DEFAULTS, SMOOTHINGS } from "./settings.js";
 
 const asNumber = (text) => (text.trim() === "" || !Number.isFinite(Number(text)) ? null : Number(text));
 const isRefused = (e) => e.getAttribute("aria-invalid") === "true";

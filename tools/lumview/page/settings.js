@@ -34,6 +34,8 @@ export const DEFAULTS = Object.freeze({
     strip: null,
 });
 
+export const SMOOTHINGS = [5, 7, 9, 11, 15, 21, 31, 41, 63]; // windows, pixels; 0: none
+
 const isNumber = (value) => value === null || Number.isFinite(value);
 const isSame = (other) => (value) => typeof value === typeof other;
 const isSwitch = (value) => value === null || typeof value === "boolean";
@@ -46,7 +48,7 @@ const FITS = {
     ...Object.fromEntries(Object.keys(DEFAULTS).map((key) => [key, DEFAULTS[key] === null ? isNumber : isSame(DEFAULTS[key])])),
     return: isOf("all", "1", "2", "3", "last", "strongest"),
     edges: isOf("rising", "falling", "both"),
-    smooth: isWhole(0, 63),
+    smooth: isOf(0, ...SMOOTHINGS),
     colour: isOf("range", "height", "pulse", "return", "line", "eye", "sensor", "label"),
     map: isOf("viridis", "cividis", "turbo"),
     size: isBetween(1, 10),
