@@ -9,9 +9,15 @@ set(lum_why_no_view "")
 set(lum_view_page ${PROJECT_SOURCE_DIR}/tools/lumview/page)
 set(lum_view_licenses ${PROJECT_BINARY_DIR}/tools/lumview/bundle/licenses.txt)
 
-# The page as one file: made here, or that of a release where a build cannot make
-# it, as that of a wheel.
-set(LUM_PAGE "" CACHE FILEPATH "A finished lumview.html, to be shipped where none is built")
+# The page as one file: made here, or a finished one where a build cannot make
+# it. That of a wheel takes what a build of the same clone has made.
+set(lum_finished_page "")
+foreach(folder IN ITEMS build build/release)
+  if(SKBUILD AND EXISTS ${PROJECT_SOURCE_DIR}/${folder}/lumview.html)
+    set(lum_finished_page ${PROJECT_SOURCE_DIR}/${folder}/lumview.html)
+  endif()
+endforeach()
+set(LUM_PAGE "${lum_finished_page}" CACHE FILEPATH "A finished lumview.html, to be shipped where none is built")
 set(lum_page_file ${PROJECT_BINARY_DIR}/lumview.html)
 if(LUM_PAGE)
   set(lum_page_file ${LUM_PAGE})

@@ -68,6 +68,11 @@ class Clone(unittest.TestCase):
         self.assertEqual({name.rsplit("/", 1)[1] for name in names if "/bin/" in name} - {"lumcal", "lumfleet", "lumodom"}, {"lumctl", "lumdump", "lumsim"})
         self.assertEqual([name for name in names if re.search(r"\.(h|a|pc|cmake|1)$", name)], [])
 
+    def test_the_page_is_there_where_a_build_of_the_clone_made_it(self):
+        is_made = any((TOP / folder / "lumview.html").exists() for folder in ("build", "build/release"))
+        found = "import lumsdk, pathlib; print(pathlib.Path(lumsdk.__file__).with_name('lumview.html').exists())"
+        self.assertEqual(self.python(found), str(is_made))
+
     def test_programs_are_found_beside_this_python(self):
         self.assertEqual(self.python("from lumsdk import _programs; print(_programs.find('lumdump'))"), str(self.bin / "lumdump"))
 

@@ -68,8 +68,8 @@ _ALWAYS: Mapping[str, int] = {"pulse_width": 0, "line": 0, "pixel": 0, "return_n
 _LACKS = {"line": ("line", "pixel"), "return": ("return_number", "number_of_returns"), "edge": ("edge",), "eye": ("eye",)}
 """What the page then does not say of a point."""
 
-_NO_PAGE = ("this installation has no lumview.html, in which points are shown: it was built where no compiler for WebAssembly was "
-            "(docs/wheels.md); frame.to_png() draws a picture")
+_NO_PAGE = ("this installation has no lumview.html, which shows the points: in a clone, cmake -B build && cmake --build build makes "
+            "it, and pip install . then takes it (docs/wheels.md); frame.to_png() draws a picture")
 
 _LOST_LINES = ("lines_missing", "lines_missing_angles", "lines_late", "lines_cut")
 
