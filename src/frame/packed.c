@@ -394,8 +394,10 @@ void lum_packed_free(lum_packed *packed)
 
 size_t lum_packed_piece(const lum_packed *packed, size_t at)
 {
+    if (at >= packed->len) {
+        return 0;
+    }
     const uint8_t *b = packed->bytes + at + 80;
-    return at < packed->len ? (size_t)b[0] | (size_t)b[1] << 8 |
-                                  (size_t)b[2] << 16 | (size_t)b[3] << 24
-                            : 0;
+    return (size_t)b[0] | (size_t)b[1] << 8 | (size_t)b[2] << 16 |
+           (size_t)b[3] << 24;
 }

@@ -336,6 +336,7 @@ static void a_frame_without_points_is_one_piece(void **state)
     assert_int_equal(u.pieces, 1);
     unpacked_free(&u);
     lum_packed_free(&packed);
+    assert_int_equal(lum_packed_piece(&packed, 0), 0);
     free(p);
 }
 
