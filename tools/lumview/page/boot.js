@@ -145,6 +145,9 @@ function unpackLzma(input, size) {
     }
 
     while (done < size) {
+        if (at > input.length) {
+            throw new Error("its end is not there");
+        }
         const place = done & ((1 << positionBits) - 1);
         if (bit(isMatch, (kind << 4) + place) === 0) {
             literal();
