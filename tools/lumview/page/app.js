@@ -383,6 +383,7 @@ function startAnew({ captures }) {
     [status, waiting, pasts, ground] = [null, null, [], null];
     cloud.clear();
     pick.clear();
+    pictures.clear();
     beside.clear();
     world.clear();
     complaint = "";

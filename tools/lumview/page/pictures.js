@@ -154,6 +154,12 @@ export function makePictures({ canvas, camera, panes, cloud, settings, pick, sta
             at("strip-sensor").replaceChildren(...(names ?? []).map((name, i) => new Option(name, String(i))));
             at("strip-sensor-of").hidden = (names ?? []).length < 2;
         },
+        // Another source.
+        clear() {
+            hovered = null;
+            strip.clear();
+            self.update();
+        },
         // Frames, settings or colours changed.
         update() {
             selection.update();

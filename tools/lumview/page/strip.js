@@ -60,6 +60,10 @@ function makePicture() {
             const passes = makeFilter(values, eyes);
             fillIndex(index, found, 0, (i) => passes(slot.points, i));
         },
+        // There is no frame.
+        clear() {
+            [image, found, slot, lines] = [null, null, null, 0];
+        },
         // The pixel of a point of that slot, { row, column }, or null.
         placeOf(i) {
             const pixel = found?.pixels[i] ?? -1;
@@ -226,6 +230,14 @@ export function makeStrip(on) {
         probe: () => (isShown() ? { rows: picture.image.rows, columns: picture.image.columns, frame: picture.slot.number, index: [...picture.index] } : null),
         invalidate() {
             isDue = true;
+        },
+        // Another source: nothing of the one before stays.
+        clear() {
+            [pointer, cursor] = [null, null];
+            ["strip-hover", "strip-pick"].forEach((id) => putMark(id, null));
+            at("strip-text").textContent = "";
+            picture.clear();
+            canvas.width = 1;
         },
         // After the cloud was drawn.
         draw({ slot, hello, sensor, values, domain, bytes, eyes, fades }) {
