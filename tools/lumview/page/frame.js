@@ -40,7 +40,8 @@ function checkHead(head) {
     if (version !== VERSION || head.getUint16(6, true) !== HEAD_BYTES) {
         throw new Error(`frames of version ${version}; this page knows ${VERSION}: reload it`);
     }
-    if (head.getUint32(80, true) > head.byteLength) {
+    const bytes = head.getUint32(80, true);
+    if (bytes < HEAD_BYTES || bytes > head.byteLength) {
         throw new Error("a message of lumview is cut short");
     }
 }

@@ -18,6 +18,9 @@ function framesOf(buffers) {
         for (let at = 0; at < buffer.byteLength;) {
             const head = new DataView(buffer, at);
             const end = at + head.getUint32(BYTES_AT, true);
+            if (end <= at || end > buffer.byteLength) {
+                throw new Error("a frame is cut short");
+            }
             if (head.getUint32(PIECE_AT, true) === 0) {
                 frames.push([]);
             }

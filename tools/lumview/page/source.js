@@ -27,13 +27,7 @@ function openEmbedded(source, { captures, options }) {
     source.open({ captures: files, ...options });
 }
 
-// on: that of makeLink(), and failed(sentence), inferred({ yaml, sentence }), opening(files)
-export function makeSource(on) {
-    const unpack = globalThis.lumviewPacked;
-    const data = embeddedData();
-    if (unpack) {
-        attachLicenses(unpack);
-    }
+function makeSourceOf(data, on, unpack) {
     if (data?.frames) {
         return makeReel(on, data.hello, data.frames.map(bytesOf));
     }
@@ -45,4 +39,18 @@ export function makeSource(on) {
         openEmbedded(source, data);
     }
     return source;
+}
+
+// on: that of makeLink(), and failed(sentence), inferred({ yaml, sentence }), opening(files)
+export function makeSource(on) {
+    const unpack = globalThis.lumviewPacked;
+    if (unpack) {
+        attachLicenses(unpack);
+    }
+    try {
+        return makeSourceOf(embeddedData(), on, unpack);
+    } catch (error) {
+        setTimeout(() => on.failed(`what this page was made to show is damaged: ${error.message}; make or copy it anew`), 0);
+        return makeSourceOf(null, on, unpack);
+    }
 }
