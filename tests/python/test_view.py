@@ -186,6 +186,8 @@ def test_labels_are_small_numbers_with_names(frame):
     made = shown([frame.with_columns(object=labels), frame])["hello"]["labels"]
     assert made["names"] == ["-5", "900"] and len(made["frames"]) == 1
     assert np.array_equal(np.frombuffer(base64.b64decode(made["frames"][0][1]), "u1"), np.where(labels == -5, 1, 2))
+    floats = np.where(frame["x"] > 10, 1234567, 0.25)
+    assert shown(frame.with_columns(label=floats))["hello"]["labels"]["names"] == ["0.25", "1234567"], "no digit is lost"
     with pytest.warns(UserWarning, match="300 different labels"):
         most = shown(frame.with_columns(label=np.arange(len(frame)) % 300))["hello"]["labels"]
     assert len(most["names"]) == 254 and max(base64.b64decode(most["frames"][0][1])) == 254

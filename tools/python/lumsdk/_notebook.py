@@ -160,7 +160,7 @@ class _Picture:
     def _numbers(self) -> tuple[list[float], list[str]]:
         """Places along the colours, and what stands there: the labels of each colour, or the ends and numbers between."""
         if self.colour == "label":
-            of = [[f"{label:g}" for label in self.labels if label % len(_LABELS) == i] for i in range(len(_LABELS))]
+            of = [[f"{label:.0f}" for label in self.labels if label % len(_LABELS) == i] for i in range(len(_LABELS))]
             return list(range(len(of))), [", ".join(labels[:3]) + (", ..." if len(labels) > 3 else "") for labels in of]
         low, high = self.norm.vmin, self.norm.vmax
         if self.colour == "range":

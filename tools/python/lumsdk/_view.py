@@ -179,7 +179,7 @@ class _Labels:
         present = np.unique(np.concatenate([np.unique(values) for values in known]))
         if len(present) > _LABELS_MOST:
             warn(f"{len(present)} different labels: the page has the lowest {_LABELS_MOST}; points of others are shown as without one")
-        names = [f"{value:g}" if present.dtype.kind == "f" else str(int(value)) for value in present[:_LABELS_MOST]]
+        names = [str(v if isinstance(v, np.floating) and not v.is_integer() else int(v)) for v in present[:_LABELS_MOST]]
         frames = []
         for number, values in zip(numbers, self._of):
             if values is not None:
