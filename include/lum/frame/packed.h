@@ -74,7 +74,8 @@
  * off by at most half a step, 0.98 mm.
  *
  * A kind: bits 0..6 return number, at most 127; bit 7: strongest of its pixel
- * and edge; bit 9: rising edge; bits 10..15: number of returns, at most 63.
+ * and edge; bit 8: 0; bit 9: rising edge; bits 10..15: number of returns, at
+ * most 63.
  *
  * The pixels of a run are bits, from the lowest bit of a byte to the highest.
  * Each 0 goes on by one pixel, each 1 is a point in the present pixel; what

@@ -33,7 +33,8 @@ typedef struct lum_picture_options {
     uint32_t height;           /**< likewise; 0: 1200 */
     const char *title;         /**< where the points come from, such as the name
                                     of a file; NULL: nothing. Copied, and cut
-                                    where it is too long */
+                                    where it is too long; what is not ASCII
+                                    becomes ? */
     const char *note;          /**< which points they are, and how they were
                                     made; likewise */
 } lum_picture_options;
