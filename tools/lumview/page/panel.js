@@ -129,7 +129,9 @@ export function makePanel(settings) {
     });
     showAll();
     return {
+        // Frames that are in the page are what they are: there is nothing to choose.
         setSmoothings(most) {
+            [at("edges").disabled, at("smooth").disabled] = [most === 0, most === 0];
             const windows = SMOOTHINGS.filter((w) => w <= most);
             const options = windows.map((w) => new Option(`over ${w} pixels`, String(w)));
             at("smooth").replaceChildren(new Option("off", "0"), ...options);
@@ -145,6 +147,9 @@ export function makePanel(settings) {
         // The next choice of a list, as a key does it.
         next(id, key) {
             const list = at(id);
+            if (list.disabled) {
+                return;
+            }
             const option = list.options[(list.selectedIndex + 1) % list.options.length];
             settings.set({ [key]: typeof values[key] === "number" ? Number(option.value) : option.value });
         },
