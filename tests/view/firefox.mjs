@@ -38,6 +38,7 @@ async function connect(url) {
             waits.fail(new Error(`${message.error}: ${message.message}`));
         }
     });
+    socket.on("close", () => waiting.forEach(({ fail }) => fail(new Error("Firefox has ended"))));
     let last = 0;
     return {
         send: (method, params = {}) => new Promise((done, fail) => {
@@ -141,6 +142,10 @@ export async function launchFirefox() {
         if (url) {
             break;
         }
+    }
+    process.once("exit", () => [child, screen.child].forEach((one) => one.kill())); // also where a fact ended all
+    if (url === null) {
+        throw new Error(`${program} ended before it could be driven`);
     }
     child.stderr.resume();
     const connection = await connect(url);
