@@ -419,6 +419,8 @@ async function licences(context) {
     await page.keyboard.press("?");
     await page.evaluate(() => document.getElementById("licenses").click());
     await until(page, () => ["three", "zlib", "Zstandard", "libyaml"].every((name) => document.getElementById("help").textContent.includes(`==== ${name}`)));
+    await page.evaluate(() => document.getElementById("help").close());
+    await until(page, () => document.querySelector("#help-tables table"));
     await page.close();
 }
 

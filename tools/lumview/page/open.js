@@ -109,10 +109,14 @@ async function sortYaml(files, left) {
 export function attachLicenses(unpack) {
     at("licenses").addEventListener("click", async (event) => {
         event.preventDefault();
+        const tables = [...at("help-tables").querySelectorAll("table")];
         const text = document.createElement("pre");
         text.tabIndex = 0;
         text.textContent = new TextDecoder().decode(await unpack("licenses.txt"));
-        at("help-tables").replaceChildren(text);
+        if (tables.length > 0) {
+            at("help-tables").replaceChildren(text);
+            at("help").addEventListener("close", () => at("help-tables").replaceChildren(...tables), { once: true });
+        }
     });
 }
 
