@@ -482,6 +482,7 @@ function shot() {
         bytes: palette.bytes,
         caption: `${source}, ${shownFrames()}${panes.names ? `: ${panes.names.join(" | ")}` : ""}`,
         name: `lumview-${cloud.newest?.number ?? 0}.png`,
+        tell,
     });
     sharpen(ratio);
     invalidate();

@@ -3,6 +3,7 @@ import { drawBar, legendOf } from "./legend.js";
 import { save } from "./save.js";
 import { cssColour } from "./theme.js";
 
+const TOO_LARGE = "this browser makes no picture of that size: make its window smaller";
 const FONT = "system-ui, 'DejaVu Sans', sans-serif";
 
 function drawLegend(pen, values, domain, bytes, right, bottom) {
@@ -19,8 +20,8 @@ function drawLegend(pen, values, domain, bytes, right, bottom) {
     legend.ticks.forEach(({ at, text }) => pen.fillText(text, x + 24, y + (1 - at) * height));
 }
 
-// render: draws the scene now, so that its pixels can be read.
-export function takeShot({ canvas, render, values, domain, bytes, caption, name }) {
+// render: draws the scene now, so that its pixels can be read. tell(sentence): what hinders it.
+export function takeShot({ canvas, render, values, domain, bytes, caption, name, tell }) {
     const picture = document.createElement("canvas");
     picture.width = canvas.width;
     picture.height = canvas.height;
@@ -33,5 +34,5 @@ export function takeShot({ canvas, render, values, domain, bytes, caption, name 
     drawLegend(pen, values, domain, bytes, canvas.clientWidth, canvas.clientHeight);
     pen.font = `13px ${FONT}`;
     pen.fillText(caption, 12, canvas.clientHeight - 16);
-    picture.toBlob((blob) => save([blob], "image/png", name), "image/png");
+    picture.toBlob((blob) => (blob ? save([blob], "image/png", name) : tell(TOO_LARGE)), "image/png");
 }
