@@ -46,7 +46,7 @@ function columnsOf({ descr, shape }) {
     const columns = named.map(([name, text]) => {
         const type = text.replace(/^[<|=>]/, "");
         if (!READ[type] || (text.startsWith(">") && !type.endsWith("1"))) {
-            throw new Error(`its numbers are of the type ${text}, which the page does not read`);
+            throw new Error(`its numbers are of the type ${text}, which the page does not read: save them as '<f8'`);
         }
         const column = { name, type, at };
         at += Number(type[1]);

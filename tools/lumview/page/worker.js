@@ -5,6 +5,7 @@ import { makeEngine } from "./engine.js";
 const BLOCK_BYTES = 1 << 20; // read at once
 const BLOCKS = 8; // kept of a file: two places of it are read in turns
 const ON_THE_WAY = 2; // frames that the page has not taken yet
+const REMEDY = "allow WebAssembly for this page, or open lumview.html in another browser";
 const SINGLE = ["calibration", "profile", "second", "rig", "poses"];
 
 // The smallest module that has a vector.
@@ -103,7 +104,7 @@ function fail(error) {
     clearTimeout(timer);
     engine = null;
     const isOurs = typeof WebAssembly === "undefined" || !(error instanceof WebAssembly.RuntimeError);
-    tell({ failed: isOurs ? error.message : `the decoder stopped (${error.message}), which is a fault of it: please report it` });
+    tell({ failed: isOurs ? error.message : `the decoder stopped: ${error.message}; this is a fault of lumview, please report it` });
 }
 
 function guarded(act) {
@@ -155,7 +156,7 @@ async function begin({ files, options }, act) {
         act(load(await compile(), files, options ?? {}));
     } catch (error) {
         fail(typeof WebAssembly === "undefined" || error instanceof WebAssembly.CompileError
-            ? new Error(`this browser does not let the page decode captures: ${error.message}`) : error);
+            ? new Error(`this browser does not let the page decode captures: ${error.message}; ${REMEDY}`) : error);
     }
 }
 
