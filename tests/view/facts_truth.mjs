@@ -140,7 +140,9 @@ async function savesWhatWasMeasured(page, rows) {
     const ranges = new Map(rows.map((row) => [pointOf(row), row.range]));
     const saved = readPly((await download(page, "save-ply")).bytes);
     assert.ok(saved.rows.some(({ frame }) => frame === 1));
-    saved.rows.forEach((row) => assert.ok(Math.abs(ranges.get(pointOf(row)) - row.range) < 0.01, JSON.stringify(row)));
+    const known = saved.rows.filter((row) => ranges.has(pointOf(row)));
+    assert.ok(known.length > 0.9 * saved.rows.length, `${known.length} of ${saved.rows.length} points have a pose`);
+    known.forEach((row) => assert.ok(Math.abs(ranges.get(pointOf(row)) - row.range) < 0.01, JSON.stringify(row)));
     assert.ok(saved.head.some((line) => line.includes("as seen from frame 3")), saved.head.join("\n"));
 }
 
