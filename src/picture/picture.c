@@ -38,6 +38,8 @@ typedef struct picture {
     int64_t first;  /* frame */
     int64_t last;
     int64_t begin_ns; /* of the first, since 1970; 0: unknown */
+    bool has_pose;
+    lum_pose pose; /* of the sensor, in the frame of the points */
     lum_dots dots;
 } picture;
 
@@ -102,6 +104,8 @@ static int take_options(const lum_writer *writer, picture *p, lum_error *error)
     p->colour = o.colour;
     copy_text(p->title, sizeof p->title, o.title);
     copy_text(p->note, sizeof p->note, o.note);
+    p->has_pose = o.pose != NULL;
+    p->pose = p->has_pose ? *o.pose : lum_pose_identity();
     return 0;
 }
 
@@ -289,7 +293,25 @@ static lum_box place_bar(const lum_drawing *d, const picture *p, lum_box ground)
                      ground.height - 2 * edge};
 }
 
-static void draw(lum_canvas *canvas, const picture *p)
+/* As seen from the sensor; the points are where they were afterwards. */
+static lum_box draw_panorama(const lum_drawing *d, picture *p)
+{
+    const lum_pose inverse = lum_pose_inverse(&p->pose);
+    if (p->has_pose) {
+        lum_dots_move(&p->dots, &inverse);
+    }
+    const lum_image_view view = lum_panorama_view(&p->dots);
+    const lum_box box = place_panorama(d, p, &view);
+    draw_caption(d, box, "As both eyes see it",
+                 "azimuth and elevation in degrees");
+    lum_draw_panorama(d, box, &view);
+    if (p->has_pose) {
+        lum_dots_move(&p->dots, &p->pose);
+    }
+    return box;
+}
+
+static void draw(lum_canvas *canvas, picture *p)
 {
     static const char *const names[] = {[LUM_PICTURE_RANGE] = "Range",
                                         [LUM_PICTURE_HEIGHT] = "Height",
@@ -300,24 +322,19 @@ static void draw(lum_canvas *canvas, const picture *p)
                            fmaxf(fminf((float)p->width / (float)WIDTH,
                                        (float)p->height / (float)HEIGHT),
                                  SMALLEST)};
-    const lum_image_view view = lum_panorama_view(&p->dots);
-    const lum_box panorama = place_panorama(&d, p, &view);
-    const lum_box ground = place_ground(&d, p, panorama);
-    const lum_box bar = place_bar(&d, p, ground);
     lum_canvas_fill(canvas, (lum_box){0, 0, p->width, p->height}, lum_paper);
+    const lum_box ground = place_ground(&d, p, draw_panorama(&d, p));
+    const lum_box bar = place_bar(&d, p, ground);
     draw_titles(&d, p);
     draw_caption(&d, ground, "From above", "x up, y to the left");
     lum_draw_ground(&d, ground);
     draw_caption(&d, (lum_box){bar.x, ground.y, 0, 0}, names[p->colour], "");
     lum_draw_scale(&d, bar);
-    draw_caption(&d, panorama, "As both eyes see it",
-                 "azimuth and elevation in degrees");
-    lum_draw_panorama(&d, panorama, &view);
 }
 
 static int finish(lum_writer *writer, lum_error *error)
 {
-    const picture *p = writer->state;
+    picture *p = writer->state;
     lum_canvas *canvas = lum_canvas_new(p->width, p->height);
     if (canvas == NULL) {
         lum_error_set(error, "%s: no memory for the picture",

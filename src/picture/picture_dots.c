@@ -45,6 +45,18 @@ int lum_dots_add(lum_dots *dots, const lum_dot *dot)
     return 0;
 }
 
+void lum_dots_move(lum_dots *dots, const lum_pose *pose)
+{
+    for (size_t i = 0; i < dots->count; i++) {
+        lum_dot *dot = &dots->at[i];
+        double at[3] = {(double)dot->x, (double)dot->y, (double)dot->z};
+        lum_pose_apply(pose, at, at);
+        dot->x = (float)at[0];
+        dot->y = (float)at[1];
+        dot->z = (float)at[2];
+    }
+}
+
 void lum_dots_free(lum_dots *dots)
 {
     free(dots->at);

@@ -144,14 +144,16 @@ static void draw_rings(const lum_drawing *d, const map *m, float ring)
     }
 }
 
-/* On each ring, straight ahead of the sensor. */
+/* On each ring, straight ahead of the sensor, or behind it where the scene is
+ * there. */
 static void label_rings(const lum_drawing *d, const map *m, float ring)
 {
     const int edge = lum_pixels(d, 12.0f);
+    const bool is_behind = row_of(m, 0.0f) < m->box.y + m->box.height / 2;
     for (int i = 1; (float)i * ring < 2.0f * m->radius; i++) {
         const float at = (float)i * ring;
         char text[32];
-        const int y = row_of(m, at);
+        const int y = row_of(m, is_behind ? -at : at);
         (void)snprintf(text, sizeof text, "%g m", (double)at);
         if (y > m->box.y + edge && y < m->box.y + m->box.height - edge) {
             lum_write(d, 18.0f, LUM_ALIGN_MIDDLE, column_of(m, 0.0f), y, 0.7f,

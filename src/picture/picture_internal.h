@@ -38,6 +38,9 @@ typedef struct lum_dots {
  * @return 0, or -1 without memory. */
 LUM_MUST_CHECK int lum_dots_add(lum_dots *dots, const lum_dot *dot);
 
+/** Bring all points into another frame, in which their own one is there. */
+void lum_dots_move(lum_dots *dots, const lum_pose *pose);
+
 /** Free what it holds. */
 void lum_dots_free(lum_dots *dots);
 

@@ -10,6 +10,7 @@ import tempfile
 import unittest
 
 import mcap_file
+import png_rows
 from support import BIN, Folder, interface, packet, read_csv, run, section, simulate, summary
 
 LEFT_CALIBRATION = "eyes:\n  green:\n    mount: {x_m: 0.2, yaw_deg: 3}\n  blue:\n    mount: {z_m: -0.1, roll_deg: 1}\n"
@@ -202,6 +203,15 @@ class Rig(unittest.TestCase):
         self.dump("-q", "--organized", *FEW, "-o", self.folder / "g-%s-%d.pcd", "-o", self.folder / "%s.png")
         self.assertIn("g-rear-2.pcd", self.folder.names())
         self.assertIn("front.png", self.folder.names())
+
+    def test_a_picture_shows_what_the_eyes_see_wherever_they_are_on_the_vehicle(self):
+        self.dump("-q", "-o", self.folder / "%s.png")
+        for name in NAMES:
+            alone = self.folder / "alone.png"
+            self.assertEqual(run("lumdump", self.alone[name], "-q", *OWN[name], "-o", alone, cwd=self.at).returncode, 0)
+            images = [png_rows.rows(p.read_bytes())[902:1152:10] for p in (self.folder / f"{name}.png", alone)]
+            same = [a == b for one, other in zip(*images) for a, b in zip(*(png_rows.colours(row, 80, 1578) for row in (one, other)))]
+            self.assertGreater(sum(same) / len(same), 0.99, name)
 
     def test_messages_have_topics_and_frames_of_each_sensor(self):
         self.dump("-q", *FEW, "-o", self.folder / "a.mcap", "--compression", "none")

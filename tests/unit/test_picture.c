@@ -417,6 +417,22 @@ static void of_many_points_every_second_is_kept(void **state)
     lum_dots_free(&dots);
 }
 
+static void points_are_brought_into_another_frame(void **state)
+{
+    const double at[3] = {1.0, 2.0, 3.0};
+    const lum_pose pose = lum_pose_of_angles(at, 0.0, 0.0, 90.0);
+    const lum_dot dot = {10.0f, 0.0f, 0.0f, 10.0f, 7.0f};
+    lum_dots dots = {.step = 1};
+    (void)state;
+    assert_int_equal(lum_dots_add(&dots, &dot), 0);
+    lum_dots_move(&dots, &pose);
+    assert_float_equal(dots.at[0].x, 1.0f, 1e-5f);
+    assert_float_equal(dots.at[0].y, 12.0f, 1e-5f);
+    assert_float_equal(dots.at[0].z, 3.0f, 1e-5f);
+    assert_float_equal(dots.at[0].value, 7.0f, 0.0f);
+    lum_dots_free(&dots);
+}
+
 static void the_nearest_point_of_a_pixel_wins(void **state)
 {
     scene s = make_scene();
@@ -792,6 +808,7 @@ int main(void)
         cmocka_unit_test(labels_have_eight_colours),
         cmocka_unit_test(steps_are_one_two_or_five),
         cmocka_unit_test(of_many_points_every_second_is_kept),
+        cmocka_unit_test(points_are_brought_into_another_frame),
         cmocka_unit_test(the_nearest_point_of_a_pixel_wins),
         cmocka_unit_test(scales_leave_out_two_of_a_hundred_at_each_end),
         cmocka_unit_test(the_view_is_the_usual_one_of_both_eyes),

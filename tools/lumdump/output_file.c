@@ -113,6 +113,7 @@ static void add_drawing(const struct options *o, size_t i,
                                         [LUM_EDGES_BOTH] = "both edges"};
     const unsigned sensor = o->outputs[i].sensor;
     const bool is_named = o->rig != NULL && sensor != 0;
+    const bool is_placed = o->rig != NULL && o->rig->is_placed;
     char returns[40];
     put_return(returns, &o->choice.points);
     (void)snprintf(out->title, sizeof out->title, "%.100s%s%s", source_of(o),
@@ -127,7 +128,9 @@ static void add_drawing(const struct options *o, size_t i,
         .width = o->cloud.picture.width,
         .height = o->cloud.picture.height,
         .title = out->title,
-        .note = out->note};
+        .note = out->note,
+        .pose = is_placed ? &o->rig->sensors[sensor != 0 ? sensor - 1u : 0].pose
+                          : NULL};
     out->cloud.drawing = &out->drawing;
 }
 

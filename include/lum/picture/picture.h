@@ -5,6 +5,7 @@
 #define LUM_PICTURE_PICTURE_H
 
 #include "lum/cloud/writer.h"
+#include "lum/pose.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -37,6 +38,9 @@ typedef struct lum_picture_options {
                                     becomes ? */
     const char *note;          /**< which points they are, and how they were
                                     made; likewise */
+    const lum_pose *pose;      /**< NULL, or where the sensor is in the frame of
+                                    the points: what both eyes see is drawn as
+                                    from there. Copied */
 } lum_picture_options;
 
 /** The format, for lum_writer_options.picture. Its title has the number of the
