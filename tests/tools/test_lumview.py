@@ -1080,6 +1080,7 @@ class Beside(Case):
                 (["--profile", self.one, "--profile", bad], "bad.yaml"),
                 (["--profile", self.one, "--profile", self.other, "--set", "eye_values.green=1"], "eye_values"),
                 (["--profile", "-", "--profile", "-"], "standard input can be read only once"),
+                (["--profile", "-", "--poses", "-"], "standard input can be read only once: --profile and --poses both name it"),
                 (["--profile", self.one, "--profile", ""], "--profile")):
             r = run("lumview", "--no-open", *arguments, self.source)
             self.assertEqual((r.returncode, r.stdout), (2, ""), r.stderr)

@@ -5,18 +5,19 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Of the second profile too standard input is one input at most. */
+/* Of all that is read standard input is one at most. */
 static int check_stdin(const struct options *o, lum_error *error)
 {
     const struct input_file inputs[] = {
         {o->calibration, "--calibration"},
-        {o->profile, "the first --profile"},
+        {o->profile, o->second != NULL ? "the first --profile" : "--profile"},
         {o->second, "the second --profile"},
+        {o->rig_path, "--rig"},
+        {o->beside.poses_path, "--poses"},
+        {o->beside.truth, "--truth"},
         {sources_find_stdin(&o->sources), "the source"}};
-    return o->second == NULL
-               ? 0
-               : input_files_check_once(
-                     inputs, sizeof inputs / sizeof inputs[0], error);
+    return input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
+                                  error);
 }
 
 static int load_second(const struct options *o, struct files *out,
@@ -70,15 +71,10 @@ static int choose_sensor(struct options *o, lum_rig_files *files,
 
 static int load_rig(struct options *o, lum_rig_files *out, lum_error *error)
 {
-    const struct input_file inputs[] = {
-        {o->rig_path, "--rig"},
-        {sources_find_stdin(&o->sources), "the source"}};
     if (o->rig_path == NULL) {
         return 0;
     }
-    if (input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
-                               error) != 0 ||
-        geometry_read_rig(o->rig_path, out, error) != 0) {
+    if (geometry_read_rig(o->rig_path, out, error) != 0) {
         return -1;
     }
     o->shown = out->rig.count;
