@@ -3,7 +3,7 @@
 // graphics card are kept and filled again.
 import * as THREE from "three";
 import { CHOICES, limits } from "./filter.js";
-import { viewOf } from "./frame.js";
+import { letGo, viewOf } from "./frame.js";
 import { COLOURINGS } from "./colouring.js";
 import { EYES, FADED, LABELS, SENSORS, UNKNOWN } from "./palette.js";
 
@@ -156,10 +156,12 @@ const MOVED = -1; // a choice of points by where they were before
 
 let fillings = 0;
 
+// Takes the frame over: its arrays are gone then.
 function fill(slot, frame) {
     for (const name of Object.keys(ARRAYS).filter((name) => frame[name])) {
         slot.points[name].set(frame[name]);
     }
+    letGo(frame);
     slot.points.sensor.fill(0);
     slot.points.chosen.fill(CHOICES.plain);
     frame.parts.forEach(({ first, sensor }) => slot.points.sensor.fill(sensor, first));
@@ -170,7 +172,6 @@ function fill(slot, frame) {
     slot.lines = frame.lines;
     slot.number = frame.number;
     slot.share = frame.share;
-    slot.step = frame.step;
     slot.shown = frame.shown;
     slot.began = frame.began;
     slot.clock = frame.clock;

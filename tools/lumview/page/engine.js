@@ -12,7 +12,8 @@ export function makeEngine(module, files, log) {
     const instance = new WebAssembly.Instance(module, wasi.imports(module));
     wasi.start(instance);
     const calls = instance.exports;
-    let pieces = []; // of the frame that is under way
+    let whole = new Uint8Array(0); // the pieces of the frame that is under way, one behind the other; used again
+    let length = 0;
 
     function textAt(at) {
         const bytes = new Uint8Array(calls.memory.buffer, at);
@@ -35,12 +36,14 @@ export function makeEngine(module, files, log) {
         new Uint8Array(calls.memory.buffer, at, bytes.length).set(bytes);
     }
 
-    // The pieces one behind the other.
-    function join() {
-        const whole = new Uint8Array(pieces.reduce((sum, { length }) => sum + length, 0));
-        pieces.reduce((at, piece) => (whole.set(piece, at), at + piece.length), 0);
-        pieces = [];
-        return whole.buffer;
+    function add(piece) {
+        if (length + piece.length > whole.length) {
+            const larger = new Uint8Array(2 * (length + piece.length));
+            larger.set(whole.subarray(0, length));
+            whole = larger;
+        }
+        whole.set(piece, length);
+        length += piece.length;
     }
 
     return {
@@ -73,11 +76,11 @@ export function makeEngine(module, files, log) {
                 }
                 const head = new DataView(calls.memory.buffer, bytes.byteOffset);
                 if (head.getUint32(PIECE_AT, true) === 0) {
-                    pieces = []; // one that was left is not shown
+                    length = 0; // one that was left is not shown
                 }
-                pieces.push(bytes.slice());
+                add(bytes);
                 if (head.getUint32(PIECE_AT, true) + 1 === head.getUint32(PIECES_AT, true)) {
-                    return { binary: join() };
+                    return { binary: whole.slice(0, length).buffer };
                 }
             }
         },

@@ -17,7 +17,7 @@ export function makeFiles(on, unpack) {
     let opened = null; // { captures, options }, to open the same again with another profile
     let isUp = false;
 
-    const say = (message) => worker?.postMessage(message);
+    const say = (message, transfer) => worker?.postMessage(message, transfer ?? []);
 
     function fail(sentence) {
         isUp = false;
@@ -31,7 +31,7 @@ export function makeFiles(on, unpack) {
         },
         binary(buffer) {
             on.binary(buffer);
-            say({ took: true }); // the next one is sent when this one was taken
+            say({ took: buffer }, [buffer]); // the next one is sent when this one was taken
         },
         failed: fail,
         inferred: on.inferred,

@@ -57,8 +57,33 @@ function partsOf(head) {
     });
 }
 
+const POINT_BYTES = Object.values(ARRAYS).reduce((sum, [Type, width]) => sum + width * Type.BYTES_PER_ELEMENT, 0);
+const SPARES = 2;
+const spares = []; // buffers of frames that nobody has any more, as a collector lets hundreds of megabytes lie about
+
+function takeBuffer(size) {
+    const at = spares.findIndex(({ byteLength }) => byteLength >= size && byteLength <= 2 * size);
+    const [buffer] = at < 0 ? [new ArrayBuffer(size)] : spares.splice(at, 1);
+    new Uint8Array(buffer).fill(0);
+    return buffer;
+}
+
+// One behind the other in a buffer, the widest types first.
 function makeArrays(count) {
-    return Object.fromEntries(Object.entries(ARRAYS).map(([name, [Type, width]]) => [name, new Type(width * count)]));
+    const buffer = takeBuffer(POINT_BYTES * count);
+    let at = 0;
+    return Object.fromEntries(Object.entries(ARRAYS).map(([name, [Type, width]]) => {
+        const array = new Type(buffer, at, width * count);
+        at += array.byteLength;
+        return [name, array];
+    }));
+}
+
+// The arrays of a frame are used again: nobody looks at them from here on.
+export function letGo(frame) {
+    spares.push(frame.xyz.buffer);
+    spares.splice(0, spares.length - SPARES);
+    Object.keys(ARRAYS).forEach((name) => delete frame[name]);
 }
 
 function beginFrame(head) {

@@ -97,10 +97,14 @@ export function makeSight(pose) {
     };
 }
 
-// The pixels and the squared ranges of points; NONE for those that are not looked at.
-export function findPixels(image, xyz, [from, to], sight, isOfSensor) {
-    const pixels = new Int32Array(to - from);
-    const squares = new Float32Array(to - from);
+const roomIn = (old, Type, count) =>
+    (old && old.buffer.byteLength >= 4 * count ? new Type(old.buffer, 0, count) : new Type(count + (count >> 3)).subarray(0, count));
+
+// The pixels and the squared ranges of points; NONE for those that are not looked at. old: what it gave before, whose
+// arrays are used again.
+export function findPixels(image, xyz, [from, to], sight, isOfSensor, old) {
+    const pixels = roomIn(old?.pixels, Int32Array, to - from);
+    const squares = roomIn(old?.squares, Float32Array, to - from);
     const at = { x: 0, y: 0, z: 0 };
     for (let i = from; i < to; i++) {
         if (!isOfSensor(i)) {

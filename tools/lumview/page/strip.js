@@ -37,7 +37,7 @@ function makePicture() {
         const sight = makeSight(hello.rig?.poses?.[sensor]);
         lines = linesOf(slot, sensor, lines);
         image = { ...makeImage(hello.image ?? TYPICAL, lines), sight, sensor };
-        found = findPixels(image, slot.points.xyz, [0, slot.split], sight, (i) => slot.points.sensor[i] === sensor);
+        found = findPixels(image, slot.points.xyz, [0, slot.split], sight, (i) => slot.points.sensor[i] === sensor, found);
         index = index?.length === image.rows * image.columns ? index : new Int32Array(image.rows * image.columns);
     }
 
@@ -85,11 +85,15 @@ function makePicture() {
     };
 }
 
-// What the pixels of a picture are filled with.
-function paint(canvas, { image, index, slot }, tint, fades) {
-    [canvas.width, canvas.height] = [image.columns, image.rows];
+// What the pixels of a picture are filled with. old: what it gave before, which is used again.
+function paint(canvas, old, { image, index, slot }, tint, fades) {
     const pen = canvas.getContext("2d");
-    const data = pen.createImageData(image.columns, image.rows);
+    let data = old;
+    if (data?.width !== image.columns || data.height !== image.rows) {
+        [canvas.width, canvas.height] = [image.columns, image.rows];
+        data = pen.createImageData(image.columns, image.rows);
+    }
+    data.data.fill(0);
     const colour = [0, 0, 0];
     for (let k = 0; k < index.length; k++) {
         const i = index[k];
@@ -104,6 +108,7 @@ function paint(canvas, { image, index, slot }, tint, fades) {
         data.data[4 * k + 3] = 255;
     }
     pen.putImageData(data, 0, 0);
+    return data;
 }
 
 // What a point is, in a line, as far as it is known.
@@ -120,6 +125,7 @@ const textOf = (p) => [
 export function makeStrip(on) {
     const canvas = at("strip-canvas");
     const picture = makePicture();
+    let painted = null;
     let isDue = true;
     let cursor = null; // { row, column }: of the keyboard
     let pointer = null; // likewise
@@ -246,7 +252,7 @@ export function makeStrip(on) {
             }
             isDue = false;
             picture.fill(slot, hello, sensor, values, eyes);
-            paint(canvas, picture, makeTint(values, domain, bytes, eyes), fades);
+            painted = paint(canvas, painted, picture, makeTint(values, domain, bytes, eyes), fades);
             self.mark();
             if (cursor ?? pointer) {
                 look();

@@ -24,6 +24,11 @@ const tell = (message, transfer) => postMessage(message, transfer ?? []);
 
 // --- Files ---
 
+// A buffer that is sent to nobody is freed at once. A collector would come when a hundred megabytes lie about.
+const { port1: nobody, port2 } = new MessageChannel();
+port2.close();
+const free = (buffer) => nobody.postMessage(null, [buffer]);
+
 // Blocks of a File, the latest of which are kept.
 function sliceReader(file) {
     const reader = new FileReaderSync();
@@ -35,7 +40,9 @@ function sliceReader(file) {
         blocks.delete(i);
         blocks.set(i, bytes);
         if (blocks.size > BLOCKS) {
-            blocks.delete(blocks.keys().next().value);
+            const [[oldest, left]] = blocks;
+            blocks.delete(oldest);
+            free(left.buffer);
         }
         return bytes;
     }
@@ -180,7 +187,8 @@ const orders = {
             turn();
         }
     },
-    took() {
+    took(buffer) {
+        free(buffer);
         onTheWay--;
         turn();
     },
