@@ -6,7 +6,7 @@ import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
 import { chosenDomain, COLOURINGS, domainOf, nameSensors } from "./colouring.js";
 import { count, makeFilter, NO_EYES, rangeOf } from "./filter.js";
-import { makeFrames, viewOf } from "./frame.js";
+import { letGo, makeFrames, viewOf } from "./frame.js";
 import { attachKeys } from "./keys.js";
 import { makeLayout } from "./layout.js";
 import { makeLegend } from "./legend.js";
@@ -223,6 +223,7 @@ function takeFrame(frame) {
     const newest = waiting ?? cloud.current;
     const isPast = newest && ((frame.shown - newest.shown) | 0) < 0;
     if (!isPast) {
+        waiting && letGo(waiting);
         waiting = frame;
     } else if (frame.share === 1) {
         pasts.push(frame);
