@@ -36,6 +36,7 @@ class Findings:
 
     def __init__(self, r):
         self.status, self.error = r.returncode, r.stderr
+        assert r.stdout, f"the doctor ended with {r.returncode}: {r.stderr}"
         said = json.loads(r.stdout)
         self.overall = said["overall"]
         self.names = [c["name"] for c in said["checks"]]
