@@ -456,7 +456,7 @@ def _refuse_sensor(given: Any) -> None:
 def _data(shown: Any, options: Mapping[str, Any]) -> dict[str, Any]:
     _refuse_sensor(shown)
     if _is_capture(shown):
-        given: Any = {"columns": ("x", "y", "z", *_ALWAYS), **options}
+        given: Any = {"columns": ("x", "y", "z", "range", *_ALWAYS), **options}
         with open_source(shown, **given) as source:
             return _of_source(source)
     if isinstance(shown, Source):
