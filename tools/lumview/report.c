@@ -25,7 +25,8 @@ static void tell_message(const struct report *r, const struct decoder *decoder)
     if (r->options->rig == NULL && others[0] != '\0' && shown[0] != '\0') {
         (void)snprintf(text + len, sizeof text - len,
                        "%s%s is shown; there is also %s: choose by --sensor, "
-                       "or show all by --rig FILE",
+                       "or show all by --rig FILE, a file to drop on "
+                       "lumview.html",
                        len > 0 ? "; " : "", shown, others);
         len = strlen(text);
     }
