@@ -169,6 +169,7 @@ function fill(slot, frame) {
     renew(slot, frame.count);
     slot.size = frame.count;
     slot.split = frame.split;
+    slot.step = frame.step;
     slot.lines = frame.lines;
     slot.number = frame.number;
     slot.share = frame.share;
