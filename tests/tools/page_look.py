@@ -88,7 +88,7 @@ class Look(unittest.TestCase):
 
     def test_the_page_shows_every_point_and_complains_of_nothing(self):
         page = self.open()
-        self.wait_for(page, "window.lumview?.shown > 0 && window.lumview.pictures > 0", "no picture came")
+        self.wait_for(page, "window.lumview?.share === 1 && window.lumview.pictures > 0", "no picture of a whole frame came")
         frame = page.value("window.lumview.frame")
         counted = summary(self.capture, "--frames", f"{frame}:{frame}")
         self.assertEqual(page.value("window.lumview.counts().rising"), counted["points"])
