@@ -224,17 +224,20 @@ class Live(Case):
         disk = small_disk(self, self.folder / "disk", "8m")
         sensor = self.sensor()
         command = [f"udp://{self.address}", "--laser", "--rotate", "1MB", "--keep", "1GB", "-o", disk / "r.pcap"]
-        r = run("lumdump", *command)
-        self.assertEqual(r.returncode, 1)
-        self.assertIn("No space left on device; free some space", r.stderr)
-        self.assertFalse(sensor.laser_is_up())
-        names = sorted(os.listdir(disk))
-        lit = len(sensor.events("laser"))
-        for _ in range(3):
+
+        def fill():
             r = run("lumdump", *command)
             self.assertEqual(r.returncode, 1)
             self.assertIn("No space left on device; free some space", r.stderr)
-        self.assertEqual(sorted(os.listdir(disk)), names)
+            self.assertFalse(sensor.laser_is_up())
+            return sorted(os.listdir(disk))
+
+        names = fill()
+        while (more := fill()) != names:  # what a run takes back of its last file can be room for another
+            names = more
+        lit = len(sensor.events("laser"))
+        for _ in range(3):
+            self.assertEqual(fill(), names)
         self.assertEqual(len(sensor.events("laser")), lit)
         first = disk / "r-0001.pcap"
         first.unlink()
