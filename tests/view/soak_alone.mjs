@@ -15,6 +15,7 @@ const FRAMES = { small: 30, large: 632 };
 const ROUNDS = 3;
 const POINTS = 30e6; // that a rate is of
 const TICKS = 100; // a second, of /proc
+const LOOK_MS = 100;
 const SEEKS = [600, 20, 300, 632];
 const BARS = { "ms until the first picture of 51 MB": [1000, -1], "million points in a second of the worker": [10, 1],
     "MB of the page's process with 1 GB": [150, -1] };
@@ -101,15 +102,18 @@ async function decodingRate(page) {
     return (last - first) / 1e6 / (workerSeconds() - begun);
 }
 
-// All of it was read, and it went here and there.
+// Each 100 ms while it is read and while it goes here and there.
 async function memoryOf(browser, capture) {
     const page = await openPage(browser);
     const before = pageMemory();
+    let most = before;
+    const look = setInterval(() => {
+        most = Math.max(most, pageMemory());
+    }, LOOK_MS).unref();
     const begun = performance.now();
     await page.setInputFiles("#files", capture);
     await until(page, () => window.lumview.status()?.last_frame > 0);
     const seconds = (performance.now() - begun) / 1000;
-    let most = pageMemory();
     for (const frame of SEEKS) {
         await page.evaluate((number) => {
             const scrub = document.getElementById("scrub");
@@ -117,8 +121,8 @@ async function memoryOf(browser, capture) {
             scrub.dispatchEvent(new Event("input"));
         }, frame);
         await until(page, (number) => window.lumview.frame >= number && window.lumview.frame < number + 30, frame);
-        most = Math.max(most, pageMemory());
     }
+    clearInterval(look);
     await page.close();
     return { before, most, seconds };
 }
