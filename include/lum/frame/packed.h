@@ -153,7 +153,7 @@ typedef struct lum_packed_head {
 } lum_packed_head;
 
 /** Points of anyone, in the order of a frame: those of a sensor, or by a
- * profile. */
+ * profile. It never grows, as parts lie one behind the other. */
 typedef struct lum_packed_part {
     size_t struct_size;       /**< sizeof(lum_packed_part), set by the caller */
     size_t count;             /**< points */
