@@ -3,6 +3,7 @@
 import * as THREE from "three";
 
 const GAP_S = 1; // no pose is found between two that are farther apart
+const EXACT_M = 1e-3;
 const SLACK_S = 1e-5; // times are rounded
 const PATH_COLOUR = 0x6fd3e3;
 
@@ -82,7 +83,10 @@ export function makeWorld(scene) {
                 path = makePath(poses.rows);
                 scene.add(path.object);
             }
-            document.getElementById("world-row").hidden = !find;
+            const row = document.getElementById("world-row");
+            row.hidden = !find;
+            row.title = poses?.off_m > EXACT_M ? "There are so many poses that some were left out; the path leads past these by about "
+                + `${poses.off_m * 1e3} mm and ${poses.off_rad * 1e3} mrad.` : "";
         },
         clear: drop,
         // The world as seen from the newest frame; null: the frame's place is not known.
