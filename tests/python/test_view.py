@@ -14,7 +14,7 @@ import types
 import lumsdk
 import numpy as np
 import pytest
-from lumsdk import _view
+from lumsdk import _shown, _view
 
 pytestmark = pytest.mark.skipif(not pathlib.Path(_view.__file__).with_name("lumview.html").exists(), reason="built without lumview.html")
 
@@ -211,7 +211,8 @@ def test_frames_of_several_sensors_are_refused(frame):
 
 
 def test_what_is_too_large_is_refused(capture, frame, monkeypatch):
-    monkeypatch.setattr(_view, "_MOST_BYTES", 1 << 20)
+    for module in (_view, _shown):
+        monkeypatch.setattr(module, "MOST_BYTES", 1 << 20)
     for given in (capture, capture.read_bytes(), io.BytesIO(capture.read_bytes())):
         with pytest.raises(lumsdk.OptionError, match="a page, which holds at most 1 MB; right is some of its frames"):
             lumsdk.view(given, browser=False)
