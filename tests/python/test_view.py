@@ -10,6 +10,7 @@ import stat
 import struct
 import sys
 import types
+import warnings
 
 import lumsdk
 import numpy as np
@@ -179,6 +180,28 @@ def test_points_that_are_nowhere_are_left_out(frame):
     (number, text), = data["hello"]["labels"]["frames"]
     assert number == frame.number
     assert np.array_equal(np.frombuffer(base64.b64decode(text), "u1"), (np.arange(len(x)) % 4 + 1)[np.isfinite(x)])
+
+
+def test_masked_points_are_left_out():
+    points = np.ma.array(np.ones((4, 3)), mask=False)
+    points[1, 2] = np.ma.masked
+    points.data[1, 2] = 1e20
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert of_page(shown(points)) == [(0, 3)]
+        assert of_page(shown([np.ma.array(np.ones((4, 3), int), mask=points.mask), points.astype("f4")])) == [(0, 3), (1, 3)]
+    rows = np.ma.zeros(4, [("x", "f4"), ("y", "f4"), ("z", "f4")])
+    assert of_page(shown(rows)) == [(0, 4)]
+    rows["y"][2] = np.ma.masked
+    for given in (rows, {name: rows[name] for name in "xyz"}, {"xyz": points}):
+        with pytest.raises(TypeError, match="a masked array"):
+            shown(given)
+
+
+def test_points_beyond_float32_are_counted():
+    with pytest.warns(UserWarning) as told:
+        assert of_page(shown([[[1e300, 2, -1e300], [1, 2, 3], [1, 1e39, 3], [np.inf, 2, 3]]])) == [(0, 1)]
+    assert [str(one.message) for one in told] == ["2 points are beyond float32, and left out"]
 
 
 def test_labels_are_small_numbers_with_names(frame):

@@ -273,19 +273,26 @@ def as_frame(given: Any, place: int) -> Union[Frame, FrameSet]:
         return given
     if hasattr(given, "keys"):
         return Frame.from_arrays(given)
-    array = np.asarray(given)
+    array = given if isinstance(given, np.ma.MaskedArray) else np.asarray(given)  # of rows, from_arrays() tells what is masked
     if array.dtype.names is not None:
         return Frame.from_arrays({name: array[name] for name in array.dtype.names})
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{type(given).__name__} cannot be shown; right is a capture's path, a source, a frame, an array of the shape "
                         "(n, 3), or several frames or arrays")
+    is_masked, array = np.ma.getmaskarray(array), np.asarray(array)
     with np.errstate(over="ignore", invalid="ignore"):
         made = array.astype("f4")
+        is_beyond = np.isinf(made) & np.isfinite(array) & ~is_masked
+        made[is_masked | is_beyond] = np.nan
         rounded = float(np.fmax.reduce(np.abs(made - array), None, initial=0)) if array.dtype.itemsize > made.dtype.itemsize else 0.0
+    frame = Frame.from_arrays(xyz=made, number=place)
+    beyond = np.count_nonzero(is_beyond.any(axis=1))
+    if beyond:
+        warn(f"{beyond} {'points are' if beyond > 1 else 'point is'} beyond float32, and left out", UserWarning)
     if rounded > _ROUNDED_M:
         warn(f"the points are so far from 0 that float32 rounds them by up to {rounded:.3g} m: subtract an origin from them, such as "
              "numpy.round(points[0])", UserWarning)
-    return Frame.from_arrays(xyz=made, number=place)
+    return frame
 
 
 def _numbers_of(told: list[Optional[int]]) -> list[int]:
