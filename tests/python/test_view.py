@@ -204,6 +204,21 @@ def test_points_beyond_float32_are_counted():
     assert [str(one.message) for one in told] == ["2 points are beyond float32, and left out"]
 
 
+def test_values_that_the_page_cannot_hold_are_warned_of_once(frame):
+    points = {"xyz": np.ones((2, 3), "f4"), "line": [1, 70000], "return_number": [200, 1], "number_of_returns": [63, 64],
+              "pulse_width": np.array([np.nan, 700], "f4")}
+    with pytest.warns(UserWarning) as told:
+        shown([points, points])
+    (one,) = told
+    assert str(one.message) == ("the page has line up to 65535, return_number up to 127, number_of_returns up to 63, pulse_width up "
+                                "to 655.35: greater values are shown as these")
+    most = {"xyz": points["xyz"], "line": [65535] * 2, "return_number": [127] * 2, "number_of_returns": [63] * 2,
+            "pulse_width": np.array([655.35, 0], "f4")}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        shown(most), shown(frame)
+
+
 def test_labels_are_small_numbers_with_names(frame):
     labels = np.where(frame["x"] > 10, -5, 900)
     made = shown([frame.with_columns(object=labels), frame])["hello"]["labels"]

@@ -43,6 +43,12 @@ ALWAYS: Mapping[str, int] = {"pulse_width": 0, "line": 0, "pixel": 0, "return_nu
 _LACKS = {"line": ("line", "pixel"), "return": ("return_number", "number_of_returns"), "edge": ("edge",), "eye": ("eye",)}
 """What the page then does not say of a point."""
 
+_NO_SENSOR = "0.0.0.0"
+"""Of frames of arrays that were not told one."""
+
+_MOST: Mapping[str, float] = {"line": 65535, "return_number": 127, "number_of_returns": 63, "pulse_width": 655.35}
+"""That the page has: of lum/frame/packed.h, and for lines of tools/lumview/page/frame.js."""
+
 _LOST_LINES = ("lines_missing", "lines_missing_angles", "lines_late", "lines_cut")
 
 
@@ -223,6 +229,7 @@ class _Kind:
         self._calibration, self._own, self._is_told = calibration, own, False
         self._eyes: dict[str, list[dict[str, Any]]] = {}
         self._lacks: set[str] = set()
+        self._above: set[str] = set()  # columns with values above those that the page has
         self._elsewhere: set[str] = set()  # sensors with a frame that was not seen from their eyes
 
     def take(self, shown: Union[Frame, FrameSet]) -> None:
@@ -245,8 +252,15 @@ class _Kind:
             self.first[name] = frame
             self._eyes[name] = _eyes_of(self._own.get(name, self._calibration), frame.pose if frame._moved != "world" else None)
         self._lacks.update(what for what, names in _LACKS.items() if not all(column in frame for column in names))
+        self._above.update(column for column, most in _MOST.items()
+                           if column in frame and np.fmax.reduce(frame._array(column), initial=0) > np.float32(most))
         if name not in self._elsewhere and not _is_seen_from(frame, self._eyes[name]):
             self._elsewhere.add(name)
+
+    def warn_of_most(self) -> None:
+        told = [f"{name} up to {most:g}" for name, most in _MOST.items() if name in self._above]
+        if told:
+            warn(f"the page has {', '.join(told)}: greater values are shown as these", UserWarning)
 
     def eyes(self) -> list[dict[str, Any]]:
         """Those of all sensors, and what the page does not tell of their points."""
@@ -339,8 +353,9 @@ def of_frames(given: Iterable[Any], name: Optional[str], calibration: Any,
                                f"{some}, or write a capture and open it with the program 'lumview'")
     if not messages:
         raise OptionError("there is no frame to show")
+    kind.warn_of_most()
     numbers = _numbers_of(told)
-    known = [sensor for sensor in kind.first if sensor != "0.0.0.0"]
+    known = [sensor for sensor in kind.first if sensor != _NO_SENSOR]
     hello = _hello(name or ", ".join(known) or "points", kind)
     hello["labels"] = labels.to_page(numbers)
     hello["marks"] = [[number, *lost] for number, lost in zip(numbers, losses) if any(lost)]
