@@ -248,6 +248,12 @@ def test_frames_of_several_sensors_are_refused(frame):
         lumsdk.view([frame, other], browser=False)
 
 
+def test_points_of_no_sensor_are_not_mixed_with_frames(frame):
+    for given in ([frame, np.ones((2, 3))], [np.ones((2, 3)), frame]):
+        with pytest.raises(lumsdk.OptionError, match="frames of 10.42.0.37 and points of no sensor are mixed"):
+            lumsdk.view(given, browser=False)
+
+
 def test_what_is_too_large_is_refused(capture, frame, monkeypatch):
     for module in (_view, _shown):
         monkeypatch.setattr(module, "MOST_BYTES", 1 << 20)

@@ -238,6 +238,10 @@ class _Kind:
             raise OptionError("frames and sets of a rig's sensors are given; right is one of both")
         for frame in _parts_of(shown):
             self._note(frame.sensor, frame)
+        if not is_set and len(self.first) > 1 and _NO_SENSOR in self.first:
+            raise OptionError(f"frames of {', '.join(name for name in self.first if name != _NO_SENSOR)} and points of no sensor are "
+                              "mixed; right is one of both, or to give the points its address: "
+                              "lumsdk.Frame.from_arrays(xyz=points, sensor=...)")
         if not is_set and len(self.first) > 1:
             raise OptionError(f"frames of several sensors, {', '.join(self.first)}; right is lumsdk.view(lumsdk.sync(frames)), where "
                               "those of one moment are shown together")
