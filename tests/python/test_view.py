@@ -104,7 +104,8 @@ def test_a_source_that_chooses_is_shown_as_its_frames(capture):
 def test_frames_have_all_their_points(capture, frame):
     frames = list(lumsdk.open(capture))
     assert of_page(shown(frames)) == [(one.number, len(one)) for one in frames]
-    assert of_page(shown(frames[::-1])) == [(i, len(one)) for i, one in enumerate(frames[::-1])], "numbers that do not grow are places"
+    with pytest.warns(UserWarning, match="do not rise, so the page numbers them from 0 on"):
+        assert of_page(shown(frames[::-1])) == [(i, len(one)) for i, one in enumerate(frames[::-1])]
     with lumsdk.open(capture) as source:
         assert of_page(shown(source[:2])) == of_page(shown(iter(frames[:2])))
     hello = shown(frame)["hello"]
@@ -126,6 +127,7 @@ def test_the_eyes_are_where_the_ranges_say(capture, frame):
     assert is_unknown(frame.replace(x=frame["x"] + np.float32(0.01))), "moved"
 
 
+@pytest.mark.filterwarnings("ignore:the numbers of the frames")
 def test_where_the_eyes_are_and_what_lacks_is_told_of_all_frames(frame):
     moved = frame.replace(x=frame["x"] + np.float32(5))
     bare = lumsdk.Frame.from_arrays({name: frame[name] for name in frame if name not in ("line", "pixel")}, sensor=frame.sensor)
@@ -219,6 +221,7 @@ def test_values_that_the_page_cannot_hold_are_warned_of_once(frame):
         shown(most), shown(frame)
 
 
+@pytest.mark.filterwarnings("ignore:the numbers of the frames")
 def test_labels_are_small_numbers_with_names(frame):
     labels = np.where(frame["x"] > 10, -5, 900)
     made = shown([frame.with_columns(object=labels), frame])["hello"]["labels"]
@@ -252,6 +255,12 @@ def test_points_of_no_sensor_are_not_mixed_with_frames(frame):
     for given in ([frame, np.ones((2, 3))], [np.ones((2, 3)), frame]):
         with pytest.raises(lumsdk.OptionError, match="frames of 10.42.0.37 and points of no sensor are mixed"):
             lumsdk.view(given, browser=False)
+
+
+def test_frames_without_numbers_are_not_warned_of():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert of_page(shown([{"xyz": np.ones((2, 3), "f4")}] * 2)) == [(0, 2), (1, 2)]
 
 
 def test_what_is_too_large_is_refused(capture, frame, monkeypatch):

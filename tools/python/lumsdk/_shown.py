@@ -314,10 +314,12 @@ def as_frame(given: Any, place: int) -> Union[Frame, FrameSet]:
 
 
 def _numbers_of(told: list[Optional[int]]) -> list[int]:
-    """Theirs where they grow; else places, from 0 on."""
+    """Theirs where they rise; else places, from 0 on."""
     known = [number for number in told if number is not None]
     if len(known) == len(told) and all(a < b for a, b in zip(known, known[1:])):
         return known
+    if any(known):  # else nobody has numbered them
+        warn("the numbers of the frames do not rise, so the page numbers them from 0 on", UserWarning)
     return list(range(len(told)))
 
 

@@ -262,7 +262,8 @@ def view(shown: Shown, *, height: int = 560, browser: bool = True, **options: Un
             the page tells how far a point is from 0 instead.
 
     Returns:
-        The page. Coordinates of frames are rounded by at most 1 mm, and points without coordinates (NaN) are left out.
+        The page. Coordinates of frames are rounded by at most 1 mm, and points without coordinates (NaN, or masked) are
+        left out. Frames whose numbers do not rise are numbered from 0 on.
 
     Raises:
         OptionError: the data is larger than 256 MB, or an option or an array is not right.
