@@ -263,6 +263,11 @@ def test_frames_without_numbers_are_not_warned_of():
         assert of_page(shown([{"xyz": np.ones((2, 3), "f4")}] * 2)) == [(0, 2), (1, 2)]
 
 
+@pytest.mark.parametrize("height", [np.int64(500), np.uint16(500)])
+def test_any_whole_number_is_a_height(height):
+    assert lumsdk.view(np.ones((2, 3)), height=height, browser=False)._repr_html_().count("height:500px") == 1
+
+
 def test_what_is_too_large_is_refused(capture, frame, monkeypatch):
     for module in (_view, _shown):
         monkeypatch.setattr(module, "MOST_BYTES", 1 << 20)
@@ -286,7 +291,8 @@ def test_a_live_sensor_is_for_lumview(given):
 @pytest.mark.parametrize("given, options, says", [
     ([], {}, "no frame"), (np.zeros((5, 2)), {}, r"right is \(n, 3\)"), (object(), {}, "cannot be shown"),
     (np.full((2, 3), 3e6), {}, "subtract an origin"), (np.zeros((2, 3)), {"range": "1:2"}, "options of captures"),
-    (np.zeros((2, 3)), {"height": 5}, "from 100 to 10000")])
+    (np.zeros((2, 3)), {"height": 5}, "from 100 to 10000"), (np.zeros((2, 3)), {"height": 500.0}, "from 100 to 10000"),
+    (np.zeros((2, 3)), {"height": True}, "from 100 to 10000")])
 def test_what_cannot_be_shown_is_refused(given, options, says):
     with pytest.raises((lumsdk.OptionError, TypeError), match=says):
         lumsdk.view(given, browser=False, **options)

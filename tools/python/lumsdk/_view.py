@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import html
 import json
+import operator
 import os
 import pathlib
 import re
@@ -271,11 +272,15 @@ def view(shown: Shown, *, height: int = 560, browser: bool = True, **options: Un
         CaptureError: a source cannot be read.
         Error: this installation has no page.
     """
-    if isinstance(height, bool) or not isinstance(height, int) or not 100 <= height <= 10000:
+    try:
+        pixels = operator.index(height)
+    except TypeError:
+        pixels = 0
+    if not 100 <= pixels <= 10000:
         raise OptionError(f"height is {height!r}; right is a number of pixels from 100 to 10000")
     _page()
     text = json.dumps(_data(shown, options), separators=(",", ":"))
-    made = View(text.replace("<", "\\u003c").encode(), height)
+    made = View(text.replace("<", "\\u003c").encode(), pixels)
     if browser and not _in_notebook():
         made.open()
     return made
