@@ -26,6 +26,6 @@ if(LUM_ZLIB_FOUND AND LUM_ZSTD_FOUND AND LUM_YAML_FOUND)
   target_compile_definitions(LUM_YAML PUBLIC YAML_DECLARE_STATIC PRIVATE YAML_VERSION_STRING="" YAML_VERSION_MAJOR=0
                                                                          YAML_VERSION_MINOR=0 YAML_VERSION_PATCH=0)
 else()
-  message(FATAL_ERROR "No sources of zlib, zstd and libyaml are in ${LUM_SOURCES}: script/setup brings them")
+  message(FATAL_ERROR "No sources of zlib, zstd and libyaml are in ${LUM_SOURCES}: script/setup --test brings them")
 endif()
 set(LUM_ZSTD_PACKS OFF CACHE INTERNAL "zstd is there to unpack only")

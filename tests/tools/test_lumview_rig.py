@@ -114,7 +114,7 @@ class Rig(Case):
 
     def test_a_capture_of_several_without_it_names_it(self):
         self.source = simulate(self.folder / "rig.pcapng", "--rig", write_rig(self.folder, *RIG), "--frames", 1, *self.options)
-        self.assertIn("10.42.0.37 is shown; there is also 10.42.0.37%eth1, 10.42.0.39: choose by --sensor, or show all by --rig FILE",
+        self.assertIn("10.42.0.37 is shown; there is also 10.42.0.37%eth1, 10.42.0.39: choose by lumview --sensor, or show all by a rig",
                       self.told())
 
     def test_what_cannot_be_is_refused(self):

@@ -24,9 +24,9 @@ static void tell_message(const struct report *r, const struct decoder *decoder)
     (void)decoder_others(decoder, shown, others, sizeof others);
     if (r->options->rig == NULL && others[0] != '\0' && shown[0] != '\0') {
         (void)snprintf(text + len, sizeof text - len,
-                       "%s%s is shown; there is also %s: choose by --sensor, "
-                       "or show all by --rig FILE, a file to drop on "
-                       "lumview.html",
+                       "%s%s is shown; there is also %s: choose by lumview "
+                       "--sensor, or show all by a rig, of lumview --rig or "
+                       "dropped on lumview.html",
                        len > 0 ? "; " : "", shown, others);
         len = strlen(text);
     }
