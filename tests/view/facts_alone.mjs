@@ -127,6 +127,7 @@ async function playerWorks(context) {
     const shown = await page.evaluate(() => window.lumview.shown);
     await until(page, (n) => window.lumview.shown > n + 12, shown);
     await pause(page);
+    assert.ok(await page.evaluate(() => !document.getElementById("again").hidden), "what is counted twice is told");
     await page.keyboard.press("e");
     await until(page, () => window.lumview.counts().falling > 0 && window.lumview.counts().rising === 0);
     await page.close();
@@ -242,6 +243,21 @@ async function textFile(context) {
     assert.ok(!(await page.evaluate(() => document.getElementById("landing").hidden)), "another file can be chosen");
     await page.setInputFiles("#files", context.capture);
     await until(page, () => window.lumview.shown > 0 && document.getElementById("banner").hidden);
+    await until(page, () => document.getElementById("rates").textContent.includes("packets"));
+    await page.setInputFiles("#files", path.join(context.folder, "notes.txt"));
+    await says(page, BANNER, "notes.txt: not a capture");
+    const told = await page.evaluate(() => [document.title, document.getElementById("source").textContent,
+        [...document.querySelectorAll("#rates dd, #losses dd")].map((dd) => dd.textContent).join("")]);
+    assert.deepEqual(told, ["notes.txt - lumview", "notes.txt", ""], "nothing of the capture before stays");
+    await page.close();
+}
+
+// An address may name a frame that the capture does not have.
+async function frameBeyondTheEnd(context) {
+    const page = await openPage({ ...context, url: `${pathToFileURL(PAGE).href}#frame=1000` });
+    await page.setInputFiles("#files", context.capture);
+    await until(page, () => window.lumview.frame !== null && window.lumview.frame === window.lumview.status().last_frame);
+    await until(page, () => location.hash.includes(`frame=${window.lumview.frame}`));
     await page.close();
 }
 
@@ -428,7 +444,7 @@ async function licences(context) {
 
 // What lumsdk.view() makes: the page of a frame, that in a cell of a notebook, and the frame's coordinates.
 const BY_PYTHON = `
-import sys, lumsdk
+import sys, numpy, lumsdk
 capture, folder = sys.argv[1:]
 frame = lumsdk.open(capture)[1]
 view = lumsdk.view(frame.with_columns(label=(frame["x"] // 10).astype("i2")), browser=False)
@@ -436,6 +452,7 @@ view.save(folder + "/view.html")
 with open(folder + "/cell.html", "w") as file:
     file.write("<!doctype html><title>cell</title>" + view._repr_html_())
 frame.xyz.tofile(folder + "/xyz.bin")
+lumsdk.view(numpy.random.rand(300, 3) * [40, 40, 5] + [5000, -3000, 90], browser=False).save(folder + "/far.html")
 `;
 
 // Where a Python has no NumPy, this is false.
@@ -477,6 +494,11 @@ async function framesOfPython(context) {
     const [count, colour, ...labels] = await page.evaluate(labelled);
     assert.deepEqual([count, colour], [frame.count, "label"]);
     assert.deepEqual(labels, data.hello.labels.names);
+    await page.goto(pathToFileURL(path.join(folder, "far.html")).href);
+    await until(page, isShown);
+    const seen = await page.evaluate(() => Array.from({ length: 300 }, (_, i) => window.lumview.place(i).visible).filter(Boolean).length);
+    assert.ok(seen > 250, `of 300 points far away ${seen} are seen`);
+    assert.match(await page.evaluate(() => document.getElementById("rates").textContent), /points300frames/);
     await page.close();
     if (browser.contexts) { // Firefox is driven without the frames of a page
         const notebook = await browser.newPage({ viewport: SIZE });
@@ -506,6 +528,7 @@ export const aloneFacts = [
     ["it finds the layout of packets that do not decode", findsTheLayout],
     ["poses, labels and a true capture are taken beside it", takesWhatIsBeside],
     ["a text file is no capture", textFile],
+    ["an address beyond the last frame shows that", frameBeyondTheEnd],
     ["a truncated capture is shown as far as it goes", truncated],
     ["a capture of another sensor has no frame", otherSensor],
     ["3 GB are opened, and it tells how far it has read", threeGigabytes],

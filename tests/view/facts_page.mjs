@@ -111,6 +111,7 @@ async function fieldsKeepTheirKeys({ page }) {
 async function help({ page }) {
     await page.keyboard.press("?");
     await until(page, () => document.getElementById("help").open);
+    assert.equal(await page.evaluate(() => document.getElementById("help").scrollTop), 0, "it is read from its beginning");
     const text = await page.locator("#help").innerText();
     for (const word of ["Shift + arrows", "Ctrl + arrows", "left drag", "screenshot", "loop", "one frame back"]) {
         assert.ok(text.includes(word), word);

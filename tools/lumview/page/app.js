@@ -5,6 +5,7 @@ import { makeBeside } from "./beside.js";
 import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
 import { chosenDomain, COLOURINGS, domainOf, nameSensors } from "./colouring.js";
+import { extentOf } from "./extent.js";
 import { count, makeFilter, NO_EYES, rangeOf } from "./filter.js";
 import { letGo, makeFrames, viewOf } from "./frame.js";
 import { attachKeys } from "./keys.js";
@@ -118,9 +119,7 @@ function showBanner(text) {
     showText("banner", text);
 }
 
-function showMessage(text) {
-    showText("message", text);
-}
+const showMessage = (text) => showText("message", text);
 
 // ---- pictures ----
 
@@ -187,6 +186,9 @@ function takeNewest() {
     if (ground === null && frame.count > 0) {
         ground = groundOf(cloud.newest);
         placeGround();
+        if (camera.text === null) { // nobody has moved it
+            showCamera(null);
+        }
     }
     if (frame.share === 1) {
         askPasts();
@@ -292,20 +294,7 @@ function resize() {
     camera.resize({ width: Math.max(1, panes.width), height: Math.max(1, height), isPane: panes.names !== null, ...covered });
 }
 
-// How far a view should reach: most points of the frame.
-function reach() {
-    const slot = cloud.newest;
-    const ranges = [];
-    for (let i = 0; slot && i < slot.size; i += 50) {
-        ranges.push(rangeOf(slot.points, i, eyes));
-    }
-    ranges.sort((a, b) => a - b);
-    return Math.max(20, Math.min(150, ranges[Math.floor(0.9 * ranges.length)] ?? 40));
-}
-
-function view(name) {
-    settings.set({ flat: camera.show(name, reach()) });
-}
+const view = (name) => settings.set({ flat: camera.show(name, extentOf(cloud.newest, eyes)) });
 
 // ---- the address ----
 
@@ -317,7 +306,7 @@ function standingFrame() {
 
 // text: of an address; null: the view from the start.
 function showCamera(text) {
-    camera.show("home", 40);
+    camera.show("home", extentOf(cloud.newest, eyes));
     camera.setFlat(values.flat);
     camera.take(text ?? "", values.flat);
 }
@@ -326,6 +315,9 @@ function showCamera(text) {
 function seekWanted() {
     if (wantedFrame === null || !status || !link.connected) {
         return;
+    }
+    if (status.last_frame !== null) { // there is no other
+        wantedFrame = Math.max(status.first_frame ?? wantedFrame, Math.min(status.last_frame, wantedFrame));
     }
     if (status.live || (status.frame === wantedFrame && status.state !== "playing")) {
         wantedFrame = null;
@@ -366,10 +358,7 @@ function greet(message) {
     pasts = [];
     cloud.refresh();
     cloud.setEyes(eyes);
-    const name = message.live ? message.source : message.source.split("/").at(-1);
-    at("source").textContent = name;
-    at("source").title = message.source;
-    document.title = `${name} - lumview`;
+    nameSource(message.source, message.live);
     panel.setSmoothings(message.smooth_max);
     beside.greet(message);
     world.greet(message);
@@ -377,6 +366,13 @@ function greet(message) {
     resize();
     sendView();
     sendFrames();
+}
+
+function nameSource(source, isLive) {
+    const name = isLive ? source : source.split("/").at(-1);
+    at("source").textContent = name;
+    at("source").title = source;
+    document.title = `${name} - lumview`;
 }
 
 // Another capture: nothing of the one before stays.
@@ -390,8 +386,11 @@ function startAnew({ captures }) {
     complaint = "";
     showBanner("");
     showMessage("");
+    player.clear();
+    showStats(null);
     ["frame-number", "frame-time", "frame-points"].forEach((id) => (at(id).textContent = ""));
-    showState(`opening ${captures.map(({ name }) => name).join(", ")}`, "waiting");
+    nameSource(captures.map(({ name }) => name).join(", "));
+    showState("opening", "waiting");
     opener?.opening();
     invalidate();
 }

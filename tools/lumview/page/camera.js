@@ -29,6 +29,14 @@ const VIEWS = {
     sensor: () => ({ target: [0.5, 0, -0.05], pitch: 6, distance: 0.5, field: null, flat: false }),
 };
 
+// Of points that lie about another place than the sensor.
+const VIEWS_ABOUT = {
+    ...VIEWS,
+    home: (reach, narrow) => ({ ...VIEWS.home(reach, 1), distance: 2.5 * reach * narrow }),
+    top: (reach, narrow) => ({ ...VIEWS.top(reach, 1), distance: 2.5 * reach * narrow }),
+    front: (reach) => ({ ...VIEWS.front(reach), distance: 2.5 * reach }),
+};
+
 // The numbers of an address; null: they are no camera's.
 function parseText(text) {
     const numbers = text.split(",").map((part) => (part.trim() === "" ? NaN : Number(part)));
@@ -137,12 +145,13 @@ export function makeCamera(canvas, changed) {
         update();
     }
 
-    function show(name, reach) {
+    function show(name, { reach, middle }) {
         const free = size.width - size.left - size.right;
-        const isFlatView = VIEWS[name](reach, 1).flat;
+        const made = (middle ? VIEWS_ABOUT : VIEWS)[name](reach, Math.max(1, (1.25 * size.height) / free) ** 0.8);
+        const isFlatView = made.flat;
         stop();
         use(false);
-        view = VIEWS[name](reach, Math.max(1, (1.25 * size.height) / free) ** 0.8);
+        view = middle && name !== "sensor" ? { ...made, target: middle } : made;
         const [cos, sin] = [Math.cos(view.pitch * DEGREE), Math.sin(view.pitch * DEGREE)];
         target.fromArray(view.target);
         perspective.position.copy(target).add(new Vector3(-cos, 0, sin).multiplyScalar(view.distance));
@@ -286,8 +295,9 @@ export function makeCamera(canvas, changed) {
             goal = new Vector3().fromArray(position);
             changed();
         },
-        show: (name, reach) => {
-            show(name, reach);
+        // By what extentOf() tells.
+        show: (name, extent) => {
+            show(name, extent);
             start = name === "home" ? textOf() : start;
             return view.flat;
         },

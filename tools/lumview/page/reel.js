@@ -3,6 +3,7 @@
 // In the head of a message (lum/frame/packed.h).
 const NUMBER_AT = 8;
 const UTC_AT = 24;
+const POINTS_AT = 32;
 const SHOWN_AT = 52; // the count of frames shown so far
 const BYTES_AT = 80;
 const PIECE_AT = 84;
@@ -64,7 +65,7 @@ export function makeReel(on, hello, buffers) {
             packets: 0,
             packets_joined: 0,
             bytes: 0,
-            points: 0,
+            points: heads.reduce((sum, head) => sum + head.getUint32(POINTS_AT, true), 0),
             frames: frames.length,
             points_per_second: 0,
             frames_per_second: 0,

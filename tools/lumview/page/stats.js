@@ -10,7 +10,7 @@ const RATES = [
     ["frames", (s) => whole(s.frames)],
     ["packets", (s) => whole(s.packets) + (s.packets_joined > 0 ? `, ${whole(s.packets_joined)} of them joined` : "")],
     ["frames left out", (s) => whole(s.skipped)],
-    ["browsers", (s) => whole(s.browsers)],
+    ["browsers", (s) => whole(s.browsers)], // the last, as it is not always shown
 ];
 
 // What was lost where, and what that means; what of it was under way when the stream was joined, and so is no loss.
@@ -90,10 +90,24 @@ export function makeStats() {
     const rates = makeRows(document.getElementById("rates"), RATES.map(([name]) => [name]));
     const losses = makeRows(document.getElementById("losses"), LOSSES.map(([, name, hint]) => [name, hint]));
     const showLaser = makeLaser();
+    const again = document.getElementById("again");
+    let last = null;
     return (status) => {
+        if (status === null) { // of no capture
+            [...rates, ...losses].forEach((dd) => (dd.textContent = ""));
+            showShort({ losses: {}, laser: null });
+            showLaser(null);
+            again.hidden = true;
+            last = null;
+            return;
+        }
+        const isBack = status.packets > 0 && last !== null && status.frame < last;
+        again.hidden = status.live || (again.hidden && !isBack);
+        last = status.frame;
         RATES.forEach(([, text], i) => {
             rates[i].textContent = text(status);
         });
+        rates.at(-1).hidden = rates.at(-1).previousElementSibling.hidden = status.browsers < 2;
         LOSSES.forEach(([key, , , joinedKey], i) => {
             const joined = status.losses[joinedKey] ?? 0;
             const lost = status.losses[key] - joined;
