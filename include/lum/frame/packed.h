@@ -153,7 +153,8 @@ typedef struct lum_packed_head {
 } lum_packed_head;
 
 /** Points of anyone, in the order of a frame: those of a sensor, or by a
- * profile. It never grows, as parts lie one behind the other. */
+ * profile. As parts lie one behind the other, struct_size has to be as this
+ * library has it. */
 typedef struct lum_packed_part {
     size_t struct_size;       /**< sizeof(lum_packed_part), set by the caller */
     size_t count;             /**< points */
