@@ -8,9 +8,11 @@ const FONT = "system-ui, 'DejaVu Sans', sans-serif";
 
 function drawLegend(pen, values, domain, bytes, right, bottom) {
     const legend = legendOf(values, domain);
-    const [x, y, height] = [right - 95, bottom - 210, 180];
+    pen.font = `13px ${FONT}`;
+    const width = Math.max(59, ...legend.ticks.map(({ text }) => pen.measureText(text).width)); // of texts
+    const [x, y, height] = [right - 36 - width, bottom - 210, 180];
     pen.fillStyle = cssColour("--card");
-    pen.fillRect(x - 12, y - 30, 102, height + 44);
+    pen.fillRect(x - 12, y - 30, 43 + width, height + 44);
     pen.fillStyle = cssColour("--text");
     pen.font = `600 13px ${FONT}`;
     pen.fillText(legend.title, x, y - 14);
