@@ -62,24 +62,43 @@ function filesOf(transfer) {
 const isYaml = ({ name }) => /\.ya?ml$/i.test(name);
 const isArray = ({ name }) => /\.npy$/i.test(name);
 
-// Poses, TUM or CSV: the first line that is no comment has the numbers of one, or names them.
+// Poses, TUM or CSV, also such as cannot be read, for their reader says why: the first line that is no comment begins with
+// a number, or names columns of poses.
 async function isPoses(file) {
     const text = /\.(txt|csv|tum)$/i.test(file.name) ? await file.slice(0, 4096).text() : "";
     const words = text.split("\n").find((line) => /^\s*[^\s#]/.test(line))?.trim().split(/[\s,;]+/) ?? [];
-    return words.length >= 8 && (words.includes("qw") || words.every((word) => Number.isFinite(Number(word))));
+    const isNumber = /^[+-]?(nan|inf(inity)?|[\d.]+(e[+-]?\d+)?)$/i.test(words[0]);
+    return words.length > 1 && (isNumber || words.includes("qw") || /^"?(t|time|timestamp)(\b|_)/i.test(words[0]));
+}
+
+// Of pcap in either order of bytes, by micro- and nanoseconds, pcapng, MCAP, bags, gzip and Zstandard.
+const HEADS = ["d4c3b2a1", "a1b2c3d4", "4d3cb2a1", "a1b23c4d", "0a0d0d0a", "894d4341", "23524f53", "1f8b", "28b52ffd"];
+
+// Whether it is one, or is meant to be.
+async function isCapture(file) {
+    const bytes = new Uint8Array(await file.slice(0, 4).arrayBuffer());
+    const head = [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+    return /\.(pcap|pcapng|cap|mcap|bag)(\.\w+)?$/i.test(file.name) || HEADS.some((one) => head.startsWith(one));
 }
 
 const leftOut = (one, used, kind) => `${one.name} is left out: ${used.name} already gives the ${kind}; drop ${one.name} alone to use it`;
 
-// One list of each kind; the kind of a file may take a look into it.
-async function sortFiles(files) {
+// One list of each kind; the kind of a file may take a look into it. left: gets sentences on those that are of no use. Files
+// of no kind are taken for captures where there are no others: then the reader of these says what they are.
+async function sortFiles(files, left) {
     const kinds = await Promise.all(files.map(async (file) => {
         if (isYaml(file)) return "yaml";
         if (isArray(file)) return "arrays";
-        return (await isPoses(file)) ? "poses" : "captures";
+        if (await isPoses(file)) return "poses";
+        return (await isCapture(file)) ? "captures" : "others";
     }));
     const of = (kind) => files.filter((_, i) => kinds[i] === kind);
-    return { yaml: of("yaml"), arrays: of("arrays"), poses: of("poses"), captures: of("captures").sort(inTurn) };
+    const [captures, others] = [of("captures"), of("others")];
+    if (captures.length > 0) {
+        left.push(...others.map(({ name }) => `${name} is left out: not a capture`));
+    }
+    const taken = (captures.length > 0 ? captures : others).sort(inTurn);
+    return { yaml: of("yaml"), arrays: of("arrays"), poses: of("poses"), captures: taken };
 }
 
 const inTurn = (a, b) => a.name.localeCompare(b.name, "en", { numeric: true });
@@ -137,7 +156,7 @@ export function attachOpen(source, tell, takeArray) {
     // Captures begin anew; YAML files alone are for what is shown.
     async function take({ files, folders = [] }) {
         const left = folders.map((name) => `${name} ${FOLDER}`);
-        const { yaml, arrays, poses, captures } = await sortFiles(files);
+        const { yaml, arrays, poses, captures } = await sortFiles(files, left);
         const sorted = yaml.length > 0 ? await sortYaml(yaml, left) : {};
         const given = Object.fromEntries(Object.entries(sorted).filter(([, value]) => value !== null));
         if (poses.length > 0) {
@@ -157,9 +176,7 @@ export function attachOpen(source, tell, takeArray) {
             showWaiting(left);
             return;
         }
-        if (left.length > 0) {
-            tell(left.join("; "));
-        }
+        tell(left.join("; ")); // what was told of files before is past
         takeAll(captures.length > 0 || isGiven ? known : come);
     }
 
@@ -167,7 +184,8 @@ export function attachOpen(source, tell, takeArray) {
 
     // Arrays say what they are; captures are the truth beside what is shown.
     async function takeTruth({ files, folders }) {
-        const { arrays, captures } = await sortFiles(files);
+        const left = [];
+        const { arrays, captures } = await sortFiles(files, left);
         if (captures.length === 0 || !source.opened) {
             await take({ files: source.opened ? arrays : files, folders });
             return;
@@ -175,7 +193,7 @@ export function attachOpen(source, tell, takeArray) {
         const name = captures.map((file) => file.name).join(", ");
         const read = () => {
             tell(`reading ${name} as ground truth`);
-            return source.readTruth(captures).finally(() => tell(""));
+            return source.readTruth(captures).finally(() => tell(left.join("; ")));
         };
         known.push({ name, read });
         takeAll(known.slice(-1));
