@@ -9,6 +9,7 @@ import { setTimeout as sleep } from "node:timers/promises";
 import { pathToFileURL } from "node:url";
 import { gzipSync } from "node:zlib";
 import { makeFrames } from "../../tools/lumview/page/frame.js";
+import { arrayOf } from "./facts_truth.mjs";
 import { SIZE, SLOW } from "./page.mjs";
 import { dump, run } from "./tools.mjs";
 
@@ -233,6 +234,47 @@ async function takesWhatIsBeside(context) {
     await page.setInputFiles("#truth-files", write(folder, "notes.txt", "no capture\n".repeat(100)));
     await says(page, "message", "notes.txt: not a capture");
     assert.deepEqual(page.complaints, []);
+    await page.close();
+}
+
+// What a dropped file is told to be stays until the next one comes.
+async function refusesArrays(context) {
+    const { folder } = context;
+    const labels = path.join(folder, "own.npy");
+    const capture = simulate(folder, "labelled.pcap", "--labels", labels);
+    const page = await openFiles(context, capture);
+    await drop(page, dropped(write(folder, "wide.npy", arrayOf("'<f4'", "3, 300", Array(900).fill(0)))));
+    await says(page, "message", "wide.npy: its shape is (3, 300): points are rows of 3 numbers");
+    const columns = (all) => `[${all.map((name) => `('${name}', '<f4')`).join(", ")}]`;
+    await drop(page, dropped(write(folder, "many.npy", arrayOf(columns([...Array(14).keys()]), "1,", Array(14).fill(1)))));
+    await says(page, "message", "10, 11 and 2 more: points are");
+    const keys = ["frame", "line", "eye", "pixel", "return_number", "label"];
+    await drop(page, dropped(write(folder, "other.npy", arrayOf(columns(keys), "1,", [101, 1, 0, 1, 1, 7]))));
+    await says(page, "message", "other.npy has no label for this frame");
+    assert.ok(!(await text(page, "message")).includes("many.npy"));
+    await drop(page, dropped(labels));
+    await until(page, () => window.lumview.beside().labels.includes("ground") && document.getElementById("message").textContent === "");
+    assert.deepEqual(page.complaints, []);
+    await page.close();
+}
+
+// Poses that cannot be read are told by their reader, and a file that is nothing is left out.
+async function refusesFiles(context) {
+    const { folder } = context;
+    const page = await openPage(context);
+    await drop(page, dropped(context.capture, write(folder, "notes.md", "hello\n".repeat(99))));
+    await says(page, "message", "notes.md is left out: not a capture");
+    await until(page, () => window.lumview.shown > 0);
+    for (const [name, content, words] of [
+        ["nan.txt", "# t x y z\nnan 0 0 0 0 0 0 1\n", "nan.txt: line 2"],
+        ["few.csv", "time,x,y,z\n5,0,0,0\n", "few.csv: line 1: has names, but lacks qx"],
+        ["few.tum", "5 0 0 0\n", "few.tum: line 1"],
+    ]) {
+        await drop(page, dropped(write(folder, name, content)));
+        await says(page, BANNER, words);
+        await drop(page, dropped(context.capture));
+        await until(page, () => window.lumview.shown > 0 && document.getElementById("banner").hidden);
+    }
     await page.close();
 }
 
@@ -527,6 +569,8 @@ export const aloneFacts = [
     ["YAML files are known by their keys", yamlIsKnown],
     ["it finds the layout of packets that do not decode", findsTheLayout],
     ["poses, labels and a true capture are taken beside it", takesWhatIsBeside],
+    ["arrays that are of no use are told", refusesArrays],
+    ["poses and files that are of no use are told", refusesFiles],
     ["a text file is no capture", textFile],
     ["an address beyond the last frame shows that", frameBeyondTheEnd],
     ["a truncated capture is shown as far as it goes", truncated],

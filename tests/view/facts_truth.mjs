@@ -12,10 +12,10 @@ const CLASSES = ["", "ground", "building", "car", "truck or van", "cyclist", "pe
 const EYES = ["blue", "green"];
 
 // An array of NumPy, of numbers of four bytes.
-function arrayOf(descr, shape, numbers) {
+export function arrayOf(descr, shape, numbers) {
     const text = `{'descr': ${descr}, 'fortran_order': False, 'shape': (${shape}), }`;
-    const head = Buffer.concat([Buffer.from("\x93NUMPY\x01\x00", "latin1"), Buffer.alloc(2), Buffer.from(text.padEnd(117) + "\n")]);
-    head.writeUInt16LE(118, 8);
+    const head = Buffer.concat([Buffer.from("\x93NUMPY\x01\x00", "latin1"), Buffer.alloc(2), Buffer.from(text.padEnd(501) + "\n")]);
+    head.writeUInt16LE(502, 8);
     return Buffer.concat([head, Buffer.from(Float32Array.from(numbers).buffer)]);
 }
 
@@ -30,6 +30,11 @@ function readsColumns() {
     assert.deepEqual([...parse("[('x', '<f4'), ('y', '<f4')]", "2,", [1, 2, 3, 4]).column("y")], [2, 4]);
     assert.deepEqual([...parse("'<f4'", "2, 3", [1, 2, 3, 4, 5, 6]).column("1")], [2, 5]);
     assert.throws(() => parse("[('a', '<f4', (2,)), ('x', '<f4')]", "1,", [1, 2, 3]), /more than one number: \('a', '<f4', \(2,\)\);/);
+    assert.throws(() => parse("[('a', '<f4', (2,)), ".repeat(9) + "]", "1,", [1]), ({ message }) => message.length < 250);
+    const padded = parse("[('x', '<f4'), ('', '|V4'), ('y', '<f4'), ('of', '|V8'), ('z', '<f4')]", "1,", [1, 2, 3, 4, 5, 6]);
+    assert.deepEqual([padded.names, ...padded.column("y"), ...padded.column("z")], [["x", "y", "z"], 3, 6]);
+    assert.deepEqual(parse("[(('metres', 'x'), '<f4'), ('y', '<f4')]", "1,", [1, 2]).names, ["x", "y"]);
+    assert.throws(() => parse("'|V3'", "2, 3", [1, 2, 3, 4, 5, 6]), /of the type \|V3/);
     assert.throws(() => parse("[('x', '>f4')]", "1,", [1]), /of the type >f4/);
     assert.throws(() => parse("'<f4'", "3, 3", [1]), /ends before its 3 rows do/);
 }
@@ -58,6 +63,11 @@ async function labels({ browser, folder }) {
         assert.equal(picked.label, CLASSES[columns.class[row]], JSON.stringify(picked));
     }
     assert.deepEqual(page.complaints, []);
+    await page.setViewportSize({ width: 1280, height: 800 });
+    await drawn(page);
+    const sides = ["#legend", ".ticks li"].map((one) => page.locator(one).evaluateAll((all) => all.map((item) => item.getBoundingClientRect().right)));
+    const [[right], texts] = await Promise.all(sides);
+    assert.ok(texts.length > 5 && texts.every((end) => end < right), `the legend ends at ${right}, its texts at ${texts}`);
     await page.close();
     await sameLabelsSaved(await open(browser, `${server.url}#frame=2`), columns);
 }
@@ -84,17 +94,18 @@ async function truePixels(page) {
     return count;
 }
 
-// True points stand where the array says, in their own colour, and can be hidden.
+// True points stand where the array says, in their own colour, and can be hidden. Rows that are no places, be they the first,
+// are left out.
 async function truth({ browser, capture, folder }) {
     const array = path.join(folder, "truth.npy");
     const places = Array.from({ length: 400 }, (_, i) => [10 + (i % 20) / 10, Math.floor(i / 20) / 10 - 1, 1]);
-    writePlaces(array, places);
+    writePlaces(array, [[NaN, 0, 0], [1e12, 0, 0], ...places, [0, -Infinity, 0]]);
     const server = await view("--paused", "--truth", array, capture);
     const page = await open(browser, `${server.url}#size=4`);
     await until(page, () => window.lumview.beside().truth === 400);
     const before = await truePixels(page);
     assert.ok(before > 100, `${before} pixels`);
-    assert.match(await page.locator("#truth-row").innerText(), /ground truth\s+truth\.npy, 400 points/);
+    assert.match(await page.locator("#truth-row").innerText(), /ground truth\s+truth\.npy, 400 points; 3 without coordinates left out/);
     await page.keyboard.press("9");
     assert.equal(await truePixels(page), 0);
     assert.equal((await probe(page, "beside")).truth, 0);

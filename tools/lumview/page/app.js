@@ -403,7 +403,7 @@ function showState(text, state) {
 function showStatus(message) {
     status = message;
     showState(player.held ? "held" : message.state, player.held ? "held" : message.state);
-    showMessage([message.message, complaint, world.sentence].filter(Boolean).join("; "));
+    showMessage([message.message, complaint, world.sentence, beside.sentence].filter(Boolean).join("; "));
     showStats(message);
     player.show(message);
     seekWanted();

@@ -12,6 +12,8 @@ const LABELS = ["label", "class", "object"]; // the first of these columns that 
 const NAMED = ["", "ground", "building", "car", "truck or van", "cyclist", "person", "tree or bush", "pole", "sign", "other"]; // of lumsim
 const OF_ONE = "labels are of one sensor, as their columns name none: open the capture without the rig";
 const MOST = 254; // labels; one more is that of points without any
+const FEW = 12; // names in a sentence
+const FARTHEST = 2 ** 21; // metres; floats hold no place beyond, and Python's view takes none
 const TRUE_COLOUR = 0xff5fd2;
 
 const keyOf = (line, eye, pixel, turn) => ((line * 2 + eye) * 65536 + pixel) * 128 + turn;
@@ -44,7 +46,8 @@ function smallNumbers(values) {
     return { present, why, small: Uint8Array.from(values, (value) => places.get(value) ?? 0) };
 }
 
-// { names, values, why, of(slot, out) }: of() writes a small number for each point of a slot; 0: it has no label.
+// { names, values, why, of(slot, out), lacks(number) }: of() writes a small number for each point of a slot; 0: it has no label.
+// lacks(): of a frame that was asked for no point has one.
 function makeLabels(table) {
     const name = LABELS.find((one) => table.names.includes(one));
     const [frame, line, eye, pixel, turn] = KEYS.map(table.column);
@@ -52,6 +55,8 @@ function makeLabels(table) {
     const keys = Float64Array.from(frame, (_, i) => keyOf(line[i], eye[i], pixel[i], turn[i]));
     const { order, groups } = groupBy(frame, keys);
     const isLumsim = name === "class" && table.names.includes("object") && present.every((value) => NAMED[value]);
+
+    const lacking = new Set(); // frames
 
     // The first place of a span whose key is not below one.
     function search([from, to], key) {
@@ -71,14 +76,18 @@ function makeLabels(table) {
         of({ points: p, number, size }, out) {
             const span = groups.get(number) ?? [0, 0];
             let place = span[0];
+            let found = 0;
             for (let i = 0; i < size; i++) {
                 const key = keyOf(p.line[i], p.flags[i] & EYE_BIT, p.pixel[i], returnOf(p, i));
                 place = place < span[1] && keys[order[place]] === key ? place : search(span, key);
                 const isThere = place < span[1] && keys[order[place]] === key;
                 out[i] = isThere ? small[order[place]] : 0;
                 place += isThere ? 1 : 0;
+                found += isThere ? 1 : 0;
             }
+            lacking[found > 0 || size === 0 ? "delete" : "add"](number);
         },
+        lacks: (number) => lacking.has(number),
     };
 }
 
@@ -96,17 +105,22 @@ function embeddedLabels({ names, frames }) {
                 out.fill(0, 0, size); // a part of the frame
             }
         },
+        lacks: () => false,
     };
 }
 
 // The points as one object of the scene; show(numbers): of these frames, if the points say which.
 function makeTruth(table, columns) {
     const [x, y, z] = columns.map(table.column);
-    const grouped = table.names.includes("frame") ? groupBy(table.column("frame")) : null;
-    const xyz = new Float32Array(3 * table.rows);
-    const origin = table.rows > 0 ? [x[0], y[0], z[0]].map(Math.round) : [0, 0, 0]; // floats hold what is near it
-    for (let i = 0; i < table.rows; i++) {
-        const row = grouped ? grouped.order[i] : i;
+    const frames = table.names.includes("frame") ? table.column("frame") : null;
+    const isNear = (v) => Math.abs(v) <= FARTHEST;
+    const isPlace = (row) => isNear(x[row]) && isNear(y[row]) && isNear(z[row]) && !Number.isNaN(frames?.[row] ?? 0);
+    const kept = Uint32Array.from(x, (_, row) => row).filter(isPlace);
+    const grouped = frames ? groupBy(Float64Array.from(kept, (row) => frames[row])) : null;
+    const xyz = new Float32Array(3 * kept.length);
+    const origin = kept.length > 0 ? [x, y, z].map((column) => Math.round(column[kept[0]])) : [0, 0, 0]; // floats hold what is near it
+    for (let i = 0; i < kept.length; i++) {
+        const row = kept[grouped ? grouped.order[i] : i];
         xyz.set([x[row] - origin[0], y[row] - origin[1], z[row] - origin[2]], 3 * i);
     }
     const geometry = new THREE.BufferGeometry();
@@ -117,14 +131,15 @@ function makeTruth(table, columns) {
     const shift = new THREE.Matrix4().makeTranslation(...origin);
     return {
         object,
-        count: table.rows,
+        count: kept.length,
+        left: table.rows - kept.length, // out, as they have no coordinates, or none that are near, or no frame
         place(world) {
             object.matrix = world && !grouped ? world.clone().multiply(shift) : shift;
             object.matrixWorldNeedsUpdate = true;
         },
         show(first, last) {
             const spans = [...(grouped?.groups ?? [])].filter(([number]) => number >= first && number <= last).map(([, span]) => span);
-            const [from, to] = grouped ? [Math.min(...spans.map(([a]) => a)), Math.max(...spans.map(([, b]) => b))] : [0, table.rows];
+            const [from, to] = grouped ? [Math.min(...spans.map(([a]) => a)), Math.max(...spans.map(([, b]) => b))] : [0, kept.length];
             const count = spans.length > 0 || !grouped ? to - from : 0;
             geometry.setDrawRange(count > 0 ? from : 0, count);
             return count;
@@ -132,7 +147,17 @@ function makeTruth(table, columns) {
     };
 }
 
+const leftOf = ({ left }) => (left > 0 ? [`${left.toLocaleString("en")} without coordinates left out`] : []);
+
 const COORDINATES = [["x", "y", "z"], ["0", "1", "2"]];
+
+const RIGHT = `points are rows of 3 numbers, of the shape (n, 3), or have the columns x, y, z; labels have ${KEYS.join(", ")} `
+    + `and one of ${LABELS.join(", ")}`;
+
+function whatIs({ shape, names }) {
+    const more = names.length > FEW ? ` and ${(names.length - FEW).toLocaleString("en")} more` : "";
+    return shape ? `its shape is ${shape}` : `its columns are ${names.slice(0, FEW).join(", ")}${more}`;
+}
 
 // { labels } or { truth }, by the columns that an array has.
 export function takeArray(name, buffer) {
@@ -144,8 +169,7 @@ export function takeArray(name, buffer) {
         }
         const columns = COORDINATES.find(has);
         if (!columns || (columns[0] === "0" && table.names.length > 4)) {
-            throw new Error(`its columns are ${table.names.join(", ")}: points have x, y, z or 3 columns; labels have ${KEYS.join(", ")} `
-                + `and one of ${LABELS.join(", ")}`);
+            throw new Error(`${whatIs(table)}: ${RIGHT}`);
         }
         return { truth: makeTruth(table, columns) };
     } catch (error) {
@@ -158,6 +182,7 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
     const at = (id) => document.getElementById(id);
     const loaded = new Set(); // names of what lumview has served
     let truth = null;
+    let labelled = null; // { name, labels } that are taken
     let isRig = false;
     let sources = 0; // that were shown so far
     let served = ""; // the source that lumview shows, and what it has for it
@@ -182,7 +207,8 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
         truth = null;
     }
 
-    function takeLabels(labels) {
+    function takeLabels(labels, name = "") {
+        labelled = labels && { labels, name };
         nameLabels(labels?.names ?? ["none"], labels?.values ?? []);
         cloud.setLabels(labels);
         panel.setLabels(labels !== null);
@@ -195,7 +221,8 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
             scene.add(truth.object);
         }
         at("truth-row").hidden = truth === null;
-        at("truth-name").textContent = truth ? `${name}, ${truth.count.toLocaleString("en")} points` : "";
+        at("truth-name").textContent = truth
+            ? [`${name}, ${truth.count.toLocaleString("en")} points`, ...leftOf(truth)].join("; ") : "";
     }
 
     function take(name, buffer) {
@@ -204,7 +231,7 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
             if (labels && isRig) {
                 throw new Error(`${name}: ${OF_ONE}`);
             } else if (labels) {
-                takeLabels(labels);
+                takeLabels(labels, name);
             } else {
                 takeTruth(name, points);
             }
@@ -279,6 +306,10 @@ export function makeBeside({ scene, cloud, panel, settings, changed, tell }) {
             for (const path of ["labels", "truth"].filter((one) => hello[one] && !loaded.has(`/${one}`))) {
                 load(`/${path}`, hello[path]);
             }
+        },
+        // That no point of the newest frame has a label.
+        get sentence() {
+            return labelled?.labels.lacks(cloud.newest?.number) ? `${labelled.name} has no label for this frame` : "";
         },
         // How many true points are shown, and where one of them is, for tests.
         get shown() {

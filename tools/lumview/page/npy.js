@@ -26,42 +26,55 @@ function parseHead(buffer) {
     return { descr, isByColumns: /'fortran_order':\s*True/.test(head), shape: numbers, begin };
 }
 
-const NAMED = /\(\s*'([^']*)'\s*,\s*'([^']*)'\s*\)/g;
+// (name, type) or ((title, name), type)
+const NAMED = /\(\s*(?:\(\s*'[^']*'\s*,\s*'([^']*)'\s*\)|'([^']*)')\s*,\s*'([^']*)'\s*\)/g;
+const LONGEST = 100; // characters of what a sentence quotes
 
 // The names and types of a list in Python's words.
 function namesOf(list) {
     const rest = list.replace(NAMED, "").replace(/^[\s,]+|[\s,]+$/g, "");
     if (rest !== "") {
-        throw new Error(`a column of it is more than one number: ${rest}; save the columns that are numbers alone`);
+        const quoted = rest.length > LONGEST ? `${rest.slice(0, LONGEST)}...` : rest;
+        throw new Error(`a column of it is more than one number: ${quoted}; save the columns that are numbers alone`);
     }
-    return [...list.matchAll(NAMED)].map(([, name, type]) => [name, type]);
+    return [...list.matchAll(NAMED)].map(([, titled, name, type]) => [titled ?? name, type]);
 }
 
-// The columns of a row, { name, type, at }, and its bytes.
+// The columns of a row, { name, type, at }, and its bytes. Void ones, as NumPy pads rows with, are passed over.
 function columnsOf({ descr, shape }) {
-    const named = descr[2] === undefined
+    const isNamed = descr[2] !== undefined;
+    const named = !isNamed
         ? Array.from({ length: shape.length > 1 ? shape[1] : 1 }, (_, i) => [String(i), descr[1]])
         : namesOf(descr[2]);
     let at = 0;
-    const columns = named.map(([name, text]) => {
+    const columns = named.flatMap(([name, text]) => {
+        const padding = isNamed ? /^\|V(\d+)$/.exec(text) : null;
+        if (padding) {
+            at += Number(padding[1]);
+            return [];
+        }
         const type = text.replace(/^[<|=>]/, "");
         if (!READ[type] || (text.startsWith(">") && !type.endsWith("1"))) {
             throw new Error(`its numbers are of the type ${text}, which the page does not read: save them as '<f8'`);
         }
         const column = { name, type, at };
         at += Number(type[1]);
-        return column;
+        return [column];
     });
     return { columns, bytes: at };
 }
 
-// { rows, names, column(name) }: a column as Float64Array; columns without names are "0", "1" and so on.
+// As Python writes it.
+const textOf = (shape) => `(${shape.join(", ")}${shape.length === 1 ? "," : ""})`;
+
+// { rows, names, shape, column(name) }: a column as Float64Array; columns without names are "0", "1" and so on; shape: a text,
+// "" where columns have names.
 export function parseNpy(buffer) {
     const head = parseHead(buffer);
     const { columns, bytes } = columnsOf(head);
     const [rows = 0] = head.shape;
     if (head.shape.length > 2 || (head.descr[2] !== undefined && head.shape.length !== 1)) {
-        throw new Error(`its shape is (${head.shape.join(", ")}), not rows of columns`);
+        throw new Error(`its shape is ${textOf(head.shape)}, not rows of columns`);
     }
     if (columns.length === 0 || head.begin + rows * bytes > buffer.byteLength) {
         throw new Error(`it ends before its ${rows.toLocaleString("en")} rows do`);
@@ -71,6 +84,7 @@ export function parseNpy(buffer) {
     return {
         rows,
         names: columns.map(({ name }) => name),
+        shape: head.descr[2] === undefined ? textOf(head.shape) : "",
         column(name) {
             const index = columns.findIndex((column) => column.name === name);
             const { type, at } = columns[index];
