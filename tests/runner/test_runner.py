@@ -137,7 +137,20 @@ class Budget(unittest.TestCase):
         self.assertEqual(self.hold(1, 10.1)[1][1], "FAIL  10.1 of 10.0 processor minutes")
 
     def test_a_slow_machine_has_more_minutes(self):
-        self.assertEqual(self.hold(1, 19.9, 2.0)[1][1], "ok    19.9 of 20.0 processor minutes, as this machine takes 2.0 times as long")
+        self.assertEqual(self.hold(1, 19.9, 2.0)[1][1], "ok    19.9 of 20.0 processor minutes, as this machine took 2.0 times as long")
+
+    def test_a_machine_is_as_slow_as_it_was_most_of_the_time(self):
+        samples = self.file.with_name("samples.txt")
+        for times, slow in (([1, 2, 9], 2.0), ([0.5], 1.0)):
+            samples.write_text("".join(f"{budget.YARDSTICK_S * time}\n" for time in times))
+            self.assertAlmostEqual(budget.slowness(samples), slow)
+
+    def test_it_is_watched_until_the_shell_ends(self):
+        samples = self.file.with_name("samples.txt")
+        command = f"{sys.executable} -B {budget.__file__} watch {samples} & while [ ! -s {samples} ]; do sleep 0.01; done; kill $!; wait $!"
+        self.assertEqual(subprocess.run(["sh", "-c", command], check=False).returncode, 128 + 15)
+        self.assertGreaterEqual(budget.slowness(samples), 1.0)
+
 
     def test_a_line_that_is_missing_or_broken_is_an_error(self):
         self.file.write_text("files 100\nfast ten\n")
