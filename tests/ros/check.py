@@ -312,8 +312,12 @@ def two_sensors_have_topics_of_their_own():
         check({c.header.frame_id for c in listener.messages} == {name}, f"frame_id of {name}")
     wanted = {f"{name}/lumsdk_node: laser" for name in listeners}
     wait_until(lambda: wanted <= {s.name for m in diagnostics.messages for s in m.status}, "both diagnoses")
-    frames = {t.child_frame_id for m in tf.messages for t in m.transforms}
-    check(frames == {"front_blue", "front_green", "rear_blue", "rear_green"}, f"transforms of {sorted(frames)}")
+    def frames():
+        return {t.child_frame_id for m in tf.messages for t in m.transforms}
+
+    wanted = {"front_blue", "front_green", "rear_blue", "rear_green"}
+    wait_until(lambda: frames() >= wanted, "transforms of both")  # each node has a connection of its own
+    check(frames() == wanted, f"transforms of {sorted(frames())}")
     published = {name for name, _ in rosgraph.Master("/check").getSystemState()[0]}
     check(not published & set(RAW), "raw topics outside of their namespaces")
     for each in listeners.values():
