@@ -151,7 +151,6 @@ class Budget(unittest.TestCase):
         self.assertEqual(subprocess.run(["sh", "-c", command], check=False).returncode, 128 + 15)
         self.assertGreaterEqual(budget.slowness(samples), 1.0)
 
-
     def test_a_line_that_is_missing_or_broken_is_an_error(self):
         self.file.write_text("files 100\nfast ten\n")
         with self.assertRaisesRegex(ValueError, "budget.txt:2"):
