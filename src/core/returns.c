@@ -26,16 +26,26 @@ static unsigned shift_of(uint32_t word)
     return (unsigned)((word & LUM_WORD_RISING) >> 6);
 }
 
-/* All words of a pixel. The k-th falling word ends the pulse that the k-th
- * rising one began. */
-static void number_pixel(const uint32_t *words, size_t n, lum_return *out)
+/* How many words the first pixel has; counts: of each edge. */
+static size_t count_words(const uint32_t *words, size_t n, uint32_t *counts)
+{
+    uint32_t pair = UINT32_C(1) << shift_of(words[0]);
+    size_t i = 1;
+    while (i < n && is_one_pixel(words[0], words[i])) {
+        pair += UINT32_C(1) << shift_of(words[i]);
+        i++;
+    }
+    *counts = pair;
+    return i;
+}
+
+/* All words of a pixel that has both edges. The k-th falling word ends the
+ * pulse that the k-th rising one began. */
+static void number_both(const uint32_t *words, size_t n, uint32_t counts,
+                        lum_return *out)
 {
     size_t fall = 0;
-    uint32_t counts = 0;
     uint32_t seen = 0;
-    for (size_t i = 0; i < n; i++) {
-        counts += UINT32_C(1) << shift_of(words[i]);
-    }
     for (size_t i = 0; i < n; i++) {
         const unsigned shift = shift_of(words[i]);
         seen += UINT32_C(1) << shift;
@@ -54,13 +64,26 @@ static void number_pixel(const uint32_t *words, size_t n, lum_return *out)
     }
 }
 
-static size_t words_of_pixel(const uint32_t *words, size_t n)
+/* All words of a pixel that has one edge. */
+static void number_one(size_t n, lum_return *out)
 {
-    size_t i = 1;
-    while (i < n && is_one_pixel(words[0], words[i])) {
-        i++;
+    for (size_t i = 0; i < n; i++) {
+        out[i] =
+            (lum_return){.number = (uint16_t)(i + 1u), .count = (uint16_t)n};
     }
-    return i;
+}
+
+/* Numbers the words of the first pixel. Returns how many it has. */
+static size_t number_pixel(const uint32_t *words, size_t n, lum_return *out)
+{
+    uint32_t counts = 0;
+    const size_t count = count_words(words, n, &counts);
+    if ((counts & 0xffffu) == 0 || counts >> 16 == 0) {
+        number_one(count, out);
+    } else {
+        number_both(words, count, counts, out);
+    }
+    return count;
 }
 
 /* Most pixels have one return, a rising word and a falling one or none: these
@@ -78,8 +101,7 @@ void lum_returns_compute(const uint32_t *words, size_t n, lum_return *out)
                 out[0].width_tof = pulse_width(words[0], words[1]);
                 out[1] = lone;
             } else {
-                count = words_of_pixel(words, n);
-                number_pixel(words, count, out);
+                count = number_pixel(words, n, out);
             }
         }
         words += count;
