@@ -163,6 +163,15 @@ static const struct {
     [LUM_FILE_TIME] = {OF_TIMES, 0, 0},
 };
 
+/* In binary. */
+static size_t bytes_of(const lum_file_rows *rows, unsigned column)
+{
+    return column < LUM_FILE_COLUMNS
+               ? lum_file_column_specs[column].bytes
+               : lum_number_types[rows->extras->type[column - LUM_FILE_COLUMNS]]
+                     .bytes;
+}
+
 void lum_file_rows_begin(lum_file_rows *rows, const lum_column_list *columns,
                          const lum_extras *extras, const lum_line_samples *line,
                          char separator)
@@ -175,6 +184,10 @@ void lum_file_rows_begin(lum_file_rows *rows, const lum_column_list *columns,
     rows->times = line->times;
     rows->extras = extras;
     rows->extra = line->extra;
+    rows->row_bytes = 0;
+    for (unsigned k = 0; k < columns->count; k++) {
+        rows->row_bytes += bytes_of(rows, columns->at[k]);
+    }
     lum_text_line_begin(&text, line, separator);
     for (unsigned i = 0; i < 4u; i++) {
         const char *end = (const char *)memchr(p, separator, LUM_DECIMAL_ROOM);
@@ -262,28 +275,49 @@ char *lum_file_rows_put_text(char *p, void *context, const lum_sample *samples,
     return p;
 }
 
-static unsigned char *put_number(unsigned char *p, const lum_file_rows *rows,
-                                 unsigned column, const lum_sample *s)
+/* A column of n rows, the first of which has it at p. */
+static void put_numbers(unsigned char *p, const lum_file_rows *rows,
+                        unsigned column, const lum_sample *s, size_t n)
 {
+    const size_t row = rows->row_bytes;
+    const size_t first = (size_t)(s - rows->samples);
     if (column >= LUM_FILE_COLUMNS) {
-        const unsigned i = column - LUM_FILE_COLUMNS;
-        return lum_number_put(p, (lum_number_type)rows->extras->type[i],
-                              rows->extra[i], (size_t)(s - rows->samples));
+        const unsigned k = column - LUM_FILE_COLUMNS;
+        for (size_t i = 0; i < n; i++) {
+            (void)lum_number_put(p + i * row,
+                                 (lum_number_type)rows->extras->type[k],
+                                 rows->extra[k], first + i);
+        }
+        return;
     }
     const size_t at = places[column].at;
     switch ((enum kind)places[column].kind) {
     case OF_FLOAT:
-        return lum_put_f32(p, float_at(s, at));
+        for (size_t i = 0; i < n; i++) {
+            (void)lum_put_f32(p + i * row, float_at(&s[i], at));
+        }
+        break;
     case OF_COUNT:
-        return lum_put_le16(p, count_at(s, at));
+        for (size_t i = 0; i < n; i++) {
+            (void)lum_put_le16(p + i * row, count_at(&s[i], at));
+        }
+        break;
     case OF_EDGE:
-        return lum_put_u8(p, s->edge);
+        for (size_t i = 0; i < n; i++) {
+            (void)lum_put_u8(p + i * row, s[i].edge);
+        }
+        break;
     case OF_TIMES:
-        return lum_put_f32(p, rows->times[s - rows->samples]);
+        for (size_t i = 0; i < n; i++) {
+            (void)lum_put_f32(p + i * row, rows->times[first + i]);
+        }
+        break;
     case OF_LINE:
     default:
-        memcpy(p, rows->bytes[at], lum_file_column_specs[column].bytes);
-        return p + lum_file_column_specs[column].bytes;
+        for (size_t i = 0; i < n; i++) {
+            memcpy(p + i * row, rows->bytes[at], bytes_of(rows, column));
+        }
+        break;
     }
 }
 
@@ -292,10 +326,9 @@ char *lum_file_rows_put_binary(char *p, void *context,
 {
     const lum_file_rows *rows = context;
     unsigned char *to = (unsigned char *)p;
-    for (size_t i = 0; i < n; i++) {
-        for (unsigned k = 0; k < rows->columns->count; k++) {
-            to = put_number(to, rows, rows->columns->at[k], &samples[i]);
-        }
+    for (unsigned k = 0; k < rows->columns->count; k++) {
+        put_numbers(to, rows, rows->columns->at[k], samples, n);
+        to += bytes_of(rows, rows->columns->at[k]);
     }
-    return (char *)to;
+    return p + n * rows->row_bytes;
 }

@@ -86,6 +86,7 @@ typedef struct lum_file_rows {
     const float *times;             /**< likewise; NULL: not requested */
     const lum_extras *extras;       /**< of the file */
     const void *const *extra;       /**< their values */
+    size_t row_bytes;               /**< of a row in binary */
     char text[4][24];               /**< of the columns of the line itself */
     uint8_t text_bytes[4];          /**< of those */
     unsigned char bytes[4][8];      /**< the same in binary */

@@ -5,6 +5,8 @@
 #include "part.h"
 #include "writer_internal.h"
 
+#include "points/columns.h"
+
 #include <errno.h>
 #include <string.h>
 #include <strings.h>
@@ -74,6 +76,37 @@ bool lum_format_has_frames(lum_format format)
 bool lum_format_has_parts(lum_format format)
 {
     return (unsigned)format < LUM_FORMATS && formats[format]->has_parts;
+}
+
+/* Whether names with commas between them have one of a column. */
+static bool has_name(const char *names, lum_file_column column)
+{
+    const char *name = lum_file_column_specs[column].name;
+    const size_t len = strlen(name);
+    const char *p = names;
+    size_t n = strcspn(p, ",");
+    while ((n != len || strncmp(p, name, n) != 0) && p[n] != '\0') {
+        p += n + 1u;
+        n = strcspn(p, ",");
+    }
+    return n == len && strncmp(p, name, n) == 0;
+}
+
+unsigned lum_format_leaves(lum_format format, const char *columns)
+{
+    if (format == LUM_FORMAT_XYZ) {
+        return LUM_LEAVE_ALL;
+    }
+    if (columns == NULL || !lum_format_has_columns(format)) {
+        return 0;
+    }
+    const bool has_degrees = has_name(columns, LUM_FILE_AZIMUTH) ||
+                             has_name(columns, LUM_FILE_ELEVATION);
+    const bool has_returns = has_name(columns, LUM_FILE_PULSE_WIDTH) ||
+                             has_name(columns, LUM_FILE_RETURN_NUMBER) ||
+                             has_name(columns, LUM_FILE_NUMBER_OF_RETURNS);
+    return (has_degrees ? 0 : LUM_LEAVE_DEGREES) |
+           (has_returns ? 0 : LUM_LEAVE_RETURNS);
 }
 
 bool lum_format_has_presets(lum_format format)

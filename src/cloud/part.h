@@ -14,6 +14,11 @@
  * organised. */
 bool lum_format_has_parts(lum_format format);
 
+/** Which numbers of samples no file of a format reads: LUM_LEAVE_DEGREES and
+ * LUM_LEAVE_RETURNS of points/columns.h.
+ * @param columns as lum_writer_options.columns. */
+unsigned lum_format_leaves(lum_format format, const char *columns);
+
 /** Begin a part. Lines are added by lum_writer_add(), and lum_writer_abort()
  * frees it.
  * @param path    the file's name, for messages.

@@ -1,6 +1,7 @@
 /* Lines and ends of frames come in, frames go out. What makes a frame end is
  * decided in core/frames.c and core/assembler.c. */
 #include "framer_internal.h"
+#include "framer_state.h"
 
 #include "base/sized.h"
 
@@ -411,6 +412,11 @@ bool lum_framer_frame_view(const lum_framer *framer, size_t view, lum_view *out)
     }
     const lum_view *asked = &framer->out.views.view[view].asked;
     return lum_sized_fill(out, asked, sizeof *asked);
+}
+
+void lum_framer_leave(lum_framer *framer, unsigned leaves)
+{
+    framer->line.leaves = leaves;
 }
 
 int64_t lum_framer_frame_number(const lum_framer *framer)

@@ -33,6 +33,7 @@ typedef struct lum_line_points {
     const lum_checked_view *smoothed_by; /* NULL: by none yet */
     lum_angle angles[LUM_LINE_PIXELS];
     lum_column_work work;
+    unsigned leaves; /* what samples have not: LUM_LEAVE_DEGREES, ... */
     const lum_checked_view *sampled_by; /* NULL: there are no samples of it */
     size_t sample_count;
 } lum_line_points;

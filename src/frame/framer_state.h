@@ -38,6 +38,10 @@ bool lum_framer_pack_clocks(lum_framer *framer, lum_pack *pack);
 bool lum_framer_pack_sensor(lum_framer *framer, size_t sensor, uint32_t from,
                             lum_pack *pack);
 
+/* Have samples of lines without these numbers: LUM_LEAVE_DEGREES and
+ * LUM_LEAVE_RETURNS of points/columns.h. */
+void lum_framer_leave(lum_framer *framer, unsigned leaves);
+
 /* The lines of the frame that was handed out last, by eye, which show what the
  * next one lacks; 0 before the first. */
 void lum_framer_get_lines(const lum_framer *framer, size_t sensor,

@@ -50,9 +50,9 @@ size_t lum_line_points_sample(lum_line_points *p, const lum_checked_view *view)
 {
     if (p->sampled_by != view) {
         apply_view(p, view);
-        p->sample_count = lum_samples_compute(
-            p->projector, &p->smoothed, &view->asked.selection,
-            &p->work.samples, p->work.sample, NULL);
+        p->sample_count =
+            lum_samples_make(p->projector, &p->smoothed, &view->asked.selection,
+                             p->leaves, &p->work.samples, p->work.sample);
         p->sampled_by = view;
     }
     return p->sample_count;

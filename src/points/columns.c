@@ -45,42 +45,24 @@ static void compute_degrees(const lum_eye_projector *eye, const lum_line *line,
     }
 }
 
-/* Words of a pixel, from first to the returned end. The widest pulse of each
- * edge is marked, the first among equals. First may be inside a pixel: each
- * word before it is alone of its edge then. */
-static uint32_t mark_pixel(const lum_line *line, const lum_return *returns,
-                           uint32_t first, uint8_t *marks)
-{
-    const uint32_t pixel = lum_word_pixel(line->words[first]);
-    uint32_t widest[2] = {UINT32_MAX, UINT32_MAX};
-    uint32_t i = first;
-    for (; i < line->word_count && lum_word_pixel(line->words[i]) == pixel;
-         i++) {
-        uint32_t *w = &widest[lum_word_is_rising(line->words[i]) ? 1 : 0];
-        if (*w == UINT32_MAX || returns[i].width_tof > returns[*w].width_tof) {
-            *w = i;
-        }
-        marks[i] = 0;
-    }
-    for (unsigned edge = 0; edge < 2; edge++) {
-        if (widest[edge] != UINT32_MAX) {
-            marks[widest[edge]] = 1;
-        }
-    }
-    return i;
-}
-
-/* Most words are the only ones of their edge and pixel. */
+/* The widest pulse of each pixel and edge is marked, the first among equals. */
 static void mark_strongest(const lum_line *line, const lum_return *returns,
-                           uint8_t *marks)
+                           uint8_t *restrict marks)
 {
-    uint32_t i = 0;
-    while (i < line->word_count) {
-        if (returns[i].count == 1u) {
+    const uint32_t *words = line->words;
+    const uint32_t n = line->word_count;
+    uint32_t widest[2] = {0, 0}; /* of the pixel so far, by edge */
+    for (uint32_t i = 0; i < n; i++) {
+        uint32_t *w = &widest[lum_word_is_rising(words[i]) ? 1 : 0];
+        if (returns[i].number == 1u) {
             marks[i] = 1;
-            i++;
+            *w = i;
+        } else if (returns[i].width_tof > returns[*w].width_tof) {
+            marks[*w] = 0;
+            marks[i] = 1;
+            *w = i;
         } else {
-            i = mark_pixel(line, returns, i, marks);
+            marks[i] = 0;
         }
     }
 }
@@ -171,10 +153,13 @@ static void put_pixels(const struct chunk *c, uint16_t *out)
     }
 }
 
-static void put_edges(const struct chunk *c, uint8_t *out)
+/* Bytes may be part of anything, so that nothing else is read by way of c. */
+static void put_edges(const struct chunk *c, uint8_t *restrict out)
 {
-    for (uint32_t i = 0; out != NULL && i < c->count; i++) {
-        out[i] = lum_word_is_rising(c->words[i]) ? 1 : 0;
+    const uint32_t *words = c->words;
+    const uint32_t n = out != NULL ? c->count : 0;
+    for (uint32_t i = 0; i < n; i++) {
+        out[i] = (uint8_t)(words[i] / LUM_WORD_RISING & 1u);
     }
 }
 
@@ -183,7 +168,7 @@ static void put_returns(const struct chunk *c, double tof_lsb_ns,
 {
     const lum_return *r = c->returns;
     for (uint32_t i = 0; p->pulse_width != NULL && i < c->count; i++) {
-        p->pulse_width[i] = (float)(r[i].width_tof * tof_lsb_ns);
+        p->pulse_width[i] = (float)((int32_t)r[i].width_tof * tof_lsb_ns);
     }
     for (uint32_t i = 0; p->return_number != NULL && i < c->count; i++) {
         p->return_number[i] = r[i].number;
@@ -235,20 +220,6 @@ struct sieve {
 
 /* --- Selections --- */
 
-static lum_word_choice make_choice(unsigned edges, int32_t min_tof)
-{
-    const uint32_t mask = edges == LUM_EDGES_BOTH ? 0 : LUM_WORD_RISING;
-    return (lum_word_choice){.min_tof = min_tof,
-                             .mask = mask,
-                             .value = edges == LUM_EDGES_RISING ? mask : 0};
-}
-
-static inline uint32_t is_chosen(const lum_word_choice *c, uint32_t word)
-{
-    const uint32_t has_range = lum_word_tof(word) >= c->min_tof ? 1u : 0u;
-    return (word & c->mask) == c->value ? has_range : 0;
-}
-
 /* A word that was not chosen is overwritten by the next, which is faster than a
  * branch that nobody can predict. */
 uint32_t lum_plain_choose(const lum_word_choice *choice, const uint32_t *words,
@@ -258,7 +229,7 @@ uint32_t lum_plain_choose(const lum_word_choice *choice, const uint32_t *words,
     uint32_t count = 0;
     for (uint32_t i = 0; i < n; i++) {
         out[count] = words[i];
-        count += is_chosen(&own, words[i]);
+        count += lum_word_is_chosen(&own, words[i]);
     }
     return count;
 }
@@ -273,7 +244,7 @@ static uint32_t find_chosen(const struct sieve *s, const struct chunk *from,
     for (uint32_t i = 0; i < from->count; i++) {
         const uint32_t pixel = lum_word_pixel(from->words[i]);
         places[n] = (uint16_t)i;
-        n += is_chosen(&s->choice, from->words[i]) &
+        n += lum_word_is_chosen(&s->choice, from->words[i]) &
              (is_whole ? 1u : marks[pixel / 32u] >> pixel % 32u);
     }
     return n;
@@ -383,11 +354,15 @@ static size_t put_samples(const lum_column_line *l,
                           const lum_selection *selection, lum_column_work *work,
                           const lum_column_places *p)
 {
-    lum_point_losses losses = {0, 0};
-    const size_t n = lum_samples_compute(l->projector, l->line, selection,
-                                         &work->samples, work->sample, &losses);
+    const bool has_returns =
+        needs_returns(p) || selection->returns != LUM_RETURNS_ALL;
+    const unsigned leaves =
+        (p->azimuth == NULL && p->elevation == NULL ? LUM_LEAVE_DEGREES : 0u) |
+        (needs_returns(p) ? 0u : LUM_LEAVE_RETURNS);
+    const size_t n = lum_samples_make(l->projector, l->line, selection, leaves,
+                                      &work->samples, work->sample);
     work->has_directions = true;
-    work->has_returns = true;
+    work->has_returns = work->has_returns || has_returns;
     put_floats(work->sample, n, p);
     put_integers(work->sample, n, p);
     if (p->strongest != NULL) {
@@ -413,8 +388,8 @@ size_t lum_columns_compute(const lum_column_line *line,
     }
     const struct sieve sieve = {
         .line = line->line,
-        .choice =
-            make_choice(edges, line->projector->eye[line->line->eye].min_tof),
+        .choice = lum_word_choice_of(
+            edges, line->projector->eye[line->line->eye].min_tof),
         .all = wanted == line->line->word_count};
     prepare(line, work, places);
     return put_words(line, &sieve, work, &to);

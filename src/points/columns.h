@@ -60,4 +60,14 @@ size_t lum_columns_compute(const lum_column_line *line,
                            lum_column_work *work,
                            const lum_column_places *places);
 
+/* Numbers of a sample that nobody reads, so that they are left unwritten. */
+#define LUM_LEAVE_DEGREES 1u /* azimuth and elevation */
+#define LUM_LEAVE_RETURNS 2u /* pulse width, return number and their number */
+#define LUM_LEAVE_ALL     3u
+
+/* As lum_samples_compute(), which leaves nothing and counts losses. */
+size_t lum_samples_make(const lum_projector *projector, const lum_line *line,
+                        const lum_selection *selection, unsigned leaves,
+                        lum_sample_workspace *workspace, lum_sample *out);
+
 #endif

@@ -24,6 +24,24 @@ typedef struct lum_word_choice {
     uint32_t value;
 } lum_word_choice;
 
+static inline lum_word_choice lum_word_choice_of(unsigned edges,
+                                                 int32_t min_tof)
+{
+    const uint32_t mask =
+        edges == (unsigned)LUM_EDGES_BOTH ? 0 : LUM_WORD_RISING;
+    return (lum_word_choice){.min_tof = min_tof,
+                             .mask = mask,
+                             .value = edges == (unsigned)LUM_EDGES_RISING ? mask
+                                                                          : 0};
+}
+
+static inline uint32_t lum_word_is_chosen(const lum_word_choice *c,
+                                          uint32_t word)
+{
+    const uint32_t has_range = lum_word_tof(word) >= c->min_tof ? 1u : 0u;
+    return (word & c->mask) == c->value ? has_range : 0;
+}
+
 /* What columns are made of. */
 typedef struct lum_column_source {
     const uint32_t *words;

@@ -1,5 +1,6 @@
 #include "lum/points.h"
 
+#include "columns.h"
 #include "kernels.h"
 #include "lanes.h"
 
@@ -54,14 +55,13 @@ static bool is_chosen(const lum_selection *s, const lum_line *line,
                       const lum_return *returns, uint32_t i,
                       struct strongest *strongest)
 {
-    const lum_return *r = &returns[i];
     switch (s->returns) {
     case LUM_RETURNS_FIRST:
-        return r->number == 1;
+        return returns[i].number == 1;
     case LUM_RETURNS_LAST:
-        return r->number == r->count;
+        return returns[i].number == returns[i].count;
     case LUM_RETURNS_NUMBER:
-        return r->number == s->return_number;
+        return returns[i].number == s->return_number;
     case LUM_RETURNS_STRONGEST:
         return is_strongest(line, returns, i, strongest);
     case LUM_RETURNS_ALL:
@@ -92,43 +92,53 @@ struct maker {
     lum_eye_projector eye;
     lum_direction mount;
     double tof_lsb_ns;
-    bool asks[2]; /* by edge: falling, rising */
+    lum_word_choice choice;
     bool is_whole;
+    bool has_degrees;
+    bool has_returns;
+    const lum_return *returns; /* of the words, if it has them */
 };
 
 static struct maker make_maker(const lum_projector *projector,
                                const lum_line *line,
-                               const lum_selection *selection,
-                               const lum_direction *directions)
+                               const lum_selection *selection, unsigned leaves,
+                               const lum_sample_workspace *workspace)
 {
     const lum_eye_projector *eye = &projector->eye[line->eye];
-    const unsigned edges = (unsigned)selection->edges;
     return (struct maker){
-        .directions = directions,
+        .directions = workspace->directions,
         .angles = line->angles,
         .eye = *eye,
         .mount = {eye->mount[0], eye->mount[1], eye->mount[2], 0.0f},
         .tof_lsb_ns = projector->tof_lsb_ns,
-        .asks = {(edges & LUM_EDGES_FALLING) != 0,
-                 (edges & LUM_EDGES_RISING) != 0},
-        .is_whole = line->angle_count == LUM_LINE_PIXELS};
+        .choice = lum_word_choice_of((unsigned)selection->edges, eye->min_tof),
+        .is_whole = line->angle_count == LUM_LINE_PIXELS,
+        .has_degrees = (leaves & LUM_LEAVE_DEGREES) == 0,
+        .has_returns = (leaves & LUM_LEAVE_RETURNS) == 0 ||
+                       selection->returns != LUM_RETURNS_ALL,
+        .returns = workspace->returns};
 }
 
 static inline void fill_sample(const struct maker *m, uint32_t word,
-                               float range, lum_return r,
+                               float range, const lum_return *r,
                                lum_sample *restrict out)
 {
     const uint32_t pixel = lum_word_pixel(word);
     lum_put_lanes(&out->x, range, &m->directions[pixel], &m->mount);
     out->range = range; /* in the place of the fourth number */
-    out->azimuth = (float)(m->eye.azimuth_center +
-                           m->angles[pixel].azimuth * m->eye.azimuth_deg);
-    out->elevation = (float)(m->eye.elevation_center +
-                             m->angles[pixel].elevation * m->eye.elevation_deg);
-    out->pulse_width = (float)(r.width_tof * m->tof_lsb_ns);
+    if (m->has_degrees) {
+        out->azimuth = (float)(m->eye.azimuth_center +
+                               m->angles[pixel].azimuth * m->eye.azimuth_deg);
+        out->elevation =
+            (float)(m->eye.elevation_center +
+                    m->angles[pixel].elevation * m->eye.elevation_deg);
+    }
+    if (m->has_returns) {
+        out->pulse_width = (float)(r->width_tof * m->tof_lsb_ns);
+        out->return_number = r->number;
+        out->number_of_returns = r->count;
+    }
     out->pixel = (uint16_t)pixel;
-    out->return_number = r.number;
-    out->number_of_returns = r.count;
     out->edge = lum_word_is_rising(word) ? 1 : 0;
     out->pad = 0;
 }
@@ -146,19 +156,18 @@ struct chosen {
 
 /* A word that is not chosen is overwritten by the next, which is faster than a
  * branch that nobody can predict. */
-static void choose(const struct maker *m, const lum_line *line, uint32_t at,
-                   uint32_t n, const lum_return *returns, struct chosen *out)
+static void choose(const struct maker *m, const uint32_t *words, uint32_t n,
+                   const lum_return *returns, struct chosen *out)
 {
-    const uint32_t *words = line->words + at;
     uint32_t count = 0;
+    if (!m->has_returns) {
+        out->count = LUM_BEST(choose)(&m->choice, words, n, out->words);
+        return;
+    }
     for (uint32_t i = 0; i < n; i++) {
-        const uint32_t word = words[i];
-        const unsigned asks = m->asks[word / LUM_WORD_RISING & 1u] ? 1u : 0u;
-        const unsigned has_range =
-            lum_word_tof(word) >= m->eye.min_tof ? 1u : 0u;
-        out->words[count] = word;
-        out->returns[count] = returns[at + i];
-        count += asks & has_range;
+        out->words[count] = words[i];
+        out->returns[count] = returns[i];
+        count += lum_word_is_chosen(&m->choice, words[i]);
     }
     out->count = count;
 }
@@ -177,20 +186,22 @@ static void leave_out_without_angles(const lum_line *line, struct chosen *c)
 
 /* Samples of all returns, without limits. */
 static size_t put_all(const struct maker *m, const lum_line *line,
-                      const lum_return *returns, lum_sample *out)
+                      lum_sample *out)
 {
     struct chosen chosen;
     float ranges[BLOCK];
     lum_sample *to = out;
     for (uint32_t at = 0; at < line->word_count; at += BLOCK) {
         const uint32_t left = line->word_count - at;
-        choose(m, line, at, left < BLOCK ? left : BLOCK, returns, &chosen);
+        choose(m, line->words + at, left < BLOCK ? left : BLOCK,
+               m->returns + at, &chosen);
         if (!m->is_whole) {
             leave_out_without_angles(line, &chosen);
         }
         LUM_BEST(ranges)(&m->eye, chosen.words, chosen.count, ranges);
         for (uint32_t i = 0; i < chosen.count; i++) {
-            fill_sample(m, chosen.words[i], ranges[i], chosen.returns[i], to++);
+            fill_sample(m, chosen.words[i], ranges[i], &chosen.returns[i],
+                        to++);
         }
     }
     return (size_t)(to - out);
@@ -200,15 +211,13 @@ static size_t put_all(const struct maker *m, const lum_line *line,
 static inline bool gives_point(const struct maker *m, const lum_line *line,
                                uint32_t word)
 {
-    return m->asks[lum_word_is_rising(word) ? 1 : 0] &&
-           lum_word_tof(word) >= m->eye.min_tof &&
+    return lum_word_is_chosen(&m->choice, word) != 0 &&
            (m->is_whole || lum_line_has_angles(line, lum_word_pixel(word)));
 }
 
 /* Samples of some returns, or within limits. */
 static size_t put_selected(const struct maker *m, const lum_line *line,
-                           const lum_selection *selection,
-                           const lum_return *returns, lum_sample *out)
+                           const lum_selection *selection, lum_sample *out)
 {
     const bool has_limits = selection->has_range || selection->has_box;
     struct strongest strongest = {.end = 0};
@@ -216,10 +225,10 @@ static size_t put_selected(const struct maker *m, const lum_line *line,
     for (uint32_t i = 0; i < line->word_count; i++) {
         const uint32_t word = line->words[i];
         if (gives_point(m, line, word) &&
-            is_chosen(selection, line, returns, i, &strongest)) {
+            is_chosen(selection, line, m->returns, i, &strongest)) {
             float range = 0.0f;
             lum_plain_ranges(&m->eye, &word, 1, &range);
-            fill_sample(m, word, range, returns[i], to);
+            fill_sample(m, word, range, &m->returns[i], to);
             to += !has_limits || is_inside(selection, to) ? 1 : 0;
         }
     }
@@ -234,21 +243,29 @@ static void count_losses(const lum_projector *projector, const lum_line *line,
     lum_points_count(projector, line, &rising, &falling, losses);
 }
 
+size_t lum_samples_make(const lum_projector *projector, const lum_line *line,
+                        const lum_selection *selection, unsigned leaves,
+                        lum_sample_workspace *workspace, lum_sample *out)
+{
+    const struct maker maker =
+        make_maker(projector, line, selection, leaves, workspace);
+    const bool takes_all = selection->returns == LUM_RETURNS_ALL &&
+                           !selection->has_range && !selection->has_box;
+    lum_directions_compute(projector, line, workspace->directions);
+    if (maker.has_returns) {
+        lum_returns_compute(line->words, line->word_count, workspace->returns);
+    }
+    return takes_all ? put_all(&maker, line, out)
+                     : put_selected(&maker, line, selection, out);
+}
+
 size_t lum_samples_compute(const lum_projector *projector, const lum_line *line,
                            const lum_selection *selection,
                            lum_sample_workspace *workspace, lum_sample *out,
                            lum_point_losses *losses)
 {
-    const struct maker maker =
-        make_maker(projector, line, selection, workspace->directions);
-    const bool takes_all = selection->returns == LUM_RETURNS_ALL &&
-                           !selection->has_range && !selection->has_box;
     if (losses != NULL) {
         count_losses(projector, line, losses);
     }
-    lum_directions_compute(projector, line, workspace->directions);
-    lum_returns_compute(line->words, line->word_count, workspace->returns);
-    return takes_all
-               ? put_all(&maker, line, workspace->returns, out)
-               : put_selected(&maker, line, selection, workspace->returns, out);
+    return lum_samples_make(projector, line, selection, 0, workspace, out);
 }

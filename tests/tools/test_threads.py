@@ -5,6 +5,7 @@ import pathlib
 import re
 import resource
 import signal
+import struct
 import subprocess
 import tempfile
 import time
@@ -22,6 +23,15 @@ CLOUDS = [("csv", []), ("ply", []), ("pcd", []), ("xyz", []), ("ply", ["--ascii"
           ("csv", ["--smooth", "31", "--eye", "green"]), ("xyz", ["--incomplete", "drop", "--frames", "2:3"]),
           ("csv", ["--return", "strongest"]), ("ply", ["--range", "5:40", "--smooth", "9"]),
           ("pcd", ["--box", ":,-10:10,:3", "--edge", "both"])]
+
+
+def rows_of(ply):
+    """The columns of a binary PLY by their names."""
+    head, _, body = ply.partition(b"end_header\n")
+    properties = [line.split()[1:] for line in head.decode().splitlines() if line.startswith("property ")]
+    codes = {"float": "f", "double": "d", "int": "i", "uint16": "H", "uchar": "B"}
+    columns = zip(*struct.iter_unpack("<" + "".join(codes[kind] for kind, _ in properties), body))
+    return {name.removeprefix("scalar_"): values for (_, name), values in zip(properties, columns)}
 
 
 class Case(unittest.TestCase):
@@ -69,6 +79,15 @@ class Same(Case):
                 files, _, said = self.same(source, "-o", f"out.{ending}", *options)
                 self.assertGreater(len(files[f"out.{ending}"]), 20_000)
                 self.assertEqual("warning" in said, source is self.cut, said)
+
+    def test_a_column_alone_is_that_of_the_whole_file(self):
+        whole = rows_of(self.written("1", self.many, "-o", "out.ply", "--edge", "both")[0]["out.ply"])
+        for names in "x,y,z", "z,azimuth,frame", "number_of_returns,x,edge,eye", "timestamp,pulse_width,line,pixel,range":
+            files, _, _ = self.same(self.many, "-o", "out.ply", "--edge", "both", "--columns", names)
+            some = rows_of(files["out.ply"])
+            self.assertEqual(len(some), len(names.split(",")))
+            for name, values in some.items():
+                self.assertTrue(values == whole[name], f"{name} of {names} differs")
 
     def test_what_takes_many_batches(self):
         for ending in "csv", "ply":

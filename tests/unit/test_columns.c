@@ -609,6 +609,58 @@ static void a_line_without_words_gives_nothing(void **state)
     free(s);
 }
 
+/* The samples of a line without some numbers: those stay as they were, unless a
+ * choice of returns needs them. */
+static void assert_left(struct scene *s, const lum_selection *selection,
+                        unsigned leaves)
+{
+    begin(s);
+    assert_int_equal(lum_samples_make(&s->projector, &s->line, selection,
+                                      leaves, &s->work.samples,
+                                      s->work_samples),
+                     s->count);
+    for (size_t i = 0; i < s->count; i++) {
+        lum_sample want = s->samples[i];
+        const lum_sample *got = &s->work_samples[i];
+        if ((leaves & LUM_LEAVE_DEGREES) != 0) {
+            memset(&want.azimuth, 0xff, sizeof want.azimuth);
+            memset(&want.elevation, 0xff, sizeof want.elevation);
+        }
+        if ((leaves & LUM_LEAVE_RETURNS) != 0 &&
+            selection->returns == LUM_RETURNS_ALL) {
+            memset(&want.pulse_width, 0xff, sizeof want.pulse_width);
+            want.return_number = want.number_of_returns = 0xffff;
+        }
+        assert_memory_equal(got, &want, sizeof want);
+    }
+}
+
+static void what_samples_leave_stays_as_it_was(void **state)
+{
+    static const lum_selection selections[] = {
+        {.edges = LUM_EDGES_RISING},
+        {.edges = LUM_EDGES_BOTH},
+        {.edges = LUM_EDGES_FALLING, .returns = LUM_RETURNS_LAST},
+        {.edges = LUM_EDGES_BOTH, .returns = LUM_RETURNS_STRONGEST},
+        {.edges = LUM_EDGES_RISING,
+         .has_range = true,
+         .range_min = 10.0f,
+         .range_max = 500.0f}};
+    struct scene *s = scene_new();
+    uint64_t random = 77;
+    (void)state;
+    for (unsigned round = 0; round < 2u * 5u; round++) {
+        const lum_selection *selection = &selections[round / 2u];
+        make_line(s, round % 2u, round % 2u == 0 ? SOME : NONE, &random);
+        look_for(s, selection);
+        assert_true(s->count > 0);
+        for (unsigned leaves = 0; leaves <= LUM_LEAVE_ALL; leaves++) {
+            assert_left(s, selection, leaves);
+        }
+    }
+    free(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -626,6 +678,7 @@ int main(void)
         cmocka_unit_test(lines_of_one_edge_hold_in_columns),
         cmocka_unit_test(a_calibration_without_ranges_gives_no_point),
         cmocka_unit_test(a_line_without_words_gives_nothing),
+        cmocka_unit_test(what_samples_leave_stays_as_it_was),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

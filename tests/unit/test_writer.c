@@ -10,6 +10,7 @@
 #include "cloud/part.h"
 #include "lum/picture/picture.h"
 #include "lum/version.h"
+#include "points/columns.h"
 
 #include <errno.h>
 #include <glob.h>
@@ -769,6 +770,28 @@ static void columns_that_cannot_be_are_refused(void **state)
     assert_false(lum_format_has_columns(LUM_FORMATS));
 }
 
+static void what_no_column_reads_need_not_be_made(void **state)
+{
+    const unsigned degrees = LUM_LEAVE_DEGREES;
+    const unsigned returns = LUM_LEAVE_RETURNS;
+    (void)state;
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_PLY, NULL), 0);
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_LAS, "x"), 0);
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_MCAP, NULL), 0);
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_XYZ, NULL), LUM_LEAVE_ALL);
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_PLY, "x,y,z"), LUM_LEAVE_ALL);
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_CSV, "range,own_azimuth"),
+                     LUM_LEAVE_ALL);
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_CSV, "azimuth,x"), returns);
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_PCD, "x,elevation"), returns);
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_PLY, "pulse_width"), degrees);
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_PLY, "x,return_number,y"),
+                     degrees);
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_CSV, "number_of_returns"),
+                     degrees);
+    assert_int_equal(lum_format_leaves(LUM_FORMAT_CSV, CSV_NAMES), 0);
+}
+
 static void a_line_without_times_fails_where_they_are_asked_for(void **state)
 {
     const lum_writer_options options = {.struct_size = sizeof options,
@@ -1330,6 +1353,7 @@ int main(void)
         cmocka_unit_test(chosen_columns_are_exact_in_binary),
         cmocka_unit_test(any_time_is_written),
         cmocka_unit_test(columns_that_cannot_be_are_refused),
+        cmocka_unit_test(what_no_column_reads_need_not_be_made),
         cmocka_unit_test(a_line_without_times_fails_where_they_are_asked_for),
         cmocka_unit_test(an_organised_cloud_is_rows_of_pixels),
         cmocka_unit_test(an_organised_cloud_needs_no_output_that_can_seek),

@@ -1,5 +1,7 @@
 #include "batch.h"
 
+#include "points/columns.h"
+
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -193,8 +195,8 @@ static size_t project(const struct batch *batch, const struct batch_line *from,
         lum_smooth_line(&view->smooth, &line, tools->angles);
         line.angles = tools->angles;
     }
-    return lum_samples_compute(from->projector, &line, &view->selection,
-                               &tools->work, tools->samples, NULL);
+    return lum_samples_make(from->projector, &line, &view->selection,
+                            view->leaves, &tools->work, tools->samples);
 }
 
 static int make_line(struct batch *batch, const struct batch_line *from,

@@ -16,6 +16,7 @@
 /* How lines become points; only read. */
 struct batch_view {
     lum_selection selection;
+    unsigned leaves; /* what nobody reads: options_leaves() */
     bool smooths;
     lum_smooth smooth;
 };

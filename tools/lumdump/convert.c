@@ -2,6 +2,8 @@
 
 #include "rig_report.h"
 
+#include "frame/framer_state.h"
+
 #include "lum/base/time.h"
 #include "lum/wire.h"
 
@@ -527,6 +529,7 @@ enum pass_result pass_prepare(struct pass *pass, lum_error *error)
     if (lum_framer_new(&options, &pass->framer, error) != 0) {
         return PASS_FAILED;
     }
+    lum_framer_leave(pass->framer, options_leaves(o));
     if (prepare_parts(pass, wants) != 0) {
         (void)lum_error_set(error, "out of memory");
         return PASS_FAILED;

@@ -306,6 +306,7 @@ static bool counts_words(const lum_selection *s)
 static int set_view(struct crew *crew, const struct options *o)
 {
     crew->view.selection = o->choice.points;
+    crew->view.leaves = options_leaves(o);
     crew->view.smooths = o->points.smooth_window > 1u;
     crew->wants_samples = !counts_words(&o->choice.points);
     return crew->view.smooths &&

@@ -2,6 +2,9 @@
  * it rotates, takes frames, packets or messages. */
 #include "options.h"
 
+#include "cloud/part.h"
+#include "points/columns.h"
+
 #include <string.h>
 
 /* --- Formats and names --- */
@@ -153,6 +156,19 @@ bool options_has_comment(const struct options *options, unsigned format)
 }
 
 /* --- All of a run --- */
+
+unsigned options_leaves(const struct options *options)
+{
+    unsigned leaves = LUM_LEAVE_ALL;
+    for (size_t i = 0; i < options->output_count; i++) {
+        const unsigned format = options->outputs[i].format;
+        if (!options_is_capture(format)) {
+            leaves &=
+                lum_format_leaves((lum_format)format, options->cloud.columns);
+        }
+    }
+    return leaves;
+}
 
 bool options_any(const struct options *options, options_question *is_so)
 {

@@ -234,6 +234,10 @@ options_question options_has_messages;
 options_question options_is_standard_output;
 options_question options_is_organized;
 
+/* Which numbers of a line's samples none of the outputs reads, as
+ * lum_format_leaves(). */
+unsigned options_leaves(const struct options *options);
+
 /* Whether it is made of whole frames and not of lines as they come: in these
  * alone it is known where a point stands, and when they began. */
 options_question options_takes_frames;
