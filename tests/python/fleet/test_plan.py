@@ -324,7 +324,7 @@ def test_a_run_whose_lease_was_taken_stops_and_leaves_the_other_s_files(tmp_path
     run = main.Run(options, _arguments.job(options, "run", "0"), main.Signals())
     others = {".lumfleet/run": "other", ".lumfleet/parts/other-1/made": "part", ".lumfleet/lease.json": json.dumps(OTHER)}
 
-    def taken(self):
+    def taken(self, *_):
         for name, text in others.items():
             self._out.write(name, text.encode())
         self._held._thread.join(support.LONG_S)
@@ -332,7 +332,7 @@ def test_a_run_whose_lease_was_taken_stops_and_leaves_the_other_s_files(tmp_path
         raise AssertionError("it went on")
     monkeypatch.setattr("lumsdk.fleet._lock.RENEW_S", 0.01)
     monkeypatch.setattr(main, "lock", Lease)
-    monkeypatch.setattr(main.Run, "_by_ray", taken)
+    monkeypatch.setattr(main.Run, "_by_crew", taken)
     try:
         run.plan()
         with pytest.raises(FleetError, match="took it over") as refused:

@@ -24,12 +24,13 @@ def drives(small, tmp_path):
 
 
 def test_on_this_machine_alone(drives, tmp_path):
-    """Ray is started and ended; each output is what lumdump writes; nothing else is left."""
+    """Without Ray; each output is what lumdump writes; nothing else is left."""
+    (tmp_path / "ray.py").write_text("raise AssertionError('Ray is for clusters')")
     temporary = tmp_path / "tmp"
     temporary.mkdir()
     out = tmp_path / "out"
     ended = lumfleet(drives, "--out", out, "--format", "csv", "--return", "last", "--jobs", "2",
-                     env={**os.environ, "TMPDIR": str(temporary)})
+                     env={**os.environ, "TMPDIR": str(temporary), "PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ['PYTHONPATH']}"})
     assert (ended.returncode, ended.stderr) == (0, "")
     assert re.search(r"^4 captures, .* as csv$", ended.stdout, re.M)
     assert re.search(r"^  converted   4, .*GB/s.*captures/s with 2 workers$", ended.stdout, re.M)
@@ -166,8 +167,87 @@ def test_a_capture_that_kills_each_of_its_workers_is_given_up(drives, nodes, tmp
         ["its worker or its machine died, 3 times; too little memory is the usual cause"]
 
 
+def converting(process):
+    """Workers of this machine that have a conversion under way."""
+    return [pid for pid in support.below(process.pid) if support.below(pid)]
+
+
+def test_a_worker_of_this_machine_dies(drives, tmp_path):
+    """Another one makes its capture; one that kills each of its workers is given up."""
+    with Gate() as gate, started(drives, "--out", tmp_path / "out", "--format", "ply", "--jobs", "2") as process:
+        until("both workers", lambda: len(converting(process)) == 2, process)
+        support.kill(converting(process)[0])
+        until("another one", lambda: len(converting(process)) == 2, process)
+        gate.open()
+        assert process.wait(support.LONG_S) == 0, process.said()
+        assert "its worker or its machine died; it is tried again" in process.said() and "retried     1" in process.said()
+    assert [r["status"] for r in rows(tmp_path / "out")] == 4 * ["done"]
+    with Gate() as gate, started(drives / "day0/drive0.pcap", "--out", tmp_path / "one", "--format", "ply", "--retries", "1") as process:
+        for _ in range(2):
+            until("its worker", lambda: converting(process), process)
+            pid, = converting(process)
+            support.kill(pid)
+            until("its end", lambda: pid not in converting(process))
+        assert process.wait(support.LONG_S) == 1, process.said()
+    assert [r["message"] for r in rows(tmp_path / "one")] == \
+        ["its worker or its machine died, 2 times; too little memory is the usual cause"]
+
+
+def test_a_worker_that_cannot_begin_says_why(drives, tmp_path):
+    out = tmp_path / "out"
+    code = """
+import sys
+from lumsdk.fleet import _local, main
+class Process(_local.Process):
+    def __init__(self, job):
+        super().__init__(type(job)(**{**job.__dict__, "run": "another"}))
+_local.Process = Process
+if __name__ == "__main__":
+    sys.exit(main.main())
+"""
+    ended = subprocess.run([sys.executable, "-B", "-c", code, drives, "--out", out, "--format", "ply"], capture_output=True, text=True,
+                           timeout=support.LONG_S)
+    assert ended.returncode == 1 and f"does not see {out}" in ended.stderr, ended
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_no_worker_outlives_the_run(drives, tmp_path, number):
+    """Ctrl-C of a terminal goes to all of its processes; only the driver acts on it, and writes the manifest."""
+    temporary = tmp_path / "tmp"
+    temporary.mkdir()
+    out = tmp_path / "out"
+    with Gate(), open(tmp_path / "said", "w+") as said:
+        process = subprocess.Popen(support.command(drives, "--out", out, "--format", "ply", "--jobs", "2"), start_new_session=True,
+                                   stdout=said, stderr=said, env={**os.environ, "TMPDIR": str(temporary)})
+        until("both workers", lambda: len(converting(process)) == 2, process)
+        pids = [pid for worker in converting(process) for pid in (worker, *support.below(worker))]
+        os.killpg(process.pid, number)
+        assert process.wait(support.LONG_S) == -number
+        until("their end", lambda: not any(support.title(pid) for pid in pids))
+        said.seek(0)
+        assert "Traceback" not in said.read()
+    if number == signal.SIGINT:
+        assert rows(out) == [] and not outputs(out)
+        assert not [p for p in temporary.rglob("*") if p.is_file()]
+    assert lumfleet(drives, "--out", out, "--format", "ply", "--jobs", "2").returncode == 0
+    assert len(outputs(out)) == 4
+
+
+def test_ctrl_c_while_workers_begin(drives, tmp_path):
+    """It is the terminal's, which sends it to workers too."""
+    out = tmp_path / "out"
+    with open(tmp_path / "said", "w+") as said:
+        process = subprocess.Popen(support.command(drives, "--out", out, "--format", "ply", "--jobs", "2"), start_new_session=True,
+                                   stdout=said, stderr=said)
+        until("a worker", lambda: (out / ".lumfleet/run").exists() and len(support.below(process.pid)) > 1)
+        os.killpg(process.pid, signal.SIGINT)
+        assert process.wait(support.LONG_S) == -signal.SIGINT
+        said.seek(0)
+        assert "Traceback" not in said.read()
+
+
 def test_ctrl_c_before_the_first_capture(drives, tmp_path):
-    """While Ray starts."""
+    """While workers begin."""
     out = tmp_path / "out"
     with started(drives, "--out", out, "--format", "ply") as process:
         until("the begin", lambda: (out / ".lumfleet/run").exists(), process)

@@ -1,1 +1,1 @@
-"""lumfleet: the captures of a fleet converted on one machine or on many, by Ray."""
+"""lumfleet: the captures of a fleet converted on one machine, or on many by Ray."""

@@ -34,7 +34,7 @@ FORMATS = (*PYTHON_FORMATS, *LUMDUMP_FORMATS)
 
 HELP = f"""\
 Usage: lumfleet IN... --out OUT --format FORMAT [OPTION]...
-Convert the captures of a fleet, on this machine or on a cluster, by Ray.
+Convert the captures of a fleet, on this machine or on a cluster of Ray.
 
 IN is a capture, a folder, which is searched with all folders in it, or a
 pattern in quotes with * ? [] and ** for any folders; OUT is a folder. Both can
@@ -58,7 +58,7 @@ Output:
 Machines:
       --jobs N                captures at a time; default: a processor each
       --address ADDRESS       of a Ray cluster, such as ray-head:6379 or auto;
-                              without it Ray runs on this machine for this run
+                              without it this machine converts, without Ray
       --endpoint URL          of an S3 server that is not Amazon's; the
                               environment's AWS_* apply as everywhere
       --retries N             how often a capture is tried again whose worker

@@ -1,38 +1,30 @@
-"""Ray: on this machine for this run alone, or a cluster that is there."""
+"""Workers on a cluster, by Ray."""
 from __future__ import annotations
 
 import argparse
 import logging
 import os
-import secrets
-import shutil
 import socket
-import tempfile
-from typing import Any, Optional
+from contextlib import suppress
+from typing import Any
 
 from .._target import is_url
 from .._errors import install
-from ._errors import FleetError
+from ._errors import FleetError, WorkerDied
+from ._job import Job
+from ._work import Converter
 
-# Ray makes sockets below its folder; the system takes 107 bytes of name, Ray needs 70 of them.
-LONGEST_FOLDER = 35
 CONNECT_S = 10.0
-_folder: Optional[str] = None
 
 QUIET = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_DEDUP_LOGS": "0", "RAY_SCHEDULER_EVENTS": "0",
          "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0", "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0"}
 
 
-def connect(options: argparse.Namespace, work: str, object_store: int, jobs: int) -> int:
-    """The number of captures at a time."""
-    if options.address:
-        _check_address(options.address)
+def connect(options: argparse.Namespace) -> tuple[Cluster, int]:
+    """The cluster's workers, and the number of captures at a time."""
+    _check_address(options.address)
     for name, value in QUIET.items():
         os.environ.setdefault(name, value)
-    if not options.address:
-        # A secret of this run alone, instead of a file in the user's home.
-        os.environ.setdefault("RAY_AUTH_MODE", "token")
-        os.environ.setdefault("RAY_AUTH_TOKEN", secrets.token_hex(32))
     try:
         import ray as module
     except ImportError as error:
@@ -40,16 +32,47 @@ def connect(options: argparse.Namespace, work: str, object_store: int, jobs: int
     ray: Any = module
     _name_ourselves(ray)
     try:
-        if options.address:
-            ray.init(address=options.address, logging_level=logging.ERROR, log_to_driver=False, configure_logging=False)
-            return int(options.jobs or ray.cluster_resources().get("CPU", 0) or 1)
-        ray.init(address="local", num_cpus=jobs, num_gpus=0, object_store_memory=object_store, include_dashboard=False,
-                 logging_level=logging.ERROR, log_to_driver=False, configure_logging=False, _temp_dir=_ray_folder(work))
-        return jobs
+        ray.init(address=options.address, logging_level=logging.ERROR, log_to_driver=False, configure_logging=False)
+        return Cluster(ray), int(options.jobs or ray.cluster_resources().get("CPU", 0) or 1)
     except (ConnectionError, RuntimeError, ValueError, OSError, TimeoutError) as error:
-        leave()
-        where = f"the cluster {options.address}" if options.address else "Ray on this machine"
-        raise FleetError(f"{where} cannot be reached: {str(error).strip().splitlines()[0] if str(error) else error!r}") from error
+        ray.shutdown()
+        raise FleetError(f"the cluster {options.address} cannot be reached:"
+                         f" {str(error).strip().splitlines()[0] if str(error) else error!r}") from error
+
+
+class Cluster:
+    """A crew of Ray's actors."""
+
+    def __init__(self, ray: Any) -> None:
+        self._ray = ray
+        self._actor: Any = ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(Converter)
+
+    def hire(self, job: Job) -> Any:
+        return self._actor.remote(job)
+
+    def ask(self, worker: Any, method: str, *arguments: Any) -> Any:
+        return getattr(worker, method).remote(*arguments)
+
+    def wait(self, answers: list[Any], seconds: float) -> list[Any]:
+        done, rest = self._ray.wait(answers, timeout=seconds)
+        if done and rest:
+            done += self._ray.wait(rest, num_returns=len(rest), timeout=0)[0]
+        return list(done)
+
+    def take(self, answer: Any) -> Any:
+        try:
+            return self._ray.get(answer)
+        except self._ray.exceptions.RayTaskError as error:
+            raise FleetError(f"a worker failed: {error.cause if error.cause is not None else error}") from error
+        except self._ray.exceptions.RayError as error:
+            raise WorkerDied(str(error)) from error
+
+    def end(self, worker: Any) -> None:
+        with suppress(Exception):  # it is gone
+            self._ray.kill(worker)
+
+    def leave(self) -> None:
+        self._ray.shutdown()
 
 
 def _name_ourselves(ray: Any) -> None:
@@ -73,23 +96,3 @@ def _check_address(address: str) -> None:
         socket.create_connection((host.strip("[]"), int(port)), timeout=CONNECT_S).close()
     except OSError as error:
         raise FleetError(f"the cluster {address} cannot be reached: {error.strerror or error}") from error
-
-
-def _ray_folder(work: str) -> str:
-    """For its logs and sockets."""
-    global _folder
-    if len(work) <= LONGEST_FOLDER:
-        return os.path.join(work, "ray")
-    _folder = tempfile.mkdtemp(prefix="lf-", dir="/tmp")
-    return _folder
-
-
-def leave() -> None:
-    """Ends Ray, if it is of this run."""
-    global _folder
-    import ray
-
-    ray.shutdown()
-    if _folder is not None:
-        shutil.rmtree(_folder, ignore_errors=True)
-        _folder = None

@@ -10,6 +10,10 @@ class FleetError(Exception):
         self.status = status
 
 
+class WorkerDied(Exception):
+    """A worker's process or its machine ended: what it was asked has no answer."""
+
+
 class LockTaken(FleetError):
     """Another run writes to OUT: this one may not touch it any more."""
 

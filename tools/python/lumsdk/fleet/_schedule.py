@@ -5,13 +5,12 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Optional, Protocol
 
-from ._errors import FleetError
+from ._errors import FleetError, WorkerDied
 from ._job import Job
 from ._names import to_text
 from ._ledger import Record, Task
-from ._work import Converter
 
 # One is converted, the other waits at the worker: it does not have to wait for us.
 TASKS_OF_WORKER = 2
@@ -20,27 +19,48 @@ PATIENCE_S = 15.0
 CLOSE_S = 3.0
 
 
+class Crew(Protocol):
+    """Those who have workers: Ray on a cluster, or processes of this machine. A worker is asked for methods of Converter."""
+
+    def hire(self, job: Job) -> Any:
+        """A worker, which may not have begun yet."""
+        ...
+
+    def ask(self, worker: Any, method: str, *arguments: Any) -> Any:
+        """An answer to wait for."""
+        ...
+
+    def wait(self, answers: list[Any], seconds: float) -> list[Any]:
+        """Those that are there, as soon as one is or the time is over."""
+        ...
+
+    def take(self, answer: Any) -> Any:
+        """The value of one that is there. Raises WorkerDied; and FleetError for what ends the run."""
+        ...
+
+    def end(self, worker: Any) -> None:
+        """At once; it may be gone already."""
+        ...
+
+
 @dataclass
 class Worker:
-    """An actor; ready is its first answer until it came."""
+    """One of the crew; ready is its first answer until it came."""
 
-    actor: Any
+    who: Any
     ready: Any
-    tasks: deque[Any] = field(default_factory=deque)  # of (ref, Task), oldest first
+    tasks: deque[Any] = field(default_factory=deque)  # of (answer, Task), oldest first
 
 
 class Schedule:
     """Runs the tasks. Not more than two of each worker are under way, however many there are."""
 
-    def __init__(self, job: Job, jobs: int, retries: int, tell: Callable[[str], None]) -> None:
-        import ray
-
-        self._ray: Any = ray
+    def __init__(self, crew: Crew, job: Job, jobs: int, retries: int, tell: Callable[[str], None]) -> None:
+        self._crew = crew
         self._job = job
         self._jobs = jobs
         self._retries = retries
         self._tell = tell
-        self._actor: Any = ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(Converter)
         self._workers: list[Worker] = []
         self._again: deque[Task] = deque()
         self._tried: dict[str, int] = {}
@@ -63,11 +83,13 @@ class Schedule:
 
     def close(self) -> None:
         """Ends the workers and what they do. Those that have nothing to do leave nothing on their machines."""
-        idle = [worker.actor.close.remote() for worker in self._workers if worker.ready is None and not worker.tasks]
-        if idle:
-            self._ray.wait(idle, num_returns=len(idle), timeout=CLOSE_S)
+        idle = [self._crew.ask(worker.who, "close") for worker in self._workers if worker.ready is None and not worker.tasks]
+        end = time.monotonic() + CLOSE_S
+        while idle and time.monotonic() < end:
+            done = self._crew.wait(idle, end - time.monotonic())
+            idle = [answer for answer in idle if answer not in done]
         for worker in self._workers:
-            self._kill(worker)
+            self._crew.end(worker.who)
         self._workers.clear()
 
     # Work out
@@ -87,45 +109,39 @@ class Schedule:
     def _give(self, worker: Worker, task: Task) -> None:
         self._attempts += 1
         attempt = f"{self._job.run}-{self._attempts}"
-        worker.tasks.append((worker.actor.convert.remote(task, attempt), task))
+        worker.tasks.append((self._crew.ask(worker.who, "convert", task, attempt), task))
 
     def _hire(self) -> None:
         while len(self._workers) < self._jobs:
-            actor = self._actor.remote(self._job)
-            self._workers.append(Worker(actor, actor.ready.remote()))
+            who = self._crew.hire(self._job)
+            self._workers.append(Worker(who, self._crew.ask(who, "ready")))
 
     # Results in
 
     def _collect(self) -> Iterator[Record]:
-        refs = {}
+        owed = {}
         for worker in self._workers:
             if worker.ready is not None:
-                refs[worker.ready] = worker
-            refs.update({ref: worker for ref, _ in worker.tasks})
-        if not refs:
+                owed[worker.ready] = worker
+            owed.update({answer: worker for answer, _ in worker.tasks})
+        if not owed:
             return
-        waited = list(refs)
-        done, rest = self._ray.wait(waited, timeout=WAIT_S)
-        if done and rest:
-            done += self._ray.wait(rest, num_returns=len(rest), timeout=0)[0]
-        for ref in done:
-            worker = refs[ref]
+        for answer in self._crew.wait(list(owed), WAIT_S):
+            worker = owed[answer]
             if worker in self._workers:
-                yield from self._take(worker, ref)
+                yield from self._take(worker, answer)
 
-    def _take(self, worker: Worker, ref: Any) -> Iterator[Record]:
+    def _take(self, worker: Worker, answer: Any) -> Iterator[Record]:
         try:
-            result: Any = self._ray.get(ref)
-        except self._ray.exceptions.RayTaskError as error:
-            raise FleetError(f"a worker failed: {error.cause if error.cause is not None else error}") from error
-        except self._ray.exceptions.RayError as error:
+            result: Any = self._crew.take(answer)
+        except WorkerDied as error:
             yield from self._bury(worker, error)
             return
-        if worker.ready is ref:
+        if worker.ready is answer:
             self._welcome(worker, result)
             return
-        task = next(t for r, t in worker.tasks if r is ref)
-        worker.tasks = deque(pair for pair in worker.tasks if pair[0] is not ref)
+        task = next(t for a, t in worker.tasks if a is answer)
+        worker.tasks = deque(pair for pair in worker.tasks if pair[0] is not answer)
         why = result.pop("lost", "")
         if not why:
             yield result
@@ -151,7 +167,7 @@ class Schedule:
     def _bury(self, worker: Worker, error: Exception) -> Iterator[Record]:
         """Its oldest capture was under way and counts as tried; what only waited there does not."""
         self._workers.remove(worker)
-        self._kill(worker)
+        self._crew.end(worker.who)
         if worker.ready is not None:
             self._failed_starts += 1
             if self._failed_starts > 3 * self._jobs + 10:
@@ -179,12 +195,6 @@ class Schedule:
         return {"output": to_text(task.output), "source": to_text(task.source), "size": task.size, "stamp": task.stamp,
                 "options": self._job.options, "version": self._job.version, "status": "failed", "seconds": 0.0,
                 "message": self._gave_up("its worker or its machine died") + "; too little memory is the usual cause"}
-
-    def _kill(self, worker: Worker) -> None:
-        try:
-            self._ray.kill(worker.actor)
-        except Exception:  # it is gone
-            pass
 
     def _tell_idle(self) -> None:
         if self._idle_since is not None and time.monotonic() - self._idle_since > PATIENCE_S:

@@ -17,16 +17,17 @@ from ._inputs import captures
 from ._job import Job
 from ._journal import Journal
 from ._ledger import Ledger, Record
+from ._local import Processes
 from ._names import printable, to_text
 from ._lock import lock
 from ._places import Local, Place, place
+from ._schedule import Crew, Schedule
 from ._report import Progress, Summary, plan_json, plan_text
 from ._work import MARK, PARTS, version
 
 RESERVE = ".lumfleet/reserve"
 RESERVE_OF_ROW = 512
 RESERVE_LEAST = 32 << 10
-OBJECT_STORE = 80 << 20
 
 
 class Run:
@@ -101,7 +102,10 @@ class Run:
         trouble: Optional[FleetError] = None
         if self.totals.pending and not self._signals.caught:
             try:
-                self._by_ray()
+                if o.address:
+                    self._by_cluster()
+                else:
+                    self._by_crew(Processes(), _arguments.local_jobs(o))
             except LockTaken:
                 self._progress.clear()
                 self._journal.close()
@@ -119,26 +123,27 @@ class Run:
             return -self._signals.caught
         return 1 if self.summary.failed or not self.summary.manifest else 0
 
-    def _by_ray(self) -> None:
-        from ._cluster import connect, leave
+    def _by_cluster(self) -> None:
+        from ._cluster import connect
 
-        sizes: dict[str, int] = {}
-        workers = connect(self._options, self._work.path, OBJECT_STORE, _arguments.local_jobs(self._options))
+        cluster, jobs = connect(self._options)
         self._signals.install()  # Ray has its own
         try:
-            from ._schedule import Schedule
-
-            schedule = Schedule(self._job, min(workers, self.totals.pending), self._options.retries, self._tell)
-            self.summary.workers = min(workers, self.totals.pending)
-            try:
-                tasks = self._remember(sizes)
-                for record in schedule.run(tasks, lambda: bool(self._signals.caught), lambda: self._tick(schedule.begun)):
-                    self._take(record, sizes.pop(record["output"]))
-            finally:
-                self.summary.lost = schedule.lost
-                schedule.close()
+            self._by_crew(cluster, jobs)
         finally:
-            leave()
+            cluster.leave()
+
+    def _by_crew(self, crew: Crew, jobs: int) -> None:
+        sizes: dict[str, int] = {}
+        self.summary.workers = min(jobs, self.totals.pending)
+        schedule = Schedule(crew, self._job, self.summary.workers, self._options.retries, self._tell)
+        try:
+            tasks = self._remember(sizes)
+            for record in schedule.run(tasks, lambda: bool(self._signals.caught), lambda: self._tick(schedule.begun)):
+                self._take(record, sizes.pop(record["output"]))
+        finally:
+            self.summary.lost = schedule.lost
+            schedule.close()
 
     def _remember(self, sizes: dict[str, int]) -> Any:
         for task in self._ledger.tasks():
