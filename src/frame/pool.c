@@ -284,25 +284,30 @@ static uint8_t *aligned(void *block)
     return at + (ALIGN - (uintptr_t)block % ALIGN) % ALIGN;
 }
 
+/* Systems move the pages of a large block, so that it exists once, and none is
+ * touched again. */
 static bool grow_column(lum_column_array *array, size_t bytes, size_t count,
                         size_t room)
 {
-    uint8_t *block = malloc(room * bytes + ALIGN);
+    const size_t begin =
+        array->block != NULL
+            ? (size_t)((uint8_t *)array->at - (uint8_t *)array->block)
+            : 0;
+    uint8_t *block = realloc(array->block, room * bytes + ALIGN);
     if (block == NULL) {
         return false;
     }
     uint8_t *at = aligned(block);
-    if (count > 0) {
-        memcpy(at, array->at, count * bytes);
+    if (count > 0 && at != block + begin) {
+        memmove(at, block + begin, count * bytes);
     }
-    free(array->block);
     *array = (lum_column_array){block, at, room};
     return true;
 }
 
-/* Systems move the pages of a large block, so that it exists once. Each column
- * moves to a higher address, and so the last one first; only x may move to a
- * lower one, by the difference of the alignments. */
+/* As grow_column(), with all three in one block. Each column moves to a higher
+ * address, and so the last one first; only x may move to a lower one, by the
+ * difference of the alignments. */
 static bool grow_xyz(lum_frame_store *store, size_t count, size_t room)
 {
     lum_column_array *arrays = &store->columns[LUM_COLUMN_X];

@@ -954,6 +954,25 @@ def test_memory_does_not_grow(make_capture):
     assert python_after - python < 500_000
 
 
+GROWN = """
+import resource, sys, lumsdk
+source = lumsdk.open(sys.argv[1], columns=["range", "azimuth", "elevation", "time", "pulse_width"], threads=1)
+before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+frame = next(iter(source))
+pages = sum(frame[name].nbytes for name in frame.columns) / resource.getpagesize()
+print(pages, resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems copy a block that grows")
+def test_a_frame_that_grows_touches_its_memory_once(make_capture):
+    """The first one has no size to go by: its memory grows a dozen times."""
+    made = subprocess.run([sys.executable, "-c", GROWN, make_capture("-n", 1, "--lines", 640)], capture_output=True, text=True,
+                          check=True).stdout.split()
+    pages, faults = map(float, made)
+    assert pages > 2000 and faults < 2 * pages, made
+
+
 def test_warnings_name_the_line_that_reads(tmp_path, content):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
