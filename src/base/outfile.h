@@ -32,6 +32,7 @@ typedef struct lum_outfile {
     int fd;           /**< to write to */
     bool seekable;    /**< a regular file, not opened to append */
     bool may_block;   /**< not a regular file: its reader may be slow */
+    bool never_waits; /**< a write to it takes what there is room for */
     int64_t base;     /**< offset of our first byte; 0 if not seekable */
     dev_t device;     /**< of the file made, to know it again */
     ino_t inode;      /**< likewise */

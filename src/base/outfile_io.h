@@ -12,6 +12,11 @@
  * @return 1: it does; 0: not yet; -1 with the reason in errno. */
 int lum_outfile_wait(const lum_outfile *file, int patience_ms);
 
+/** Have lum_outfile_put() to a pipe take as many bytes as there is room for, if
+ * the system can do that. Before the first byte; not for an output that
+ * lum_outfile_stream() is asked for. */
+void lum_outfile_never_wait(lum_outfile *file);
+
 /** Write some bytes at its end. After lum_outfile_wait() returned 1, only as
  * many as are taken at once, if the system says how many these are.
  * @param written number of bytes written, 0 to n; n is not 0.

@@ -25,6 +25,16 @@ int lum_outfile_wait(const lum_outfile *file, int patience_ms)
     return answer < 0 && errno == EINTR ? 0 : answer;
 }
 
+void lum_outfile_never_wait(lum_outfile *file)
+{
+    const int again = file->may_block ? lum_writeback_open_pipe(file->fd) : -1;
+    if (again >= 0) {
+        (void)close(file->fd);
+        file->fd = again;
+        file->never_waits = true;
+    }
+}
+
 /* The meaning of a result of write(): 0 to continue, or an errno. */
 static int judge_write(ssize_t written)
 {
@@ -42,7 +52,8 @@ static int judge_write(ssize_t written)
 int lum_outfile_put(lum_outfile *file, const void *bytes, size_t n,
                     size_t *written)
 {
-    const size_t most = file->may_block && n > PIPE_BUF ? PIPE_BUF : n;
+    const bool may_wait = file->may_block && !file->never_waits;
+    const size_t most = may_wait && n > PIPE_BUF ? PIPE_BUF : n;
     const ssize_t result = write(file->fd, bytes, most);
     *written = result > 0 ? (size_t)result : 0;
     return judge_write(result);

@@ -1,7 +1,8 @@
 /** @file
- * What makes writing a large file quicker: its bytes go to the disk early, so
+ * What makes writing quicker. A large file's bytes go to the disk early, so
  * that a later fsync() waits less, and their places there are chosen many at a
- * time. And how long they stay in memory. Internal. */
+ * time; and how long they stay in memory. A pipe takes many bytes at a time.
+ * Internal. */
 #ifndef LUM_BASE_WRITEBACK_H
 #define LUM_BASE_WRITEBACK_H
 
@@ -25,5 +26,11 @@ bool lum_writeback_can_reserve(int fd, int64_t n);
  * not used goes back by ftruncate() to its size.
  * @return whether there were places. */
 bool lum_writeback_reserve(int fd, int64_t from, int64_t n);
+
+/** Open a pipe again, so that a write takes what there is room for and does not
+ * wait, and make more room in it. Others that hold the pipe do not notice:
+ * their writes wait as before.
+ * @return a second descriptor; -1: it is no pipe, or the system cannot. */
+int lum_writeback_open_pipe(int fd);
 
 #endif

@@ -195,11 +195,15 @@ static int add_binary(lum_writer *writer, const lum_line_samples *line,
                           put_binary_rows, &shared, error);
 }
 
-/* Numbers that do not fit in 32 bits become the nearest that does. */
+/* Numbers that do not fit in 32 bits become the nearest that does. A rehearsal
+ * makes no rows: the header tells only how many there are. */
 int lum_cloud_add(lum_writer *writer, const lum_line_samples *line,
                   lum_error *error)
 {
     lum_line_samples clipped = *line;
+    if (writer->use == LUM_WRITER_REHEARSAL) {
+        return 0;
+    }
     clipped.frame = lum_frame_i32(line->frame);
     if (line->line > INT32_MAX) {
         clipped.line = INT32_MAX;

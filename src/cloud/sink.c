@@ -355,6 +355,21 @@ int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,
     return 0;
 }
 
+/* The thread writes a part's block, and the part gets an empty one. None holds
+ * less than LUM_SINK_BLOCK_BYTES. */
+static int hand_over(lum_sink *sink, block *moved, lum_error *error)
+{
+    block *filled = &sink->blocks[sink->filling];
+    if (filled->used > 0 && submit(sink, error) != 0) {
+        return -1;
+    }
+    filled = &sink->blocks[sink->filling];
+    const block empty = *filled;
+    *filled = *moved;
+    *moved = empty;
+    return 0;
+}
+
 /* What is in memory is written by this thread, which has it in its cache. */
 static int put_now(lum_sink *sink, block *full, lum_error *error)
 {
@@ -372,17 +387,19 @@ static int put_now(lum_sink *sink, block *full, lum_error *error)
 int lum_sink_move(lum_sink *sink, lum_sink *from, lum_error *error)
 {
     block *moved = &from->blocks[from->filling];
-    const size_t n = moved->used;
+    size_t n = moved->used; /* not counted yet */
     int result = 0;
-    if (n < MOVE_MIN || sink->file.may_block) {
+    if (n < MOVE_MIN) {
         result = lum_sink_write(sink, moved->bytes, n, error);
+        n = 0;
+    } else if (sink->file.may_block) {
+        result = hand_over(sink, moved, error);
     } else if (wait_queued(sink, 0, error) != 0 ||
                put_now(sink, &sink->blocks[sink->filling], error) != 0 ||
                put_now(sink, moved, error) != 0) {
         result = -1;
-    } else {
-        sink->bytes += n;
     }
+    sink->bytes += result == 0 ? n : 0;
     lum_sink_clear(from);
     return result;
 }
@@ -460,6 +477,7 @@ static int open_as(const char *path, lum_outfile_kind kind, lum_sink **out,
         destroy(sink);
         return -1;
     }
+    lum_outfile_never_wait(&sink->file);
     sink->owes_name = kind == LUM_OUTFILE_GROWS;
     *out = sink;
     return 0;

@@ -393,11 +393,15 @@ bool lum_framer_line_is_wanted(const lum_framer *framer)
 size_t lum_framer_line_samples(lum_framer *framer, size_t view,
                                const lum_sample **out)
 {
+    const lum_checked_view *checked =
+        view < framer->views.count ? &framer->views.view[view] : NULL;
+    if (out == NULL) {
+        return checked != NULL
+                   ? (size_t)lum_line_points_select(&framer->line, checked)
+                   : 0;
+    }
     *out = framer->line.work.sample;
-    return view < framer->views.count
-               ? lum_line_points_sample(&framer->line,
-                                        &framer->views.view[view])
-               : 0;
+    return checked != NULL ? lum_line_points_sample(&framer->line, checked) : 0;
 }
 
 const lum_frame *lum_framer_frame(const lum_framer *framer, size_t view)

@@ -82,12 +82,16 @@ static void run_free(struct run *r)
 static void take(struct run *r, lum_framer_event event)
 {
     const lum_sample *samples = NULL;
+    size_t counted = 0;
     switch (event) {
     case LUM_FRAMER_LINE:
         assert_int_equal(lum_framer_frame_number(r->framer),
                          lum_framer_line(r->framer)->frame);
         r->lines++;
-        r->line_points += lum_framer_line_samples(r->framer, 0, &samples);
+        counted = lum_framer_line_samples(r->framer, 0, NULL);
+        assert_int_equal(lum_framer_line_samples(r->framer, 0, &samples),
+                         counted);
+        r->line_points += counted;
         break;
     case LUM_FRAMER_FRAME:
         assert_true(r->count < FRAMES_MAX);

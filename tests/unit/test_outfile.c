@@ -7,11 +7,12 @@
 
 #include <cmocka.h>
 
-#include "base/outfile.h"
+#include "base/outfile_io.h"
 
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <linux/magic.h>
 #include <signal.h>
 #include <stdio.h>
@@ -1061,6 +1062,32 @@ static void what_is_no_file_is_written_in_place(void **state)
     expect_refusal("", LUM_OUTFILE_WHOLE, EISDIR, "is a directory");
 }
 
+/* Not where the system has no names for open pipes. */
+static void a_write_to_a_pipe_takes_what_there_is_room_for(void **state)
+{
+    static const char bytes[MIB];
+    int ends[2];
+    char name[32];
+    size_t written = 0;
+    lum_outfile file;
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    snprintf(name, sizeof name, "/dev/fd/%d", ends[1]);
+    assert_int_equal(lum_outfile_open(name, LUM_OUTFILE_WHOLE, &file, NULL), 0);
+    lum_outfile_never_wait(&file);
+    if (file.never_waits) {
+        assert_int_equal(lum_outfile_put(&file, bytes, MIB, &written), 0);
+        assert_in_range(written, PIPE_BUF + 1u, MIB - 1u);
+        assert_int_equal(lum_outfile_put(&file, bytes, MIB, &written), 0);
+        assert_int_equal(written, 0);
+        assert_int_equal(lum_outfile_wait(&file, 0), 0);
+    }
+    assert_int_equal(fcntl(ends[1], F_GETFL) & O_NONBLOCK, 0);
+    finish(&file);
+    close(ends[0]);
+    close(ends[1]);
+}
+
 static void places_are_reserved_ahead_and_given_back(void **state)
 {
     lum_outfile file = open_as("a", LUM_OUTFILE_WHOLE);
@@ -1215,6 +1242,7 @@ int main(void)
         FACT(nothing_is_reserved_elsewhere),
         FACT(nothing_is_reserved_for_a_file_that_has_its_name),
         FACT(what_is_no_file_is_written_in_place),
+        FACT(a_write_to_a_pipe_takes_what_there_is_room_for),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

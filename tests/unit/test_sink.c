@@ -416,6 +416,61 @@ static void a_slow_reader_gets_every_byte(void **state)
     expect_child_succeeds(child);
 }
 
+/* Append a part of n bytes of the pattern, which begin at one of them. */
+static int move_pattern(lum_sink *sink, lum_sink *part, uint64_t from, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        const char byte = pattern(from + i);
+        if (lum_sink_write(part, &byte, 1, NULL) != 0) {
+            return -1;
+        }
+    }
+    return lum_sink_move(sink, part, NULL);
+}
+
+/* Run in a child whose standard output is fd. */
+static int move_to_stdout(int fd, uint64_t n)
+{
+    static const size_t sizes[] = {400000, 1, 1300000, 700000, 3000, 260000};
+    lum_sink *sink = NULL;
+    lum_sink *part = NULL;
+    uint64_t i = 0;
+    if (dup2(fd, STDOUT_FILENO) < 0 || lum_sink_open("-", &sink, NULL) != 0 ||
+        lum_sink_open_memory("-", &part, NULL) != 0) {
+        return 1;
+    }
+    for (unsigned k = 0; i < n; k++) {
+        const size_t most = sizes[k % (sizeof sizes / sizeof sizes[0])];
+        const size_t now = n - i < most ? (size_t)(n - i) : most;
+        if (move_pattern(sink, part, i, now) != 0 ||
+            lum_sink_bytes(sink) != i + now || lum_sink_bytes(part) != 0) {
+            return 2;
+        }
+        i += now;
+    }
+    const bool waits = (fcntl(STDOUT_FILENO, F_GETFL) & O_NONBLOCK) == 0;
+    lum_sink_abort(part);
+    return lum_sink_close(sink, NULL) != 0 || !waits;
+}
+
+static void a_pipe_gets_parts_and_who_else_has_it_still_waits(void **state)
+{
+    const uint64_t n = 9000001;
+    int ends[2];
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    fflush(NULL);
+    const pid_t child = fork();
+    if (child == 0) {
+        close(ends[0]);
+        _exit(move_to_stdout(ends[1], n));
+    }
+    close(ends[1]);
+    expect_pattern(ends[0], n);
+    close(ends[0]);
+    expect_child_succeeds(child);
+}
+
 /* Root may write everywhere, so it becomes nobody first. */
 static int open_without_permission(void)
 {
@@ -574,6 +629,7 @@ int main(void)
         cmocka_unit_test(a_flush_does_not_wait_for_a_reader_that_sleeps),
         cmocka_unit_test(a_flush_tells_that_the_reader_has_left),
         cmocka_unit_test(a_slow_reader_gets_every_byte),
+        cmocka_unit_test(a_pipe_gets_parts_and_who_else_has_it_still_waits),
         cmocka_unit_test(a_busy_output_is_told_that_its_file_was_removed),
         cmocka_unit_test(a_patch_counts_from_where_standard_output_stood),
         cmocka_unit_test(an_output_opened_to_append_cannot_be_patched),

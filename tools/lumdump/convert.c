@@ -86,7 +86,10 @@ static int write_line(struct pass *pass, lum_error *error)
                                     : pass->projector,
                         &points, error);
     }
-    points.count = lum_framer_line_samples(pass->framer, 0, &points.samples);
+    points.count = lum_framer_line_samples(
+        pass->framer, 0,
+        outputs_any(pass->outputs, output_wants_points) ? &points.samples
+                                                        : NULL);
     action.kind = ADD_LINE;
     action.line = &points;
     return outputs_act(pass->outputs, &action, error);

@@ -25,6 +25,7 @@ struct output {
     unsigned sensor;    /* of a rig: 1 + whose it is alone; 0: of all */
     bool takes_packets; /* a recording; messages may */
     bool by_arrival;    /* times of messages */
+    bool rehearses;     /* it writes nothing */
     struct file_set files;
     uint64_t late; /* points without a file */
     uint64_t no_place;
@@ -357,6 +358,7 @@ int output_open(const struct options *options, size_t i, bool rehearses,
         return lum_error_set(error, "out of memory");
     }
     o->kind = kind_of(options, i);
+    o->rehearses = rehearses;
     o->sensor = options->outputs[i].sensor;
     o->takes_packets = options_takes_packets(options, i);
     o->by_arrival = options->points.time == TIME_ARRIVAL;
@@ -429,6 +431,13 @@ bool output_wants_lines(const struct output *output)
 bool output_wants_frames(const struct output *output)
 {
     return output->kind != KIND_LINES && output->kind != KIND_RECORDING;
+}
+
+bool output_wants_points(const struct output *output)
+{
+    return output_wants_lines(output) &&
+           !(output->rehearses &&
+             lum_format_has_parts(output->files.format.cloud.format));
 }
 
 bool output_draws_one(const struct output *output)

@@ -70,6 +70,10 @@ typedef bool output_question(const struct output *output);
 output_question output_wants_lines;
 output_question output_wants_frames;
 
+/* Whether it needs the points of lines; else their number will do: it rehearses
+ * for a header that tells only this. */
+output_question output_wants_points;
+
 /* Whether it is a picture of one frame, as none was chosen. */
 output_question output_draws_one;
 

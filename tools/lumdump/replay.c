@@ -203,7 +203,8 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     if (result == PASS_DONE && pass->source.capture == NULL) {
         result = replay_open(pass->options, &pass->source.capture, error);
     }
-    if (result == PASS_DONE && pass->outputs != NULL &&
+    if (result == PASS_DONE &&
+        outputs_any(pass->outputs, output_wants_points) &&
         crew_new(pass->options, pass->outputs, &pass->crew, error) != 0) {
         result = PASS_FAILED;
     }

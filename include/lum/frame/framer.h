@@ -214,7 +214,8 @@ bool lum_framer_line_is_wanted(const lum_framer *framer);
 /** The points of that line as a view selects and smooths them; the view's
  * columns do not matter.
  * @param view below the count of views.
- * @param out  gets an array of the framer that lives until the next call.
+ * @param out  gets an array of the framer that lives until the next call; NULL:
+ *             they are only counted, which is much quicker.
  * @return how many there are. */
 size_t lum_framer_line_samples(lum_framer *framer, size_t view,
                                const lum_sample **out);
