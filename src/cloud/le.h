@@ -1,6 +1,6 @@
 /** @file
- * Little-endian numbers into memory of any alignment, on any host. Each
- * function returns the end of what it wrote. */
+ * Little-endian numbers into memory of any alignment, on any host, and from it.
+ * What writes returns the end of what it wrote. */
 #ifndef LUM_CLOUD_LE_H
 #define LUM_CLOUD_LE_H
 
@@ -74,6 +74,27 @@ static inline unsigned char *lum_put_f64(unsigned char *p, double v)
     uint64_t bits;
     memcpy(&bits, &v, sizeof bits);
     return lum_put_le64(p, bits);
+}
+
+/** The four bytes that lum_put_le32() wrote. */
+static inline uint32_t lum_get_le32(const unsigned char *p)
+{
+    uint32_t v;
+    if (LUM_IS_LITTLE_ENDIAN) {
+        memcpy(&v, p, sizeof v);
+        return v;
+    }
+    return p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 |
+           (uint32_t)p[3] << 24;
+}
+
+/** Those of lum_put_f32(). */
+static inline float lum_get_f32(const unsigned char *p)
+{
+    const uint32_t bits = lum_get_le32(p);
+    float v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
 }
 
 /** A frame number in 32 bits; numbers beyond those become the nearest. */

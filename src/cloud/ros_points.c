@@ -3,37 +3,41 @@
 #include "le.h"
 #include "ros_messages.h"
 
-#include <stdlib.h>
-
 #define NO_RING UINT16_MAX /* of a line beyond the number */
+
+/* What is kept of a point: the first five fields of its message, with the time
+ * from the beginning of the frame; then the line and the number of the return;
+ * then its extra values. */
+#define TIME_AT    16u
+#define LINE_AT    20u
+#define NUMBER_AT  24u
+#define KEPT_BYTES 25u
+
+static size_t extra_bytes(const lum_ros_points *points)
+{
+    return points->extras != NULL ? lum_extras_bytes(points->extras) : 0;
+}
+
+static float time_of(const unsigned char *kept)
+{
+    return lum_get_f32(kept + TIME_AT);
+}
+
+static uint32_t line_of(const unsigned char *kept)
+{
+    return lum_get_le32(kept + LINE_AT);
+}
 
 void lum_ros_points_free(lum_ros_points *points)
 {
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        free(points->eyes[eye].at);
+        lum_bytes_free(&points->eyes[eye].kept);
     }
-    free(points->spare);
-    free(points->rows);
+    lum_bytes_free(&points->spare);
     *points = (lum_ros_points){0};
 }
 
 /* --- Adding --- */
-
-static int make_room(lum_ros_point **at, size_t *room, size_t n)
-{
-    if (n <= *room) {
-        return 0;
-    }
-    const size_t more = *room + *room / 2u;
-    const size_t now = n > more ? n : more;
-    lum_ros_point *bigger = realloc(*at, now * sizeof *bigger);
-    if (bigger == NULL) {
-        return -1;
-    }
-    *at = bigger;
-    *room = now;
-    return 0;
-}
 
 static void note_line(lum_ros_points *points, uint32_t line)
 {
@@ -48,59 +52,34 @@ static void note_line(lum_ros_points *points, uint32_t line)
     }
 }
 
-static size_t row_bytes(const lum_ros_points *points)
-{
-    return points->extras != NULL ? lum_extras_bytes(points->extras) : 0;
-}
-
-/* Behind those of all points before. */
-static int add_rows(lum_ros_points *points, const lum_line_samples *line)
-{
-    const size_t bytes = row_bytes(points);
-    const size_t before = lum_ros_points_count(points) * bytes;
-    const size_t n = before + line->count * bytes;
-    if (n > points->row_room) {
-        const size_t room = n + n / 2u;
-        unsigned char *bigger = realloc(points->rows, room);
-        if (bigger == NULL) {
-            return -1;
-        }
-        points->rows = bigger;
-        points->row_room = room;
-    }
-    for (size_t i = 0; bytes > 0 && i < line->count; i++) {
-        (void)lum_extras_put(points->rows + before + i * bytes, points->extras,
-                             line->extra, i);
-    }
-    return 0;
-}
-
 int lum_ros_points_add(lum_ros_points *points, const lum_line_samples *line,
                        float from_s)
 {
     lum_ros_eye *eye = &points->eyes[line->eye < LUM_EYES ? line->eye : 0];
-    const size_t row = lum_ros_points_count(points);
-    if (make_room(&eye->at, &eye->room, eye->count + line->count) != 0 ||
-        add_rows(points, line) != 0) {
+    const bool has_extra = extra_bytes(points) > 0;
+    const size_t n = line->count * (KEPT_BYTES + extra_bytes(points));
+    unsigned char *p = lum_bytes_extend(&eye->kept, n);
+    if (p == NULL) {
         return -1;
     }
     note_line(points, line->line);
-    float before = eye->count > 0 ? eye->at[eye->count - 1u].time : 0.0f;
     for (size_t i = 0; i < line->count; i++) {
         const lum_sample *s = &line->samples[i];
         const float time = line->times != NULL ? line->times[i] : from_s;
-        eye->is_unsorted = eye->is_unsorted || time < before;
-        before = time;
-        eye->at[eye->count + i] = (lum_ros_point){
-            .x = s->x,
-            .y = s->y,
-            .z = s->z,
-            .intensity = s->pulse_width,
-            .time = time,
-            .line = line->line,
-            .row = (uint32_t)(row + i),
-            .number = (uint8_t)(s->return_number < UINT8_MAX ? s->return_number
-                                                             : UINT8_MAX)};
+        eye->is_unsorted |= (i > 0 || eye->count > 0) && time < eye->last_s;
+        eye->last_s = time;
+        p = lum_put_f32(p, s->x);
+        p = lum_put_f32(p, s->y);
+        p = lum_put_f32(p, s->z);
+        p = lum_put_f32(p, s->pulse_width);
+        p = lum_put_f32(p, time);
+        p = lum_put_le32(p, line->line);
+        p = lum_put_u8(p,
+                       (uint8_t)(s->return_number < UINT8_MAX ? s->return_number
+                                                              : UINT8_MAX));
+        if (has_extra) {
+            p = lum_extras_put(p, points->extras, line->extra, i);
+        }
     }
     eye->count += line->count;
     return 0;
@@ -115,41 +94,41 @@ size_t lum_ros_points_count(const lum_ros_points *points)
 
 /* Two sorted parts of `from`, into `to`; of equal ones those of the first part
  * come first. */
-static void merge(const lum_ros_point *from, size_t middle, size_t end,
-                  lum_ros_point *to)
+static void merge(const unsigned char *from, size_t middle, size_t end,
+                  size_t bytes, unsigned char *to)
 {
-    size_t a = 0;
-    size_t b = middle;
-    for (size_t i = 0; i < end; i++) {
+    const unsigned char *a = from;
+    const unsigned char *b = from + middle * bytes;
+    const unsigned char *const a_end = b;
+    const unsigned char *const b_end = from + end * bytes;
+    for (size_t i = 0; i < end; i++, to += bytes) {
         const bool takes_a =
-            a < middle && (b == end || !(from[b].time < from[a].time));
-        to[i] = from[takes_a ? a : b];
-        a += takes_a ? 1u : 0u;
-        b += takes_a ? 0u : 1u;
+            a < a_end && (b == b_end || !(time_of(b) < time_of(a)));
+        memcpy(to, takes_a ? a : b, bytes);
+        a += takes_a ? bytes : 0;
+        b += takes_a ? 0 : bytes;
     }
 }
 
 /* Lines that came late are rare. */
 static int sort_eye(lum_ros_points *points, lum_ros_eye *eye)
 {
-    if (!eye->is_unsorted) {
-        return 0;
-    }
-    if (make_room(&points->spare, &points->spare_room, eye->room) != 0) {
-        return -1;
-    }
-    for (size_t width = 1; width < eye->count; width *= 2u) {
+    const size_t bytes = KEPT_BYTES + extra_bytes(points);
+    for (size_t width = 1; eye->is_unsorted && width < eye->count;
+         width *= 2u) {
+        points->spare.len = 0;
+        unsigned char *to = lum_bytes_extend(&points->spare, eye->kept.len);
+        if (to == NULL) {
+            return -1;
+        }
         for (size_t i = 0; i < eye->count; i += 2u * width) {
             const size_t left = eye->count - i;
-            merge(eye->at + i, width < left ? width : left,
-                  2u * width < left ? 2u * width : left, points->spare + i);
+            merge(eye->kept.at + i * bytes, width < left ? width : left,
+                  2u * width < left ? 2u * width : left, bytes, to + i * bytes);
         }
-        lum_ros_point *sorted = points->spare;
-        const size_t room = points->spare_room;
-        points->spare = eye->at;
-        points->spare_room = eye->room;
-        eye->at = sorted;
-        eye->room = room;
+        const lum_bytes sorted = points->spare;
+        points->spare = eye->kept;
+        eye->kept = sorted;
     }
     eye->is_unsorted = false;
     return 0;
@@ -166,11 +145,11 @@ int lum_ros_points_sort(lum_ros_points *points, float *first_s)
     const bool has_blue = blue->count > 0;
     if (!has_blue && green->count == 0) {
         *first_s = 0.0f;
-    } else if (!has_blue ||
-               (green->count > 0 && green->at[0].time < blue->at[0].time)) {
-        *first_s = green->at[0].time;
+    } else if (!has_blue || (green->count > 0 && time_of(green->kept.at) <
+                                                     time_of(blue->kept.at))) {
+        *first_s = time_of(green->kept.at);
     } else {
-        *first_s = blue->at[0].time;
+        *first_s = time_of(blue->kept.at);
     }
     return 0;
 }
@@ -201,56 +180,78 @@ static void count_lines(lum_ros_points *points)
 
 size_t lum_ros_points_bytes(const lum_ros_points *points)
 {
-    return LUM_ROS_POINT_BYTES + row_bytes(points);
+    return LUM_ROS_POINT_BYTES + extra_bytes(points);
 }
 
-static unsigned char *put_point(unsigned char *p, const lum_ros_points *points,
-                                const lum_ros_point *point, float first_s,
-                                unsigned eye)
+/* What the points of a message share. */
+typedef struct common {
+    float first_s;
+    uint32_t lines;
+    size_t extra_bytes;
+} common;
+
+static common common_of(const lum_ros_points *points, float first_s)
 {
-    const uint32_t lines = points->lines;
-    const size_t bytes = row_bytes(points);
-    p = lum_put_f32(p, point->x);
-    p = lum_put_f32(p, point->y);
-    p = lum_put_f32(p, point->z);
-    p = lum_put_f32(p, point->intensity);
-    p = lum_put_f32(p, point->time - first_s);
-    p = lum_put_le16(p, point->line < lines
-                            ? (uint16_t)(eye * lines + point->line)
-                            : NO_RING);
-    p = lum_put_u8(p, point->number);
+    return (common){first_s, points->lines, extra_bytes(points)};
+}
+
+static unsigned char *put_point(unsigned char *p, const unsigned char *kept,
+                                const common *of, unsigned eye)
+{
+    const uint32_t line = line_of(kept);
+    memcpy(p, kept, TIME_AT);
+    p = lum_put_f32(p + TIME_AT, time_of(kept) - of->first_s);
+    p = lum_put_le16(p, line < of->lines ? (uint16_t)(eye * of->lines + line)
+                                         : NO_RING);
+    p = lum_put_u8(p, kept[NUMBER_AT]);
     p = lum_put_u8(p, (uint8_t)eye);
-    if (bytes > 0) {
-        memcpy(p, points->rows + point->row * bytes, bytes);
+    if (of->extra_bytes > 0) {
+        memcpy(p, kept + KEPT_BYTES, of->extra_bytes);
     }
-    return p + bytes;
+    return p + of->extra_bytes;
+}
+
+static unsigned char *put_points(unsigned char *p, const unsigned char *kept,
+                                 size_t n, const common *of, unsigned eye)
+{
+    for (size_t i = 0; i < n; i++) {
+        p = put_point(p, kept + i * (KEPT_BYTES + of->extra_bytes), of, eye);
+    }
+    return p;
 }
 
 static void forget(lum_ros_points *points)
 {
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        points->eyes[eye].kept.len = 0;
         points->eyes[eye].count = 0;
         points->eyes[eye].is_unsorted = false;
         points->taken[eye] = 0;
     }
 }
 
+/* Which eye has the next point is as good as random, so it is computed and not
+ * branched on. */
 void lum_ros_points_take(lum_ros_points *points, float first_s,
                          unsigned char *out)
 {
-    lum_ros_eye *blue = &points->eyes[0];
-    lum_ros_eye *green = &points->eyes[1];
-    size_t b = 0;
-    size_t g = 0;
+    const lum_bytes *kept[LUM_EYES] = {&points->eyes[0].kept,
+                                       &points->eyes[1].kept};
     count_lines(points);
-    while (b < blue->count || g < green->count) {
-        while (b < blue->count &&
-               (g == green->count || !(green->at[g].time < blue->at[b].time))) {
-            out = put_point(out, points, &blue->at[b++], first_s, 0);
-        }
-        while (g < green->count &&
-               (b == blue->count || green->at[g].time < blue->at[b].time)) {
-            out = put_point(out, points, &green->at[g++], first_s, 1);
+    const common of = common_of(points, first_s);
+    const size_t bytes = KEPT_BYTES + of.extra_bytes;
+    size_t at[LUM_EYES] = {0, 0};
+    while (at[0] < kept[0]->len && at[1] < kept[1]->len) {
+        const unsigned char *blue = kept[0]->at + at[0];
+        const unsigned char *green = kept[1]->at + at[1];
+        const unsigned eye = time_of(green) < time_of(blue) ? 1u : 0u;
+        out = put_point(out, eye != 0 ? green : blue, &of, eye);
+        at[eye] += bytes;
+    }
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        if (at[eye] < kept[eye]->len) {
+            out = put_points(out, kept[eye]->at + at[eye],
+                             (kept[eye]->len - at[eye]) / bytes, &of, eye);
         }
     }
     forget(points);
@@ -258,21 +259,23 @@ void lum_ros_points_take(lum_ros_points *points, float first_s,
 
 /* --- Line after line --- */
 
-static bool is_earlier(const lum_ros_points *points, unsigned eye,
-                       unsigned than)
+/* The eye's first point that was not taken. */
+static const unsigned char *next_of(const lum_ros_points *points, unsigned eye)
 {
-    return points->eyes[eye].at[points->taken[eye]].time <
-           points->eyes[than].at[points->taken[than]].time;
+    return points->eyes[eye].kept.at +
+           points->taken[eye] * (KEPT_BYTES + extra_bytes(points));
 }
 
 lum_ros_line lum_ros_points_next_line(lum_ros_points *points)
 {
+    const size_t bytes = KEPT_BYTES + extra_bytes(points);
     lum_ros_line line = {.count = 0};
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
         const bool has_more = points->taken[eye] < points->eyes[eye].count;
         if (has_more &&
-            (line.count == 0 || is_earlier(points, eye, line.eye))) {
+            (line.count == 0 || time_of(next_of(points, eye)) < line.first_s)) {
             line.eye = eye;
+            line.first_s = time_of(next_of(points, eye));
             line.count = 1;
         }
     }
@@ -280,11 +283,10 @@ lum_ros_line lum_ros_points_next_line(lum_ros_points *points)
         forget(points);
         return line;
     }
-    const lum_ros_eye *of = &points->eyes[line.eye];
-    const size_t first = points->taken[line.eye];
-    line.first_s = of->at[first].time;
-    while (first + line.count < of->count &&
-           of->at[first + line.count].line == of->at[first].line) {
+    const unsigned char *first = next_of(points, line.eye);
+    const size_t left = points->eyes[line.eye].count - points->taken[line.eye];
+    while (line.count < left &&
+           line_of(first + line.count * bytes) == line_of(first)) {
         line.count++;
     }
     return line;
@@ -293,10 +295,9 @@ lum_ros_line lum_ros_points_next_line(lum_ros_points *points)
 void lum_ros_points_take_line(lum_ros_points *points, const lum_ros_line *line,
                               unsigned char *out)
 {
-    const lum_ros_point *at = points->eyes[line->eye].at;
     count_lines(points);
-    for (size_t i = 0; i < line->count; i++) {
-        out = put_point(out, points, &at[points->taken[line->eye]++],
-                        line->first_s, line->eye);
-    }
+    const common of = common_of(points, line->first_s);
+    (void)put_points(out, next_of(points, line->eye), line->count, &of,
+                     line->eye);
+    points->taken[line->eye] += line->count;
 }

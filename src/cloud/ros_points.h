@@ -5,6 +5,7 @@
 #ifndef LUM_CLOUD_ROS_POINTS_H
 #define LUM_CLOUD_ROS_POINTS_H
 
+#include "bytes.h"
 #include "extras.h"
 
 #include "lum/cloud/writer.h"
@@ -13,31 +14,18 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** A point. */
-typedef struct lum_ros_point {
-    float x;         /**< metres */
-    float y;         /**< metres */
-    float z;         /**< metres */
-    float intensity; /**< pulse width, ns */
-    float time;      /**< seconds from the beginning of the frame */
-    uint32_t line;   /**< of its eye */
-    uint32_t row;    /**< of its extra values */
-    uint8_t number;  /**< of the return */
-} lum_ros_point;
-
 /** Those of one eye. */
 typedef struct lum_ros_eye {
-    lum_ros_point *at; /**< from realloc() */
-    size_t count;      /**< how many */
-    size_t room;       /**< as many fit */
-    bool is_unsorted;  /**< one is earlier than the one before */
+    lum_bytes kept;   /**< its points, as ros_points.c keeps them */
+    size_t count;     /**< how many */
+    float last_s;     /**< the time of the last one */
+    bool is_unsorted; /**< one is earlier than the one before */
 } lum_ros_eye;
 
 /** A frame's; all 0 is none. */
 typedef struct lum_ros_points {
     lum_ros_eye eyes[LUM_EYES]; /**< by ::lum_eye */
-    lum_ros_point *spare;       /**< room for sorting */
-    size_t spare_room;          /**< as many fit */
+    lum_bytes spare;            /**< room for sorting */
     size_t taken[LUM_EYES];     /**< by lum_ros_points_take_line() */
     uint32_t lines;             /**< the green eye's rings are as many above
                                      the blue's; 0: not one frame yet */
@@ -46,8 +34,6 @@ typedef struct lum_ros_points {
     uint32_t highest[2];        /**< the second highest line, the highest */
     const lum_extras *extras;   /**< of each point, behind the others; NULL:
                                      none */
-    unsigned char *rows;        /**< their values, a row a point */
-    size_t row_room;            /**< as many bytes fit */
 } lum_ros_points;
 
 /** Free what it holds. */
