@@ -23,14 +23,12 @@ _ROWS = 4096
 """As many records stay in a cache while all of their fields are filled."""
 
 
-def records(dtype: np.dtype[Any], columns: Iterable[np.ndarray[Any, np.dtype[Any]]], count: int) -> np.ndarray[Any, np.dtype[Any]]:
-    """A structured array of columns, in the order of its fields."""
-    out = np.empty(count, dtype)
-    pairs = [(out[name], column) for name, column in zip(dtype.names or (), columns)]
-    for first in range(0, count, _ROWS):
+def fill(out: np.ndarray[Any, np.dtype[Any]], columns: Iterable[np.ndarray[Any, np.dtype[Any]]]) -> None:
+    """Columns into a structured array, in the order of its fields."""
+    pairs = [(out[name], column) for name, column in zip(out.dtype.names or (), columns)]
+    for first in range(0, len(out), _ROWS):
         for field, column in pairs:
             field[first:first + _ROWS] = column[first:first + _ROWS]
-    return out
 
 
 class Memory:

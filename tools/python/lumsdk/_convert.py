@@ -317,14 +317,17 @@ class _Thread(threading.Thread):
     def __init__(self, output: Union[_Output, _Split]) -> None:
         super().__init__(name="lumsdk-convert", daemon=False)
         self._output = output
-        self._queue: queue.Queue[Optional[Frame]] = queue.Queue(2)
+        self._queue: queue.SimpleQueue[Optional[Frame]] = queue.SimpleQueue()
+        self._taken = threading.Semaphore(0)
         self._losses: dict[str, int] = {}
         self.error: Optional[BaseException] = None
 
     def run(self) -> None:
         try:
-            for frame in iter(self._queue.get, _LAST):
+            while (frame := self._queue.get()) is not _LAST:
+                self._taken.release()
                 self._output.add(frame)
+                del frame  # its memory is for the next one
             if self._output.motion is not None:
                 self._output.motion.finish()
             self._output.finish(self._losses)
@@ -332,11 +335,11 @@ class _Thread(threading.Thread):
             self.error = error
             self._output.discard()
 
-    def _put(self, frame: Optional[Frame]) -> None:
-        while self.error is None:
-            with contextlib.suppress(queue.Full):
-                self._queue.put(frame, timeout=_WAIT_S)
-                return
+    def _put(self, frame: Frame) -> None:
+        """Hand over a frame. Returns when it is taken: then there is memory for the next one, and no third frame waits."""
+        self._queue.put(frame)
+        while self.error is None and not self._taken.acquire(timeout=_WAIT_S):
+            pass
 
     def write(self, frames: Iterable[Frame], losses: Callable[[], dict[str, int]]) -> None:
         """Write all of them, and complete the output."""
@@ -345,10 +348,11 @@ class _Thread(threading.Thread):
             if not isinstance(frame, Frame):
                 raise TypeError(f"the source gives {type(frame).__name__} and not frames")
             self._put(frame)
+            del frame
             if self.error is not None:
                 raise self.error
         self._losses = losses()
-        self._put(_LAST)
+        self._queue.put(_LAST)
         while self.is_alive():
             self.join(_WAIT_S)
         if self.error is not None:
@@ -361,8 +365,7 @@ class _Thread(threading.Thread):
             waits: until that is done; else what it is doing just now goes on for a while.
         """
         self._output.cancelled = True
-        with contextlib.suppress(queue.Full):
-            self._queue.put_nowait(_LAST)
+        self._queue.put(_LAST)
         if self.ident is not None:  # else it was interrupted before it began
             self.join(None if waits else _WAIT_S)
 

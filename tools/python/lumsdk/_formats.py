@@ -1,20 +1,23 @@
 """The formats that Python writes: LAZ, Parquet, Feather, npy, npz and KITTI's bin. A writer takes frames one by one."""
 from __future__ import annotations
 
+import inspect
 import json
 import shutil
 import struct
 import tempfile
 import uuid
 import zipfile
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, BinaryIO, ClassVar, Optional, Union
 
 import numpy as np
 
+from ._columns import fill
 from ._errors import Error, OptionError, install
 from ._points_file import check_own, file_type
-from ._table import OF_RIG, Array, Layout, about_frame, arrow_batch, arrow_schema, extra, value
+from ._table import COLUMNS, OF_RIG, Array, Layout, about_frame, arrow_batch, arrow_schema, extra, value
 from ._target import Target, UrlTarget
 
 if TYPE_CHECKING:
@@ -87,6 +90,16 @@ class Job:
     compression: Optional[str] = None
 
 
+_AT_ONCE = 32768
+"""As many points stay in a cache while they are made into what a file has of them."""
+
+
+def _parts(frame: Frame) -> Iterator[Frame]:
+    """A frame in parts, so that what is made of its points is small, and memory is used again."""
+    for first in range(0, len(frame), _AT_ONCE):
+        yield frame[first:first + _AT_ONCE]
+
+
 class Writer:
     """A file of one format. Frames are added one by one, then finish() completes what is in the file."""
 
@@ -134,9 +147,16 @@ _EXTRAS = (("range", "f4", "metres from the eye"), ("azimuth", "f4", "degrees, o
 _DATE_AT = 90
 
 
-def _away(scaled: Array) -> Array:
-    """Rounded, half a unit away from zero."""
-    return np.asarray(np.trunc(scaled + np.copysign(0.5, scaled)))
+_COMPRESSED_AT_ONCE = 8 * _AT_ONCE
+"""Points: several chunks of LAZ, each of which is compressed by one thread."""
+
+
+def _away(numbers: Array, unit: float) -> Array:
+    """In units, rounded, half a unit away from zero."""
+    scaled = numbers.astype("f8")
+    scaled /= unit
+    scaled += np.copysign(0.5, scaled)
+    return np.asarray(np.trunc(scaled, out=scaled))
 
 
 class Laz(Writer):
@@ -152,8 +172,9 @@ class Laz(Writer):
         self._laspy = extra("laspy", "laz")
         extra("lazrs", "laz")
         header = self._header()
-        self._dtype = header.point_format.dtype()
         self._format = header.point_format
+        self._records = np.zeros(_COMPRESSED_AT_ONCE, self._format.dtype())
+        self._held = 0  # of the records, those that wait to be compressed
         self._writer = self._laspy.LasWriter(self._file, header, do_compress=True, closefd=False,
                                              laz_backend=self._laspy.LazBackend.LazrsParallel)
 
@@ -177,29 +198,36 @@ class Laz(Writer):
         return header
 
     def add(self, frame: Frame) -> None:
-        if len(frame):
-            self._writer.write_points(self._laspy.PackedPointRecord(self._points(frame), self._format))
+        for part in _parts(frame):
+            end = self._held + len(part)
+            self._fill(self._records[self._held:end], part)
+            self._held = end
+            if end > len(self._records) - _AT_ONCE:
+                self._compress()
 
-    def _points(self, frame: Frame) -> Any:
-        out: Any = np.zeros(len(frame), self._dtype)
+    def _compress(self) -> None:
+        if self._held:
+            self._writer.write_points(self._laspy.PackedPointRecord(self._records[:self._held], self._format))
+        self._held = 0
+
+    def _fill(self, out: Any, frame: Frame) -> None:
         for name in "xyz":
             metres = value(frame, name)
-            if not np.all(np.abs(metres) < _LIMIT):
+            if not -_LIMIT < metres.min() <= metres.max() < _LIMIT:
                 raise OptionError(f"a point of frame {frame.number} lies farther than {_LIMIT:.0f} m from the origin, which "
                                   f"LAS cannot hold at a scale of {_SCALE:g} m")
-            out[name.upper()] = _away(metres.astype("f8") / _SCALE)
+            out[name.upper()] = _away(metres, _SCALE)
         width = value(frame, "pulse_width")
         out["intensity"] = np.clip(np.floor(width.astype("f8") * 100.0 + 0.5), 0, 65535)
         number, count = (np.minimum(value(frame, name), 15).astype("u1") for name in ("return_number", "number_of_returns"))
         out["bit_fields"] = number | count << 4
         out["classification_flags"] = (value(frame, "eye") & 3) << 4
-        out["scan_angle"] = np.clip(_away(value(frame, "azimuth").astype("f8") / 0.006), -30000, 30000)
+        out["scan_angle"] = np.clip(_away(value(frame, "azimuth"), 0.006), -30000, 30000)
         out["gps_time"] = self._seconds(value(frame, "timestamp", self._job.time))
         for name, _, _ in _EXTRAS:
             out[name] = value(frame, name[5:] if name.startswith("full_") else name)
         for name in self._job.layout.own:
             out[name] = value(frame, name)
-        return out
 
     def _seconds(self, us: Array) -> Array:
         whole = np.trunc(us / 1000000).astype("i8")
@@ -207,6 +235,7 @@ class Laz(Writer):
         return np.asarray((whole - shift).astype("f8") + (us - whole * 1000000).astype("f8") / 1e6)
 
     def finish(self, losses: dict[str, int]) -> None:
+        self._compress()
         self._writer.close()
         self._file.seek(_DATE_AT)
         self._file.write(bytes(4))  # no date: equal points make equal files
@@ -214,6 +243,12 @@ class Laz(Writer):
 
 
 # --- Parquet and Feather ---
+
+
+_ENCODINGS = {"BYTE_STREAM_SPLIT": ("x", "y", "z", "range", "azimuth", "elevation", "time"), "DELTA_BINARY_PACKED": ("pixel",)}
+"""Those of columns of which nearly every number is another one. Dictionaries of the others are small."""
+_PAGE_ROWS = 250_000
+"""As many fill a page; smaller ones take longer, and are compressed less."""
 
 
 class Parquet(Writer):
@@ -229,7 +264,11 @@ class Parquet(Writer):
         if not hasattr(pq.ParquetWriter, "add_key_value_metadata"):
             raise Error(f"pyarrow is too old, 16 or later is needed: {install('parquet')}")
         self._schema = arrow_schema(job.layout, job.about.metadata())
-        self._writer = pq.ParquetWriter(self._file, self._schema, compression=job.compression or "zstd")
+        chosen = {name: by for by, names in _ENCODINGS.items() for name in names
+                  if name in job.layout.columns and job.layout.about(name)[0] == COLUMNS[name].dtype}
+        pages = {"max_rows_per_page": _PAGE_ROWS} if "max_rows_per_page" in inspect.signature(pq.ParquetWriter).parameters else {}
+        self._writer = pq.ParquetWriter(self._file, self._schema, compression=job.compression or "zstd", column_encoding=chosen,
+                                        use_dictionary=[name for name in job.layout.columns if name not in chosen], **pages)
         self._frames: list[str] = []
 
     def add(self, frame: Frame) -> None:
@@ -286,12 +325,16 @@ class Npy(Writer):
     def __init__(self, job: Job) -> None:
         super().__init__(job)
         self._dtype = job.layout.dtype()
+        self._records = np.empty(_AT_ONCE, self._dtype)
         self._count = 0
         self._file.write(npy_header(self._dtype, 0))
 
     def add(self, frame: Frame) -> None:
         self._count += len(frame)
-        self._file.write(self._job.layout.structured(frame).tobytes())
+        for part in _parts(frame):
+            records = self._records[:len(part)]
+            fill(records, self._job.layout.values(part))
+            self._file.write(records.data)
 
     def finish(self, losses: dict[str, int]) -> None:
         self._file.seek(0)
@@ -317,8 +360,9 @@ class Npz(Writer):
         self._frames: list[dict[str, Any]] = []
 
     def add(self, frame: Frame) -> None:
-        for file, column in zip(self._columns, self._job.layout.values(frame)):
-            file.write(np.ascontiguousarray(column).tobytes())
+        for part in _parts(frame):
+            for file, column in zip(self._columns, self._job.layout.values(part)):
+                file.write(np.ascontiguousarray(column).data)
         self._count += len(frame)
         self._frames.append(about_frame(frame))
 
@@ -349,11 +393,12 @@ class Kitti(Writer):
     needs = ("x", "y", "z", "pulse_width")
 
     def add(self, frame: Frame) -> None:
-        out = np.empty((len(frame), 4), "<f4")
-        for i, name in enumerate("xyz"):
-            out[:, i] = value(frame, name)
-        np.minimum(value(frame, "pulse_width") / _FULL_NS, 1, out=out[:, 3])
-        self._file.write(out.tobytes())
+        for part in _parts(frame):
+            out = np.empty((len(part), 4), "<f4")
+            for i, name in enumerate("xyz"):
+                out[:, i] = value(part, name)
+            np.minimum(value(part, "pulse_width") / _FULL_NS, 1, out=out[:, 3])
+            self._file.write(out.data)
 
 
 WRITERS: dict[str, type[Writer]] = {kind.name: kind for kind in (Laz, Parquet, Feather, Npy, Npz, Kitti)}

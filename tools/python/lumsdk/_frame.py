@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _grid, _image, _lines
 from ._c import address_of, ffi, lib
-from ._columns import COLUMNS, NUMBERS, Memory, records
+from ._columns import COLUMNS, NUMBERS, Memory, fill
 from ._errors import UnknownKeyError
 from ._grid import EYES
 from ._info import Info, Members
@@ -553,7 +553,9 @@ class Frame:
     def to_structured(self) -> Records:
         """A copy as a structured array: (n,), with a field for each column."""
         names = self.columns
-        return records(np.dtype([(name, self[name].dtype) for name in names]), (self[name] for name in names), self._count)
+        made = np.empty(self._count, [(name, self[name].dtype) for name in names])
+        fill(made, (self[name] for name in names))
+        return made
 
     def to_arrow(self, columns: Union[Literal["all"], Iterable[TableColumn], None] = None,
                  preset: Optional[Preset] = None) -> pyarrow.Table:

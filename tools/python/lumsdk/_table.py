@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 import numpy as np
 
-from ._columns import records
 from ._errors import Error, OptionError, install
 from ._grid import JOINED
 from ._raw import RAW_COLUMNS
@@ -281,10 +280,6 @@ class Layout:
     def dtype(self) -> np.dtype[Any]:
         """A point as a structured type."""
         return np.dtype([(name, self.about(name)[0]) for name in self.columns])
-
-    def structured(self, frame: Frame) -> Any:
-        """The points of a frame as an array of records."""
-        return records(self.dtype(), self.values(frame), len(frame))
 
 
 # --- Arrow and pandas ---
