@@ -1,7 +1,7 @@
 """The C library: its functions by their names, and what every call of one needs."""
 from __future__ import annotations
 
-import pathlib
+import os
 import sys
 from typing import Any
 
@@ -15,7 +15,7 @@ ffi: Any = _ffi
 
 def _load() -> Any:
     """The library, for good: what is freed at the very end of the interpreter calls it still."""
-    path = str(pathlib.Path(__file__).with_name(_NAMES.get(sys.platform, "liblumsdk.so")))
+    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), _NAMES.get(sys.platform, "liblumsdk.so"))
     if hasattr(ffi, "RTLD_NODELETE"):
         return ffi.dlopen(path, ffi.RTLD_NOW | ffi.RTLD_NODELETE)
     import ctypes  # Windows has no such flag, but counts who has loaded it

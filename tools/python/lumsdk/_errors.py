@@ -4,6 +4,7 @@ from __future__ import annotations
 import os
 import sys
 import warnings
+from collections.abc import Iterable
 from typing import Union
 
 
@@ -58,6 +59,13 @@ class CaptureWarning(UserWarning):
 def install(extra: str) -> str:
     """How to get what an extra of this package needs. No registry has lumsdk: what has its name there is not ours."""
     return f"in a clone of lumsdk, pip install '.[{extra}]'"
+
+
+def nearest(name: str, known: Iterable[str]) -> list[str]:
+    """Of known names, the one that was meant probably; none if nothing is like it."""
+    import difflib  # only what is wrong needs it
+
+    return difflib.get_close_matches(name, known, 1)
 
 
 _FOLDER = os.path.dirname(__file__) + os.sep

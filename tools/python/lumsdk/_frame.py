@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import datetime
-import difflib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union, cast, overload
 
@@ -11,7 +10,7 @@ import numpy as np
 from . import _grid, _image, _lines
 from ._c import address_of, ffi, lib
 from ._columns import COLUMNS, NUMBERS, Memory, fill
-from ._errors import UnknownKeyError
+from ._errors import UnknownKeyError, nearest
 from ._grid import EYES
 from ._info import Info, Members
 from ._raw import RAW_COLUMNS, Raw, attach
@@ -191,7 +190,7 @@ class Frame:
             is_place = name == "raw_place" and "tof" in self
             why = "its words came in the order of pixels" if is_place else f"open the source with raw=True, or give {name}"
             return UnknownKeyError(f"the frame has no column {name!r}, only {has}: {why}")
-        near = difflib.get_close_matches(str(name), (*COLUMNS, *RAW_COLUMNS, *self._own), 1)
+        near = nearest(str(name), (*COLUMNS, *RAW_COLUMNS, *self._own))
         return UnknownKeyError(f"there is no column {name!r}; " + (f"did you mean {near[0]!r}? " if near else "") +
                                f"there are {', '.join((*COLUMNS, *self._own))}")
 
@@ -552,9 +551,8 @@ class Frame:
 
     def to_structured(self) -> Records:
         """A copy as a structured array: (n,), with a field for each column."""
-        names = self.columns
-        made = np.empty(self._count, [(name, self[name].dtype) for name in names])
-        fill(made, (self[name] for name in names))
+        made = np.empty(self._count, [(name, column.dtype) for name, column in self.to_dict().items()])
+        fill(made, self.to_dict().values())
         return made
 
     def to_arrow(self, columns: Union[Literal["all"], Iterable[TableColumn], None] = None,

@@ -8,7 +8,7 @@ import os
 import re
 import reprlib
 import stat
-import threading
+from _thread import allocate_lock
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Optional
 
@@ -27,7 +27,7 @@ class _Shared:
 
     def __init__(self, file: Any, name: str) -> None:
         self.file, self.name = file, name
-        self.lock = threading.Lock()
+        self.lock = allocate_lock()
         self.user: Any = None  # a token of who read it last
         self.into = getattr(file, "readinto", None)
         self.start: Optional[int] = None  # where it begins; None: it cannot be read again
@@ -297,7 +297,7 @@ class Stream(Input):
         """A file of the disk is opened by its name; a place that two processes move gives wrong bytes in silence."""
         shared = self._shared
         if isinstance(shared.file, io.BytesIO):  # this process has a copy
-            shared.lock = threading.Lock()
+            shared.lock = allocate_lock()
             return
         file = _open_again(shared.file) if shared.start is not None else None
         if file is None:

@@ -1,7 +1,6 @@
 """The options of open(): those of lumdump, by the same names."""
 from __future__ import annotations
 
-import difflib
 import math
 import os
 import re
@@ -9,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, cast
 
 from ._c import ffi, lib, sized
-from ._errors import OptionError
+from ._errors import OptionError, nearest
 from ._info import Members
 from ._columns import COLUMNS
 from ._raw import NEEDED, RAW_COLUMNS
@@ -150,7 +149,7 @@ def _columns(value: Any) -> int:
         if not isinstance(name, str):
             raise _wrong_type("columns", value)
         if name not in COLUMNS:
-            near = difflib.get_close_matches(name, COLUMNS, 1)
+            near = nearest(name, COLUMNS)
             hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(COLUMNS)}"
             raise OptionError(f"columns: unknown column {name!r}; {hint}")
         mask |= 1 << list(COLUMNS).index(name)
@@ -300,7 +299,7 @@ class Choice:
                    for name, value in given.items() if value is not None}
         for name in given:
             if name not in _NAMES:
-                near = difflib.get_close_matches(name, _NAMES, 1)
+                near = nearest(name, _NAMES)
                 raise TypeError(f"there is no option {name}" + (f"; did you mean {near[0]}?" if near else
                                                                 f"; there are {', '.join(_NAMES)}"))
         self.progress: Any = options.get("progress")

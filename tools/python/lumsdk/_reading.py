@@ -3,9 +3,9 @@ from __future__ import annotations
 
 import contextlib
 import os
-import threading
 import time
 import weakref
+from _thread import allocate_lock
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Optional
 
@@ -162,7 +162,7 @@ class Reading:
                  origins: Sequence[str]) -> None:
         self._choice, self._name = choice, source.name
         self._origin = Origin(source.name, *settings, tuple(origins), source.files)
-        self._busy = threading.Lock()
+        self._busy = allocate_lock()
         self._reader: Any = None
         self._error, self._out = ffi.new("lum_error *"), ffi.new("const lum_frame **")
         self._counts: Optional[Counts] = None
@@ -190,7 +190,7 @@ class Reading:
             ffi.gc(self._reader, None)
             self._reader = None
             self.was_forked = self.was_stopped = True
-        self._busy = threading.Lock()
+        self._busy = allocate_lock()
 
     def _open(self, framer: Any, members: dict[str, Any]) -> None:
         reader = ffi.new("lum_reader **")

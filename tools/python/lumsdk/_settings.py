@@ -1,13 +1,12 @@
 """Calibrations and wire profiles, by key."""
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Optional, TypeVar, Union
 
 from ._c import ffi, lib, text
-from ._errors import OptionError, UnknownKeyError
+from ._errors import OptionError, UnknownKeyError, nearest
 from ._keys import Key, describe
 
 Value = Union[int, float, str]
@@ -168,7 +167,7 @@ class _Settings(Mapping[str, Value]):
         """A value, such as that of "eyes.blue.mount.x_m": a number, or a text such as "none" or "[0, 14]"."""
         known = _known(self._keys)
         if not isinstance(key, str) or key not in known:
-            near = difflib.get_close_matches(str(key), known, 1)
+            near = nearest(str(key), known)
             raise UnknownKeyError(f"a {self._kind} has no key {key!r}" +
                                   (f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(self)}"))
         out = ffi.new("char[]", int(lib.LUM_KEY_VALUE_BYTES))
@@ -242,7 +241,7 @@ def setting_of(calibration: Calibration, profile: Profile, settings: Any) -> tup
         kinds = [made for made in (calibration, profile) if key in _known(made._keys)]
         if not kinds:
             every = {**_known(calibration._keys), **_known(profile._keys)}
-            near = difflib.get_close_matches(key, every, 1)
+            near = nearest(key, every)
             raise OptionError(f"set: unknown key '{key}'; did you mean '{near[0]}'?" if near else
                               f"set: '{key}' is not a key of a calibration or a profile; they have "
                               f"{', '.join(every)}")
