@@ -1,6 +1,7 @@
 /* Frames as messages of ROS 2 in an MCAP file. */
 #include "mcap_file.h"
 #include "mcap_rig.h"
+#include "part.h"
 #include "ros_messages.h"
 #include "ros_points.h"
 #include "writer_internal.h"
@@ -174,6 +175,16 @@ static int begin(lum_writer *writer, lum_error *error)
                    put_channels(s, error) == 0
                ? 0
                : -1;
+}
+
+void lum_writer_pack_by(lum_writer *writer, unsigned threads)
+{
+    state *s = writer->state;
+    if (writer->ops == &lum_mcap_ops && threads > 0) {
+        lum_mcap_set_threads(&s->file, threads < LUM_MCAP_THREADS_MAX
+                                           ? threads
+                                           : LUM_MCAP_THREADS_MAX);
+    }
 }
 
 /* --- Messages --- */
@@ -450,7 +461,7 @@ static void add_topic(lum_mcap_info *info, const state *s, unsigned topic,
 {
     const unsigned channel =
         topic == LUM_ROS_POINTS ? s->rig.sensors[k].channel : s->channel[topic];
-    const uint64_t n = s->file.channels[channel].count;
+    const uint64_t n = s->file.messages[channel];
     info->topics[info->topic_count++] =
         (lum_mcap_topic){topic_name(s, topic, k), lum_ros_topics[topic].type,
                          lum_ros_topics[topic].qos, n};

@@ -106,9 +106,10 @@ int lum_mcap_begin(lum_mcap_file *out, lum_sink *sink, const char *library,
                    bool compresses, lum_error *error)
 {
     out->sink = sink;
+    out->chunk_max = 1;
     lum_crc32_init(&out->crc);
     if (compresses) {
-        out->packer = lum_mcap_packer_new();
+        out->packer = lum_mcap_packer_new(&out->crc);
         if (out->packer == NULL) {
             return out_of_memory(out, error);
         }
@@ -119,6 +120,14 @@ int lum_mcap_begin(lum_mcap_file *out, lum_sink *sink, const char *library,
     return lum_sink_write(sink, MAGIC, MAGIC_BYTES, error) == 0
                ? put_own(out, error)
                : -1;
+}
+
+void lum_mcap_set_threads(lum_mcap_file *file, unsigned threads)
+{
+    if (file->packer != NULL) {
+        file->chunk_max = threads;
+        lum_mcap_packer_set_threads(file->packer, threads);
+    }
 }
 
 int lum_mcap_add_channel(lum_mcap_file *file, const char *topic,
@@ -206,40 +215,56 @@ int lum_mcap_add_attachment(lum_mcap_file *file, const char *name,
 
 /* --- Chunks --- */
 
-/* What of a chunk is written: itself, or compressed. */
-static const lum_bytes *pack(lum_mcap_file *file)
+static lum_mcap_chunk *chunk_at(lum_mcap_file *file, uint64_t number)
 {
-    if (file->packer == NULL) {
-        return &file->chunk;
-    }
-    lum_mcap_pack(file->packer, &file->chunk, &file->packed);
-    return &file->packed;
+    return &file->chunks[number % file->chunk_max];
 }
 
-static int put_chunk(lum_mcap_file *file, const lum_bytes *packed,
+/* Being filled. */
+static lum_mcap_chunk *present(lum_mcap_file *file)
+{
+    return chunk_at(file, file->chunks_ended);
+}
+
+/* What of a chunk is written: itself, or compressed. */
+static lum_bytes *body_of(const lum_mcap_file *file, lum_mcap_chunk *chunk)
+{
+    return file->packer != NULL ? &chunk->packing.packed : &chunk->messages;
+}
+
+static int put_chunk(lum_mcap_file *file, lum_mcap_chunk *chunk,
                      lum_error *error)
 {
+    const lum_bytes *body = body_of(file, chunk);
+    const lum_bytes *messages = &chunk->messages;
     lum_bytes *r = begin_own(file, OP_CHUNK);
-    lum_bytes_put_u64(r, time_of(file->chunk_begin_ns));
-    lum_bytes_put_u64(r, time_of(file->chunk_end_ns));
-    lum_bytes_put_u64(r, file->chunk.len);
+    lum_bytes_put_u64(r, time_of(chunk->begin_ns));
+    lum_bytes_put_u64(r, time_of(chunk->end_ns));
+    lum_bytes_put_u64(r, messages->len);
     lum_bytes_put_u32(
-        r, lum_crc32_add(&file->crc, 0, file->chunk.at, file->chunk.len));
+        r, file->packer != NULL
+               ? chunk->packing.crc
+               : lum_crc32_add(&file->crc, 0, messages->at, messages->len));
     lum_bytes_put_text(r, file->packer != NULL ? lum_mcap_pack_name : "");
-    lum_bytes_put_u64(r, packed->len);
+    lum_bytes_put_u64(r, body->len);
     if (!r->failed) {
-        (void)lum_put_le64(r->at + 1, r->len - RECORD_HEAD + packed->len);
+        (void)lum_put_le64(r->at + 1, r->len - RECORD_HEAD + body->len);
     }
-    return put(file, r, error) == 0 ? put(file, packed, error) : -1;
+    if (body->failed) {
+        return out_of_memory(file, error);
+    }
+    return put(file, r, error) == 0
+               ? lum_sink_lend(file->sink, body->at, body->len, error)
+               : -1;
 }
 
 /* The messages of each channel; where that stands goes into the index of
  * chunks. */
-static int put_message_indexes(lum_mcap_file *file, lum_bytes *offsets,
-                               lum_error *error)
+static int put_message_indexes(lum_mcap_file *file, lum_mcap_chunk *chunk,
+                               lum_bytes *offsets, lum_error *error)
 {
     for (unsigned i = 0; i < file->counts[LUM_MCAP_CHANNELS]; i++) {
-        lum_bytes *index = &file->channels[i].index;
+        lum_bytes *index = &chunk->indexes[i];
         if (index->len == 0) {
             continue;
         }
@@ -257,42 +282,78 @@ static int put_message_indexes(lum_mcap_file *file, lum_bytes *offsets,
     return 0;
 }
 
-static int put_indexed_chunk(lum_mcap_file *file, const lum_bytes *packed,
+static int put_indexed_chunk(lum_mcap_file *file, lum_mcap_chunk *chunk,
                              lum_error *error)
 {
     lum_bytes *index = &file->groups[LUM_MCAP_CHUNKS];
     const uint64_t offset = lum_sink_bytes(file->sink);
-    if (put_chunk(file, packed, error) != 0) {
+    if (put_chunk(file, chunk, error) != 0) {
         return -1;
     }
     const uint64_t end = lum_sink_bytes(file->sink);
     const size_t at = begin_record(index, OP_CHUNK_INDEX);
-    lum_bytes_put_u64(index, time_of(file->chunk_begin_ns));
-    lum_bytes_put_u64(index, time_of(file->chunk_end_ns));
+    lum_bytes_put_u64(index, time_of(chunk->begin_ns));
+    lum_bytes_put_u64(index, time_of(chunk->end_ns));
     lum_bytes_put_u64(index, offset);
     lum_bytes_put_u64(index, end - offset);
     const size_t map = lum_bytes_begin_u32(index);
-    if (put_message_indexes(file, index, error) != 0) {
+    if (put_message_indexes(file, chunk, index, error) != 0) {
         return -1;
     }
     lum_bytes_end_u32(index, map);
     lum_bytes_put_u64(index, lum_sink_bytes(file->sink) - end);
     lum_bytes_put_text(index, file->packer != NULL ? lum_mcap_pack_name : "");
-    lum_bytes_put_u64(index, packed->len);
-    lum_bytes_put_u64(index, file->chunk.len);
+    lum_bytes_put_u64(index, body_of(file, chunk)->len);
+    lum_bytes_put_u64(index, chunk->messages.len);
     end_record(index, at);
     file->counts[LUM_MCAP_CHUNKS]++;
-    file->chunk.len = 0;
+    chunk->messages.len = 0;
     return index->failed ? out_of_memory(file, error) : 0;
+}
+
+/* Put chunks that have ended, until at most `left` are under way. Of the others
+ * those that are compressed already. */
+static int put_ended(lum_mcap_file *file, uint64_t left, lum_error *error)
+{
+    while (file->chunks_put < file->chunks_ended) {
+        lum_mcap_chunk *chunk = chunk_at(file, file->chunks_put);
+        const bool waits = file->chunks_ended - file->chunks_put > left;
+        if (file->packer != NULL &&
+            !lum_mcap_packer_is_done(file->packer, &chunk->packing, waits)) {
+            return 0;
+        }
+        file->chunks_put++;
+        if (put_indexed_chunk(file, chunk, error) != 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+/* The present one, which has messages. */
+static int end_present(lum_mcap_file *file, lum_error *error)
+{
+    lum_mcap_chunk *chunk = present(file);
+    chunk->packing.chunk = &chunk->messages;
+    if (file->packer != NULL) {
+        lum_mcap_packer_give(file->packer, &chunk->packing);
+    }
+    file->chunks_ended++;
+    return put_ended(file, file->chunk_max, error);
 }
 
 int lum_mcap_end_chunk(lum_mcap_file *file, lum_error *error)
 {
-    if (file->chunk.failed) {
+    const lum_bytes *messages = &present(file)->messages;
+    const bool is_free =
+        file->chunks_ended - file->chunks_put < file->chunk_max;
+    if (messages->failed) {
         return out_of_memory(file, error);
     }
-    return file->chunk.len == 0 ? 0
-                                : put_indexed_chunk(file, pack(file), error);
+    if (is_free && messages->len > 0 && end_present(file, error) != 0) {
+        return -1;
+    }
+    return put_ended(file, 0, error);
 }
 
 /* --- Messages --- */
@@ -301,7 +362,7 @@ static uint64_t count_messages(const lum_mcap_file *file)
 {
     uint64_t n = 0;
     for (unsigned i = 0; i < file->counts[LUM_MCAP_CHANNELS]; i++) {
-        n += file->channels[i].count;
+        n += file->messages[i];
     }
     return n;
 }
@@ -313,38 +374,58 @@ static void widen(int64_t *begin_ns, int64_t *end_ns, bool is_first,
     *end_ns = is_first || time_ns > *end_ns ? time_ns : *end_ns;
 }
 
+/* The chunk for a message. A new one is filled when its memory is free and what
+ * was lent to the sink is written. */
+static lum_mcap_chunk *chunk_for(lum_mcap_file *file, int64_t time_ns,
+                                 lum_error *error)
+{
+    if (put_ended(file, file->chunk_max - 1u, error) != 0) {
+        return NULL;
+    }
+    const lum_mcap_chunk *chunk = present(file);
+    if (chunk->messages.len > 0 &&
+        time_ns - chunk->begin_ns >= LUM_MCAP_CHUNK_NS &&
+        (end_present(file, error) != 0 ||
+         put_ended(file, file->chunk_max - 1u, error) != 0)) {
+        return NULL;
+    }
+    return present(file)->messages.len > 0 ||
+                   lum_sink_settle(file->sink, error) == 0
+               ? present(file)
+               : NULL;
+}
+
 int lum_mcap_begin_message(lum_mcap_file *file, unsigned channel,
                            int64_t time_ns, lum_bytes **out, lum_error *error)
 {
-    lum_bytes *chunk = &file->chunk;
-    lum_mcap_channel *c = &file->channels[channel];
-    if (chunk->len > 0 && time_ns - file->chunk_begin_ns >= LUM_MCAP_CHUNK_NS &&
-        lum_mcap_end_chunk(file, error) != 0) {
+    lum_mcap_chunk *chunk = chunk_for(file, time_ns, error);
+    if (chunk == NULL) {
         return -1;
     }
+    lum_bytes *messages = &chunk->messages;
+    lum_bytes *index = &chunk->indexes[channel];
     widen(&file->begin_ns, &file->end_ns, count_messages(file) == 0, time_ns);
-    widen(&file->chunk_begin_ns, &file->chunk_end_ns, chunk->len == 0, time_ns);
-    lum_bytes_put_u64(&c->index, time_of(time_ns));
-    lum_bytes_put_u64(&c->index, chunk->len);
-    file->message = begin_record(chunk, OP_MESSAGE);
-    lum_bytes_put_u16(chunk, (uint16_t)(channel + 1u));
-    lum_bytes_put_u32(chunk, (uint32_t)c->count);
-    lum_bytes_put_u64(chunk, time_of(time_ns));
-    lum_bytes_put_u64(chunk, time_of(time_ns));
-    c->count++;
-    *out = chunk;
-    return chunk->failed || c->index.failed ? out_of_memory(file, error) : 0;
+    widen(&chunk->begin_ns, &chunk->end_ns, messages->len == 0, time_ns);
+    lum_bytes_put_u64(index, time_of(time_ns));
+    lum_bytes_put_u64(index, messages->len);
+    file->message = begin_record(messages, OP_MESSAGE);
+    lum_bytes_put_u16(messages, (uint16_t)(channel + 1u));
+    lum_bytes_put_u32(messages, (uint32_t)file->messages[channel]);
+    lum_bytes_put_u64(messages, time_of(time_ns));
+    lum_bytes_put_u64(messages, time_of(time_ns));
+    file->messages[channel]++;
+    *out = messages;
+    return messages->failed || index->failed ? out_of_memory(file, error) : 0;
 }
 
 int lum_mcap_end_message(lum_mcap_file *file, lum_error *error)
 {
-    if (file->chunk.failed) {
+    lum_bytes *messages = &present(file)->messages;
+    if (messages->failed) {
         return out_of_memory(file, error);
     }
-    end_record(&file->chunk, file->message);
-    return file->chunk.len >= LUM_MCAP_CHUNK_BYTES
-               ? lum_mcap_end_chunk(file, error)
-               : 0;
+    end_record(messages, file->message);
+    return messages->len >= LUM_MCAP_CHUNK_BYTES ? end_present(file, error) : 0;
 }
 
 /* --- The end --- */
@@ -365,7 +446,7 @@ static void make_statistics(lum_mcap_file *file)
     const size_t map = lum_bytes_begin_u32(r);
     for (unsigned i = 0; i < channels; i++) {
         lum_bytes_put_u16(r, (uint16_t)(i + 1u));
-        lum_bytes_put_u64(r, file->channels[i].count);
+        lum_bytes_put_u64(r, file->messages[i]);
     }
     lum_bytes_end_u32(r, map);
     end_record(r, at);
@@ -446,10 +527,13 @@ void lum_mcap_free(lum_mcap_file *file)
     for (unsigned i = 0; i < LUM_MCAP_GROUPS; i++) {
         lum_bytes_free(&file->groups[i]);
     }
-    for (unsigned i = 0; i < LUM_MCAP_CHANNELS_MAX; i++) {
-        lum_bytes_free(&file->channels[i].index);
+    for (unsigned i = 0; i < LUM_MCAP_THREADS_MAX; i++) {
+        lum_mcap_chunk *chunk = &file->chunks[i];
+        for (unsigned k = 0; k < LUM_MCAP_CHANNELS_MAX; k++) {
+            lum_bytes_free(&chunk->indexes[k]);
+        }
+        lum_bytes_free(&chunk->messages);
+        lum_bytes_free(&chunk->packing.packed);
     }
-    lum_bytes_free(&file->chunk);
-    lum_bytes_free(&file->packed);
     lum_bytes_free(&file->record);
 }

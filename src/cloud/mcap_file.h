@@ -1,14 +1,14 @@
 /** @file
  * An MCAP file: records, chunks of messages, and the index at its end, into a
  * sink (https://mcap.dev/spec). It knows no message. Memory grows by a chunk,
- * and by less than 200 bytes for each chunk before it. Internal to cloud.
+ * or as many as there are threads, and by less than 200 bytes for each chunk
+ * before it. Internal to cloud.
  *
  * Without memory nothing more is written, and the next call that can fail says
  * so. */
 #ifndef LUM_CLOUD_MCAP_FILE_H
 #define LUM_CLOUD_MCAP_FILE_H
 
-#include "base/crc32.h"
 #include "bytes.h"
 #include "mcap_pack.h"
 #include "sink.h"
@@ -24,11 +24,15 @@
 /** and before one that is so much later than its first. */
 #define LUM_MCAP_CHUNK_NS INT64_C(1000000000)
 
-/** A channel. */
-typedef struct lum_mcap_channel {
-    uint64_t count;  /**< messages so far */
-    lum_bytes index; /**< of those in the present chunk */
-} lum_mcap_channel;
+/** A chunk. */
+typedef struct lum_mcap_chunk {
+    lum_bytes messages;                       /**< of all channels */
+    lum_bytes indexes[LUM_MCAP_CHANNELS_MAX]; /**< where those of each are */
+    int64_t begin_ns;                         /**< its earliest message */
+    int64_t end_ns;                           /**< its latest */
+    lum_mcap_packing packing; /**< its messages, compressed; made after it has
+                                   ended, maybe by another thread */
+} lum_mcap_chunk;
 
 /** Which records stand in the summary; each kind together. */
 typedef enum lum_mcap_group {
@@ -47,16 +51,16 @@ typedef struct lum_mcap_file {
     lum_mcap_packer *packer;           /**< NULL: chunks are not compressed */
     uint32_t counts[LUM_MCAP_GROUPS];  /**< records so far */
     lum_bytes groups[LUM_MCAP_GROUPS]; /**< those of the summary */
-    lum_mcap_channel channels[LUM_MCAP_CHANNELS_MAX]; /**< id 1 is the first */
-    lum_bytes chunk;        /**< messages of the present one */
-    lum_bytes packed;       /**< the same, compressed */
-    lum_bytes record;       /**< one in the making */
-    int64_t chunk_begin_ns; /**< its earliest message */
-    int64_t chunk_end_ns;   /**< its latest */
-    int64_t begin_ns;       /**< the file's earliest */
-    int64_t end_ns;         /**< the file's latest */
-    size_t message;         /**< where the present one begins, in chunk */
-    lum_crc32 crc;          /**< its tables */
+    uint64_t messages[LUM_MCAP_CHANNELS_MAX];    /**< so far; id 1 is first */
+    lum_mcap_chunk chunks[LUM_MCAP_THREADS_MAX]; /**< a ring of chunk_max */
+    unsigned chunk_max;                          /**< under way at once */
+    uint64_t chunks_ended; /**< so far; the present one is behind these */
+    uint64_t chunks_put;   /**< of these, into the sink */
+    lum_bytes record;      /**< one in the making */
+    int64_t begin_ns;      /**< the file's earliest */
+    int64_t end_ns;        /**< the file's latest */
+    size_t message;        /**< where the present one begins, in its chunk */
+    lum_crc32 crc;         /**< its tables */
 } lum_mcap_file;
 
 /** Begin a file.
@@ -65,6 +69,10 @@ typedef struct lum_mcap_file {
 LUM_MUST_CHECK int lum_mcap_begin(lum_mcap_file *out, lum_sink *sink,
                                   const char *library, bool compresses,
                                   lum_error *error);
+
+/** Have chunks compressed by threads, if they are, before the first message.
+ * @param threads 1 to LUM_MCAP_THREADS_MAX. */
+void lum_mcap_set_threads(lum_mcap_file *file, unsigned threads);
 
 /** Add a channel with a schema of its own, before all messages.
  * @param qos its offered_qos_profiles. */
@@ -96,8 +104,8 @@ LUM_MUST_CHECK int lum_mcap_begin_message(lum_mcap_file *file, unsigned channel,
 /** It is whole. */
 LUM_MUST_CHECK int lum_mcap_end_message(lum_mcap_file *file, lum_error *error);
 
-/** End the present chunk, if there is one, so that a reader can have what is in
- * it. */
+/** End the present chunk, if there is one, and put all that have ended into the
+ * sink, so that a reader can have what is in them. */
 LUM_MUST_CHECK int lum_mcap_end_chunk(lum_mcap_file *file, lum_error *error);
 
 /** End the file. */

@@ -1,10 +1,9 @@
 /** @file
- * Parts of a file that several threads make at once: a part is a writer that
- * keeps the rows of its lines in memory, and the file's own writer takes them.
+ * A file by several threads, which is byte for byte what one thread writes.
  *
- * What a file gets is, byte for byte, what lum_writer_add() would have given it
- * for the same lines. One thread at a time may use a part; parts and the file
- * share nothing. Internal. */
+ * A part is a writer that keeps the rows of its lines in memory, and the file's
+ * own writer takes them. One thread at a time may use a part; parts and the
+ * file share nothing. Internal. */
 #ifndef LUM_CLOUD_PART_H
 #define LUM_CLOUD_PART_H
 
@@ -38,5 +37,11 @@ LUM_MUST_CHECK int lum_writer_add_part(lum_writer *writer, lum_writer *part,
 
 /** Empty a part. */
 void lum_writer_clear_part(lum_writer *part);
+
+/** Have an MCAP file compress chunks by threads, before its first message;
+ * other files have no use for them. Each takes the memory of a chunk twice.
+ * lum_writer_bytes() lags by the chunks that they are at.
+ * @param threads up to LUM_MCAP_THREADS_MAX; more are these. */
+void lum_writer_pack_by(lum_writer *writer, unsigned threads);
 
 #endif

@@ -13,14 +13,15 @@
 #define BLOCKS       3u
 #define BLOCK_PAGE   4096u
 #define MOVE_MIN     ((size_t)1 << 18) /* bytes; fewer are copied */
+#define LEND_MIN     ((size_t)8 << 20) /* likewise */
 #define PATIENCE_MS  50 /* how often a waiting thread looks around */
 #define BREAK_OFF_NS INT64_C(2000000)
 
 typedef struct block {
     char *memory; /* to be freed */
-    char *bytes;  /* within, where a page begins */
+    char *bytes;  /* within, where a page begins; or what the caller lent */
     size_t used;
-    size_t room; /* bytes that it holds; 0: it has no memory yet */
+    size_t room; /* bytes that it holds; 0: it has no memory of its own */
 } block;
 
 struct lum_sink {
@@ -28,6 +29,7 @@ struct lum_sink {
     block blocks[BLOCKS];
     unsigned filling; /* the caller's block */
     uint64_t bytes;   /* appended so far */
+    bool has_lent;    /* the caller, since lum_sink_settle() */
     bool is_memory;   /* there is no file, and one block that grows */
     bool owes_name;   /* the thread gives it, behind the first block */
     pthread_t thread;
@@ -88,10 +90,11 @@ static int write_all(lum_sink *sink, const char *bytes, size_t n)
 {
     int failure = 0;
     while (n > 0 && failure == 0) {
+        const size_t most = n < LUM_SINK_BLOCK_BYTES ? n : LUM_SINK_BLOCK_BYTES;
         size_t written = 0;
         failure = sink->file.may_block ? wait_writable(sink) : 0;
         if (failure == 0) {
-            failure = lum_outfile_put(&sink->file, bytes, n, &written);
+            failure = lum_outfile_put(&sink->file, bytes, most, &written);
         }
         if (written > 0) {
             lum_outfile_wrote(&sink->file, written);
@@ -353,6 +356,30 @@ int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,
         n -= now;
     }
     return 0;
+}
+
+/* A block without memory of its own stands for them in the queue. */
+int lum_sink_lend(lum_sink *sink, void *bytes, size_t n, lum_error *error)
+{
+    if (n < LEND_MIN || sink->is_memory) {
+        return lum_sink_write(sink, bytes, n, error);
+    }
+    if (sink->blocks[sink->filling].used > 0 && submit(sink, error) != 0) {
+        return -1;
+    }
+    block *lent = &sink->blocks[sink->filling];
+    free(lent->memory);
+    *lent = (block){.bytes = bytes, .used = n};
+    sink->has_lent = true;
+    sink->bytes += n;
+    return submit(sink, error);
+}
+
+int lum_sink_settle(lum_sink *sink, lum_error *error)
+{
+    const bool has_lent = sink->has_lent;
+    sink->has_lent = false;
+    return has_lent ? wait_queued(sink, 0, error) : 0;
 }
 
 /* The thread writes a part's block, and the part gets an empty one. None holds

@@ -72,6 +72,15 @@ void lum_sink_commit(lum_sink *sink, size_t n);
 LUM_MUST_CHECK int lum_sink_write(lum_sink *sink, const void *bytes, size_t n,
                                   lum_error *error);
 
+/** The same without a copy of what is large: the caller leaves the bytes as
+ * they are until lum_sink_settle(), or until the sink is closed or aborted. */
+LUM_MUST_CHECK int lum_sink_lend(lum_sink *sink, void *bytes, size_t n,
+                                 lum_error *error);
+
+/** Wait until what was lent is written.
+ * @return 0, or -1 with the reason in error and in errno. */
+LUM_MUST_CHECK int lum_sink_settle(lum_sink *sink, lum_error *error);
+
 /** Bytes appended so far. */
 uint64_t lum_sink_bytes(const lum_sink *sink);
 

@@ -10,6 +10,7 @@
 #include "base/crc32.h"
 #include "cloud/cdr.h"
 #include "cloud/mcap_file.h"
+#include "cloud/part.h"
 #include "cloud/ros_messages.h"
 #include "cloud/ros_points.h"
 
@@ -937,6 +938,65 @@ static void chunks_are_compressed_where_that_is_built_in(void **state)
 
 /* --- Recordings --- */
 
+/* Frames that the sink gets without a copy, small ones, and a chunk that ends
+ * because of its time. */
+static void add_frames_of_all_sizes(lum_writer *writer)
+{
+    static const uint32_t lines[] = {1, 250000, 3, 90000, 260000, 2, 180000};
+    for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
+        const int64_t utc_ns = BEGIN_NS + (int64_t)i * NS_PER_S / 3;
+        assert_int_equal(lum_writer_begin_frame(writer, utc_ns, NULL), 0);
+        for (uint32_t k = 0; k < lines[i]; k++) {
+            add(writer, k & 1u, k / 2u, (float)(k ^ 5u) * 1e-6f);
+        }
+        assert_int_equal(lum_writer_end_frame(writer, NULL), 0);
+        assert_int_equal(lum_writer_add_status(writer, &status, NULL), 0);
+    }
+}
+
+static void threads_write_the_same_bytes(void **state)
+{
+    static const unsigned threads[] = {0, 1, 2, 3, 8};
+    (void)state;
+    for (int plain = 0; plain < 2; plain++) {
+        struct file files[2];
+        for (size_t i = 0; i < sizeof threads / sizeof threads[0]; i++) {
+            const lum_mcap_options mcap = {.struct_size = sizeof mcap,
+                                           .is_plain = plain != 0};
+            struct file *f = &files[i > 0 ? 1 : 0];
+            lum_writer *writer = open_as(&mcap);
+            lum_writer_pack_by(writer, threads[i]);
+            add_frames_of_all_sizes(writer);
+            close_writer(writer);
+            read_file(f);
+            if (plain != 0) {
+                expect_indexes(f);
+                expect_summary(f);
+            }
+            if (i > 0) {
+                assert_int_equal(f->size, files[0].size);
+                assert_memory_equal(f->bytes, files[0].bytes, f->size);
+                free(f->bytes);
+            }
+        }
+        free(files[0].bytes);
+    }
+}
+
+static void a_flush_waits_for_the_threads(void **state)
+{
+    (void)state;
+    lum_writer *writer = open_as(NULL);
+    lum_writer_pack_by(writer, 3);
+    add_frames_of_all_sizes(writer);
+    assert_int_equal(lum_writer_flush(writer, NULL), 0);
+    const uint64_t bytes = lum_writer_bytes(writer);
+    assert_int_equal(lum_writer_flush(writer, NULL), 0);
+    assert_true(bytes > 0 && lum_writer_bytes(writer) == bytes);
+    lum_writer_abort(writer);
+    assert_false(exists());
+}
+
 static lum_writer *open_growing(void)
 {
     return open_as(&(lum_mcap_options){.struct_size = sizeof(lum_mcap_options),
@@ -1028,15 +1088,15 @@ static void a_conversion_that_is_given_up_leaves_nothing(void **state)
 
 /* --- What is refused, what fails --- */
 
-static void a_full_disk_is_reported_and_stays_so(void **state)
+static void expect_full_disk(unsigned threads)
 {
     const lum_writer_options options = {.struct_size = sizeof options,
                                         .format = LUM_FORMAT_MCAP};
     lum_writer *writer = NULL;
     lum_error error = {""};
     int result = 0;
-    (void)state;
     assert_int_equal(lum_writer_open("/dev/full", &options, &writer, NULL), 0);
+    lum_writer_pack_by(writer, threads);
     for (int64_t i = 0; result == 0; i++) { /* until its thread has written */
         if (i < 100) {
             add_frame(writer, BEGIN_NS + i);
@@ -1052,6 +1112,13 @@ static void a_full_disk_is_reported_and_stays_so(void **state)
     assert_int_equal(lum_writer_add_status(writer, &status, NULL), -1);
     assert_int_equal(lum_writer_close(writer, &error), -1);
     assert_int_equal(errno, ENOSPC);
+}
+
+static void a_full_disk_is_reported_and_stays_so(void **state)
+{
+    (void)state;
+    expect_full_disk(0);
+    expect_full_disk(2);
 }
 
 static void refuse(const lum_mcap_options *mcap, const char *says)
@@ -1146,6 +1213,8 @@ int main(void)
         cmocka_unit_test(a_chunk_covers_a_second),
         cmocka_unit_test(a_chunk_ends_with_what_fills_it),
         cmocka_unit_test(chunks_are_compressed_where_that_is_built_in),
+        cmocka_unit_test(threads_write_the_same_bytes),
+        cmocka_unit_test(a_flush_waits_for_the_threads),
         cmocka_unit_test(a_recording_has_its_chunks_before_it_ends),
         cmocka_unit_test(a_recording_that_ends_is_whole),
         cmocka_unit_test(a_recording_without_data_leaves_nothing),

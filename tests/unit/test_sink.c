@@ -216,6 +216,35 @@ static void many_blocks_arrive_in_order(void **state)
     assert_int_equal(unlink(in_directory("a")), 0);
 }
 
+static void what_is_lent_stands_in_its_place(void **state)
+{
+    enum {
+        LENT = 9000000,
+        COPIED = 1000,
+        EACH = LENT + COPIED
+    };
+    char *all = malloc(3u * EACH);
+    (void)state;
+    assert_non_null(all);
+    for (uint64_t i = 0; i < 3u * EACH; i++) {
+        all[i] = pattern(i);
+    }
+    lum_sink *sink = open_sink(in_directory("lent"));
+    for (char *p = all; p < all + 3u * EACH; p += EACH) {
+        assert_int_equal(lum_sink_lend(sink, p, LENT, NULL), 0);
+        assert_int_equal(lum_sink_write(sink, p + LENT, COPIED, NULL), 0);
+        assert_int_equal(lum_sink_settle(sink, NULL), 0);
+        memset(p, 0, EACH); /* it is not read any more */
+    }
+    assert_int_equal(lum_sink_bytes(sink), 3 * EACH);
+    assert_int_equal(lum_sink_close(sink, NULL), 0);
+    free(all);
+    const int fd = open(in_directory("lent"), O_RDONLY);
+    expect_pattern(fd, 3u * EACH);
+    assert_int_equal(close(fd), 0);
+    assert_int_equal(unlink(in_directory("lent")), 0);
+}
+
 static void a_block_is_the_most_that_can_be_reserved(void **state)
 {
     (void)state;
@@ -617,6 +646,7 @@ int main(void)
         cmocka_unit_test(an_empty_output_is_an_empty_file),
         cmocka_unit_test(the_mode_follows_the_umask),
         cmocka_unit_test(many_blocks_arrive_in_order),
+        cmocka_unit_test(what_is_lent_stands_in_its_place),
         cmocka_unit_test(a_block_is_the_most_that_can_be_reserved),
         cmocka_unit_test(a_patch_overwrites_what_was_written_before),
         cmocka_unit_test(names_that_cannot_be_written_are_refused),

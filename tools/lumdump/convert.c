@@ -482,7 +482,7 @@ static unsigned framer_threads(const struct options *o, unsigned wants)
     if (o->is_live || (wants & (unsigned)LUM_WANT_FRAMES) == 0) {
         return 1u;
     }
-    const unsigned threads = crew_threads(o);
+    const unsigned threads = options_threads(o);
     return o->points.threads != 0 || threads < 2u ? threads : 2u;
 }
 

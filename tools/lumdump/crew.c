@@ -1,7 +1,6 @@
 #include "crew.h"
 
 #include "base/thread.h"
-#include "cores.h"
 
 #include <errno.h>
 #include <pthread.h>
@@ -288,15 +287,6 @@ static bool can_serve(const struct options *options)
            !options_rotates(options, 0);
 }
 
-unsigned crew_threads(const struct options *o)
-{
-    if (o->points.threads != 0) {
-        return o->points.threads;
-    }
-    const unsigned cores = cores_count();
-    return cores < CREW_DEFAULT ? cores : CREW_DEFAULT;
-}
-
 /* Where this is not so, the framer makes a line's points to count them. */
 static bool counts_words(const lum_selection *s)
 {
@@ -340,7 +330,7 @@ static int make_jobs(struct crew *crew, size_t count, lum_error *error)
 int crew_new(const struct options *options, struct outputs *outputs,
              struct crew **out, lum_error *error)
 {
-    const unsigned threads = crew_threads(options);
+    const unsigned threads = options_threads(options);
     *out = NULL;
     if (threads == 1u || !can_serve(options)) {
         return 0;

@@ -15,14 +15,10 @@
 
 #include "lum/frame/framer.h"
 
-/* Most threads, and most by default. */
-#define CREW_MAX     64
-#define CREW_DEFAULT 8u
+/* Most threads. */
+#define CREW_MAX 64
 
 struct crew;
-
-/* How many threads are asked for, or as many as there are cores. */
-unsigned crew_threads(const struct options *options);
 
 /* A crew as the options want it.
  * *out: NULL if one thread does everything.

@@ -3,9 +3,12 @@
 #include "options.h"
 
 #include "cloud/part.h"
+#include "cores.h"
 #include "points/columns.h"
 
 #include <string.h>
+
+#define THREADS_DEFAULT 8u /* at most */
 
 /* --- Formats and names --- */
 
@@ -128,6 +131,15 @@ bool options_is_in_world(const struct options *options)
 bool options_makes_map(const struct options *options)
 {
     return options->cloud.voxel > 0 && options_is_in_world(options);
+}
+
+unsigned options_threads(const struct options *options)
+{
+    if (options->points.threads != 0) {
+        return options->points.threads;
+    }
+    const unsigned cores = cores_count();
+    return cores < THREADS_DEFAULT ? cores : THREADS_DEFAULT;
 }
 
 bool options_draws_one(const struct options *options, size_t i)

@@ -251,6 +251,9 @@ bool options_makes_map(const struct options *options);
 /* Whether it continues in new files. */
 options_question options_rotates;
 
+/* How many threads are asked for, or as many as there are cores, up to 8. */
+unsigned options_threads(const struct options *options);
+
 /* Whether it is one picture; of one frame, as none was asked for, and not of
  * all that come. */
 options_question options_is_picture;

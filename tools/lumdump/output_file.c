@@ -4,6 +4,7 @@
 
 #include "../common/capture_file.h"
 #include "base/system.h"
+#include "cloud/part.h"
 #include "picture.h"
 #include "rig.h"
 
@@ -32,6 +33,19 @@ static void add_sensors(const struct options *o, size_t i, const char *frame_id,
     out->mcap.calibration_yaml = NULL;
     out->mcap.profile_yaml = NULL;
     out->mcap.sensors = out->sensors;
+}
+
+/* Each thread has chunks of its own in memory, and a third one would hardly
+ * help. What a recording has received, and what decides on a new file, is
+ * written without them. */
+static unsigned packing_threads(const struct options *o)
+{
+    const unsigned threads = options_threads(o);
+    if (threads == 1u || o->is_live ||
+        options_is_rotation(&o->files.rotation)) {
+        return 0;
+    }
+    return o->points.threads != 0 ? threads : 2u;
 }
 
 /* Points in the world are in another frame than those of the sensor, whose
@@ -166,6 +180,7 @@ void file_format_choose(const struct options *o, size_t i,
     if (is_mcap) {
         out->mcap = mcap_of(o, about, out->is_growing);
         out->cloud.mcap = &out->mcap;
+        out->packing_threads = packing_threads(o);
     }
     if (is_mcap && o->rig != NULL) {
         add_sensors(o, i,
@@ -186,7 +201,12 @@ int output_file_open(const struct file_format *format, const char *name,
 {
     *out = (struct output_file){.number = 0};
     if (!format->is_capture) {
-        return lum_writer_open(name, &format->cloud, &out->cloud, error);
+        const int result =
+            lum_writer_open(name, &format->cloud, &out->cloud, error);
+        if (result == 0) {
+            lum_writer_pack_by(out->cloud, format->packing_threads);
+        }
+        return result;
     }
     return format->is_growing
                ? capture_file_record(name, format->about, &out->capture, error)

@@ -20,6 +20,7 @@ struct file_format {
     const struct provenance *about; /* a capture's; NULL: it has no room */
     lum_writer_options cloud;
     lum_mcap_options mcap;
+    unsigned packing_threads;                      /* for its chunks */
     lum_mcap_sensor sensors[LUM_MCAP_SENSORS_MAX]; /* of a rig */
     lum_picture_options drawing;
     char title[160]; /* of a picture */
