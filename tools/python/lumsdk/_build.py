@@ -1,7 +1,6 @@
 """Frames of arrays: those that a program makes, some points of a frame, frames with other columns, what was pickled."""
 from __future__ import annotations
 
-import dataclasses
 import difflib
 import ipaddress
 from collections.abc import Callable, Mapping
@@ -387,11 +386,11 @@ def replace(frame: Frame, given: Any, more: Mapping[str, Any]) -> Frame:
     if {"line", "eye"} & set(known) and len(lines):
         lines = _lines.renumber(lines, known)
         of, rows = _line_info(lines)
-        info = dataclasses.replace(info, lines=of, rows=rows)
+        info = info.replace(lines=of, rows=rows)
     raw = frame._raw
     if raw is not None:
         beside = (name for name in given if name not in WRITTEN and name not in frame._own)
-        raw = dataclasses.replace(raw, replaced=tuple(dict.fromkeys((*raw.replaced, *beside))))
+        raw = raw._replace(replaced=tuple(dict.fromkeys((*raw.replaced, *beside))))
     return assemble(info, columns, lines, frame._moved, xyz, raw)
 
 

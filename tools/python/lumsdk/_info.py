@@ -1,7 +1,7 @@
 """What is known of a frame as a whole, apart from its arrays."""
 from __future__ import annotations
 
-import dataclasses
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional
 
 from ._c import lib, sized, text
@@ -23,8 +23,7 @@ class Members(NamedTuple):
     """All of the rig, as Rig.describe() says it."""
 
 
-@dataclasses.dataclass
-class Info:
+class Info(SimpleNamespace):  # a data class takes a millisecond of each import
     """What is known of a frame as a whole, apart from its arrays."""
 
     number: int
@@ -49,6 +48,14 @@ class Info:
     pose: Optional[tuple[tuple[float, ...], ...]] = None
     rig: tuple[str, ...] = ()
     """All of the rig, as Rig.describe() says it."""
+
+    def __init__(self, **values: Any) -> None:
+        """Those that are of rigs alone can be left out."""
+        super().__init__(**{**{name: getattr(Info, name) for name in ("member", "name", "pose", "rig")}, **values})
+
+    def replace(self, **values: Any) -> Info:
+        """The same with other values."""
+        return Info(**{**vars(self), **values})
 
     @classmethod
     def of(cls, frame: Any, members: Optional[Members]) -> Info:

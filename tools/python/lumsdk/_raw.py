@@ -1,7 +1,6 @@
 """The raw part of frames: every word a row, the angles of all pixels, and the packets of the lines."""
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional
 
 import numpy as np
@@ -34,7 +33,7 @@ _TYPES = {"uint64_t": "u8", "int64_t": "i8", "uint32_t": "u4"}
 def _packet_dtype() -> np.dtype[Any]:
     """The layout of lum_raw_packet."""
     fields = dict(ffi.typeof("lum_raw_packet").fields)
-    types = [_TYPES.get(field.type.cname) or f"({field.type.length},)u1" for field in fields.values()]
+    types: list[Any] = [_TYPES.get(field.type.cname) or ("u1", (field.type.length,)) for field in fields.values()]
     return np.dtype({"names": list(fields), "formats": types, "offsets": [field.offset for field in fields.values()],
                      "itemsize": ffi.sizeof("lum_raw_packet")})
 
@@ -54,8 +53,7 @@ class Origin(NamedTuple):
     """The files that they are read from, from the root."""
 
 
-@dataclasses.dataclass
-class Raw:
+class Raw(NamedTuple):
     """What a frame has beside its columns."""
 
     angles: Array

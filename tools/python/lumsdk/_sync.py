@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import bisect
 import collections
-import dataclasses
 import datetime
 import math
 import os
@@ -201,8 +200,8 @@ def _info_of(frames: list[Frame], first: Frame, is_whole: bool) -> Any:
     for info in infos:
         losses.update(info.losses)
     end_ns = max(frame.utc_ns + round(frame.duration * 1e9) for frame in frames)
-    return dataclasses.replace(
-        first._info, sensor=0, interface="", name="+".join(frame.sensor for frame in frames), pose=None, member=JOINED,
+    return first._info.replace(
+        sensor=0, interface="", name="+".join(frame.sensor for frame in frames), pose=None, member=JOINED,
         is_complete=is_whole and all(info.is_complete for info in infos), is_first=any(info.is_first for info in infos),
         is_last=any(info.is_last for info in infos), has_pause=any(info.has_pause for info in infos),
         end_clock_us=first._info.begin_clock_us + (end_ns - first.utc_ns) // 1000,

@@ -132,25 +132,26 @@ def _lines_of(frame: Frame, columns: Mapping[str, Array], where: str) -> Array:
     return table
 
 
-def _put_angles(frame: Frame, raw: _raw.Raw, table: Array, columns: Mapping[str, Array], where: str) -> None:
-    """The columns raw_azimuth and raw_elevation over the angles of the lines."""
+def _put_angles(frame: Frame, raw: _raw.Raw, table: Array, columns: Mapping[str, Array], where: str) -> _raw.Raw:
+    """The raw part with the columns raw_azimuth and raw_elevation over the angles of the lines."""
     if not {"raw_azimuth", "raw_elevation"} <= set(frame.columns):
-        return
+        return raw
     which, pixel = np.repeat(np.arange(len(table)), table["point_count"].astype("i8")), columns["pixel"]
     own = np.empty((len(frame), 2), "i2")
     for i, name in enumerate(("raw_azimuth", "raw_elevation")):
         own[:, i] = _raw.whole(frame._array(name), name, -32768, 32767, where)
     pairs = np.ascontiguousarray(raw.angles).view("i4").ravel()  # both at once is faster
-    if not np.array_equal(pairs.take(which * _raw.PIXELS + pixel), own.view("i4").ravel()):
-        raw.angles = raw.angles.copy()
-        raw.angles[which, pixel] = own
-        changed = np.flatnonzero((raw.angles[which, pixel] != own).any(axis=1))
-        if len(changed):
-            raise OptionError(f"{where}row {changed[0]} has raw angles other than another row of its pixel; a pixel of a line has "
-                              "one pair, and rows are ordered by pixel")
-        has = raw.has_angles().copy()
-        has[which, pixel] |= own.any(axis=1)
-        raw.marks = _raw.marks_of(has)
+    if np.array_equal(pairs.take(which * _raw.PIXELS + pixel), own.view("i4").ravel()):
+        return raw
+    angles = raw.angles.copy()
+    angles[which, pixel] = own
+    changed = np.flatnonzero((angles[which, pixel] != own).any(axis=1))
+    if len(changed):
+        raise OptionError(f"{where}row {changed[0]} has raw angles other than another row of its pixel; a pixel of a line has "
+                          "one pair, and rows are ordered by pixel")
+    has = raw.has_angles().copy()
+    has[which, pixel] |= own.any(axis=1)
+    return raw._replace(angles=angles, marks=_raw.marks_of(has))
 
 
 def _sensor_of(frame: Frame, where: str) -> str:
@@ -177,8 +178,7 @@ def _take(frame: Frame) -> _Lines:
     if len(kept.angles) != len(table):
         raise OptionError(f"{where}it has {len(table)} lines, and the angles of {len(kept.angles)}; with_raw() gives it those of its "
                           "lines")
-    raw = dataclasses.replace(kept)
-    _put_angles(frame, raw, table, columns, where)
+    raw = _put_angles(frame, kept, table, columns, where)
     places = None
     if "raw_place" in frame.columns:
         places = np.ascontiguousarray(_raw.whole(frame._array("raw_place"), "raw_place", *_PLACE, where=where), "u2")
