@@ -1,4 +1,6 @@
 #include "columns.h"
+
+#include "column_loops.h"
 #include "kernels.h"
 
 #include <string.h>
@@ -118,15 +120,13 @@ void lum_plain_columns(const lum_column_source *from, float *x, float *y,
 static void put_space(const lum_eye_projector *eye, const struct chunk *c,
                       const lum_column_work *work, const lum_column_places *p)
 {
-    float ranges[BLOCK];
+    float own[BLOCK];
     float nowhere[BLOCK];
+    float *ranges = p->range != NULL ? p->range : own;
     if (p->range == NULL && p->x == NULL && p->y == NULL && p->z == NULL) {
         return;
     }
     LUM_BEST(ranges)(eye, c->words, c->count, ranges);
-    if (p->range != NULL) {
-        memcpy(p->range, ranges, c->count * sizeof *ranges);
-    }
     if (p->x != NULL || p->y != NULL || p->z != NULL) {
         const lum_column_source from = {c->words, ranges, c->count,
                                         work->samples.directions, eye->mount};
@@ -136,49 +136,12 @@ static void put_space(const lum_eye_projector *eye, const struct chunk *c,
     }
 }
 
-/* --- Columns of integers, and chunks --- */
+/* --- Other columns, and chunks --- */
 
-static void put_by_pixel(const struct chunk *c, const float *of_pixel,
-                         float *out)
+void lum_plain_numbers(const lum_column_numbers *from,
+                       const lum_column_places *to)
 {
-    for (uint32_t i = 0; out != NULL && i < c->count; i++) {
-        out[i] = of_pixel[lum_word_pixel(c->words[i])];
-    }
-}
-
-static void put_pixels(const struct chunk *c, uint16_t *out)
-{
-    for (uint32_t i = 0; out != NULL && i < c->count; i++) {
-        out[i] = (uint16_t)lum_word_pixel(c->words[i]);
-    }
-}
-
-/* Bytes may be part of anything, so that nothing else is read by way of c. */
-static void put_edges(const struct chunk *c, uint8_t *restrict out)
-{
-    const uint32_t *words = c->words;
-    const uint32_t n = out != NULL ? c->count : 0;
-    for (uint32_t i = 0; i < n; i++) {
-        out[i] = (uint8_t)(words[i] / LUM_WORD_RISING & 1u);
-    }
-}
-
-static void put_returns(const struct chunk *c, double tof_lsb_ns,
-                        const lum_column_places *p)
-{
-    const lum_return *r = c->returns;
-    for (uint32_t i = 0; p->pulse_width != NULL && i < c->count; i++) {
-        p->pulse_width[i] = (float)((int32_t)r[i].width_tof * tof_lsb_ns);
-    }
-    for (uint32_t i = 0; p->return_number != NULL && i < c->count; i++) {
-        p->return_number[i] = r[i].number;
-    }
-    for (uint32_t i = 0; p->number_of_returns != NULL && i < c->count; i++) {
-        p->number_of_returns[i] = r[i].count;
-    }
-    if (p->strongest != NULL) {
-        memcpy(p->strongest, c->strongest, c->count);
-    }
+    lum_numbers_loop(from, to);
 }
 
 #define MOVE_ON(place, n) ((place) = (place) != NULL ? (place) + (n) : NULL)
@@ -202,12 +165,17 @@ static void move_on(lum_column_places *p, size_t n)
 static void put_chunk(const lum_column_line *l, const struct chunk *c,
                       const lum_column_work *work, lum_column_places *p)
 {
+    const lum_column_numbers numbers = {.words = c->words,
+                                        .returns = c->returns,
+                                        .count = c->count,
+                                        .azimuth = work->azimuth,
+                                        .elevation = work->elevation,
+                                        .tof_lsb_ns = l->projector->tof_lsb_ns};
     put_space(&l->projector->eye[l->line->eye], c, work, p);
-    put_by_pixel(c, work->azimuth, p->azimuth);
-    put_by_pixel(c, work->elevation, p->elevation);
-    put_pixels(c, p->pixel);
-    put_edges(c, p->edge);
-    put_returns(c, l->projector->tof_lsb_ns, p);
+    LUM_BEST(numbers)(&numbers, p);
+    if (c->strongest != NULL) {
+        memcpy(p->strongest, c->strongest, c->count);
+    }
     move_on(p, c->count);
 }
 

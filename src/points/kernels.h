@@ -3,6 +3,7 @@
 #ifndef LUM_POINTS_KERNELS_H
 #define LUM_POINTS_KERNELS_H
 
+#include "columns.h"
 #include "lum/image.h"
 #include "lum/points.h"
 #include "motion.h"
@@ -51,6 +52,16 @@ typedef struct lum_column_source {
     const float *mount;
 } lum_column_source;
 
+/* What the columns of degrees and integers are made of. */
+typedef struct lum_column_numbers {
+    const uint32_t *words;
+    const lum_return *returns; /* of each word; NULL: not needed */
+    uint32_t count;
+    const float *azimuth; /* of the line's pixels, in degrees */
+    const float *elevation;
+    double tof_lsb_ns;
+} lum_column_numbers;
+
 typedef struct lum_kernels {
     const char *name;
 
@@ -79,6 +90,11 @@ typedef struct lum_kernels {
     /* The coordinates of up to LUM_COLUMNS_BLOCK words with these ranges. */
     void (*columns)(const lum_column_source *from, float *x, float *y,
                     float *z);
+
+    /* Degrees, pulse widths, pixels, edges, and numbers of returns, as far as
+     * there are places for them. */
+    void (*numbers)(const lum_column_numbers *from,
+                    const lum_column_places *to);
 
     /* As those of motion.h. */
     void (*times)(float *pixels, size_t n, int64_t from_ns, int64_t period_ns);
@@ -126,6 +142,8 @@ void lum_plain_ranges(const lum_eye_projector *eye, const uint32_t *words,
                       uint32_t n, float *out);
 void lum_plain_columns(const lum_column_source *from, float *x, float *y,
                        float *z);
+void lum_plain_numbers(const lum_column_numbers *from,
+                       const lum_column_places *to);
 void lum_plain_times(float *pixels, size_t n, int64_t from_ns,
                      int64_t period_ns);
 size_t lum_plain_count(const lum_motion *motion, const float *time, size_t n);

@@ -197,6 +197,46 @@ static bool same_columns(bench *b, const lum_kernels *k, const uint32_t *words,
            same(xyz, expected, sizeof xyz, "columns", k->name);
 }
 
+/* Columns of a block, each with room behind it. */
+typedef struct numbers {
+    float floats[3][LUM_POINTS_BLOCK + SPARE];
+    uint16_t shorts[3][LUM_POINTS_BLOCK + SPARE];
+    uint8_t edge[LUM_POINTS_BLOCK + SPARE];
+} numbers;
+
+static lum_column_places places_of(numbers *to)
+{
+    memset(to, NOT_OVERWRITE, sizeof *to);
+    return (lum_column_places){.azimuth = to->floats[0],
+                               .elevation = to->floats[1],
+                               .pulse_width = to->floats[2],
+                               .pixel = to->shorts[0],
+                               .return_number = to->shorts[1],
+                               .number_of_returns = to->shorts[2],
+                               .edge = to->edge};
+}
+
+/* Any floats serve for degrees. */
+static bool same_numbers(const bench *b, const lum_kernels *k,
+                         const uint32_t *words, uint32_t n)
+{
+    numbers made;
+    numbers expected;
+    lum_return returns[LUM_POINTS_BLOCK];
+    const lum_column_places places = places_of(&made);
+    const lum_column_places expected_places = places_of(&expected);
+    const lum_column_numbers from = {.words = words,
+                                     .returns = returns,
+                                     .count = n,
+                                     .azimuth = &b->expected[0].x,
+                                     .elevation = &b->expected[1].y,
+                                     .tof_lsb_ns = b->projector.tof_lsb_ns};
+    lum_returns_compute(words, n, returns);
+    k->numbers(&from, &places);
+    lum_plain_numbers(&from, &expected_places);
+    return same(&made, &expected, sizeof made, "numbers", k->name);
+}
+
 /* Directions as points, in a view before the sensor, whatever its size. */
 static bool same_pixels(const bench *b, const lum_kernels *k)
 {
@@ -273,7 +313,8 @@ static bool same_blocks(bench *b, const lum_kernels *k)
         lum_plain_points(b->eye, words, n, b->expected, b->expected_points);
         if (!same(b->points, b->expected_points, bytes, "points", k->name) ||
             !same_counts(b, k, words, n) || !same_choice(b, k, words, n) ||
-            !same_columns(b, k, words, n) || !same_motion(b, k, words, n)) {
+            !same_columns(b, k, words, n) || !same_numbers(b, k, words, n) ||
+            !same_motion(b, k, words, n)) {
             return false;
         }
     }

@@ -3,6 +3,7 @@
 #include "../kernels.h"
 #include "vector.h"
 
+#include "../column_loops.h"
 #include "../motion_loops.h"
 
 /* --- Directions --- */
@@ -170,9 +171,15 @@ static void compute_columns(const lum_column_source *from, float *x, float *y,
     lum_plain_columns(&rest, x + end, y + end, z + end);
 }
 
-/* --- Motion --- */
+/* --- Other columns, and motion --- */
 
 #if LUM_LANES > 4
+static void compute_numbers(const lum_column_numbers *from,
+                            const lum_column_places *to)
+{
+    lum_numbers_loop(from, to);
+}
+
 static void compute_times(float *pixels, size_t n, int64_t from_ns,
                           int64_t period_ns)
 {
@@ -192,9 +199,10 @@ static void move_points(const lum_motion *motion, const lum_motion_points *from,
     }
 }
 #else
-#define compute_times lum_plain_times
-#define count_times   lum_plain_count
-#define move_points   lum_plain_move
+#define compute_numbers lum_plain_numbers
+#define compute_times   lum_plain_times
+#define count_times     lum_plain_count
+#define move_points     lum_plain_move
 #endif
 
 /* --- Pictures --- */
@@ -216,6 +224,6 @@ static void compute_pixels(const lum_image_scale *scale, const float *x,
 #define LUM_KERNELS(name)                                                      \
     {                                                                          \
         name, compute_directions, count_below, choose, compute_points,         \
-            compute_ranges, compute_columns, compute_times, count_times,       \
-            move_points, compute_pixels                                        \
+            compute_ranges, compute_columns, compute_numbers, compute_times,   \
+            count_times, move_points, compute_pixels                           \
     }

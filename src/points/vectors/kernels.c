@@ -3,8 +3,8 @@
 static const lum_kernels plain = {
     "plain",           lum_plain_directions, lum_plain_count_below,
     lum_plain_choose,  lum_plain_points,     lum_plain_ranges,
-    lum_plain_columns, lum_plain_times,      lum_plain_count,
-    lum_plain_move,    lum_plain_pixels};
+    lum_plain_columns, lum_plain_numbers,    lum_plain_times,
+    lum_plain_count,   lum_plain_move,       lum_plain_pixels};
 
 #if defined(LUM_HAS_KERNELS)
 
