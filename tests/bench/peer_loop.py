@@ -4,6 +4,8 @@ Each line is answered by "WALL PROCESSOR COUNT": seconds, seconds of this proces
   lumsdk            lumsdk.open(), frame.xyz
   ouster            open_source(), XYZLut, all returns
   ouster-ranges     the same, its fastest: only ranges are decoded, XYZLutFloat
+  ouster-memory     CAPTURE is a number: packets of so many frames of 128 x 2048 pixels, one return each, which lie in memory,
+                    to ranges and XYZLutFloat; bench_frame has frames of x y z from datagrams in memory
   velodyne          read_pcap()
   memory            as lumsdk, answered by megabytes after a tenth of the frames, megabytes at the end, and frames
 """
@@ -51,6 +53,27 @@ def ouster_ranges(path):
     return ouster_points(open_source(path, field_names=names), XYZLutFloat)
 
 
+def ouster_memory(frames):
+    from ouster.sdk.core import FrameBatcher, LidarFrame, XYZLutFloat, get_field_types
+    from peer_captures import OUSTER, ouster_info, ouster_packets
+
+    info = ouster_info(OUSTER["ouster-one"])
+    packets = list(ouster_packets(info, int(frames)))
+    lut = XYZLutFloat(info)
+    frame = LidarFrame(info, [kind for kind in get_field_types(info) if kind.name == "RANGE"])
+
+    def read(_):
+        batcher = FrameBatcher(info)
+        count = 0
+        for packet in packets:
+            if batcher.batch(packet, frame):
+                xyz = lut(frame.field("RANGE"))
+                count += xyz.shape[0] * xyz.shape[1]
+        return count
+
+    return read
+
+
 def velodyne(path):
     import velodyne_decoder
 
@@ -76,7 +99,10 @@ def memory(path):
 
 
 def main(name, path):
-    read = {"lumsdk": lumsdk, "ouster": ouster, "ouster-ranges": ouster_ranges, "velodyne": velodyne, "memory": memory}[name]
+    read = {"lumsdk": lumsdk, "ouster": ouster, "ouster-ranges": ouster_ranges, "velodyne": velodyne, "memory": memory,
+            "ouster-memory": ouster_memory}[name]
+    if name == "ouster-memory":
+        read = read(path)
     for _ in sys.stdin:
         wall, processor = time.monotonic(), time.process_time()
         count = read(path)
