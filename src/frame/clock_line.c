@@ -2,8 +2,6 @@
  * it may be. */
 #include "clock_line.h"
 
-#include <stdlib.h>
-
 /* What is measured above this is no drift. */
 #define DRIFT_MAX_PPB INT64_C(1000000)
 
@@ -29,25 +27,6 @@ static int64_t larger(int64_t a, int64_t b)
 
 /* --- A line and a reading --- */
 
-int64_t lum_clock_scale(int64_t us, int64_t ppb)
-{
-    return us / 1000000 * ppb + us % 1000000 * ppb / 1000000;
-}
-
-int64_t lum_clock_lateness(const struct lum_clock_reading *a,
-                           const struct lum_clock_reading *b, int64_t drift_ppb)
-{
-    const int64_t us = b->clock_us - a->clock_us;
-    return b->arrival_ns - a->arrival_ns - us * 1000 -
-           lum_clock_scale(us, drift_ppb);
-}
-
-int64_t lum_clock_above(const struct lum_clock_line *line,
-                        const struct lum_clock_reading *r)
-{
-    return lum_clock_lateness(&line->at, r, line->drift_ppb);
-}
-
 int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us)
 {
     int64_t away_us = 0;
@@ -60,27 +39,48 @@ int64_t lum_clock_error(const struct lum_clock_line *line, int64_t clock_us)
            lum_clock_scale(away_us, line->drift_error_ppb);
 }
 
-/* The earliest arrival among the readings of a range, for a given drift. */
-static const struct lum_clock_reading *find_best(
-    const struct lum_clock_window *w, int64_t from_us, int64_t to_us,
-    int64_t drift_ppb)
+/* As lum_clock_lateness(), for readings of one window: they are so near that
+ * the product fits. */
+static int64_t lateness(const struct lum_clock_reading *a,
+                        const struct lum_clock_reading *b, int64_t drift_ppb)
 {
-    const struct lum_clock_reading *best = NULL;
-    for (size_t i = 0; i < w->count; i++) {
-        const struct lum_clock_reading *r = &w->list[i]->best;
-        if (r->clock_us >= from_us && r->clock_us <= to_us &&
-            (best == NULL || lum_clock_lateness(best, r, drift_ppb) < 0)) {
-            best = r;
+    const int64_t us = b->clock_us - a->clock_us;
+    return b->arrival_ns - a->arrival_ns - us * 1000 - us * drift_ppb / 1000000;
+}
+
+/* The span of the earliest arrival among some of the window, for a given drift.
+ * late_ns has how much later those behind it are. */
+static size_t find_best(struct lum_clock_window *w, size_t from, size_t end,
+                        int64_t drift_ppb)
+{
+    size_t best = from;
+    for (size_t i = from; i < end; i++) {
+        w->late_ns[i] =
+            lateness(&w->list[best]->best, &w->list[i]->best, drift_ppb);
+        if (w->late_ns[i] < 0) {
+            w->late_ns[i] = 0;
+            best = i;
         }
     }
     return best;
+}
+
+/* How many spans have their earliest reading up to a time: they are in order.
+ */
+static size_t count_until(const struct lum_clock_window *w, int64_t to_us)
+{
+    size_t n = 0;
+    while (n < w->count && w->list[n]->best.clock_us <= to_us) {
+        n++;
+    }
+    return n;
 }
 
 static bool is_settled(const struct lum_clock_window *w)
 {
     size_t i = w->count - 1u;
     size_t batches = w->list[i]->batches;
-    while (i > 0 &&
+    while (i > 0 && batches < BATCHES_SETTLED &&
            w->list[i]->index - w->list[i - 1u]->index <= PAUSE_BUCKETS) {
         i--;
         batches += w->list[i]->batches;
@@ -91,16 +91,18 @@ static bool is_settled(const struct lum_clock_window *w)
 /* The drift between the best readings of the first and the last third of the
  * window. The choice depends on the drift; the line's present one is good
  * enough. */
-static bool measure_drift(const struct lum_clock_window *w,
+static bool measure_drift(struct lum_clock_window *w,
                           struct lum_clock_line *line)
 {
     const int64_t first_us = w->list[0]->best.clock_us;
     const int64_t last_us = w->list[w->count - 1u]->best.clock_us;
     const int64_t third_us = (last_us - first_us) / 3;
-    const struct lum_clock_reading *a =
-        find_best(w, first_us, first_us + third_us, line->drift_ppb);
-    const struct lum_clock_reading *b =
-        find_best(w, last_us - third_us, last_us, line->drift_ppb);
+    const size_t first =
+        find_best(w, 0, count_until(w, first_us + third_us), line->drift_ppb);
+    const size_t last = find_best(w, count_until(w, last_us - third_us - 1),
+                                  w->count, line->drift_ppb);
+    const struct lum_clock_reading *a = &w->list[first]->best;
+    const struct lum_clock_reading *b = &w->list[last]->best;
     const int64_t us = b->clock_us - a->clock_us;
     const int64_t late_ns = lum_clock_lateness(a, b, 0);
     if (us < LUM_CLOCK_BUCKET_US ||
@@ -113,22 +115,55 @@ static bool measure_drift(const struct lum_clock_window *w,
     return true;
 }
 
-static int by_value(const void *a, const void *b)
+/* Exchange numbers from *i to *j until those before *i are no larger than
+ * middle, and those behind *j no smaller. */
+static void split(int64_t *v, int64_t middle, int *i, int *j)
 {
-    const int64_t x = *(const int64_t *)a;
-    const int64_t y = *(const int64_t *)b;
-    return (x > y) - (x < y);
+    while (*i <= *j) {
+        while (v[*i] < middle) {
+            ++*i;
+        }
+        while (v[*j] > middle) {
+            --*j;
+        }
+        if (*i <= *j) {
+            const int64_t x = v[*i];
+            v[(*i)++] = v[*j];
+            v[(*j)--] = x;
+        }
+    }
 }
 
-/* The widest gap between neighbours of the lower half. */
-static int64_t find_gap(int64_t *late_ns, size_t n)
+/* The number that k of n are no larger than, which then come before it, by
+ * Hoare's way of finding it. */
+static int64_t select_from(int64_t *v, size_t n, int k)
 {
-    int64_t gap = 0;
-    qsort(late_ns, n, sizeof late_ns[0], by_value);
-    for (size_t i = 1; i <= n / 2u && i < n; i++) {
-        gap = larger(gap, late_ns[i] - late_ns[i - 1u]);
+    int first = 0;
+    int last = (int)n - 1;
+    while (first < last) {
+        int i = first;
+        int j = last;
+        split(v, v[k], &i, &j);
+        first = j < k ? i : first;
+        last = i > k ? j : last;
     }
-    return gap;
+    return v[k];
+}
+
+/* The gap around the middle of n numbers from 0 on and the next one, usual_ns.
+ * If any gap between them is wider than half of that, it is this one. */
+static int64_t find_gap(const int64_t *late_ns, size_t n, int64_t usual_ns)
+{
+    int64_t from_ns = 0;
+    int64_t to_ns = usual_ns;
+    for (size_t i = 0; i < n; i++) {
+        if (late_ns[i] <= usual_ns / 2) {
+            from_ns = larger(from_ns, late_ns[i]);
+        } else {
+            to_ns = lum_clock_smaller(to_ns, late_ns[i]);
+        }
+    }
+    return to_ns - from_ns;
 }
 
 /* How late the best of n spans may be, from the usual lateness of a span: the
@@ -144,38 +179,45 @@ static int64_t by_usual(int64_t usual_ns, size_t n)
 
 /* With batches the lateness of the best readings has few values, until the
  * drift has shifted lines against batches. All may be late by the distance of
- * two such values. */
-static int64_t by_batches(struct lum_clock_window *w)
+ * two such values. It is looked for only if it is more than is known. */
+static int64_t by_batches(struct lum_clock_window *w, int64_t known_ns)
 {
+    size_t more = 0;
+    for (size_t i = 0; i < w->count; i++) {
+        more += w->list[i]->gap_ns > known_ns ? 1u : 0u;
+    }
+    if (more < w->count - w->count / 2u) {
+        return known_ns;
+    }
     for (size_t i = 0; i < w->count; i++) {
         w->late_ns[i] = w->list[i]->gap_ns;
     }
-    qsort(w->late_ns, w->count, sizeof w->late_ns[0], by_value);
-    return w->late_ns[w->count / 2u];
+    return select_from(w->late_ns, w->count, (int)(w->count / 2u));
 }
 
-/* How late the arrivals on the line may be. */
-static int64_t find_error(struct lum_clock_window *w,
-                          const struct lum_clock_line *line)
+/* How late the arrivals on the line may be, of the lateness of all. */
+static int64_t find_error(struct lum_clock_window *w)
 {
     /* With n batches the best is late by about the n-th part; that needs
      * several batches to be known. */
     int64_t error = LUM_CLOCK_SPREAD_NS / w->batches / w->batches;
-    size_t n = 0;
-    for (size_t i = 0; i < w->count; i++) {
-        w->late_ns[n++] = lum_clock_above(line, &w->list[i]->best);
-    }
-    error = larger(error, find_gap(w->late_ns, n));
-    error = larger(error, by_usual(w->late_ns[n / 2u], n));
-    error = larger(error, by_batches(w));
+    const size_t n = w->count;
+    const int64_t usual_ns = select_from(w->late_ns, n, (int)(n / 2u));
+    error = larger(error, by_usual(usual_ns, n));
+    error = larger(error, find_gap(w->late_ns, n / 2u, usual_ns));
+    error = by_batches(w, error);
     return error < ERROR_MAX_NS ? error : ERROR_MAX_NS;
 }
 
 /* The line of a drift, under all arrivals. */
 static void lie_under(struct lum_clock_window *w, struct lum_clock_line *line)
 {
-    line->at = *find_best(w, INT64_MIN, INT64_MAX, line->drift_ppb);
-    line->error_ns = find_error(w, line);
+    const size_t best = find_best(w, 0, w->count, line->drift_ppb);
+    line->at = w->list[best]->best;
+    for (size_t i = 0; i < best; i++) {
+        w->late_ns[i] = lateness(&line->at, &w->list[i]->best, line->drift_ppb);
+    }
+    line->error_ns = find_error(w);
 }
 
 /* Whether the window gives a better drift than the known one. */

@@ -55,9 +55,8 @@ struct lum_clock_window {
     const struct lum_clock_bucket *list[LUM_CLOCK_BUCKETS];
     size_t count;
     int64_t batches;
-    int64_t resolution_ns; /* of the stamps */
-    int64_t
-        late_ns[LUM_CLOCK_BUCKETS]; /* what the search for the error sorts */
+    int64_t resolution_ns;              /* of the stamps */
+    int64_t late_ns[LUM_CLOCK_BUCKETS]; /* of each, while a line is laid */
 };
 
 static inline int64_t lum_clock_magnitude(int64_t x)
@@ -87,16 +86,27 @@ static inline bool lum_clock_is_possible(const struct lum_clock_reading *r)
 bool lum_clock_fit_pack(lum_clock_fit *fit, lum_pack *pack);
 
 /* us x ppb, in ns. */
-int64_t lum_clock_scale(int64_t us, int64_t ppb);
+static inline int64_t lum_clock_scale(int64_t us, int64_t ppb)
+{
+    return us / 1000000 * ppb + us % 1000000 * ppb / 1000000;
+}
 
 /* By how much b arrived later than a, if a took the usual time. */
-int64_t lum_clock_lateness(const struct lum_clock_reading *a,
-                           const struct lum_clock_reading *b,
-                           int64_t drift_ppb);
+static inline int64_t lum_clock_lateness(const struct lum_clock_reading *a,
+                                         const struct lum_clock_reading *b,
+                                         int64_t drift_ppb)
+{
+    const int64_t us = b->clock_us - a->clock_us;
+    return b->arrival_ns - a->arrival_ns - us * 1000 -
+           lum_clock_scale(us, drift_ppb);
+}
 
 /* By how much a reading arrived later than the line says. */
-int64_t lum_clock_above(const struct lum_clock_line *line,
-                        const struct lum_clock_reading *r);
+static inline int64_t lum_clock_above(const struct lum_clock_line *line,
+                                      const struct lum_clock_reading *r)
+{
+    return lum_clock_lateness(&line->at, r, line->drift_ppb);
+}
 
 /* The line's error, if the stamps are exact and the host's clock has a steady
  * rate; grows with the distance from the arrivals that it rests on. */

@@ -5,6 +5,7 @@
 
 #include <cmocka.h>
 
+#include "frame/clock_line.h"
 #include "lum/frame/clock_fit.h"
 #include "sim/random.h"
 
@@ -851,6 +852,81 @@ static void a_shorter_info_of_an_older_program_is_filled(void **state)
     lum_clock_fit_free(s.fit);
 }
 
+/* --- The line's error --- */
+
+static int by_value(const void *a, const void *b)
+{
+    const int64_t x = *(const int64_t *)a;
+    const int64_t y = *(const int64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* The error, said plainly: all in their order. */
+static int64_t error_of_sorted(const struct lum_clock_window *w,
+                               const struct lum_clock_line *line)
+{
+    int64_t late[LUM_CLOCK_BUCKETS];
+    int64_t gap[LUM_CLOCK_BUCKETS];
+    const size_t half = w->count / 2u;
+    int64_t error = LUM_CLOCK_SPREAD_NS / w->batches / w->batches;
+    for (size_t i = 0; i < w->count; i++) {
+        late[i] = lum_clock_above(line, &w->list[i]->best);
+        gap[i] = w->list[i]->gap_ns;
+    }
+    qsort(late, w->count, sizeof late[0], by_value);
+    qsort(gap, w->count, sizeof gap[0], by_value);
+    assert_int_equal(late[0], 0);
+    for (size_t i = 1; i <= half && i < w->count; i++) {
+        const int64_t wide = late[i] - late[i - 1u];
+        error = wide > error ? wide : error;
+    }
+    const int64_t usual =
+        6 * late[half] / (int64_t)(sqrt((double)w->count) + 1e-9);
+    error = usual > error ? usual : error;
+    error = gap[half] > error ? gap[half] : error;
+    return error < 1000000000 ? error : 1000000000;
+}
+
+static void draw_window(lum_random *random, struct lum_clock_bucket *buckets,
+                        struct lum_clock_window *out)
+{
+    static const uint32_t noises_ns[] = {1, 3, 20, 1000, 100000, 300000000};
+    const uint32_t noise_ns = noises_ns[lum_random_below(random, 6)];
+    const uint32_t most_ns = noises_ns[lum_random_below(random, 6)];
+    const uint32_t spans = 1u + lum_random_below(random, LUM_CLOCK_BUCKETS);
+    const uint32_t some = 1u + lum_random_below(random, 4);
+    *out = (struct lum_clock_window){.batches = 1, .resolution_ns = 1000};
+    for (uint32_t i = 0; i < spans; i++) {
+        struct lum_clock_bucket *b = &buckets[i];
+        const int64_t us = (int64_t)i * LUM_CLOCK_BUCKET_US +
+                           lum_random_below(random, LUM_CLOCK_BUCKET_US);
+        b->index = i;
+        b->best = (struct lum_clock_reading){
+            us, us * 1000 + us / 25000 + lum_random_below(random, noise_ns)};
+        b->gap_ns = lum_random_below(random, most_ns);
+        b->batches = lum_random_below(random, 3);
+        if (lum_random_below(random, some) == 0 || i + 1u == spans) {
+            out->list[out->count++] = b;
+            out->batches += b->batches;
+        }
+    }
+}
+
+static void the_error_is_that_of_all_in_their_order(void **state)
+{
+    (void)state;
+    lum_random random;
+    lum_random_init(&random, 5, 1);
+    for (int i = 0; i < 20000; i++) {
+        struct lum_clock_bucket buckets[LUM_CLOCK_BUCKETS];
+        struct lum_clock_window w;
+        struct lum_clock_line line = {.drift_ppb = 0};
+        draw_window(&random, buckets, &w);
+        (void)lum_clock_lay(&w, -20000 * (i % 3), 500000, &line);
+        assert_int_equal(line.error_ns, error_of_sorted(&w, &line));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -892,6 +968,7 @@ int main(void)
         cmocka_unit_test(stamps_that_never_change_do_no_harm),
         cmocka_unit_test(while_stamps_stand_still_the_error_is_not_known),
         cmocka_unit_test(a_shorter_info_of_an_older_program_is_filled),
+        cmocka_unit_test(the_error_is_that_of_all_in_their_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
