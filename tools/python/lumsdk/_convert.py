@@ -314,9 +314,9 @@ class _Thread(threading.Thread):
     output that was given up.
     """
 
-    def __init__(self, output: Union[_Output, _Split]) -> None:
+    def __init__(self, output: Union[_Output, _Split], is_alone: bool) -> None:
         super().__init__(name="lumsdk-convert", daemon=False)
-        self._output = output
+        self._output, self._is_alone = output, is_alone
         self._queue: queue.SimpleQueue[Optional[Frame]] = queue.SimpleQueue()
         self._taken = threading.Semaphore(0)
         self._losses: dict[str, int] = {}
@@ -325,9 +325,12 @@ class _Thread(threading.Thread):
     def run(self) -> None:
         try:
             while (frame := self._queue.get()) is not _LAST:
-                self._taken.release()
+                if not self._is_alone:
+                    self._taken.release()
                 self._output.add(frame)
                 del frame  # its memory is for the next one
+                if self._is_alone:
+                    self._taken.release()
             if self._output.motion is not None:
                 self._output.motion.finish()
             self._output.finish(self._losses)
@@ -336,7 +339,7 @@ class _Thread(threading.Thread):
             self._output.discard()
 
     def _put(self, frame: Frame) -> None:
-        """Hand over a frame. Returns when it is taken: then there is memory for the next one, and no third frame waits."""
+        """Hand over a frame. Returns when the next one may be read: there is memory for two, or for one."""
         self._queue.put(frame)
         while self.error is None and not self._taken.acquire(timeout=_WAIT_S):
             pass
@@ -414,7 +417,8 @@ def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Sum
                           "itself to mcap with rig=")
     own = own_types(first) if isinstance(first, Frame) else plan.besides
     output = _Split(plan, about, own, _losses_by_sensor(source)) if plan.is_split else _Output(plan, about, own)
-    thread = _Thread(output)
+    kind = WRITERS.get(plan.format)
+    thread = _Thread(output, kind is not None and kind.is_alone)
     try:
         thread.start()
         thread.write(frames, lambda: source.losses if source is not None else {})

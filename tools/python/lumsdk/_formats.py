@@ -109,6 +109,9 @@ class Writer:
     needs: ClassVar[Optional[tuple[str, ...]]] = None
     """The columns of frames if the layout does not decide."""
 
+    is_alone: ClassVar[bool] = False
+    """Whether next to nothing else runs while it writes: a frame that is read meanwhile would only take memory."""
+
     _writer: Any = None
     """That of another library, if it writes the format."""
 
@@ -164,6 +167,7 @@ class Laz(Writer):
 
     name = "laz"
     module = "laspy"
+    is_alone = True  # lazrs uses all cores, and keeps the lock of the interpreter
     needs = ("x", "y", "z", "range", "azimuth", "elevation", "pulse_width", "line", "pixel", "return_number",
              "number_of_returns", "eye", "edge")
 
