@@ -322,15 +322,15 @@ static size_t put_samples(const lum_column_line *l,
                           const lum_selection *selection, lum_column_work *work,
                           const lum_column_places *p)
 {
-    const bool has_returns =
+    const bool needs =
         needs_returns(p) || selection->returns != LUM_RETURNS_ALL;
     const unsigned leaves =
         (p->azimuth == NULL && p->elevation == NULL ? LUM_LEAVE_DEGREES : 0u) |
-        (needs_returns(p) ? 0u : LUM_LEAVE_RETURNS);
+        (needs ? 0u : LUM_LEAVE_RETURNS);
     const size_t n = lum_samples_make(l->projector, l->line, selection, leaves,
                                       &work->samples, work->sample);
     work->has_directions = true;
-    work->has_returns = work->has_returns || has_returns;
+    work->has_returns = work->has_returns || needs;
     put_floats(work->sample, n, p);
     put_integers(work->sample, n, p);
     if (p->strongest != NULL) {

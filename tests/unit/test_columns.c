@@ -327,6 +327,37 @@ static void the_strongest_are_marked_as_a_selection_chooses_them(void **state)
     free(s);
 }
 
+static void the_widest_of_three_is_marked_wherever_it_is(void **state)
+{
+    static const int32_t widths[][3] = {{10, 30, 20}, {30, 20, 25},
+                                        {10, 20, 30}, {20, 20, 10},
+                                        {10, 30, 30}, {20, 10, 30}};
+    static const unsigned widest[] = {1, 0, 2, 0, 1, 2};
+    struct scene *s = scene_new();
+    lum_selection selection;
+    uint64_t random = 5;
+    (void)state;
+    lum_selection_default(&selection);
+    make_line(s, 0, NONE, &random);
+    for (unsigned i = 0; i < sizeof widest / sizeof widest[0]; i++) {
+        uint32_t *w = &s->words[6u * i];
+        for (unsigned k = 0; k < 3; k++) {
+            const int32_t tof = 2000 + 100 * (int32_t)k;
+            w[2u * k] = lum_word_make(tof, true, i);
+            w[2u * k + 1u] = lum_word_make(tof + widths[i][k], false, i);
+        }
+    }
+    s->line.word_count = 6u * sizeof widest / sizeof widest[0];
+    look_for(s, &selection);
+    begin(s);
+    compute(s, &selection, MASK_ALL);
+    for (size_t i = 0; i < s->count; i++) {
+        assert_int_equal(s->bytes[1][i], widest[i / 3u] == i % 3u);
+    }
+    assert_int_equal(s->count, s->line.word_count / 2u);
+    free(s);
+}
+
 /* Words that are left out of a block move the marks of those after them. */
 static void marks_stay_with_their_points_where_others_are_lost(void **state)
 {
@@ -667,6 +698,7 @@ int main(void)
         cmocka_unit_test(each_column_is_what_samples_say_in_any_company),
         cmocka_unit_test(choices_of_returns_and_limits_hold_in_columns),
         cmocka_unit_test(the_strongest_are_marked_as_a_selection_chooses_them),
+        cmocka_unit_test(the_widest_of_three_is_marked_wherever_it_is),
         cmocka_unit_test(marks_stay_with_their_points_where_others_are_lost),
         cmocka_unit_test(lines_of_any_length_hold_in_columns),
         cmocka_unit_test(a_single_word_that_gives_no_point_is_left_out),
