@@ -176,7 +176,10 @@ def test_a_worker_of_this_machine_dies(drives, tmp_path):
     """Another one makes its capture; one that kills each of its workers is given up."""
     with Gate() as gate, started(drives, "--out", tmp_path / "out", "--format", "ply", "--jobs", "2") as process:
         until("both workers", lambda: len(converting(process)) == 2, process)
-        support.kill(converting(process)[0])
+        victim = converting(process)[0]
+        lumdump = support.below(victim)
+        support.kill(victim)
+        until("the end of its lumdump", lambda: not any(support.title(pid) for pid in lumdump), process)
         until("another one", lambda: len(converting(process)) == 2, process)
         gate.open()
         assert process.wait(support.LONG_S) == 0, process.said()

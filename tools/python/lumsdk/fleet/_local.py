@@ -59,7 +59,10 @@ class Process:
                 return
 
     def end(self) -> None:
-        """At once, whatever it does."""
+        """At once, with the lumdump that it has under way: both are a group of processes, also if it died."""
+        if hasattr(os, "killpg") and self._process.pid is not None:
+            with suppress(OSError):  # it has not come to make its group
+                os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
         self._process.join()
         self.pipe.close()
@@ -106,8 +109,8 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _leave_terminal() -> None:
-    """Ctrl-C is for the driver, which ends its workers itself."""
+def _begin_group() -> None:
+    """Ctrl-C of a terminal is for the driver, which ends its workers itself."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "setsid"):
         os.setsid()
@@ -118,12 +121,14 @@ def _end_with_driver() -> None:
     driver = multiprocessing.parent_process()
     if driver is not None:
         driver.join()
+    if hasattr(os, "killpg"):
+        os.killpg(0, signal.SIGKILL)
     os._exit(1)
 
 
 def _serve(pipe: Any, job: Job) -> None:
     """The work of the process. An error is the answer: of a conversion, convert() has made a row of it."""
-    _leave_terminal()
+    _begin_group()
     threading.Thread(target=_end_with_driver, daemon=True).start()
     converter: Optional[Converter] = None
     with suppress(EOFError, OSError):  # the driver is gone
@@ -131,7 +136,7 @@ def _serve(pipe: Any, job: Job) -> None:
             method, arguments = pipe.recv()
             value, failure = None, None
             try:
-                converter = converter or Converter(job)
+                converter = converter or Converter(job, has_group=hasattr(os, "killpg"))
                 value = getattr(converter, method)(*arguments)
             except Exception as error:
                 failure = FleetError(str(error) or repr(error))

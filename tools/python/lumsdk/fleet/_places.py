@@ -18,7 +18,7 @@ from .._errors import install
 from ._errors import FleetError, Usage
 from ._names import to_text
 
-BLOCK = 1 << 20
+BLOCK = 1 << 18  # stays in a processor's cache while it is hashed
 
 
 class Entry(NamedTuple):
@@ -241,7 +241,7 @@ class Remote:
         with _as_oserror(), self._files.open(self._key(name), "rb", block_size=16 << 20, cache_type="readahead") as source, \
                 open(path, "wb") as target:
             while True:
-                block = source.read(4 * BLOCK)
+                block = source.read(16 * BLOCK)
                 if not block:
                     break
                 count += len(block)

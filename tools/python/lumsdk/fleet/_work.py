@@ -43,13 +43,14 @@ class Lost(Exception):
 class Converter:
     """Converts captures one after another. A Ray actor, or used as it is."""
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: Job, has_group: bool = False) -> None:
+        """has_group: whoever ends this process ends all of its group, and so lumdump."""
         self._job = job
         self._work = WorkFolder()
         self._out = place(job.out, job.endpoint)
         self._lumdump = find_lumdump(job.lumdump) if job.format in LUMDUMP_FORMATS else ""
         self._threads = ThreadPoolExecutor(1)
-        self._die_with_us = _death_signal()
+        self._die_with_us = None if has_group else _death_signal()
         for name, data in job.files.items():
             with open(os.path.join(self._work.path, name), "wb") as file:
                 file.write(data)
@@ -250,7 +251,8 @@ def _unexpected(error: Exception, task: Task) -> str:
 
 
 def _death_signal() -> Any:
-    """Makes lumdump end when its worker is killed, where the system can do that."""
+    """Makes lumdump end when its worker is killed, where the system can do that. A fork that calls this copies the tables of
+    all of the worker's memory, which takes some milliseconds."""
     if not sys.platform.startswith("linux"):
         return None
     import ctypes
