@@ -3,6 +3,8 @@
 #include "le.h"
 #include "ros_messages.h"
 
+#include <math.h>
+
 #define NO_RING UINT16_MAX /* of a line beyond the number */
 
 /* What is kept of a point: the first five fields of its message, with the time
@@ -63,11 +65,13 @@ int lum_ros_points_add(lum_ros_points *points, const lum_line_samples *line,
         return -1;
     }
     note_line(points, line->line);
+    bool is_unsorted = false;
+    float before = eye->count > 0 ? eye->last_s : -INFINITY;
     for (size_t i = 0; i < line->count; i++) {
         const lum_sample *s = &line->samples[i];
         const float time = line->times != NULL ? line->times[i] : from_s;
-        eye->is_unsorted |= (i > 0 || eye->count > 0) && time < eye->last_s;
-        eye->last_s = time;
+        is_unsorted |= time < before;
+        before = time;
         p = lum_put_f32(p, s->x);
         p = lum_put_f32(p, s->y);
         p = lum_put_f32(p, s->z);
@@ -81,6 +85,8 @@ int lum_ros_points_add(lum_ros_points *points, const lum_line_samples *line,
             p = lum_extras_put(p, points->extras, line->extra, i);
         }
     }
+    eye->is_unsorted |= is_unsorted;
+    eye->last_s = before;
     eye->count += line->count;
     return 0;
 }
@@ -235,25 +241,23 @@ static void forget(lum_ros_points *points)
 void lum_ros_points_take(lum_ros_points *points, float first_s,
                          unsigned char *out)
 {
-    const lum_bytes *kept[LUM_EYES] = {&points->eyes[0].kept,
-                                       &points->eyes[1].kept};
     count_lines(points);
     const common of = common_of(points, first_s);
     const size_t bytes = KEPT_BYTES + of.extra_bytes;
-    size_t at[LUM_EYES] = {0, 0};
-    while (at[0] < kept[0]->len && at[1] < kept[1]->len) {
-        const unsigned char *blue = kept[0]->at + at[0];
-        const unsigned char *green = kept[1]->at + at[1];
+    size_t blues = points->eyes[0].count;
+    size_t greens = points->eyes[1].count;
+    const unsigned char *blue = points->eyes[0].kept.at;
+    const unsigned char *green = points->eyes[1].kept.at;
+    while (blues > 0 && greens > 0) {
         const unsigned eye = time_of(green) < time_of(blue) ? 1u : 0u;
         out = put_point(out, eye != 0 ? green : blue, &of, eye);
-        at[eye] += bytes;
+        blue += bytes * (1u - eye);
+        green += bytes * eye;
+        blues -= 1u - eye;
+        greens -= eye;
     }
-    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        if (at[eye] < kept[eye]->len) {
-            out = put_points(out, kept[eye]->at + at[eye],
-                             (kept[eye]->len - at[eye]) / bytes, &of, eye);
-        }
-    }
+    out = put_points(out, blue, blues, &of, 0);
+    (void)put_points(out, green, greens, &of, 1);
     forget(points);
 }
 
