@@ -304,7 +304,7 @@ class _Split:
         return sum(part.points for part in self._parts.values())
 
 
-_WAIT_S, _LAST = 0.05, None
+_WAIT_S = 0.05
 
 
 class _Thread(threading.Thread):
@@ -317,14 +317,14 @@ class _Thread(threading.Thread):
     def __init__(self, output: Union[_Output, _Split], is_alone: bool) -> None:
         super().__init__(name="lumsdk-convert", daemon=False)
         self._output, self._is_alone = output, is_alone
-        self._queue: queue.SimpleQueue[Optional[Frame]] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[Optional[Frame]] = queue.SimpleQueue()  # None: no more come
         self._taken = threading.Semaphore(0)
         self._losses: dict[str, int] = {}
         self.error: Optional[BaseException] = None
 
     def run(self) -> None:
         try:
-            while (frame := self._queue.get()) is not _LAST:
+            while (frame := self._queue.get()) is not None:
                 if not self._is_alone:
                     self._taken.release()
                 self._output.add(frame)
@@ -355,7 +355,7 @@ class _Thread(threading.Thread):
             if self.error is not None:
                 raise self.error
         self._losses = losses()
-        self._queue.put(_LAST)
+        self._queue.put(None)
         while self.is_alive():
             self.join(_WAIT_S)
         if self.error is not None:
@@ -368,7 +368,7 @@ class _Thread(threading.Thread):
             waits: until that is done; else what it is doing just now goes on for a while.
         """
         self._output.cancelled = True
-        self._queue.put(_LAST)
+        self._queue.put(None)
         if self.ident is not None:  # else it was interrupted before it began
             self.join(None if waits else _WAIT_S)
 
