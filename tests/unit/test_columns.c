@@ -554,6 +554,13 @@ static void what_samples_needed_serves_columns_of_the_line(void **state)
     lum_selection_default(&strongest);
     strongest.returns = LUM_RETURNS_STRONGEST;
     make_line(s, 1, NONE, &random);
+    lum_selection limited = all;
+    limited.has_range = true;
+    limited.range_max = 1e9f;
+    look_for(s, &limited);
+    begin(s);
+    compute(s, &limited, 0x7);
+    assert_false(s->work.has_returns);
     look_for(s, &strongest);
     begin(s);
     compute(s, &strongest, 0x7);
