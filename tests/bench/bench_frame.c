@@ -173,10 +173,13 @@ static void measure(uint32_t words_a_pixel)
     free(consumer.points);
 }
 
-int main(void)
+/* bench_frame [WORDS]: of so many words a pixel alone. */
+int main(int argc, char **argv)
 {
-    measure(1);
-    measure(2);
-    measure(4);
+    for (uint32_t words = 1; words <= 4; words *= 2) {
+        if (argc < 2 || strtoul(argv[1], NULL, 10) == words) {
+            measure(words);
+        }
+    }
     return 0;
 }

@@ -11,7 +11,7 @@ import time
 HERE = pathlib.Path(__file__).resolve().parent
 VENV = HERE.parents[1] / "build" / "venv-peers"
 PACKAGES = ("ouster-sdk==1.0.1", "velodyne-decoder==3.1.0", "cffi", "PyYAML")
-NEEDS = ("bench/bench_read", "python/lumsdk/__init__.py")
+NEEDS = ("bench/bench_read", "bench/bench_frame", "python/lumsdk/__init__.py")
 
 FRAMES = 48  # of 640 lines, both eyes
 TINY_FRAMES = 10_000
@@ -148,6 +148,19 @@ def speeds(bench, row):
     return met
 
 
+def from_memory(bench, row):
+    """Datagrams in memory to frames of x y z, one word a pixel, beside Ouster's ranges of packets in memory."""
+    theirs, ours, worker = [], [], bench.loop("ouster-memory", 16)
+    for i in range(bench.rounds + 1):
+        theirs.append(rate(worker.run(), 1))
+        text = subprocess.run([bench.build / "bench" / "bench_frame", "1"], check=True, capture_output=True, text=True).stdout
+        ours.append(float(re.search(r"([\d.]+) M points/s in frames of x y z", text)[1]))
+    worker.close()
+    ours, theirs = statistics.median(ours[1:]), statistics.median(theirs[1:])
+    return [row("memory to x y z, a word a pixel, against Ouster's ranges", ours / theirs, 1,
+                f"{ours:.0f} of {theirs:.0f} M points/s, by processor time")]
+
+
 def overhead(bench, row):
     """Tiny frames: what Python adds to each, and memory."""
     tiny = bench.make("tiny", TINY_FRAMES)
@@ -183,4 +196,4 @@ def run(build, folder, rounds, row):
     """Measures, prints, and returns what was met. row(WHAT, RATIO, BAR, DETAIL) prints one."""
     bench = Bench(build.resolve(), folder, rounds)
     print(machine())
-    return [*speeds(bench, row), *overhead(bench, row), *imports(bench, row)]
+    return [*speeds(bench, row), *from_memory(bench, row), *overhead(bench, row), *imports(bench, row)]

@@ -2,14 +2,12 @@
 
 Prints a line for each run: the first, one with nothing left to do, and --dry-run: seconds, captures a second, and the most
 memory and the processor time of the driver, which is the process that holds the plan. Then, for a few large captures,
-processor seconds of lumdump for each gigabyte, and gigabytes a second. Then rounds of lumfleet and of two lumdump side by side
-over the same captures; with a COUNT of 0 these alone.
+processor seconds of lumdump for each gigabyte, and gigabytes a second.
 """
 import os
 import pathlib
 import resource
 import shutil
-import statistics
 import struct
 import subprocess
 import sys
@@ -17,9 +15,6 @@ import tempfile
 import time
 
 LARGE = 4  # captures of 209 MB
-PAIRED = 40  # captures of 34 MB
-ROUNDS = 4
-PAUSE_S = 4  # by then a virtual machine has given the pages of removed files to its host, whichever of the two is next
 
 
 def tool(build, name, *arguments):
@@ -111,51 +106,11 @@ def large_ones(build, folder):
     print(f"  lumfleet to las: {seconds:.1f} s with its start, {size / seconds / 1e9:.2f} GB/s, driver {driver.peak_mb:.0f} MB")
 
 
-def begin_anew(out):
-    shutil.rmtree(out, ignore_errors=True)
-    out.mkdir()
-    os.sync()
-    time.sleep(PAUSE_S)
-
-
-def two_lumdump(build, captures, out):
-    """Their seconds, by xargs."""
-    names = "\n".join(path.stem for path in sorted(captures.iterdir()))
-    command = ["xargs", "-P2", "-I{}", build / "bin" / "lumdump", "-q", captures / "{}.pcap", "-o", out / "{}.las"]
-    began = time.monotonic()
-    subprocess.run(command, input=names, text=True, check=True)
-    return time.monotonic() - began
-
-
-def side_by_side(build, folder):
-    captures, out = folder / "pairs", folder / "made"
-    captures.mkdir()
-    for i in range(PAIRED):
-        path = captures / f"{i}.pcap"
-        if i < 2:
-            tool(build, "lumsim", "-q", "-o", path, "--frames", 2, "--lines", 640, "--seed", i + 1)
-        else:
-            shutil.copy(captures / f"{i % 2}.pcap", path)
-    print(f"{PAIRED} captures of 34 MB to las, by two lumdump and by lumfleet in turn, load {os.getloadavg()[0]:.1f}:")
-    ratios = []
-    for i in range(ROUNDS):
-        seconds = {}
-        for by_fleet in (i % 2 == 0, i % 2 != 0):
-            begin_anew(out)
-            seconds[by_fleet] = lumfleet(build, captures, "--out", out, "--format", "las", "--jobs", 2)[0] if by_fleet else \
-                two_lumdump(build, captures, out)
-        ratios.append(seconds[False] / seconds[True])
-        print(f"  lumdump {seconds[False]:.1f} s, lumfleet {seconds[True]:.1f} s, {ratios[-1]:.2f} of its throughput", flush=True)
-    print(f"  median {statistics.median(ratios):.2f}")
-
-
 def main(count, build, folder):
     build = pathlib.Path(build).resolve()
     with tempfile.TemporaryDirectory(dir=folder) as tmp:
-        if int(count):
-            small_ones(build, pathlib.Path(tmp), int(count))
-            large_ones(build, pathlib.Path(tmp))
-        side_by_side(build, pathlib.Path(tmp))
+        small_ones(build, pathlib.Path(tmp), int(count))
+        large_ones(build, pathlib.Path(tmp))
 
 
 if __name__ == "__main__":
