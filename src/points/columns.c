@@ -324,9 +324,13 @@ static size_t put_samples(const lum_column_line *l,
 {
     const bool needs =
         needs_returns(p) || selection->returns != LUM_RETURNS_ALL;
-    const unsigned leaves =
-        (p->azimuth == NULL && p->elevation == NULL ? LUM_LEAVE_DEGREES : 0u) |
-        (needs ? 0u : LUM_LEAVE_RETURNS);
+    unsigned leaves = 0;
+    if (!needs) {
+        leaves |= LUM_LEAVE_RETURNS;
+    }
+    if (p->azimuth == NULL && p->elevation == NULL) {
+        leaves |= LUM_LEAVE_DEGREES;
+    }
     const size_t n = lum_samples_make(l->projector, l->line, selection, leaves,
                                       &work->samples, work->sample);
     work->has_directions = true;
