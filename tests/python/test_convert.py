@@ -228,16 +228,17 @@ def test_parquet_has_a_row_group_a_frame_and_metadata(drive, frames, tmp_path):
     assert json.loads(about["lumsdk.losses"]) == made["losses"]
 
 
-def test_parquet_has_dictionaries_where_numbers_come_again(drive, tmp_path):
+def test_parquet_splits_floats_and_has_dictionaries_only_of_columns_that_were_added(drive, frames, tmp_path):
+    need("parquet")
     pq = pytest.importorskip("pyarrow.parquet")
-    lumsdk.convert(drive, tmp_path / "a.parquet")
+    lumsdk.convert([frame.with_columns(own=frame["line"] % 3, weight=frame["range"]) for frame in frames], tmp_path / "a.parquet")
     group = pq.ParquetFile(tmp_path / "a.parquet").metadata.row_group(0)
-    encodings = {column.path_in_schema: column.encodings for column in map(group.column, range(group.num_columns))}
-    split = {name for name, of in encodings.items() if "BYTE_STREAM_SPLIT" in of}
-    assert split == {"x", "y", "z", "range", "azimuth", "elevation"}
-    assert "DELTA_BINARY_PACKED" in encodings["pixel"]
-    assert all("RLE_DICTIONARY" in encodings[name] for name in encodings.keys() - split - {"pixel"})
-    pq.write_table(pq.read_table(tmp_path / "a.parquet"), tmp_path / "usual.parquet", compression="zstd")
+    columns = {column.path_in_schema: column for column in map(group.column, range(group.num_columns))}
+    assert {column.compression for column in columns.values()} == {"LZ4"}
+    split = {name for name, column in columns.items() if "BYTE_STREAM_SPLIT" in column.encodings}
+    assert split == {"x", "y", "z", "range", "azimuth", "elevation", "pulse_width"}
+    assert {name for name, column in columns.items() if "RLE_DICTIONARY" in column.encodings} == {"own", "weight"}
+    pq.write_table(pq.read_table(tmp_path / "a.parquet"), tmp_path / "usual.parquet")
     assert os.path.getsize(tmp_path / "a.parquet") < os.path.getsize(tmp_path / "usual.parquet")
 
 

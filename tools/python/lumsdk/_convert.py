@@ -489,7 +489,7 @@ def convert(source: Union[Given, Source, Iterable[Frame], Frame], destination: P
         time         what timestamps are: "sensor", the sensor's clock; "utc", usual where a file has several sensors;
                      "arrival"
         preset       of parquet and feather: "argoverse2", its columns in its types
-        compression  of parquet and feather: "zstd", "lz4", "none" and so on
+        compression  of parquet and feather: "lz4" if not given, "zstd", "none" and so on
         storage_options  a mapping for fsspec: for the URLs of destination and source, or, if they are of different stores
                      such as s3:// and https://, of the destination; then open() opens the source, with its own
         voxel        of csv, ply, pcd, las and laz: the size of voxels in metres. By poses into the world, all frames become

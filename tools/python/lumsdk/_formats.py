@@ -1,7 +1,6 @@
 """The formats that Python writes: LAZ, Parquet, Feather, npy, npz and KITTI's bin. A writer takes frames one by one."""
 from __future__ import annotations
 
-import inspect
 import json
 import shutil
 import struct
@@ -249,18 +248,12 @@ class Laz(Writer):
 # --- Parquet and Feather ---
 
 
-_ENCODINGS = {"BYTE_STREAM_SPLIT": ("x", "y", "z", "range", "azimuth", "elevation", "time"), "DELTA_BINARY_PACKED": ("pixel",)}
-"""Those of columns of which nearly every number is another one. Dictionaries of the others are small."""
-_PAGE_ROWS = 250_000
-"""As many fill a page; smaller ones take longer, and are compressed less."""
-
-
 class Parquet(Writer):
     """Parquet: a row group a frame, metadata of the file and of each column."""
 
     name = "parquet"
     module = "pyarrow"
-    compressions = ("zstd", "snappy", "gzip", "lz4", "none")
+    compressions = ("lz4", "zstd", "snappy", "gzip", "none")
 
     def __init__(self, job: Job) -> None:
         super().__init__(job)
@@ -268,11 +261,12 @@ class Parquet(Writer):
         if not hasattr(pq.ParquetWriter, "add_key_value_metadata"):
             raise Error(f"pyarrow is too old, 16 or later is needed: {install('parquet')}")
         self._schema = arrow_schema(job.layout, job.about.metadata())
-        chosen = {name: by for by, names in _ENCODINGS.items() for name in names
-                  if name in job.layout.columns and job.layout.about(name)[0] == COLUMNS[name].dtype}
-        pages = {"max_rows_per_page": _PAGE_ROWS} if "max_rows_per_page" in inspect.signature(pq.ParquetWriter).parameters else {}
-        self._writer = pq.ParquetWriter(self._file, self._schema, compression=job.compression or "zstd", column_encoding=chosen,
-                                        use_dictionary=[name for name in job.layout.columns if name not in chosen], **pages)
+        types = {name: COLUMNS[name].dtype for name in job.layout.columns if name in COLUMNS}
+        # Of these, dictionaries take longer than compressing the bytes, and floats need little room when their highest bytes lie together.
+        by = {name: "BYTE_STREAM_SPLIT" if dtype.kind == "f" else "PLAIN" for name, dtype in types.items()
+              if job.layout.about(name)[0] == dtype}
+        self._writer = pq.ParquetWriter(self._file, self._schema, compression=job.compression or "lz4", column_encoding=by,
+                                        use_dictionary=[name for name in job.layout.columns if name not in by] or False)
         self._frames: list[str] = []
 
     def add(self, frame: Frame) -> None:
