@@ -14,12 +14,21 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* The cloud that is being written. */
+typedef struct cloud {
+    bool is_begun; /* before its points came, which are foreseen */
+    float first_s;
+    lum_cdr cdr;
+    unsigned char *to; /* where its next point goes */
+} cloud;
+
 typedef struct state {
     lum_mcap_file file;
     unsigned contents;                /* of lum_mcap_content */
     unsigned channel[LUM_ROS_TOPICS]; /* of those that the file has */
     lum_ros_points points;
     lum_preset_points preset_points; /* instead of these, by a preset */
+    cloud cloud;
     lum_mcap_rig rig;
     size_t current;       /* of its sensors: whose the frame is */
     bool owes_transforms; /* of them */
@@ -231,52 +240,64 @@ static const char *frame_id(const state *s)
     return s->rig.sensors[s->current].frame_id;
 }
 
-static int put_cloud(state *s, float first_s, lum_error *error)
+static int begin_cloud(lum_writer *writer, size_t n, float first_s,
+                       lum_error *error)
 {
-    const size_t n = lum_ros_points_count(&s->points);
+    state *s = writer->state;
+    const lum_preset *preset = writer->preset;
     const int64_t stamp_ns = stamp_of(s, first_s);
+    const size_t bytes = preset != NULL ? lum_preset_bytes(preset)
+                                        : lum_ros_points_bytes(&s->points);
     lum_bytes *out = NULL;
     if (put_transforms(s, stamp_ns, error) != 0 ||
         begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
         return -1;
     }
-    lum_cdr cdr = lum_ros_begin_cloud(out, stamp_ns, frame_id(s), (uint32_t)n,
-                                      s->points.extras);
-    unsigned char *to =
-        lum_bytes_extend(out, n * lum_ros_points_bytes(&s->points));
-    if (to != NULL) {
-        lum_ros_points_take(&s->points, first_s, to);
-    }
-    lum_ros_end_cloud(&cdr);
+    s->cloud.first_s = first_s;
+    s->cloud.cdr = preset != NULL
+                       ? lum_ros_begin_preset(out, stamp_ns, frame_id(s),
+                                              (uint32_t)n, preset)
+                       : lum_ros_begin_cloud(out, stamp_ns, frame_id(s),
+                                             (uint32_t)n, s->points.extras);
+    s->cloud.to = lum_bytes_extend(out, n * bytes);
+    return s->cloud.to != NULL ? 0 : lum_mcap_end_message(&s->file, error);
+}
+
+static int end_cloud(state *s, lum_error *error)
+{
+    lum_ros_end_cloud(&s->cloud.cdr);
     return lum_mcap_end_message(&s->file, error);
 }
 
-static int put_line(state *s, const lum_ros_line *line, lum_error *error)
+static int put_cloud(lum_writer *writer, float first_s, lum_error *error)
 {
-    const int64_t stamp_ns = stamp_of(s, line->first_s);
-    lum_bytes *out = NULL;
-    if (put_transforms(s, stamp_ns, error) != 0 ||
-        begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
+    state *s = writer->state;
+    const size_t n = lum_ros_points_count(&s->points);
+    if (begin_cloud(writer, n, first_s, error) != 0) {
         return -1;
     }
-    lum_cdr cdr = lum_ros_begin_cloud(out, stamp_ns, frame_id(s),
-                                      (uint32_t)line->count, s->points.extras);
-    unsigned char *to =
-        lum_bytes_extend(out, line->count * lum_ros_points_bytes(&s->points));
-    if (to != NULL) {
-        lum_ros_points_take_line(&s->points, line, to);
-    }
-    lum_ros_end_cloud(&cdr);
-    return to != NULL ? lum_mcap_end_message(&s->file, error)
-                      : lum_mcap_end_chunk(&s->file, error);
+    lum_ros_points_take(&s->points, first_s, s->cloud.to);
+    return end_cloud(s, error);
 }
 
-static int put_lines(state *s, lum_error *error)
+static int put_line(lum_writer *writer, const lum_ros_line *line,
+                    lum_error *error)
 {
+    state *s = writer->state;
+    if (begin_cloud(writer, line->count, line->first_s, error) != 0) {
+        return -1;
+    }
+    lum_ros_points_take_line(&s->points, line, s->cloud.to);
+    return end_cloud(s, error);
+}
+
+static int put_lines(lum_writer *writer, lum_error *error)
+{
+    state *s = writer->state;
     lum_ros_line line = lum_ros_points_next_line(&s->points);
     int result = 0;
     while (result == 0 && line.count > 0) {
-        result = put_line(s, &line, error);
+        result = put_line(writer, &line, error);
         line = lum_ros_points_next_line(&s->points);
     }
     return result;
@@ -285,23 +306,13 @@ static int put_lines(state *s, lum_error *error)
 static int put_preset_cloud(lum_writer *writer, lum_error *error)
 {
     state *s = writer->state;
-    const lum_preset *preset = writer->preset;
-    const size_t n = s->preset_points.count;
     const float first_s = lum_preset_points_sort(&s->preset_points);
-    const int64_t stamp_ns = stamp_of(s, first_s);
-    lum_bytes *out = NULL;
-    if (put_transforms(s, stamp_ns, error) != 0 ||
-        begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
+    if (begin_cloud(writer, s->preset_points.count, first_s, error) != 0) {
         return -1;
     }
-    lum_cdr cdr =
-        lum_ros_begin_preset(out, stamp_ns, frame_id(s), (uint32_t)n, preset);
-    unsigned char *to = lum_bytes_extend(out, n * lum_preset_bytes(preset));
-    if (to != NULL) {
-        lum_preset_points_take(&s->preset_points, preset, first_s, to);
-    }
-    lum_ros_end_cloud(&cdr);
-    return lum_mcap_end_message(&s->file, error);
+    lum_preset_points_take(&s->preset_points, writer->preset, first_s,
+                           s->cloud.to);
+    return end_cloud(s, error);
 }
 
 static int no_memory(const lum_writer *writer, lum_error *error)
@@ -311,6 +322,63 @@ static int no_memory(const lum_writer *writer, lum_error *error)
                          lum_sink_name(writer->sink));
 }
 
+/* --- Clouds whose points are foreseen --- */
+
+void lum_writer_foresee(lum_writer *writer, const lum_line_samples *line)
+{
+    state *s = writer->state;
+    if (writer->ops == &lum_mcap_ops && writer->preset == NULL &&
+        s->has_frame && (s->contents & LUM_MCAP_OF_FRAMES) != 0) {
+        lum_ros_points_foresee(&s->points, line);
+    }
+}
+
+static int not_foreseen(const lum_writer *writer, lum_error *error)
+{
+    errno = EINVAL;
+    return lum_error_set(error, "%s: other points came than were foreseen",
+                         lum_sink_name(writer->sink));
+}
+
+/* With the first line of a frame. */
+static int begin_foreseen(lum_writer *writer, lum_error *error)
+{
+    state *s = writer->state;
+    size_t n = 0;
+    float first_s = 0.0f;
+    s->cloud.is_begun = lum_ros_points_can_merge(&s->points, &n, &first_s);
+    return s->cloud.is_begun ? begin_cloud(writer, n, first_s, error) : 0;
+}
+
+static int add_foreseen(lum_writer *writer, const lum_line_samples *line,
+                        lum_error *error)
+{
+    state *s = writer->state;
+    if (line->count > lum_ros_points_to_come(&s->points, line->eye)) {
+        return not_foreseen(writer, error);
+    }
+    if (lum_ros_points_add(&s->points, line, 0.0f) != 0) {
+        return no_memory(writer, error);
+    }
+    s->cloud.to =
+        lum_ros_points_merge(&s->points, s->cloud.first_s, s->cloud.to);
+    return 0;
+}
+
+static int end_foreseen(lum_writer *writer, lum_error *error)
+{
+    state *s = writer->state;
+    s->cloud.is_begun = false;
+    if (lum_ros_points_to_come(&s->points, 0) > 0 ||
+        lum_ros_points_to_come(&s->points, 1) > 0) {
+        return not_foreseen(writer, error);
+    }
+    lum_ros_points_take(&s->points, s->cloud.first_s, s->cloud.to);
+    return end_cloud(s, error);
+}
+
+/* --- Frames --- */
+
 static int end_frame(lum_writer *writer, lum_error *error)
 {
     state *s = writer->state;
@@ -319,6 +387,9 @@ static int end_frame(lum_writer *writer, lum_error *error)
         return 0;
     }
     s->has_frame = false;
+    if (s->cloud.is_begun) {
+        return end_foreseen(writer, error);
+    }
     if (writer->preset != NULL) {
         return put_preset_cloud(writer, error);
     }
@@ -326,8 +397,8 @@ static int end_frame(lum_writer *writer, lum_error *error)
         return no_memory(writer, error);
     }
     return (s->contents & LUM_MCAP_OF_LINES) != 0
-               ? put_lines(s, error)
-               : put_cloud(s, first_s, error);
+               ? put_lines(writer, error)
+               : put_cloud(writer, first_s, error);
 }
 
 static int begin_frame(lum_writer *writer, int64_t utc_ns, lum_error *error)
@@ -384,14 +455,9 @@ static int enter_frame(lum_writer *writer, const lum_line_samples *line,
         s->has_line = true;
         s->frame = line->frame;
         s->timestamp_us = line->timestamp_us;
+        return begin_foreseen(writer, error);
     }
     return 0;
-}
-
-/* A sequence has a length of 32 bits, and a chunk is in memory. */
-static size_t points_max(const state *s)
-{
-    return UINT32_MAX / lum_ros_points_bytes(&s->points) / 2u;
 }
 
 static int add(lum_writer *writer, const lum_line_samples *line,
@@ -404,10 +470,15 @@ static int add(lum_writer *writer, const lum_line_samples *line,
     if (enter_frame(writer, line, error) != 0) {
         return -1;
     }
-    if (line->count > points_max(s) - lum_ros_points_count(&s->points)) {
+    if (s->cloud.is_begun) {
+        return add_foreseen(writer, line, error);
+    }
+    if (line->count >
+        lum_ros_points_max(&s->points) - lum_ros_points_count(&s->points)) {
         errno = EOVERFLOW;
         return lum_error_set(error, "%s: a frame of more than %zu points",
-                             lum_sink_name(writer->sink), points_max(s));
+                             lum_sink_name(writer->sink),
+                             lum_ros_points_max(&s->points));
     }
     const double from_us = (double)line->timestamp_us - (double)s->timestamp_us;
     const float from_s = (float)(from_us * 1e-6);

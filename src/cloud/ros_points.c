@@ -54,10 +54,15 @@ static void note_line(lum_ros_points *points, uint32_t line)
     }
 }
 
+static unsigned known_eye(unsigned eye)
+{
+    return eye < LUM_EYES ? eye : 0;
+}
+
 int lum_ros_points_add(lum_ros_points *points, const lum_line_samples *line,
                        float from_s)
 {
-    lum_ros_eye *eye = &points->eyes[line->eye < LUM_EYES ? line->eye : 0];
+    lum_ros_eye *eye = &points->eyes[known_eye(line->eye)];
     const bool has_extra = extra_bytes(points) > 0;
     const size_t n = line->count * (KEPT_BYTES + extra_bytes(points));
     unsigned char *p = lum_bytes_extend(&eye->kept, n);
@@ -88,6 +93,7 @@ int lum_ros_points_add(lum_ros_points *points, const lum_line_samples *line,
     eye->is_unsorted |= is_unsorted;
     eye->last_s = before;
     eye->count += line->count;
+    eye->to_come -= line->count < eye->to_come ? line->count : eye->to_come;
     return 0;
 }
 
@@ -140,6 +146,16 @@ static int sort_eye(lum_ros_points *points, lum_ros_eye *eye)
     return 0;
 }
 
+/* The first time of two eyes, of which one may have none. */
+static float first_of(bool has_blue, float blue_s, bool has_green,
+                      float green_s)
+{
+    if (!has_blue && !has_green) {
+        return 0.0f;
+    }
+    return has_green && (!has_blue || green_s < blue_s) ? green_s : blue_s;
+}
+
 int lum_ros_points_sort(lum_ros_points *points, float *first_s)
 {
     const lum_ros_eye *blue = &points->eyes[0];
@@ -149,14 +165,9 @@ int lum_ros_points_sort(lum_ros_points *points, float *first_s)
         return -1;
     }
     const bool has_blue = blue->count > 0;
-    if (!has_blue && green->count == 0) {
-        *first_s = 0.0f;
-    } else if (!has_blue || (green->count > 0 && time_of(green->kept.at) <
-                                                     time_of(blue->kept.at))) {
-        *first_s = time_of(green->kept.at);
-    } else {
-        *first_s = time_of(blue->kept.at);
-    }
+    const bool has_green = green->count > 0;
+    *first_s = first_of(has_blue, has_blue ? time_of(blue->kept.at) : 0.0f,
+                        has_green, has_green ? time_of(green->kept.at) : 0.0f);
     return 0;
 }
 
@@ -187,6 +198,12 @@ static void count_lines(lum_ros_points *points)
 size_t lum_ros_points_bytes(const lum_ros_points *points)
 {
     return LUM_ROS_POINT_BYTES + extra_bytes(points);
+}
+
+/* A sequence has a length of 32 bits, and a chunk is in memory. */
+size_t lum_ros_points_max(const lum_ros_points *points)
+{
+    return UINT32_MAX / lum_ros_points_bytes(points) / 2u;
 }
 
 /* What the points of a message share. */
@@ -226,57 +243,166 @@ static unsigned char *put_points(unsigned char *p, const unsigned char *kept,
     return p;
 }
 
-static void forget(lum_ros_points *points)
-{
-    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        points->eyes[eye].kept.len = 0;
-        points->eyes[eye].count = 0;
-        points->eyes[eye].is_unsorted = false;
-        points->taken[eye] = 0;
-    }
-}
-
-/* Which eye has the next point is as good as random, so it is computed and not
- * branched on. */
-void lum_ros_points_take(lum_ros_points *points, float first_s,
-                         unsigned char *out)
-{
-    count_lines(points);
-    const common of = common_of(points, first_s);
-    const size_t bytes = KEPT_BYTES + of.extra_bytes;
-    size_t blues = points->eyes[0].count;
-    size_t greens = points->eyes[1].count;
-    const unsigned char *blue = points->eyes[0].kept.at;
-    const unsigned char *green = points->eyes[1].kept.at;
-    while (blues > 0 && greens > 0) {
-        const unsigned eye = time_of(green) < time_of(blue) ? 1u : 0u;
-        out = put_point(out, eye != 0 ? green : blue, &of, eye);
-        blue += bytes * (1u - eye);
-        green += bytes * eye;
-        blues -= 1u - eye;
-        greens -= eye;
-    }
-    out = put_points(out, blue, blues, &of, 0);
-    (void)put_points(out, green, greens, &of, 1);
-    forget(points);
-}
-
-/* --- Line after line --- */
-
-/* The eye's first point that was not taken. */
+/* The eye's points that were not taken. */
 static const unsigned char *next_of(const lum_ros_points *points, unsigned eye)
 {
     return points->eyes[eye].kept.at +
            points->taken[eye] * (KEPT_BYTES + extra_bytes(points));
 }
 
+static size_t left_of(const lum_ros_points *points, unsigned eye)
+{
+    return points->eyes[eye].count - points->taken[eye];
+}
+
+static void forget(lum_ros_points *points)
+{
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        points->eyes[eye].kept.len = 0;
+        points->eyes[eye].count = 0;
+        points->eyes[eye].is_unsorted = false;
+        points->eyes[eye].to_come = 0;
+        points->taken[eye] = 0;
+    }
+}
+
+/* Until one eye has none left. Which has the next point is as good as random,
+ * so it is computed and not branched on. */
+static unsigned char *put_both(lum_ros_points *points, const common *of,
+                               unsigned char *out)
+{
+    const size_t bytes = KEPT_BYTES + of->extra_bytes;
+    size_t blues = left_of(points, 0);
+    size_t greens = left_of(points, 1);
+    if (blues == 0 || greens == 0) {
+        return out;
+    }
+    const unsigned char *blue = next_of(points, 0);
+    const unsigned char *green = next_of(points, 1);
+    while (blues > 0 && greens > 0) {
+        const unsigned eye = time_of(green) < time_of(blue) ? 1u : 0u;
+        out = put_point(out, eye != 0 ? green : blue, of, eye);
+        blue += bytes * (1u - eye);
+        green += bytes * eye;
+        blues -= 1u - eye;
+        greens -= eye;
+    }
+    points->taken[0] = points->eyes[0].count - blues;
+    points->taken[1] = points->eyes[1].count - greens;
+    return out;
+}
+
+static unsigned char *put_rest(lum_ros_points *points, const common *of,
+                               unsigned eye, unsigned char *out)
+{
+    const size_t left = left_of(points, eye);
+    if (left == 0) {
+        return out;
+    }
+    const unsigned char *next = next_of(points, eye);
+    points->taken[eye] += left;
+    return put_points(out, next, left, of, eye);
+}
+
+void lum_ros_points_take(lum_ros_points *points, float first_s,
+                         unsigned char *out)
+{
+    count_lines(points);
+    const common of = common_of(points, first_s);
+    out = put_both(points, &of, out);
+    out = put_rest(points, &of, 0, out);
+    (void)put_rest(points, &of, 1, out);
+    forget(points);
+}
+
+/* --- While they are added --- */
+
+void lum_ros_points_foresee(lum_ros_points *points,
+                            const lum_line_samples *line)
+{
+    lum_ros_eye *eye = &points->eyes[known_eye(line->eye)];
+    const float *times = line->times;
+    if (line->count == 0) {
+        return;
+    }
+    note_line(points, line->line);
+    if (times == NULL) {
+        eye->is_unsorted = true;
+    } else {
+        bool is_unsorted = eye->to_come > 0 && times[0] < eye->last_s;
+        for (size_t i = 1; i < line->count; i++) {
+            is_unsorted |= times[i] < times[i - 1u];
+        }
+        eye->is_unsorted |= is_unsorted;
+        eye->first_s = eye->to_come > 0 ? eye->first_s : times[0];
+        eye->last_s = times[line->count - 1u];
+    }
+    eye->to_come += line->count;
+}
+
+size_t lum_ros_points_to_come(const lum_ros_points *points, unsigned eye)
+{
+    return points->eyes[known_eye(eye)].to_come;
+}
+
+bool lum_ros_points_can_merge(lum_ros_points *points, size_t *count,
+                              float *first_s)
+{
+    const lum_ros_eye *blue = &points->eyes[0];
+    const lum_ros_eye *green = &points->eyes[1];
+    const size_t n = blue->to_come + green->to_come;
+    const bool can = n > 0 && n <= lum_ros_points_max(points) &&
+                     !blue->is_unsorted && !green->is_unsorted;
+    if (!can) {
+        forget(points);
+        points->has_line[0] = false;
+        points->has_line[1] = false;
+        return false;
+    }
+    count_lines(points);
+    *count = n;
+    *first_s = first_of(blue->to_come > 0, blue->first_s, green->to_come > 0,
+                        green->first_s);
+    return true;
+}
+
+/* So that what is kept does not grow. Less is moved than was taken. */
+static void close_up(lum_ros_points *points, unsigned eye)
+{
+    lum_bytes *kept = &points->eyes[eye].kept;
+    const size_t left = left_of(points, eye);
+    if (left <= points->taken[eye] && points->taken[eye] > 0) {
+        const unsigned char *next = next_of(points, eye);
+        kept->len -= (size_t)(next - kept->at);
+        memmove(kept->at, next, kept->len);
+        points->eyes[eye].count = left;
+        points->taken[eye] = 0;
+    }
+}
+
+unsigned char *lum_ros_points_merge(lum_ros_points *points, float first_s,
+                                    unsigned char *out)
+{
+    const common of = common_of(points, first_s);
+    out = put_both(points, &of, out);
+    for (unsigned eye = 0; eye < LUM_EYES; eye++) {
+        const unsigned other = 1u - eye;
+        if (left_of(points, other) == 0 && points->eyes[other].to_come == 0) {
+            out = put_rest(points, &of, eye, out);
+        }
+        close_up(points, eye);
+    }
+    return out;
+}
+
+/* --- Line after line --- */
+
 lum_ros_line lum_ros_points_next_line(lum_ros_points *points)
 {
     const size_t bytes = KEPT_BYTES + extra_bytes(points);
     lum_ros_line line = {.count = 0};
     for (unsigned eye = 0; eye < LUM_EYES; eye++) {
-        const bool has_more = points->taken[eye] < points->eyes[eye].count;
-        if (has_more &&
+        if (left_of(points, eye) > 0 &&
             (line.count == 0 || time_of(next_of(points, eye)) < line.first_s)) {
             line.eye = eye;
             line.first_s = time_of(next_of(points, eye));
@@ -288,7 +414,7 @@ lum_ros_line lum_ros_points_next_line(lum_ros_points *points)
         return line;
     }
     const unsigned char *first = next_of(points, line.eye);
-    const size_t left = points->eyes[line.eye].count - points->taken[line.eye];
+    const size_t left = left_of(points, line.eye);
     while (line.count < left &&
            line_of(first + line.count * bytes) == line_of(first)) {
         line.count++;

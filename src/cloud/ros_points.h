@@ -20,13 +20,15 @@ typedef struct lum_ros_eye {
     size_t count;     /**< how many */
     float last_s;     /**< the time of the last one */
     bool is_unsorted; /**< one is earlier than the one before */
+    size_t to_come;   /**< how many are foreseen and were not added yet */
+    float first_s;    /**< the time of the first of these */
 } lum_ros_eye;
 
 /** A frame's; all 0 is none. */
 typedef struct lum_ros_points {
     lum_ros_eye eyes[LUM_EYES]; /**< by ::lum_eye */
     lum_bytes spare;            /**< room for sorting */
-    size_t taken[LUM_EYES];     /**< by lum_ros_points_take_line() */
+    size_t taken[LUM_EYES];     /**< of those kept: written already */
     uint32_t lines;             /**< the green eye's rings are as many above
                                      the blue's; 0: not one frame yet */
     bool lines_are_stated;      /**< they stay as they are */
@@ -58,10 +60,35 @@ LUM_MUST_CHECK int lum_ros_points_sort(lum_ros_points *points, float *first_s);
 /** Bytes of a point of a message. */
 size_t lum_ros_points_bytes(const lum_ros_points *points);
 
+/** Most points of a message. */
+size_t lum_ros_points_max(const lum_ros_points *points);
+
 /** Write them, lum_ros_points_bytes() each, and have none for the next frame.
  * lum_ros_points_sort() came before. */
 void lum_ros_points_take(lum_ros_points *points, float first_s,
                          unsigned char *out);
+
+/** Say which points will come: those of a line that is added later. First all
+ * lines of a frame are foreseen, then the same are added. */
+void lum_ros_points_foresee(lum_ros_points *points,
+                            const lum_line_samples *line);
+
+/** Whether points are foreseen, not too many, and come in order, each eye's, so
+ * that lum_ros_points_merge() can write them while they are added; no, if one
+ * line had no times. If not, they are as if not foreseen.
+ * @param count   gets how many there will be.
+ * @param first_s gets the time of the first. */
+bool lum_ros_points_can_merge(lum_ros_points *points, size_t *count,
+                              float *first_s);
+
+/** How many of an eye are foreseen and were not added yet. */
+size_t lum_ros_points_to_come(const lum_ros_points *points, unsigned eye);
+
+/** Write those that no later one comes before. lum_ros_points_take() writes the
+ * others, behind them; without a call of lum_ros_points_sort().
+ * @return the end of them. */
+unsigned char *lum_ros_points_merge(lum_ros_points *points, float first_s,
+                                    unsigned char *out);
 
 /** The points of a line, those of one eye that follow each other. */
 typedef struct lum_ros_line {

@@ -936,24 +936,30 @@ static void chunks_are_compressed_where_that_is_built_in(void **state)
     free(f.bytes);
 }
 
-/* --- Recordings --- */
+/* --- Threads --- */
 
-/* A line of a thousand points. */
-static void add_long(lum_writer *writer, uint32_t number)
+/* A line of a thousand points, until the next call; half of them come while the
+ * other eye has its. */
+static lum_line_samples long_line(uint32_t number)
 {
     static lum_sample many[1000];
     static float times[1000];
     for (size_t i = 0; i < 1000u; i++) {
         many[i] = samples[i % 2u];
         many[i].x += (float)(i * number % 977u);
-        times[i] = (float)(number * 1000u + i) * 1e-7f;
+        times[i] = (float)(number * 500u + i) * 1e-7f;
     }
-    const lum_line_samples line = {.struct_size = sizeof line,
-                                   .samples = many,
-                                   .times = times,
-                                   .count = 1000,
-                                   .line = number / 2u,
-                                   .eye = number & 1u};
+    return (lum_line_samples){.struct_size = sizeof(lum_line_samples),
+                              .samples = many,
+                              .times = times,
+                              .count = 1000,
+                              .line = number / 2u,
+                              .eye = number & 1u};
+}
+
+static void add_long(lum_writer *writer, uint32_t number)
+{
+    const lum_line_samples line = long_line(number);
     assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
 }
 
@@ -1015,6 +1021,128 @@ static void a_flush_waits_for_the_threads(void **state)
     lum_writer_abort(writer);
     assert_false(exists());
 }
+
+/* --- Points that are foreseen --- */
+
+#define LONG_LINES 200u
+
+enum order {
+    IN_TURN,
+    ONE_EYE,
+    BLUE_FIRST,
+    LATE,
+    EMPTY,
+    UNTIMED,
+    ORDERS
+};
+
+static lum_line_samples ordered_line(enum order order, uint32_t k)
+{
+    lum_line_samples line = long_line(order == LATE && k > 9u ? k ^ 4u : k);
+    line.eye = order == BLUE_FIRST ? k >= LONG_LINES / 2u : line.eye;
+    line.eye = order == ONE_EYE ? LUM_EYE_GREEN : line.eye;
+    line.count = order == EMPTY && k % 7u < 3u ? 0 : line.count;
+    line.times = order == UNTIMED && k == 9u ? NULL : line.times;
+    return line;
+}
+
+static void add_ordered(lum_writer *writer, enum order order, bool foresees)
+{
+    assert_int_equal(lum_writer_begin_frame(writer, BEGIN_NS, NULL), 0);
+    for (uint32_t k = 0; k < LONG_LINES && foresees; k++) {
+        const lum_line_samples line = ordered_line(order, k);
+        lum_writer_foresee(writer, &line);
+    }
+    for (uint32_t k = 0; k < LONG_LINES; k++) {
+        const lum_line_samples line = ordered_line(order, k);
+        assert_int_equal(lum_writer_add(writer, &line, NULL), 0);
+    }
+    assert_int_equal(lum_writer_end_frame(writer, NULL), 0);
+}
+
+static void expect_same_if_foreseen(unsigned contents)
+{
+    struct file files[2];
+    for (unsigned foresees = 0; foresees < 2u; foresees++) {
+        lum_writer *writer = open_of(contents);
+        for (unsigned order = 0; order < ORDERS; order++) {
+            add_ordered(writer, (enum order)order, foresees != 0);
+        }
+        close_writer(writer);
+        read_file(&files[foresees]);
+    }
+    assert_int_equal(files[0].size, files[1].size);
+    assert_memory_equal(files[0].bytes, files[1].bytes, files[0].size);
+    free(files[0].bytes);
+    free(files[1].bytes);
+}
+
+static void foreseen_points_make_the_same_file(void **state)
+{
+    (void)state;
+    expect_same_if_foreseen(LUM_MCAP_OF_FRAMES);
+    expect_same_if_foreseen(LUM_MCAP_OF_LINES);
+    expect_same_if_foreseen(LUM_MCAP_OF_DATAGRAMS);
+}
+
+/* Of 4.8 MB no more than some lines wait for the other eye. */
+static void foreseen_points_are_not_kept(void **state)
+{
+    lum_ros_points points = {0};
+    size_t count = 0;
+    float first_s = -1.0f;
+    (void)state;
+    for (uint32_t k = 0; k < LONG_LINES; k++) {
+        const lum_line_samples line = long_line(k);
+        lum_ros_points_foresee(&points, &line);
+    }
+    assert_true(lum_ros_points_can_merge(&points, &count, &first_s));
+    assert_int_equal(count, LONG_LINES * 1000u);
+    assert_true(first_s == 0.0f);
+    const size_t bytes = lum_ros_points_bytes(&points);
+    unsigned char *out = malloc(count * bytes);
+    assert_non_null(out);
+    unsigned char *to = out;
+    for (uint32_t k = 0; k < LONG_LINES; k++) {
+        const lum_line_samples line = long_line(k);
+        assert_int_equal(lum_ros_points_add(&points, &line, 0.0f), 0);
+        to = lum_ros_points_merge(&points, first_s, to);
+    }
+    assert_ptr_equal(to, out + count * bytes);
+    assert_true(points.eyes[0].kept.room < 100000u &&
+                points.eyes[1].kept.room < 100000u);
+    lum_ros_points_take(&points, first_s, to);
+    assert_false(lum_ros_points_can_merge(&points, &count, &first_s));
+    lum_ros_points_free(&points);
+    free(out);
+}
+
+static void points_that_were_not_foreseen_are_refused(void **state)
+{
+    (void)state;
+    for (uint32_t more = 0; more < 2u; more++) {
+        lum_error error = {""};
+        lum_writer *writer = open_plain();
+        assert_int_equal(lum_writer_begin_frame(writer, BEGIN_NS, NULL), 0);
+        for (uint32_t k = 0; k < 2u; k++) {
+            const lum_line_samples line = long_line(2u * k);
+            lum_writer_foresee(writer, &line);
+        }
+        add_long(writer, 0);
+        if (more != 0) {
+            const lum_line_samples line = long_line(1);
+            assert_int_equal(lum_writer_add(writer, &line, &error), -1);
+        } else {
+            assert_int_equal(lum_writer_end_frame(writer, &error), -1);
+        }
+        assert_int_equal(errno, EINVAL);
+        assert_non_null(strstr(error.text, "than were foreseen"));
+        lum_writer_abort(writer);
+        assert_false(exists());
+    }
+}
+
+/* --- Recordings --- */
 
 static lum_writer *open_growing(void)
 {
@@ -1234,6 +1362,9 @@ int main(void)
         cmocka_unit_test(chunks_are_compressed_where_that_is_built_in),
         cmocka_unit_test(threads_write_the_same_bytes),
         cmocka_unit_test(a_flush_waits_for_the_threads),
+        cmocka_unit_test(foreseen_points_make_the_same_file),
+        cmocka_unit_test(foreseen_points_are_not_kept),
+        cmocka_unit_test(points_that_were_not_foreseen_are_refused),
         cmocka_unit_test(a_recording_has_its_chunks_before_it_ends),
         cmocka_unit_test(a_recording_that_ends_is_whole),
         cmocka_unit_test(a_recording_without_data_leaves_nothing),

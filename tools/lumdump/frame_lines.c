@@ -275,6 +275,19 @@ void frame_lines_get(struct frame_lines *f, size_t i, lum_line_samples *out)
     }
 }
 
+bool frame_lines_outline(const struct frame_lines *f, size_t i,
+                         lum_line_samples *out)
+{
+    const lum_frame_line line = line_at(f, i);
+    *out = (lum_line_samples){.struct_size = sizeof *out,
+                              .count = line.point_count,
+                              .frame = f->taken.number,
+                              .line = line.number,
+                              .eye = line.eye,
+                              .times = f->columns.time + line.first_point};
+    return !f->has_gaps;
+}
+
 uint32_t frame_lines_rows(const struct frame_lines *f)
 {
     return f->rows * ((f->eyes & 1u) + (f->eyes >> 1 & 1u));

@@ -73,6 +73,11 @@ int64_t frame_begin_ns(const lum_frame_times *times, bool by_arrival);
 void frame_lines_get(struct frame_lines *lines, size_t i,
                      lum_line_samples *out);
 
+/* The same before, without samples and a timestamp; false: points of it may be
+ * left out. */
+bool frame_lines_outline(const struct frame_lines *lines, size_t i,
+                         lum_line_samples *out);
+
 /* The number of rows, and one of them: a sample for each pixel, NaN if there is
  * no point. The rows of each eye are in the order of their line numbers, those
  * of the blue eye first. Both eyes have the same number of rows. */

@@ -145,6 +145,16 @@ static int64_t begin_ns_of(const struct output *o,
                : frame_lines_begin_ns(frame, o->by_arrival);
 }
 
+static void foresee(lum_writer *cloud, const struct frame_lines *frame)
+{
+    for (size_t i = 0; i < frame_lines_taken(frame)->lines; i++) {
+        lum_line_samples line;
+        if (frame_lines_outline(frame, i, &line)) {
+            lum_writer_foresee(cloud, &line);
+        }
+    }
+}
+
 /* All of a frame becomes one message; one without any line, none. */
 static int add_message(struct output *o, struct frame_lines *frame,
                        unsigned sensor, lum_error *error)
@@ -158,6 +168,7 @@ static int add_message(struct output *o, struct frame_lines *frame,
     if (result == 0) {
         result =
             lum_writer_begin_frame(file->cloud, begin_ns_of(o, frame), error);
+        foresee(file->cloud, frame);
     }
     for (size_t i = 0; i < frame_lines_taken(frame)->lines && result == 0;
          i++) {
