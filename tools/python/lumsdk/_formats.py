@@ -262,7 +262,7 @@ class Parquet(Writer):
             raise Error(f"pyarrow is too old, 16 or later is needed: {install('parquet')}")
         self._schema = arrow_schema(job.layout, job.about.metadata())
         types = {name: COLUMNS[name].dtype for name in job.layout.columns if name in COLUMNS}
-        # Of these, dictionaries take longer than compressing the bytes, and floats need little room when their highest bytes lie together.
+        # Dictionaries of these take longer than their compression, which finds what repeats when a float's bytes lie apart.
         by = {name: "BYTE_STREAM_SPLIT" if dtype.kind == "f" else "PLAIN" for name, dtype in types.items()
               if job.layout.about(name)[0] == dtype}
         self._writer = pq.ParquetWriter(self._file, self._schema, compression=job.compression or "lz4", column_encoding=by,
