@@ -503,6 +503,23 @@ def test_the_disk_begins_while_more_is_written(frames, tmp_path, monkeypatch):
     assert size - 2 * (2 << 20) < sum(count for _, count in begun) <= size
 
 
+def test_npy_fills_records_while_others_are_written(frames, tmp_path, monkeypatch):
+    from lumsdk._formats import Npy
+
+    writers, before, wait = set(), threading.active_count(), Npy._wait
+
+    def note(self):
+        writers.update(thread.name for thread in threading.enumerate() if thread.name.startswith("lumsdk-write"))
+        wait(self)
+
+    monkeypatch.setattr(Npy, "_wait", note)
+    lumsdk.convert(frames, tmp_path / "a.npy")
+    assert len(writers) == 1 and threading.active_count() == before
+    records = np.load(tmp_path / "a.npy")
+    for name in records.dtype.names:
+        assert np.array_equal(records[name], expected(frames, name)), name
+
+
 # --- Whole files or none ---
 
 

@@ -322,19 +322,34 @@ class Npy(Writer):
 
     def __init__(self, job: Job) -> None:
         super().__init__(job)
+        from concurrent.futures import Future, ThreadPoolExecutor
+
         self._dtype = job.layout.dtype()
-        self._records = np.empty(_AT_ONCE, self._dtype)
+        self._records = np.empty((2, _AT_ONCE), self._dtype)  # one is written while the other is filled
+        self._thread = ThreadPoolExecutor(1, "lumsdk-write")
+        self._under_way: Optional[Future[int]] = None
         self._count = 0
         self._file.write(npy_header(self._dtype, 0))
 
     def add(self, frame: Frame) -> None:
         self._count += len(frame)
         for part in _parts(frame):
-            records = self._records[:len(part)]
+            self._records = self._records[::-1]
+            records = self._records[0, :len(part)]
             fill(records, self._job.layout.values(part))
-            self._file.write(records.data)
+            self._wait()
+            self._under_way = self._thread.submit(self._file.write, records.data)
+
+    def _wait(self) -> None:
+        if self._under_way is not None:
+            self._under_way.result()
+
+    def abort(self) -> None:
+        self._thread.shutdown()
 
     def finish(self, losses: dict[str, int]) -> None:
+        self._wait()
+        self.abort()
         self._file.seek(0)
         self._file.write(npy_header(self._dtype, self._count))
         self._file.seek(0, 2)
