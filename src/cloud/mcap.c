@@ -14,12 +14,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define CLOUD_END_BYTES 1u /* of lum_ros_end_cloud() */
+
 /* The cloud that is being written. */
 typedef struct cloud {
     bool is_begun; /* before its points came, which are foreseen */
     float first_s;
     lum_cdr cdr;
-    unsigned char *to; /* where its next point goes */
+    unsigned char *to; /* where its points go, if they have come */
+    lum_bytes rows;    /* else: some of them */
 } cloud;
 
 typedef struct state {
@@ -113,36 +116,6 @@ static int put_channels(state *s, lum_error *error)
     return 0;
 }
 
-static int attach(lum_mcap_file *file, const char *name, const char *text,
-                  lum_error *error)
-{
-    return text == NULL || text[0] == '\0'
-               ? 0
-               : lum_mcap_add_attachment(file, name, "application/yaml", text,
-                                         error);
-}
-
-static int attach_all(lum_mcap_file *file, const lum_mcap_options *o,
-                      lum_error *error)
-{
-    int result = attach(file, "calibration.yaml", o->calibration_yaml, error);
-    if (result == 0) {
-        result = attach(file, "profile.yaml", o->profile_yaml, error);
-    }
-    for (size_t i = 0; o->sensors != NULL && i < o->sensor_count && result == 0;
-         i++) {
-        const lum_mcap_sensor *of = &o->sensors[i];
-        char name[LUM_MCAP_FRAME_ID_MAX + 32u];
-        (void)snprintf(name, sizeof name, "calibration-%s.yaml", of->frame_id);
-        result = attach(file, name, of->calibration_yaml, error);
-        if (result == 0) {
-            (void)snprintf(name, sizeof name, "profile-%s.yaml", of->frame_id);
-            result = attach(file, name, of->profile_yaml, error);
-        }
-    }
-    return result;
-}
-
 static int put_about(const lum_writer *writer, lum_mcap_file *file,
                      const lum_mcap_options *o, lum_error *error)
 {
@@ -151,7 +124,7 @@ static int put_about(const lum_writer *writer, lum_mcap_file *file,
         "version", LUM_VERSION, has_comment ? "provenance" : NULL,
         has_comment ? writer->options.comment : NULL, NULL};
     return lum_mcap_add_metadata(file, "lumsdk", about, error) == 0
-               ? attach_all(file, o, error)
+               ? lum_mcap_rig_attach(file, o, error)
                : -1;
 }
 
@@ -170,6 +143,7 @@ static int begin(lum_writer *writer, lum_error *error)
     s->owes_transforms =
         lum_mcap_rig_has_transforms(&s->rig) && has_topic(s, LUM_ROS_TF_STATIC);
     s->is_growing = o->is_growing;
+    s->file.can_patch = !o->is_growing && lum_sink_seekable(writer->sink);
     s->points.extras = &writer->extras;
     s->points.lines =
         o->lines < LUM_MCAP_LINES_MAX ? o->lines : LUM_MCAP_LINES_MAX;
@@ -259,6 +233,9 @@ static int begin_cloud(lum_writer *writer, size_t n, float first_s,
                                               (uint32_t)n, preset)
                        : lum_ros_begin_cloud(out, stamp_ns, frame_id(s),
                                              (uint32_t)n, s->points.extras);
+    if (s->cloud.is_begun) {
+        return lum_mcap_expect(&s->file, n * bytes + CLOUD_END_BYTES, error);
+    }
     s->cloud.to = lum_bytes_extend(out, n * bytes);
     return s->cloud.to != NULL ? 0 : lum_mcap_end_message(&s->file, error);
 }
@@ -360,21 +337,35 @@ static int add_foreseen(lum_writer *writer, const lum_line_samples *line,
     if (lum_ros_points_add(&s->points, line, 0.0f) != 0) {
         return no_memory(writer, error);
     }
-    s->cloud.to =
-        lum_ros_points_merge(&s->points, s->cloud.first_s, s->cloud.to);
-    return 0;
+    lum_bytes *rows = &s->cloud.rows;
+    rows->len = 0;
+    unsigned char *to =
+        lum_bytes_extend(rows, lum_ros_points_count(&s->points) *
+                                   lum_ros_points_bytes(&s->points));
+    if (to == NULL) {
+        return no_memory(writer, error);
+    }
+    const unsigned char *end =
+        lum_ros_points_merge(&s->points, s->cloud.first_s, to);
+    return lum_mcap_put_expected(&s->file, to, (size_t)(end - to), error);
 }
 
 static int end_foreseen(lum_writer *writer, lum_error *error)
 {
     state *s = writer->state;
+    lum_bytes *rows = &s->cloud.rows;
+    lum_cdr end = {.out = rows};
     s->cloud.is_begun = false;
     if (lum_ros_points_to_come(&s->points, 0) > 0 ||
         lum_ros_points_to_come(&s->points, 1) > 0) {
         return not_foreseen(writer, error);
     }
-    lum_ros_points_take(&s->points, s->cloud.first_s, s->cloud.to);
-    return end_cloud(s, error);
+    lum_ros_points_end_merge(&s->points);
+    rows->len = 0;
+    lum_ros_end_cloud(&end);
+    return lum_mcap_put_expected(&s->file, rows->at, rows->len, error) == 0
+               ? lum_mcap_end_message(&s->file, error)
+               : -1;
 }
 
 /* --- Frames --- */
@@ -583,6 +574,7 @@ static void release(lum_writer *writer)
     state *s = writer->state;
     lum_mcap_free(&s->file);
     lum_ros_points_free(&s->points);
+    lum_bytes_free(&s->cloud.rows);
     lum_preset_points_free(&s->preset_points);
 }
 

@@ -28,6 +28,7 @@ enum {
 #define RECORD_HEAD  9u  /* opcode, length */
 #define MESSAGE_HEAD 31u /* that, channel, sequence, both times */
 #define SUM_BYTES    4u
+#define SUM_AT       (RECORD_HEAD + 24u) /* in a chunk */
 #define FOOTER_BYTES 20u
 
 static const uint8_t group_ops[LUM_MCAP_GROUPS] = {
@@ -232,30 +233,22 @@ static lum_bytes *body_of(const lum_mcap_file *file, lum_mcap_chunk *chunk)
     return file->packer != NULL ? &chunk->packing.packed : &chunk->messages;
 }
 
-static int put_chunk(lum_mcap_file *file, lum_mcap_chunk *chunk,
-                     lum_error *error)
+/* Its record up to the messages. */
+static int put_chunk_head(lum_mcap_file *file, const lum_mcap_chunk *chunk,
+                          uint64_t bytes, uint32_t sum, uint64_t packed,
+                          lum_error *error)
 {
-    const lum_bytes *body = body_of(file, chunk);
-    const lum_bytes *messages = &chunk->messages;
     lum_bytes *r = begin_own(file, OP_CHUNK);
     lum_bytes_put_u64(r, time_of(chunk->begin_ns));
     lum_bytes_put_u64(r, time_of(chunk->end_ns));
-    lum_bytes_put_u64(r, messages->len);
-    lum_bytes_put_u32(
-        r, file->packer != NULL
-               ? chunk->packing.crc
-               : lum_crc32_add(&file->crc, 0, messages->at, messages->len));
+    lum_bytes_put_u64(r, bytes);
+    lum_bytes_put_u32(r, sum);
     lum_bytes_put_text(r, file->packer != NULL ? lum_mcap_pack_name : "");
-    lum_bytes_put_u64(r, body->len);
+    lum_bytes_put_u64(r, packed);
     if (!r->failed) {
-        (void)lum_put_le64(r->at + 1, r->len - RECORD_HEAD + body->len);
+        (void)lum_put_le64(r->at + 1, r->len - RECORD_HEAD + packed);
     }
-    if (body->failed) {
-        return out_of_memory(file, error);
-    }
-    return put(file, r, error) == 0
-               ? lum_sink_lend(file->sink, body->at, body->len, error)
-               : -1;
+    return put(file, r, error);
 }
 
 /* The messages of each channel; where that stands goes into the index of
@@ -282,14 +275,12 @@ static int put_message_indexes(lum_mcap_file *file, lum_mcap_chunk *chunk,
     return 0;
 }
 
-static int put_indexed_chunk(lum_mcap_file *file, lum_mcap_chunk *chunk,
-                             lum_error *error)
+/* What begins there has been put. */
+static int index_chunk(lum_mcap_file *file, lum_mcap_chunk *chunk,
+                       uint64_t offset, uint64_t bytes, uint64_t packed,
+                       lum_error *error)
 {
     lum_bytes *index = &file->groups[LUM_MCAP_CHUNKS];
-    const uint64_t offset = lum_sink_bytes(file->sink);
-    if (put_chunk(file, chunk, error) != 0) {
-        return -1;
-    }
     const uint64_t end = lum_sink_bytes(file->sink);
     const size_t at = begin_record(index, OP_CHUNK_INDEX);
     lum_bytes_put_u64(index, time_of(chunk->begin_ns));
@@ -303,12 +294,33 @@ static int put_indexed_chunk(lum_mcap_file *file, lum_mcap_chunk *chunk,
     lum_bytes_end_u32(index, map);
     lum_bytes_put_u64(index, lum_sink_bytes(file->sink) - end);
     lum_bytes_put_text(index, file->packer != NULL ? lum_mcap_pack_name : "");
-    lum_bytes_put_u64(index, body_of(file, chunk)->len);
-    lum_bytes_put_u64(index, chunk->messages.len);
+    lum_bytes_put_u64(index, packed);
+    lum_bytes_put_u64(index, bytes);
     end_record(index, at);
     file->counts[LUM_MCAP_CHUNKS]++;
     chunk->messages.len = 0;
     return index->failed ? out_of_memory(file, error) : 0;
+}
+
+static int put_indexed_chunk(lum_mcap_file *file, lum_mcap_chunk *chunk,
+                             lum_error *error)
+{
+    const lum_bytes *body = body_of(file, chunk);
+    const lum_bytes *messages = &chunk->messages;
+    const uint64_t offset = lum_sink_bytes(file->sink);
+    if (body->failed) {
+        return out_of_memory(file, error);
+    }
+    const uint32_t sum =
+        file->packer != NULL
+            ? chunk->packing.crc
+            : lum_crc32_add(&file->crc, 0, messages->at, messages->len);
+    return put_chunk_head(file, chunk, messages->len, sum, body->len, error) ==
+                       0 &&
+                   lum_sink_lend(file->sink, body->at, body->len, error) == 0
+               ? index_chunk(file, chunk, offset, messages->len, body->len,
+                             error)
+               : -1;
 }
 
 /* Put chunks that have ended, until at most `left` are under way. Of the others
@@ -418,9 +430,58 @@ int lum_mcap_begin_message(lum_mcap_file *file, unsigned channel,
     return messages->failed || index->failed ? out_of_memory(file, error) : 0;
 }
 
+int lum_mcap_expect(lum_mcap_file *file, size_t n, lum_error *error)
+{
+    lum_bytes *messages = &present(file)->messages;
+    lum_mcap_large *large = &file->large;
+    large->is_begun = file->can_patch && file->packer == NULL &&
+                      n >= LUM_MCAP_CHUNK_BYTES && !messages->failed;
+    if (!large->is_begun) {
+        const bool has_room = lum_bytes_extend(messages, n) != NULL;
+        messages->len -= has_room ? n : 0;
+        return has_room ? 0 : out_of_memory(file, error);
+    }
+    large->offset = lum_sink_bytes(file->sink);
+    large->bytes = (uint64_t)messages->len + n;
+    (void)lum_put_le64(messages->at + file->message + 1,
+                       large->bytes - file->message - RECORD_HEAD);
+    large->sum = lum_crc32_add(&file->crc, 0, messages->at, messages->len);
+    return put_chunk_head(file, present(file), large->bytes, 0, large->bytes,
+                          error) == 0
+               ? put(file, messages, error)
+               : -1;
+}
+
+int lum_mcap_put_expected(lum_mcap_file *file, const void *bytes, size_t n,
+                          lum_error *error)
+{
+    if (!file->large.is_begun) {
+        lum_bytes_put(&present(file)->messages, bytes, n);
+        return 0;
+    }
+    file->large.sum = lum_crc32_add(&file->crc, file->large.sum, bytes, n);
+    return lum_sink_write(file->sink, bytes, n, error);
+}
+
+static int end_large(lum_mcap_file *file, lum_error *error)
+{
+    lum_mcap_large *large = &file->large;
+    unsigned char sum[SUM_BYTES];
+    (void)lum_put_le32(sum, large->sum);
+    large->is_begun = false;
+    return lum_sink_patch(file->sink, large->offset + SUM_AT, sum, sizeof sum,
+                          error) == 0
+               ? index_chunk(file, present(file), large->offset, large->bytes,
+                             large->bytes, error)
+               : -1;
+}
+
 int lum_mcap_end_message(lum_mcap_file *file, lum_error *error)
 {
     lum_bytes *messages = &present(file)->messages;
+    if (file->large.is_begun) {
+        return end_large(file, error);
+    }
     if (messages->failed) {
         return out_of_memory(file, error);
     }

@@ -2,7 +2,7 @@
  * An MCAP file: records, chunks of messages, and the index at its end, into a
  * sink (https://mcap.dev/spec). It knows no message. Memory grows by a chunk,
  * or as many as there are threads, and by less than 200 bytes for each chunk
- * before it. Internal to cloud.
+ * before it; lum_mcap_expect() makes a chunk small. Internal to cloud.
  *
  * Without memory nothing more is written, and the next call that can fail says
  * so. */
@@ -45,9 +45,21 @@ typedef enum lum_mcap_group {
     LUM_MCAP_GROUPS /**< how many kinds there are */
 } lum_mcap_group;
 
+/** A message that goes into the sink while it is made, at the end of a chunk
+ * whose sum is written when it is known. */
+typedef struct lum_mcap_large {
+    bool is_begun;   /**< there is one */
+    uint64_t offset; /**< of its chunk */
+    uint64_t bytes;  /**< of all messages of the chunk */
+    uint32_t sum;    /**< of those put so far */
+} lum_mcap_large;
+
 /** A file being written. */
 typedef struct lum_mcap_file {
     lum_sink *sink;                    /**< where bytes go; the caller's */
+    bool can_patch;                    /**< what is in the sink can be written
+                                            again, and nobody reads it yet */
+    lum_mcap_large large;              /**< the present message, if it is one */
     lum_mcap_packer *packer;           /**< NULL: chunks are not compressed */
     uint32_t counts[LUM_MCAP_GROUPS];  /**< records so far */
     lum_bytes groups[LUM_MCAP_GROUPS]; /**< those of the summary */
@@ -100,6 +112,15 @@ LUM_MUST_CHECK int lum_mcap_add_attachment(lum_mcap_file *file,
 LUM_MUST_CHECK int lum_mcap_begin_message(lum_mcap_file *file, unsigned channel,
                                           int64_t time_ns, lum_bytes **out,
                                           lum_error *error);
+
+/** Say how many bytes will be put, and nothing else appended, up to its end: if
+ * they are many, they need not be in memory. */
+LUM_MUST_CHECK int lum_mcap_expect(lum_mcap_file *file, size_t n,
+                                   lum_error *error);
+
+/** Append some of them. */
+LUM_MUST_CHECK int lum_mcap_put_expected(lum_mcap_file *file, const void *bytes,
+                                         size_t n, lum_error *error);
 
 /** It is whole. */
 LUM_MUST_CHECK int lum_mcap_end_message(lum_mcap_file *file, lum_error *error);

@@ -3,6 +3,7 @@
 #include "ros_messages.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <string.h>
 
 #define FRAME_ID "luminar"
@@ -59,6 +60,36 @@ int lum_mcap_rig_take(lum_mcap_rig *out, const char *name,
         }
     }
     return take_frame_id(out->frame_id, name, id, error);
+}
+
+static int attach(lum_mcap_file *file, const char *name, const char *text,
+                  lum_error *error)
+{
+    return text == NULL || text[0] == '\0'
+               ? 0
+               : lum_mcap_add_attachment(file, name, "application/yaml", text,
+                                         error);
+}
+
+int lum_mcap_rig_attach(lum_mcap_file *file, const lum_mcap_options *o,
+                        lum_error *error)
+{
+    int result = attach(file, "calibration.yaml", o->calibration_yaml, error);
+    if (result == 0) {
+        result = attach(file, "profile.yaml", o->profile_yaml, error);
+    }
+    for (size_t i = 0; o->sensors != NULL && i < o->sensor_count && result == 0;
+         i++) {
+        const lum_mcap_sensor *of = &o->sensors[i];
+        char name[LUM_MCAP_FRAME_ID_MAX + 32u];
+        (void)snprintf(name, sizeof name, "calibration-%s.yaml", of->frame_id);
+        result = attach(file, name, of->calibration_yaml, error);
+        if (result == 0) {
+            (void)snprintf(name, sizeof name, "profile-%s.yaml", of->frame_id);
+            result = attach(file, name, of->profile_yaml, error);
+        }
+    }
+    return result;
 }
 
 bool lum_mcap_rig_has_transforms(const lum_mcap_rig *rig)

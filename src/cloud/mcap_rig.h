@@ -5,6 +5,7 @@
 #define LUM_CLOUD_MCAP_RIG_H
 
 #include "bytes.h"
+#include "mcap_file.h"
 
 #include "lum/base/error.h"
 #include "lum/cloud/writer.h"
@@ -34,6 +35,11 @@ typedef struct lum_mcap_rig {
 LUM_MUST_CHECK int lum_mcap_rig_take(lum_mcap_rig *out, const char *name,
                                      const lum_mcap_options *options,
                                      lum_error *error);
+
+/** Attach the files of calibrations and profiles that options have. */
+LUM_MUST_CHECK int lum_mcap_rig_attach(lum_mcap_file *file,
+                                       const lum_mcap_options *options,
+                                       lum_error *error);
 
 /** Whether anything is known of how the frames lie. */
 bool lum_mcap_rig_has_transforms(const lum_mcap_rig *rig);

@@ -345,6 +345,13 @@ size_t lum_ros_points_to_come(const lum_ros_points *points, unsigned eye)
     return points->eyes[known_eye(eye)].to_come;
 }
 
+void lum_ros_points_end_merge(lum_ros_points *points)
+{
+    forget(points);
+    points->has_line[0] = false;
+    points->has_line[1] = false;
+}
+
 bool lum_ros_points_can_merge(lum_ros_points *points, size_t *count,
                               float *first_s)
 {
@@ -354,9 +361,7 @@ bool lum_ros_points_can_merge(lum_ros_points *points, size_t *count,
     const bool can = n > 0 && n <= lum_ros_points_max(points) &&
                      !blue->is_unsorted && !green->is_unsorted;
     if (!can) {
-        forget(points);
-        points->has_line[0] = false;
-        points->has_line[1] = false;
+        lum_ros_points_end_merge(points);
         return false;
     }
     count_lines(points);

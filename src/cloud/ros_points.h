@@ -84,11 +84,14 @@ bool lum_ros_points_can_merge(lum_ros_points *points, size_t *count,
 /** How many of an eye are foreseen and were not added yet. */
 size_t lum_ros_points_to_come(const lum_ros_points *points, unsigned eye);
 
-/** Write those that no later one comes before. lum_ros_points_take() writes the
- * others, behind them; without a call of lum_ros_points_sort().
+/** Write those that no later one comes before; with the last line all of them.
+ * There was no call of lum_ros_points_sort().
  * @return the end of them. */
 unsigned char *lum_ros_points_merge(lum_ros_points *points, float first_s,
                                     unsigned char *out);
+
+/** All that were foreseen are written; have none for the next frame. */
+void lum_ros_points_end_merge(lum_ros_points *points);
 
 /** The points of a line, those of one eye that follow each other. */
 typedef struct lum_ros_line {

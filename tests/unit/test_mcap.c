@@ -1060,16 +1060,21 @@ static void add_ordered(lum_writer *writer, enum order order, bool foresees)
     assert_int_equal(lum_writer_end_frame(writer, NULL), 0);
 }
 
-static void expect_same_if_foreseen(unsigned contents)
+static void expect_same_if_foreseen(const lum_mcap_options *mcap)
 {
     struct file files[2];
     for (unsigned foresees = 0; foresees < 2u; foresees++) {
-        lum_writer *writer = open_of(contents);
+        lum_writer *writer = open_as(mcap);
         for (unsigned order = 0; order < ORDERS; order++) {
             add_ordered(writer, (enum order)order, foresees != 0);
+            assert_int_equal(lum_writer_add_status(writer, &status, NULL), 0);
         }
         close_writer(writer);
         read_file(&files[foresees]);
+        if (mcap->is_plain) {
+            expect_indexes(&files[foresees]);
+            expect_summary(&files[foresees]);
+        }
     }
     assert_int_equal(files[0].size, files[1].size);
     assert_memory_equal(files[0].bytes, files[1].bytes, files[0].size);
@@ -1077,12 +1082,37 @@ static void expect_same_if_foreseen(unsigned contents)
     free(files[1].bytes);
 }
 
+/* Some are put while they are made, some are too small for that. */
 static void foreseen_points_make_the_same_file(void **state)
 {
+    lum_mcap_options mcap = {.struct_size = sizeof mcap, .is_plain = true};
     (void)state;
-    expect_same_if_foreseen(LUM_MCAP_OF_FRAMES);
-    expect_same_if_foreseen(LUM_MCAP_OF_LINES);
-    expect_same_if_foreseen(LUM_MCAP_OF_DATAGRAMS);
+    expect_same_if_foreseen(&mcap);
+    mcap.contents = LUM_MCAP_OF_LINES;
+    expect_same_if_foreseen(&mcap);
+    mcap.contents = LUM_MCAP_OF_DATAGRAMS;
+    expect_same_if_foreseen(&mcap);
+    mcap.contents = LUM_MCAP_OF_FRAMES;
+    mcap.is_growing = true;
+    expect_same_if_foreseen(&mcap);
+    expect_same_if_foreseen(&(lum_mcap_options){.struct_size = sizeof mcap});
+}
+
+static void a_large_message_that_is_given_up_leaves_nothing(void **state)
+{
+    (void)state;
+    lum_writer *writer = open_plain();
+    assert_int_equal(lum_writer_begin_frame(writer, BEGIN_NS, NULL), 0);
+    for (uint32_t k = 0; k < LONG_LINES; k++) {
+        const lum_line_samples line = long_line(k);
+        lum_writer_foresee(writer, &line);
+    }
+    for (uint32_t k = 0; k < LONG_LINES / 2u; k++) {
+        add_long(writer, k);
+    }
+    assert_true(lum_writer_bytes(writer) > 2000000u);
+    lum_writer_abort(writer);
+    assert_false(exists());
 }
 
 /* Of 4.8 MB no more than some lines wait for the other eye. */
@@ -1111,7 +1141,8 @@ static void foreseen_points_are_not_kept(void **state)
     assert_ptr_equal(to, out + count * bytes);
     assert_true(points.eyes[0].kept.room < 100000u &&
                 points.eyes[1].kept.room < 100000u);
-    lum_ros_points_take(&points, first_s, to);
+    lum_ros_points_end_merge(&points);
+    assert_int_equal(lum_ros_points_count(&points), 0);
     assert_false(lum_ros_points_can_merge(&points, &count, &first_s));
     lum_ros_points_free(&points);
     free(out);
@@ -1363,6 +1394,7 @@ int main(void)
         cmocka_unit_test(threads_write_the_same_bytes),
         cmocka_unit_test(a_flush_waits_for_the_threads),
         cmocka_unit_test(foreseen_points_make_the_same_file),
+        cmocka_unit_test(a_large_message_that_is_given_up_leaves_nothing),
         cmocka_unit_test(foreseen_points_are_not_kept),
         cmocka_unit_test(points_that_were_not_foreseen_are_refused),
         cmocka_unit_test(a_recording_has_its_chunks_before_it_ends),
