@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import struct
 import tempfile
@@ -149,8 +150,14 @@ _EXTRAS = (("range", "f4", "metres from the eye"), ("azimuth", "f4", "degrees, o
 _DATE_AT = 90
 
 
-_COMPRESSED_AT_ONCE = 8 * _AT_ONCE
-"""Points: several chunks of LAZ, each of which is compressed by one thread."""
+_CHUNK = 50_000
+"""Points of lazrs's chunks. Each is compressed by one thread."""
+
+
+def _compressed_at_once() -> int:
+    """Points: as many chunks for each core, and some, so that little time is spent between."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return _CHUNK * cores * -(-4 // cores)
 
 
 def _away(numbers: Array, unit: float) -> Array:
@@ -176,7 +183,7 @@ class Laz(Writer):
         extra("lazrs", "laz")
         header = self._header()
         self._format = header.point_format
-        self._records = np.zeros(_COMPRESSED_AT_ONCE, self._format.dtype())
+        self._records = np.zeros(_compressed_at_once(), self._format.dtype())
         self._held = 0  # of the records, those that wait to be compressed
         self._writer = self._laspy.LasWriter(self._file, header, do_compress=True, closefd=False,
                                              laz_backend=self._laspy.LazBackend.LazrsParallel)
@@ -201,36 +208,50 @@ class Laz(Writer):
         return header
 
     def add(self, frame: Frame) -> None:
-        for part in _parts(frame):
-            end = self._held + len(part)
-            self._fill(self._records[self._held:end], part)
-            self._held = end
-            if end > len(self._records) - _AT_ONCE:
+        first = 0
+        while first < len(frame):
+            part = frame[first:first + min(_AT_ONCE, len(self._records) - self._held)]
+            columns = self._columns(part)
+            self._note(columns)
+            fill(self._records[list(columns)][self._held:self._held + len(part)], columns.values())
+            self._held += len(part)
+            first += len(part)
+            if self._held == len(self._records):
                 self._compress()
 
     def _compress(self) -> None:
         if self._held:
-            self._writer.write_points(self._laspy.PackedPointRecord(self._records[:self._held], self._format))
+            # Not by its own write_points(), which searches the records for what _note() knows.
+            self._writer.point_writer.write_points(self._laspy.PackedPointRecord(self._records[:self._held], self._format))
         self._held = 0
 
-    def _fill(self, out: Any, frame: Frame) -> None:
+    def _note(self, columns: dict[str, Array]) -> None:
+        """What the header says of the points."""
+        header = self._writer.header
+        header.point_count += len(columns["X"])
+        header.mins = np.minimum(header.mins, [columns[axis].min() * _SCALE for axis in "XYZ"])
+        header.maxs = np.maximum(header.maxs, [columns[axis].max() * _SCALE for axis in "XYZ"])
+        numbers = np.bincount(columns["bit_fields"] & 15, minlength=16)[1:]
+        header.number_of_points_by_return += numbers.astype(header.number_of_points_by_return.dtype)
+
+    def _columns(self, frame: Frame) -> dict[str, Array]:
+        """What records have of points, by the names of the fields."""
         for name in "xyz":
             metres = value(frame, name)
             if not -_LIMIT < metres.min() <= metres.max() < _LIMIT:
                 raise OptionError(f"a point of frame {frame.number} lies farther than {_LIMIT:.0f} m from the origin, which "
                                   f"LAS cannot hold at a scale of {_SCALE:g} m")
-            out[name.upper()] = _away(metres, _SCALE)
         width = value(frame, "pulse_width")
-        out["intensity"] = np.clip(np.floor(width.astype("f8") * 100.0 + 0.5), 0, 65535)
         number, count = (np.minimum(value(frame, name), 15).astype("u1") for name in ("return_number", "number_of_returns"))
-        out["bit_fields"] = number | count << 4
-        out["classification_flags"] = (value(frame, "eye") & 3) << 4
-        out["scan_angle"] = np.clip(_away(value(frame, "azimuth"), 0.006), -30000, 30000)
-        out["gps_time"] = self._seconds(value(frame, "timestamp", self._job.time))
-        for name, _, _ in _EXTRAS:
-            out[name] = value(frame, name[5:] if name.startswith("full_") else name)
-        for name in self._job.layout.own:
-            out[name] = value(frame, name)
+        return {
+            **{name.upper(): _away(value(frame, name), _SCALE) for name in "xyz"},
+            "intensity": np.clip(np.floor(width.astype("f8") * 100.0 + 0.5), 0, 65535),
+            "bit_fields": number | count << 4,
+            "classification_flags": (value(frame, "eye") & 3) << 4,
+            "scan_angle": np.clip(_away(value(frame, "azimuth"), 0.006), -30000, 30000),
+            "gps_time": self._seconds(value(frame, "timestamp", self._job.time)),
+            **{name: value(frame, name[5:] if name.startswith("full_") else name) for name, _, _ in _EXTRAS},
+            **{name: value(frame, name) for name in self._job.layout.own}}
 
     def _seconds(self, us: Array) -> Array:
         whole = np.trunc(us / 1000000).astype("i8")
