@@ -228,6 +228,29 @@ def test_a_manifest_is_read_as_it_was_written(tmp_path):
     assert [p.name for p in pathlib.Path(out.url).rglob("*") if p.is_file()] == ["manifest.parquet"]
 
 
+def test_a_manifest_has_texts_and_numbers_of_all_kinds(tmp_path):
+    out = Local(str(tmp_path / "out"))
+    rows = [{"output": r"a\xff", "source": "\u00f6\U0001f697", "stamp": "2024-01-01T00:00:00Z", "options": '{"a": "b\\n"}',
+             "message": 'two\nlines\t"', "size": 2**63 - 1, "truncated": True, "seconds": 3, "of_another_version": {"x": [1]}},
+            {"output": "b", "points": -1, "truncated": False, "message": "2024-01-01", "digest": "1", "seconds": 0.001}]
+    _manifest.write(out, iter(rows), str(tmp_path), ".lumfleet/parts/m")
+    names = _manifest.schema().names
+    assert list(_manifest.read(out)) == [{name: row.get(name) for name in names} for row in rows]
+
+
+def test_what_many_captures_do_not_need_is_not_imported(tmp_path):
+    script = """
+import sys
+from lumsdk.fleet import _local, _manifest, main
+from lumsdk.fleet._places import Local
+assert not {"numpy", "pyarrow", "ray"} & set(sys.modules)
+_manifest.write(Local(sys.argv[1]), [{"output": "a", "seconds": 0.5}], sys.argv[1], ".lumfleet/parts/m")
+assert "pandas" not in sys.modules
+"""
+    package = str(pathlib.Path(lumsdk.__file__).parents[1])
+    subprocess.run([sys.executable, "-c", script, str(tmp_path / "out")], check=True, env={**os.environ, "PYTHONPATH": package})
+
+
 def test_a_manifest_that_is_none_is_named(tmp_path):
     (tmp_path / "manifest.parquet").write_text("text")
     with pytest.raises(FleetError, match="manifest.parquet: cannot be read"):

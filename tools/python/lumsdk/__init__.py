@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING, Any
 from ._c import VERSION as __version__
 from ._errors import (CaptureError, CaptureWarning, ClosedError, Error, HazardError, LaserError, OptionError, SensorError,
                       SensorWarning, UnknownKeyError)
-from ._columns import COLUMNS
-from ._frame import Frame
-from ._settings import Calibration, Profile
-from ._source import Source, open
 
 if TYPE_CHECKING:
+    from ._columns import COLUMNS
     from ._convert import convert
+    from ._frame import Frame
     from ._infer import Finding, Inference, infer
     from ._poses import Poses
     from ._project import Projection
     from ._rig import Rig, RigSensor
     from ._sensor import Sensor
     from ._session import Answer, Clock, Status
+    from ._settings import Calibration, Profile
     from ._simulate import SimulatedSensor, simulate
+    from ._source import Source, open
     from ._sync import FrameSet, sync
     from ._types import Column, OwnColumn
     from ._view import View, view
@@ -38,12 +38,13 @@ __all__ = ["COLUMNS", "Answer", "Calibration", "CaptureError", "CaptureWarning",
            "Source", "Status", "UnknownKeyError", "View", "Written", "__version__", "convert", "infer", "open", "simulate", "sync",
            "view", "write_capture"]
 
-# What few programs need is imported when it is asked for.
-_LATER = {"Answer": "_session", "Clock": "_session", "Column": "_types", "Finding": "_infer", "FrameSet": "_sync",
-          "Inference": "_infer", "Line": "_write", "OwnColumn": "_types", "Poses": "_poses", "Projection": "_project",
-          "Rig": "_rig", "RigSensor": "_rig", "Sensor": "_sensor", "SimulatedSensor": "_simulate", "Status": "_session",
-          "View": "_view", "Written": "_write", "convert": "_convert", "infer": "_infer", "simulate": "_simulate",
-          "sync": "_sync", "view": "_view", "write_capture": "_write"}
+# Imported when it is asked for. Programs of the package that only start others need not even NumPy.
+_LATER = {"Answer": "_session", "COLUMNS": "_columns", "Calibration": "_settings", "Clock": "_session", "Column": "_types",
+          "Finding": "_infer", "Frame": "_frame", "FrameSet": "_sync", "Inference": "_infer", "Line": "_write",
+          "OwnColumn": "_types", "Poses": "_poses", "Profile": "_settings", "Projection": "_project", "Rig": "_rig",
+          "RigSensor": "_rig", "Sensor": "_sensor", "SimulatedSensor": "_simulate", "Source": "_source", "Status": "_session",
+          "View": "_view", "Written": "_write", "convert": "_convert", "infer": "_infer", "open": "_source",
+          "simulate": "_simulate", "sync": "_sync", "view": "_view", "write_capture": "_write"}
 
 
 if not TYPE_CHECKING:  # it would take every name for one that there is

@@ -10,11 +10,12 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from . import _lumdump
+from ._c import LOSSES
 from ._errors import OptionError
 from ._formats import WRITERS, AnyTarget
 from ._inputs import Files, Stream, open_input
 from ._plan import PATTERN, Plan
-from ._reading import LOSSES
+from ._programs import left_out_of
 from ._summary import Summary
 from ._table import extra
 from ._target import Target, UrlTarget, failed, is_url, local_for
@@ -114,4 +115,4 @@ def by_lumdump(plan: Plan) -> Summary:
                    bytes=size, truncated=said["truncated"],
                    sensors=[sensor.get("rig_name", sensor.get("name", sensor["address"])) for sensor in said["sensors"]],
                    losses={cause: said[cause] for cause in LOSSES if cause in said},
-                   left_out=_lumdump.left_out_of(said))
+                   left_out=left_out_of(said))

@@ -65,3 +65,10 @@ def number_of(address: str) -> int:
 
 
 VERSION = f"{lib.LUM_VERSION_MAJOR}.{lib.LUM_VERSION_MINOR}.{lib.LUM_VERSION_PATCH}"
+
+LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_missing", "lines_in_pauses", "pauses",
+          "lines_cut", "lines_late", "points_cut", "points_late", "no_angle", "no_range", "bad_words", "late",
+          "duplicate", "conflict", "no_room", "stray", "out_of_order", "malformed", "unknown_tag", "unknown_type",
+          "cut_short", "foreign", "other", "damaged", "lines_under_way", "words_under_way", "no_angle_under_way",
+          "missing_under_way", "stray_at_breaks")
+"""What is lost, by the names that lumdump's JSON has."""

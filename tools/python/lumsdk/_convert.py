@@ -13,14 +13,13 @@ import numpy as np
 
 from . import _lumdump
 from ._by_lumdump import FOREIGN, by_lumdump
-from ._c import VERSION
+from ._c import LOSSES, VERSION
 from ._errors import Error, OptionError
 from ._formats import WRITERS, About, AnyTarget, Job, Writer
 from ._frame import Frame
 from ._grid import JOINED
 from ._points_file import FORMATS, OF_MESSAGES, Messages, PointsFile
 from ._poses import Motion, Poses
-from ._reading import LOSSES
 from ._settings import Calibration, Profile
 from ._source import Source, open
 from ._plan import APPLIES, OF_TABLES, Plan, name_for

@@ -243,9 +243,3 @@ def bytes_of(source: Any) -> int:
     if isinstance(source, io.BytesIO):
         return len(source.getbuffer())
     return sum(os.path.getsize(path) for path in source if os.path.isfile(path)) if isinstance(source, list) else 0
-
-
-def left_out_of(said: Mapping[str, Any]) -> int:
-    """Points that lumdump left out of its outputs, by its JSON."""
-    left_out = sum(output[why] for output in said["left_out"] for why in ("late", "cut", "no_place"))
-    return int(said.get("poses", {}).get("without", 0) + left_out)

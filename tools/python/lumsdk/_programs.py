@@ -6,7 +6,8 @@ import pathlib
 import shutil
 import sys
 import sysconfig
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from ._errors import Error
 
@@ -51,3 +52,9 @@ def find(name: str) -> str:
     named = f"LUM_BIN ({os.environ['LUM_BIN']})" if os.environ.get("LUM_BIN") else "LUM_BIN, which is not set,"
     raise Error(f"{name} is not among the scripts of this Python ({folders[0]}), nor in {named} nor in PATH; "
                 f"a wheel of lumsdk brings it: pip install --force-reinstall lumsdk, or name the folder that has it in LUM_BIN")
+
+
+def left_out_of(said: Mapping[str, Any]) -> int:
+    """Points that lumdump left out of its outputs, by its JSON."""
+    left_out = sum(output[why] for output in said["left_out"] for why in ("late", "cut", "no_place"))
+    return int(said.get("poses", {}).get("without", 0) + left_out)

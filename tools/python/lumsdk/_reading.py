@@ -26,11 +26,7 @@ _KINDS = {"data": lib.LUM_PACKET_DATA, "heartbeat": lib.LUM_PACKET_HEARTBEAT, "s
           "timestamp": lib.LUM_PACKET_TIMESTAMP, "tlv": lib.LUM_PACKET_TLV}
 _BAD_KINDS = {"malformed": lib.LUM_PACKET_MALFORMED, "unknown_tag": lib.LUM_PACKET_UNKNOWN_TAG,
               "unknown_type": lib.LUM_PACKET_UNKNOWN_TYPE, "foreign": lib.LUM_PACKET_FOREIGN}
-LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_missing", "lines_in_pauses", "pauses",
-          "lines_cut", "lines_late", "points_cut", "points_late", "no_angle", "no_range", "bad_words", "late",
-          "duplicate", "conflict", "no_room", "stray", "out_of_order", "malformed", "unknown_tag", "unknown_type",
-          "cut_short", "foreign", "other", "damaged", "lines_under_way", "words_under_way", "no_angle_under_way",
-          "missing_under_way", "stray_at_breaks")
+
 
 
 def _of_packets(c: Any) -> dict[str, int]:

@@ -9,11 +9,12 @@ import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union, overload
 
+from ._c import LOSSES
 from ._errors import ClosedError, OptionError, warn
 from ._frame import Frame
 from ._inputs import Input, open_input
 from ._options import Choice
-from ._reading import LOSSES, Reading
+from ._reading import Reading
 from ._settings import Calibration, Profile
 
 if TYPE_CHECKING:

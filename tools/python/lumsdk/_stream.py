@@ -7,11 +7,11 @@ import weakref
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Optional
 
-from ._c import check, failure, ffi, lib, sized
+from ._c import LOSSES, check, failure, ffi, lib, sized
 from ._errors import ClosedError, Error, LaserError, SensorError, SensorWarning
 from ._frame import Frame
 from ._laser import MISSING
-from ._reading import LOSSES, Counts
+from ._reading import Counts
 from ._session import RECEIVE_BUFFER, now_ns
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from typing import Any
 
-from .._reading import LOSSES
+from .._c import LOSSES
 from ._ledger import Record, Totals
 
 PERIOD_S = 0.5

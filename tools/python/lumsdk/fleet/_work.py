@@ -15,8 +15,8 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any, Optional
 
-from .._lumdump import left_out_of
-from .._reading import LOSSES
+from .._c import LOSSES
+from .._programs import left_out_of
 from .._target import is_url
 from ._folders import WorkFolder
 from ._job import LUMDUMP_FORMATS, Job, find_lumdump
