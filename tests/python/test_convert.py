@@ -242,6 +242,13 @@ def test_parquet_splits_floats_and_has_dictionaries_only_of_columns_that_were_ad
     assert os.path.getsize(tmp_path / "a.parquet") < os.path.getsize(tmp_path / "usual.parquet")
 
 
+@pytest.mark.parametrize("kind", ["parquet", "feather"])
+def test_tables_need_no_pandas(drive, tmp_path, kind):
+    need(kind)
+    program = "import sys, lumsdk; lumsdk.convert(*sys.argv[1:]); assert 'pandas' not in sys.modules"
+    subprocess.run([sys.executable, "-c", program, drive, tmp_path / f"a.{kind}"], check=True)
+
+
 @pytest.mark.parametrize("kind", ["csv", "npy"])
 def test_options_of_generators_are_those_of_lists(drive, tmp_path, kind):
     options = {"set": ["eyes.blue.mount.x_m=1.5"], "columns": ["x", "range"]}

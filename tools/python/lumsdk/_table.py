@@ -310,10 +310,19 @@ def arrow_schema(layout: Layout, metadata: Mapping[str, str]) -> Any:
     return pa.schema(fields, metadata=dict(metadata))
 
 
+def _arrow_array(column: Array) -> Any:
+    pa = extra("pyarrow", "parquet")
+    if column.dtype.kind == "b":  # Arrow has bits
+        return pa.array(column)
+    # The first pa.array() imports pandas, which takes longer than a frame.
+    column = np.ascontiguousarray(column)
+    return pa.Array.from_buffers(pa.from_numpy_dtype(column.dtype), len(column), [None, pa.py_buffer(column)])
+
+
 def arrow_batch(layout: Layout, frame: Frame, schema: Any) -> Any:
     """The points of a frame as a record batch."""
     pa = extra("pyarrow", "parquet")
-    return pa.record_batch([pa.array(column) for column in layout.values(frame)], schema=schema)
+    return pa.record_batch([_arrow_array(column) for column in layout.values(frame)], schema=schema)
 
 
 def _layout_for(frame: Frame, columns: Names, preset: str | None) -> Layout:
