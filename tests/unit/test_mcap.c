@@ -1098,6 +1098,41 @@ static void foreseen_points_make_the_same_file(void **state)
     expect_same_if_foreseen(&(lum_mcap_options){.struct_size = sizeof mcap});
 }
 
+/* What is expected is 5 MB in each of two messages. */
+static void expect_room(bool can_patch, size_t least, size_t most)
+{
+    static const unsigned char zeros[50000];
+    lum_mcap_file file = {0};
+    lum_sink *sink = NULL;
+    lum_bytes *out = NULL;
+    assert_int_equal(lum_sink_open(path, &sink, NULL), 0);
+    assert_int_equal(lum_mcap_begin(&file, sink, "l", false, NULL), 0);
+    assert_int_equal(lum_mcap_add_channel(&file, "t", "u", "d", "q", NULL), 0);
+    file.can_patch = can_patch;
+    for (int64_t m = 0; m < 2; m++) {
+        assert_int_equal(lum_mcap_begin_message(&file, 0, m, &out, NULL), 0);
+        assert_int_equal(lum_mcap_expect(&file, 5000000, NULL), 0);
+        for (unsigned i = 0; i < 100u; i++) {
+            assert_int_equal(
+                lum_mcap_put_expected(&file, zeros, sizeof zeros, NULL), 0);
+        }
+        assert_int_equal(lum_mcap_end_message(&file, NULL), 0);
+    }
+    assert_in_range(file.chunks[0].messages.room, least, most);
+    assert_int_equal(lum_mcap_end(&file, NULL), 0);
+    assert_int_equal(lum_sink_close(sink, NULL), 0);
+    lum_mcap_free(&file);
+    assert_int_equal(unlink(path), 0);
+}
+
+static void a_large_message_needs_no_memory_where_a_sum_can_be_patched(
+    void **state)
+{
+    (void)state;
+    expect_room(true, 1, 10000);
+    expect_room(false, 5000000, 6000000);
+}
+
 static void a_large_message_that_is_given_up_leaves_nothing(void **state)
 {
     (void)state;
@@ -1394,6 +1429,8 @@ int main(void)
         cmocka_unit_test(threads_write_the_same_bytes),
         cmocka_unit_test(a_flush_waits_for_the_threads),
         cmocka_unit_test(foreseen_points_make_the_same_file),
+        cmocka_unit_test(
+            a_large_message_needs_no_memory_where_a_sum_can_be_patched),
         cmocka_unit_test(a_large_message_that_is_given_up_leaves_nothing),
         cmocka_unit_test(foreseen_points_are_not_kept),
         cmocka_unit_test(points_that_were_not_foreseen_are_refused),
