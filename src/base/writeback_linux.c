@@ -54,6 +54,8 @@ int lum_writeback_open_pipe(int fd)
     }
     const int again = fcntl(opened, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
     (void)close(opened);
-    (void)fcntl(again, F_SETPIPE_SZ, PIPE_ROOM);
+    if (fcntl(again, F_GETPIPE_SZ) < PIPE_ROOM) {
+        (void)fcntl(again, F_SETPIPE_SZ, PIPE_ROOM);
+    }
     return again;
 }

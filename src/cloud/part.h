@@ -46,9 +46,9 @@ void lum_writer_pack_by(lum_writer *writer, unsigned threads);
 
 /** Say that a line will come, of which the samples are not read yet: all lines
  * of a frame between lum_writer_begin_frame() and the first lum_writer_add().
- * Then the same lines come, and lum_writer_end_frame(), and no other call
- * between. An MCAP file writes its points as they come instead of keeping
- * them; other files have no use for it. */
+ * Then come lum_writer_add() of the same lines and lum_writer_end_frame(), and
+ * nothing else before these. An MCAP file writes its points as they come
+ * instead of keeping them; other files have no use for it. */
 void lum_writer_foresee(lum_writer *writer, const lum_line_samples *line);
 
 #endif

@@ -134,8 +134,8 @@ static void split(int64_t *v, int64_t middle, int *i, int *j)
     }
 }
 
-/* The number that k of n are no larger than, which then come before it, by
- * Hoare's way of finding it. */
+/* The k-th smallest of n, from 0; smaller ones are moved before it. By Hoare's
+ * way of finding it. */
 static int64_t select_from(int64_t *v, size_t n, int k)
 {
     int first = 0;

@@ -173,7 +173,7 @@ static void measure(uint32_t words_a_pixel)
     free(consumer.points);
 }
 
-/* bench_frame [WORDS]: of so many words a pixel alone. */
+/* bench_frame [WORDS]: only captures of so many words a pixel. */
 int main(int argc, char **argv)
 {
     for (uint32_t words = 1; words <= 4; words *= 2) {

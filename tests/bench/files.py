@@ -13,9 +13,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 FLEET_CAPTURES, FLEET_FRAMES = 40, 2  # of 34 MB
 PARQUET_BYTES = 18.96  # a point, before floats were split into bytes
 LAZ_MB, IMPORT_S = 150, 0.012
-PAUSE_S = 4  # by then a virtual machine has given the memory of removed files to its host, whoever is next
+PAUSE_S = 4  # so that each begins alike: a virtual machine gives the memory of removed files to its host
 
-# Points to LAZ in memory by lazrs alone: the best that a file of them can reach. Its own time, for reading is not part of it.
+# Points to LAZ in memory by lazrs alone, without the time to read them: the best that a file of them can reach.
 LAZ_ALONE = """
 import sys, time, laspy, lazrs, numpy
 with laspy.open(sys.argv[1]) as f:

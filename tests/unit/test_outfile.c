@@ -1062,7 +1062,6 @@ static void what_is_no_file_is_written_in_place(void **state)
     expect_refusal("", LUM_OUTFILE_WHOLE, EISDIR, "is a directory");
 }
 
-/* Not where the system has no names for open pipes. */
 static void a_write_to_a_pipe_takes_what_there_is_room_for(void **state)
 {
     static const char bytes[MIB];
@@ -1075,14 +1074,31 @@ static void a_write_to_a_pipe_takes_what_there_is_room_for(void **state)
     snprintf(name, sizeof name, "/dev/fd/%d", ends[1]);
     assert_int_equal(lum_outfile_open(name, LUM_OUTFILE_WHOLE, &file, NULL), 0);
     lum_outfile_never_wait(&file);
-    if (file.never_waits) {
-        assert_int_equal(lum_outfile_put(&file, bytes, MIB, &written), 0);
-        assert_in_range(written, PIPE_BUF + 1u, MIB - 1u);
-        assert_int_equal(lum_outfile_put(&file, bytes, MIB, &written), 0);
-        assert_int_equal(written, 0);
-        assert_int_equal(lum_outfile_wait(&file, 0), 0);
-    }
+    assert_true(file.never_waits);
+    assert_int_equal(lum_outfile_put(&file, bytes, MIB, &written), 0);
+    assert_in_range(written, PIPE_BUF + 1u, MIB - 1u);
+    assert_int_equal(lum_outfile_put(&file, bytes, MIB, &written), 0);
+    assert_int_equal(written, 0);
+    assert_int_equal(lum_outfile_wait(&file, 0), 0);
     assert_int_equal(fcntl(ends[1], F_GETFL) & O_NONBLOCK, 0);
+    finish(&file);
+    close(ends[0]);
+    close(ends[1]);
+}
+
+static void room_in_a_pipe_is_not_taken_away(void **state)
+{
+    int ends[2];
+    char name[32];
+    lum_outfile file;
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    const int room = fcntl(ends[1], F_SETPIPE_SZ, (int)MIB);
+    assert_true(room >= (int)MIB);
+    snprintf(name, sizeof name, "/dev/fd/%d", ends[1]);
+    assert_int_equal(lum_outfile_open(name, LUM_OUTFILE_WHOLE, &file, NULL), 0);
+    lum_outfile_never_wait(&file);
+    assert_int_equal(fcntl(ends[1], F_GETPIPE_SZ), room);
     finish(&file);
     close(ends[0]);
     close(ends[1]);
@@ -1243,6 +1259,7 @@ int main(void)
         FACT(nothing_is_reserved_for_a_file_that_has_its_name),
         FACT(what_is_no_file_is_written_in_place),
         FACT(a_write_to_a_pipe_takes_what_there_is_room_for),
+        FACT(room_in_a_pipe_is_not_taken_away),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

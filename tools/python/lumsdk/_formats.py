@@ -155,9 +155,9 @@ _CHUNK = 50_000
 
 
 def _compressed_at_once() -> int:
-    """Points: as many chunks for each core, and some, so that little time is spent between."""
+    """Points: as many chunks for each core, and some, so that little time is spent between. Beyond 8 cores memory is worth more."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return _CHUNK * cores * -(-4 // cores)
+    return _CHUNK * min(cores, 8) * -(-4 // cores)
 
 
 def _away(numbers: Array, unit: float) -> Array:

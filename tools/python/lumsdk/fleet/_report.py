@@ -61,7 +61,7 @@ class Progress:
         self._begun = when
 
     def converting(self) -> float:
-        """Without the start and the end of Ray."""
+        """Without start and end."""
         return max(self._last - self._begun, 0.0)
 
     def seconds(self) -> float:

@@ -198,5 +198,5 @@ class Schedule:
 
     def _tell_idle(self) -> None:
         if self._idle_since is not None and time.monotonic() - self._idle_since > PATIENCE_S:
-            self._tell("no machine of the cluster has a free processor; waiting for one")
+            self._tell("no worker could begin yet; waiting for a free processor")
             self._idle_since = None

@@ -41,7 +41,7 @@ class Lost(Exception):
 
 
 class Converter:
-    """Converts captures one after another. A Ray actor, or used as it is."""
+    """Converts captures one after another. Used in a process of its own, or as an actor of Ray."""
 
     def __init__(self, job: Job, has_group: bool = False) -> None:
         """has_group: whoever ends this process ends all of its group, and so lumdump."""
