@@ -249,6 +249,26 @@ def test_ctrl_c_while_workers_begin(drives, tmp_path):
         assert "Traceback" not in said.read()
 
 
+def test_workers_begin_with_ctrl_c_held(drives, tmp_path):
+    code = """
+import signal, sys
+from multiprocessing import util
+from lumsdk.fleet import main
+held, spawn = [], util.spawnv_passfds
+def noted(*arguments):
+    held.append(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))
+    return spawn(*arguments)
+util.spawnv_passfds = noted
+if __name__ == "__main__":
+    status = main.main()
+    print(held)
+    sys.exit(status)
+"""
+    ended = subprocess.run([sys.executable, "-B", "-c", code, drives, "--out", tmp_path / "out", "--format", "ply", "--jobs", "1", "-q"],
+                           capture_output=True, text=True, timeout=support.LONG_S)
+    assert ended.stdout == "[True, True]\n", ended  # Python's own helper, and the worker
+
+
 def test_ctrl_c_before_the_first_capture(drives, tmp_path):
     """While workers begin."""
     out = tmp_path / "out"

@@ -35,6 +35,7 @@ class Process:
         self.pipe, other = _SPAWN.Pipe()
         self._owed: deque[Answer] = deque()
         self._process = _SPAWN.Process(target=_serve, args=(other, job), daemon=True)
+        _begin_tracker()
         with _interrupts_held():
             self._process.start()
         other.close()
@@ -94,6 +95,14 @@ class Processes:
 
     def end(self, worker: Process) -> None:
         worker.end()
+
+
+def _begin_tracker() -> None:
+    """The system's own helper of processes. When it begins, it lets signals through that are held."""
+    if os.name == "posix":
+        from multiprocessing import resource_tracker
+
+        resource_tracker.ensure_running()
 
 
 @contextmanager
