@@ -183,7 +183,7 @@ class Laz(Writer):
         extra("lazrs", "laz")
         header = self._header()
         self._format = header.point_format
-        self._records = np.zeros(_compressed_at_once(), self._format.dtype())
+        self._records: Any = np.zeros(_compressed_at_once(), self._format.dtype())
         self._held = 0  # of the records, those that wait to be compressed
         self._writer = self._laspy.LasWriter(self._file, header, do_compress=True, closefd=False,
                                              laz_backend=self._laspy.LazBackend.LazrsParallel)
