@@ -78,25 +78,33 @@ bool lum_format_has_parts(lum_format format)
     return (unsigned)format < LUM_FORMATS && formats[format]->has_parts;
 }
 
-/* A list with a column of the file's own, or that the writer will refuse,
- * leaves nothing. */
+/* Whether names with commas between them have one of a column. */
+static bool has_name(const char *names, lum_file_column column)
+{
+    const char *name = lum_file_column_specs[column].name;
+    const size_t len = strlen(name);
+    const char *p = names;
+    size_t n = strcspn(p, ",");
+    while ((n != len || strncmp(p, name, n) != 0) && p[n] != '\0') {
+        p += n + 1u;
+        n = strcspn(p, ",");
+    }
+    return n == len && strncmp(p, name, n) == 0;
+}
+
 unsigned lum_format_leaves(lum_format format, const char *columns)
 {
-    static const lum_extras none = {.count = 0};
-    lum_column_list list;
     if (format == LUM_FORMAT_XYZ) {
         return LUM_LEAVE_ALL;
     }
-    if (columns == NULL || !lum_format_has_columns(format) ||
-        lum_column_list_read(columns, &none, &list, NULL) != 0) {
+    if (columns == NULL || !lum_format_has_columns(format)) {
         return 0;
     }
-    const bool has_degrees = lum_column_list_has(&list, LUM_FILE_AZIMUTH) ||
-                             lum_column_list_has(&list, LUM_FILE_ELEVATION);
-    const bool has_returns =
-        lum_column_list_has(&list, LUM_FILE_PULSE_WIDTH) ||
-        lum_column_list_has(&list, LUM_FILE_RETURN_NUMBER) ||
-        lum_column_list_has(&list, LUM_FILE_NUMBER_OF_RETURNS);
+    const bool has_degrees = has_name(columns, LUM_FILE_AZIMUTH) ||
+                             has_name(columns, LUM_FILE_ELEVATION);
+    const bool has_returns = has_name(columns, LUM_FILE_PULSE_WIDTH) ||
+                             has_name(columns, LUM_FILE_RETURN_NUMBER) ||
+                             has_name(columns, LUM_FILE_NUMBER_OF_RETURNS);
     return (has_degrees ? 0 : LUM_LEAVE_DEGREES) |
            (has_returns ? 0 : LUM_LEAVE_RETURNS);
 }
