@@ -1,7 +1,7 @@
 /** @file
  * Structs that tell their size, so that they may grow: the first member is
  * struct_size, which the caller sets to the sizeof that it was compiled with
- * (docs/design.md). Internal. */
+ * (docs/internals/design.md). Internal. */
 #ifndef LUM_BASE_SIZED_H
 #define LUM_BASE_SIZED_H
 

@@ -19,7 +19,7 @@ import time
 import numpy as np
 
 POSES = ((0, 6, 0), (12, 0, 27), (-12, 0, -27), (-12, 6, 30), (12, 6, -30))
-"""Roll, pitch and yaw of the captures, give or take 2 degrees: as docs/calibration.md asks for."""
+"""Roll, pitch and yaw of the captures, give or take 2 degrees: as docs/calibrate.md asks for."""
 
 TURNED = (*POSES[:3], (12, 5, -52), (-12, -5, 52))
 """Turned further instead: the last mostly sees no floor."""

@@ -305,7 +305,7 @@ def test_a_frame_without_places_is_refused(capture):
 
 def test_without_the_page_it_says_so(monkeypatch, tmp_path, frame):
     monkeypatch.setattr(_view, "__file__", str(tmp_path / "_view.py"))
-    with pytest.raises(lumsdk.Error, match=re.escape("docs/wheels.md")):
+    with pytest.raises(lumsdk.Error, match=re.escape("docs/internals/wheels.md")):
         lumsdk.view(frame, browser=False)
 
 

@@ -1,4 +1,4 @@
-"""rooms.py [TOP]: prints what goes against the rooms and arrows of docs/design.md.
+"""rooms.py [TOP]: prints what goes against the rooms and arrows of docs/internals/design.md.
 
 That is: an include along no arrow, a third-party header outside its room, a header of the C library that a freestanding
 room does without, headers that include each other in a circle, files of a room that call each other in a circle. Only sources

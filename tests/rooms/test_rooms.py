@@ -33,7 +33,7 @@ class Tree(unittest.TestCase):
         self.assertEqual(list(rooms.unused(rooms.sources(TOP))), [])
 
     def test_arrows_are_those_of_the_picture(self):
-        text = (TOP / "docs/design.md").read_text()
+        text = (TOP / "docs/internals/design.md").read_text()
         picture = re.search(r"^tools ─.*?^```", text, re.M | re.S)[0]
         drawn = {room: set() for room in rooms.ARROWS}
         for line in picture.splitlines():
@@ -61,7 +61,7 @@ class Tree(unittest.TestCase):
 
 
 class Structs(unittest.TestCase):
-    """What liblumsdk and its callers hand each other, in rooms that are not for firmware (docs/design.md)."""
+    """What liblumsdk and its callers hand each other, in rooms that are not for firmware (docs/internals/design.md)."""
 
     STRUCT = re.compile(r"/\*\*((?:[^*]|\*(?!/))*)\*/\s*typedef struct (lum_\w+) \{\s*([^;]*;)")
 
@@ -94,10 +94,10 @@ class Structs(unittest.TestCase):
 
 
 class Documents(unittest.TestCase):
-    """docs/design.md has each source in the table of its folder, and nothing else."""
+    """docs/internals/design.md has each source in the table of its folder, and nothing else."""
 
     def tables(self):
-        text = (TOP / "docs/design.md").read_text()
+        text = (TOP / "docs/internals/design.md").read_text()
         core = text[text.index("| core | does |"):]
         found = {"src/core": set(re.findall(r"`([\w*]+\.c(?:pp)?)`", core[:core.index("\n\n")]))}
         for section in re.split(r"^### ", text[text.index("\n## Files"):], flags=re.M)[1:]:
@@ -113,16 +113,16 @@ class Documents(unittest.TestCase):
             if name.endswith((".c", ".cpp")):
                 with self.subTest(path):
                     self.assertTrue(any(fnmatch.fnmatch(name, pattern) for pattern in tables.get(folder, ())),
-                                    f"docs/design.md, Files, {folder}: no line for {name}")
+                                    f"docs/internals/design.md, Files, {folder}: no line for {name}")
 
     def test_every_module_of_python_has_its_line(self):
-        text = (TOP / "docs/design.md").read_text()
+        text = (TOP / "docs/internals/design.md").read_text()
         for folder in sorted({path.parent for path in (TOP / "tools/python").rglob("*.py")}):
             name = str(folder.relative_to(TOP))
             section = re.search(rf"^### {name}\n\n(.*?)(?=^#|\Z)", text, re.M | re.S)
             listed = set(re.findall(r"`(\w+\.py)`", " ".join(re.findall(r"^\| (.*?) \|", section[1] if section else "", re.M))))
             with self.subTest(name):
-                self.assertEqual(listed - {"__init__.py"}, {path.name for path in folder.glob("*.py")} - {"__init__.py"}, f"docs/design.md, Files, {name}")
+                self.assertEqual(listed - {"__init__.py"}, {path.name for path in folder.glob("*.py")} - {"__init__.py"}, f"docs/internals/design.md, Files, {name}")
 
     def test_every_line_has_its_source(self):
         there = {}
@@ -135,7 +135,7 @@ class Documents(unittest.TestCase):
 
 
     def section(self, title):
-        text = (TOP / "docs/design.md").read_text()
+        text = (TOP / "docs/internals/design.md").read_text()
         start = text.index(f"\n## {title}\n")
         return text[start:text.index("\n## ", start + 1)]
 
@@ -146,7 +146,7 @@ class Documents(unittest.TestCase):
         self.assertGreater(len(paths), 60)
         for path in paths:
             with self.subTest(path):
-                self.assertTrue((TOP / path).exists(), f"docs/design.md, To change something: no {path}")
+                self.assertTrue((TOP / path).exists(), f"docs/internals/design.md, To change something: no {path}")
         for name, path in re.findall(r"`(\w+)\(\)`[^`|]* in `([^`]*)`", text):
             with self.subTest(name):
                 self.assertIn(f"{name}(", (TOP / path).read_text())

@@ -9,7 +9,7 @@ import unittest
 from support import BIN, Folder, run
 
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
-PAGE = (DOCS / "bench.md").read_text()
+PAGE = (DOCS / "start.md").read_text()
 LINES_OF_A_PAGE = 90
 
 

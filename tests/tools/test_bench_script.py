@@ -227,7 +227,7 @@ class Documents(unittest.TestCase):
     def test_the_guide_shows_the_script(self):
         script = SCRIPT.read_text()
         self.assertLessEqual(len(script.splitlines()), 20)
-        self.assertIn(textwrap.indent(script, "    "), (TOP / "docs/operation.md").read_text())
+        self.assertIn(textwrap.indent(script, "    "), (TOP / "docs/record.md").read_text())
 
     def test_its_plan_is_the_sample(self):
         self.assertIn("/../../calib/sweep.yaml", SCRIPT.read_text())

@@ -7,7 +7,7 @@
 #define APART_LINES 16
 #define LINE_WIDTH  118
 
-/* The table of docs/testing.md, "The judges". */
+/* The table of docs/internals/testing.md, "The judges". */
 static const char *const known_rules[] = {"laser-late",
                                           "heartbeat-late",
                                           "laser-asked",

@@ -64,7 +64,7 @@ class Program(unittest.TestCase):
             self.assertRegex(r.stdout, rf"(?m)^  {name} +{met['sessions']} +{met['times']}$")
 
     def test_the_report_has_each_rule_of_the_documentation(self):
-        text = (ROOT / "docs" / "testing.md").read_text()
+        text = (ROOT / "docs" / "internals" / "testing.md").read_text()
         table = text[text.index("| rules | what must hold |"):].split("\n\n")[0].splitlines()[2:]
         rules = [name for line in table for name in line.split("|")[1].strip().split(", ")]
         r = world("--dice", "--seeds", "1..2")

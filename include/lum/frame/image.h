@@ -82,7 +82,7 @@ lum_result lum_frame_image_default(const lum_frame *frame, uint32_t eyes,
  * points that lie in p, out[p] is the one that the choice means. So out[p] is
  * LUM_FRAME_MISSING only where no point lies in p.
  *
- * Linear; docs/performance.md says how long it takes.
+ * Linear; docs/internals/performance.md says how long it takes.
  * @param out     gets rows x columns indices of points, or LUM_FRAME_MISSING.
  * @param pixels  NULL, or gets for each point of the frame its pixel, or
  *                LUM_FRAME_MISSING for points outside of the view, and of eyes

@@ -2,7 +2,7 @@
  * Frames as messages for a page that draws them: about 9 bytes a point, in
  * pieces of whole lines that are spread over the frame, so that the first
  * pieces already show all of it, coarsely. lumview sends them
- * (docs/seeing.md).
+ * (docs/look.md).
  *
  * A message is one piece, and says all of its frame. Numbers are
  * little-endian; those of 16 bits lie at even places, and messages at multiples

@@ -121,7 +121,7 @@ typedef struct lum_map_counters {
 LUM_MUST_CHECK int lum_map_new(const lum_map_options *options, lum_map **out,
                                lum_error *error);
 
-/** Add points; they are copied. Linear (docs/performance.md has the time of a
+/** Add points; they are copied. Linear (docs/internals/performance.md has the time of a
  * point); about half of it in the map's own thread, if it has one.
  * @return 0, or -1 with the reason in error and in errno, also for points
  *         before: EINVAL if struct_size is not set or voxels were given out

@@ -40,7 +40,7 @@ _PACKED_OTHERWISE = (b"BZh", b"\x04\x22\x4d\x18")
 """How captures begin that bzip2 or lz4 compressed, which the page cannot unpack."""
 
 _NO_PAGE = ("this installation has no lumview.html, which shows the points: in a clone, cmake -B build && cmake --build build makes "
-            "it, and pip install . then takes it (docs/wheels.md); frame.to_png() draws a picture")
+            "it, and pip install . then takes it (docs/internals/wheels.md); frame.to_png() draws a picture")
 
 _SENSOR = re.compile(r"(udp://)?(\d+\.){3}\d+(%\w+)?(:\d+)?")
 
