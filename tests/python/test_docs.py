@@ -83,10 +83,10 @@ def test_code_of_a_page_sends_to_this_machine_alone(page):
 
 
 def test_from_a_drive_to_a_map(tmp_path):
-    """The commands of README.md, of a second of that drive."""
+    """The commands of docs/odometry.md, of a second of that drive."""
     pytest.importorskip("kiss_icp")
     pytest.importorskip("matplotlib")
-    text = (TOP / "README.md").read_text()
+    text = (TOP / "docs/odometry.md").read_text()
     told = re.findall(r"^    (lum\w+) (.*?(?:truth|poses)\.txt.*?)(?: +#.*)?$", text[text.index("    lumsim -o drive.pcap --scene town"):], re.M)
     assert [name for name, _ in told] == ["lumsim", "lumodom", "lumdump"]
     said = []

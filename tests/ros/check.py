@@ -345,14 +345,14 @@ def check_bag_of_two(bag, addresses):
             check(sensors == {number}, f"{name}: packets of {sensors}")
 
 
-def the_documentation_builds_as_the_readme():
-    """Where docs/ros.md installs lumsdk from, README.md has built it."""
-    readme, page = ((ROOT / name).read_text() for name in ("README.md", "docs/ros.md"))
+def the_documentation_builds_as_install_md():
+    """Where docs/ros.md installs lumsdk from, docs/install.md has built it."""
+    readme, page = ((ROOT / name).read_text() for name in ("docs/install.md", "docs/ros.md"))
     built = re.search(r"^    cmake -B (\S+) && cmake --build (\S+)$", readme, re.M)
-    check(built and built[1] == built[2], "README.md builds nowhere")
+    check(built and built[1] == built[2], "docs/install.md builds nowhere")
     installed = re.findall(r"cmake --install (\S+) --prefix PREFIX", page)
-    check(installed == [built[1]], f"docs/ros.md installs from {installed}, README.md builds in {built[1]}")
-    check(built[0] in page, "docs/ros.md does not build as README.md does")
+    check(installed == [built[1]], f"docs/ros.md installs from {installed}, docs/install.md builds in {built[1]}")
+    check(built[0] in page, "docs/ros.md does not build as docs/install.md does")
 
 
 def rough_capture_is_lumdumps():
@@ -807,7 +807,7 @@ def rviz_shows_the_cloud():
     check(PICTURE.stat().st_size <= 300_000, f"the picture has {PICTURE.stat().st_size} bytes")
 
 
-CHECKS = [the_documentation_builds_as_the_readme, neighbours_of_a_ring_are_neighbours,
+CHECKS = [the_documentation_builds_as_install_md, neighbours_of_a_ring_are_neighbours,
           rings_follow_the_number_of_lines, eyes_have_topics_of_their_own, two_sensors_have_topics_of_their_own,
           capture_is_lumdumps, rough_capture_is_lumdumps, calibration_is_used,
           what_a_capture_has_of_its_own_is_warned_of, sensors_of_one_address_are_told_apart,
