@@ -1,4 +1,6 @@
-"""A recording to topics: ros2 launch lumsdk_ros2 play.launch.py file:=drive.mcap rate:=0.5 loop:=true rviz:=true"""
+"""A recording to topics.
+
+ros2 launch lumsdk_ros2 play.launch.py file:=drive.mcap rate:=0.5 loop:=true rviz:=true"""
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, Shutdown
 from launch.conditions import IfCondition

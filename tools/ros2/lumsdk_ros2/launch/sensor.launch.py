@@ -1,4 +1,6 @@
-"""A sensor to topics: ros2 launch lumsdk_ros2 sensor.launch.py address:=10.42.0.37 namespace:=front rviz:=true"""
+"""A sensor to topics.
+
+ros2 launch lumsdk_ros2 sensor.launch.py address:=10.42.0.37 namespace:=front rviz:=true"""
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, Shutdown
 from launch.conditions import IfCondition
