@@ -123,8 +123,8 @@ def code(cell):
 
 def test_every_option_is_one_of_open_and_of_lumdump(capture):
     help_text = run("lumdump", "--help").decode()
-    shared = {code(name)[0]: code(tool)[0] for name, tool, *_ in rows(DOCS / "concepts.md", "option | of `lumdump`")}
-    own = {code(name)[0] for name, *_ in rows(DOCS / "concepts.md", "option | takes")}
+    shared = {code(name)[0]: code(tool)[0] for name, tool, *_ in rows(DOCS / "sources.md", "option | of `lumdump`")}
+    own = {code(name)[0] for name, *_ in rows(DOCS / "sources.md", "option | takes")}
     for name, tool in shared.items():
         assert re.search(rf"^ +(?:-\w, |   )?{tool}\b", help_text, re.M), f"lumdump has no {tool}"
         assert tool.lstrip("-") in (name, name[:-1]), f"{name} is {tool} in lumdump"
@@ -136,7 +136,7 @@ def test_every_option_is_one_of_open_and_of_lumdump(capture):
 
 def test_values_of_options_are_taken(capture):
     """Each value between backticks, where it is one of Python."""
-    for name, _, values, *_ in rows(DOCS / "concepts.md", "option | of `lumdump`"):
+    for name, _, values, *_ in rows(DOCS / "sources.md", "option | of `lumdump`"):
         for value in code(values):
             if name in ("`set`", "`calibration`", "`profile`") or value[0] not in "\"(":
                 continue
