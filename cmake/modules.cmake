@@ -1,15 +1,57 @@
-# The modules of lumview's page, as tools/lumview/page/package-lock.json names
-# them, into lum_view_modules.
-set(lum_how_to_bring "where there is a network, run npm ci --ignore-scripts in a copy of tools/lumview/page; \
-bring that folder here and build with LUM_VIEW_MODULES=FOLDER in the environment or as CMake's variable; \
-a release that has tools/lumview/modules needs only LUM_ESBUILD=PROGRAM (Debian: esbuild)")
+# The modules of lumview's page, as tools/lumview/page/modules.json names them,
+# into lum_view_modules: three, and the program of esbuild for this host.
+file(READ ${lum_view_page}/modules.json lum_known_modules)
+
+# lum_name_host(OUT): this host, as nodejs calls it.
+function(lum_name_host out)
+  string(TOLOWER "${CMAKE_HOST_SYSTEM_NAME}-${CMAKE_HOST_SYSTEM_PROCESSOR}" host)
+  string(REGEX REPLACE "-(x86_64|amd64)$" "-x64" host ${host})
+  string(REGEX REPLACE "-aarch64$" "-arm64" host ${host})
+  string(REGEX REPLACE "-i[3-6]86$" "-ia32" host ${host})
+  string(REGEX REPLACE "-armv.*$" "-arm" host ${host})
+  string(REGEX REPLACE "-ppc64le$" "-ppc64" host ${host})
+  set(${out} ${host} PARENT_SCOPE)
+endfunction()
+
+# lum_list_modules(OUT WRONG): their names, without esbuild where another one is
+# given; what is wrong, or "".
+function(lum_list_modules out wrong)
+  set(names three)
+  set(${wrong} "" PARENT_SCOPE)
+  if(NOT LUM_ESBUILD)
+    lum_name_host(host)
+    list(APPEND names @esbuild/${host})
+    string(JSON ignored ERROR_VARIABLE unknown GET "${lum_known_modules}" @esbuild/${host})
+    if(unknown)
+      set(${wrong} "esbuild has no program for ${host}" PARENT_SCOPE)
+    endif()
+  endif()
+  set(${out} "${names}" PARENT_SCOPE)
+endfunction()
+
+# lum_tell_how_to_bring(OUT)
+function(lum_tell_how_to_bring out)
+  set(names "")
+  lum_list_modules(modules wrong)
+  foreach(module IN LISTS modules)
+    string(JSON version ERROR_VARIABLE ignored GET "${lum_known_modules}" ${module} version)
+    string(APPEND names " ${module}@${version}")
+  endforeach()
+  set(${out} "where there is a network, run npm install --ignore-scripts --force${names} in an empty folder; bring that \
+folder here and build with LUM_VIEW_MODULES=FOLDER in the environment or as CMake's variable; a release that has \
+tools/lumview/modules needs only LUM_ESBUILD=PROGRAM (Debian: esbuild)" PARENT_SCOPE)
+endfunction()
+lum_tell_how_to_bring(lum_how_to_bring)
 
 # lum_check_modules(OUT): what lacks in lum_view_modules, or "".
 function(lum_check_modules out)
-  file(READ ${lum_view_page}/package-lock.json lock)
-  lum_list_modules("${lock}" modules)
+  lum_list_modules(modules wrong)
+  if(wrong)
+    set(${out} "${wrong}" PARENT_SCOPE)
+    return()
+  endif()
   foreach(module IN LISTS modules)
-    string(JSON version GET "${lock}" packages node_modules/${module} version)
+    string(JSON version GET "${lum_known_modules}" ${module} version)
     set(there "")
     if(EXISTS ${lum_view_modules}/${module}/package.json)
       file(READ ${lum_view_modules}/${module}/package.json about)
@@ -21,37 +63,6 @@ function(lum_check_modules out)
     endif()
   endforeach()
   set(${out} "" PARENT_SCOPE)
-endfunction()
-
-# lum_list_modules(LOCK OUT): their names, but for those that not every host
-# needs, and for esbuild where another one is given. Of its programs there is one
-# for each kind of host.
-function(lum_list_modules lock out)
-  set(names "")
-  string(JSON count LENGTH "${lock}" packages)
-  math(EXPR last "${count} - 1")
-  foreach(i RANGE 1 ${last})
-    string(JSON path MEMBER "${lock}" packages ${i})
-    string(JSON optional ERROR_VARIABLE is_needed GET "${lock}" packages ${path} optional)
-    if(is_needed)
-      string(REGEX REPLACE "^node_modules/" "" name ${path})
-      if(NOT (LUM_ESBUILD AND name STREQUAL "esbuild"))
-        list(APPEND names ${name})
-      endif()
-    endif()
-  endforeach()
-  set(${out} "${names}" PARENT_SCOPE)
-endfunction()
-
-# lum_name_host(OUT): this host, as nodejs calls it.
-function(lum_name_host out)
-  string(TOLOWER "${CMAKE_HOST_SYSTEM_NAME}-${CMAKE_HOST_SYSTEM_PROCESSOR}" host)
-  string(REGEX REPLACE "-(x86_64|amd64)$" "-x64" host ${host})
-  string(REGEX REPLACE "-aarch64$" "-arm64" host ${host})
-  string(REGEX REPLACE "-i[3-6]86$" "-ia32" host ${host})
-  string(REGEX REPLACE "-armv.*$" "-arm" host ${host})
-  string(REGEX REPLACE "-ppc64le$" "-ppc64" host ${host})
-  set(${out} ${host} PARENT_SCOPE)
 endfunction()
 
 # lum_decode(OUT BASE64): in hex.
@@ -93,11 +104,11 @@ function(lum_find_registry out)
   set(${out} "${url}" PARENT_SCOPE)
 endfunction()
 
-# lum_fetch_module(NAME LOCK REGISTRY OUT): what went wrong, or "". What it is
-# comes with the lock's hash, so that nobody on the way can change it.
-function(lum_fetch_module name lock registry out)
-  string(JSON version GET "${lock}" packages node_modules/${name} version)
-  string(JSON integrity GET "${lock}" packages node_modules/${name} integrity)
+# lum_fetch_module(NAME REGISTRY OUT): what went wrong, or "". What it is comes
+# with its hash, so that nobody on the way can change it.
+function(lum_fetch_module name registry out)
+  string(JSON version GET "${lum_known_modules}" ${name} version)
+  string(JSON integrity GET "${lum_known_modules}" ${name} integrity)
   string(REGEX REPLACE "^sha512-" "" integrity ${integrity})
   lum_decode(wanted ${integrity})
   get_filename_component(base ${name} NAME)
@@ -112,7 +123,7 @@ function(lum_fetch_module name lock registry out)
   endif()
   file(SHA512 ${archive} found)
   if(NOT found STREQUAL wanted)
-    set(${out} "${url} is not what package-lock.json names: its SHA-512 differs" PARENT_SCOPE)
+    set(${out} "${url} is not what modules.json names: its SHA-512 differs" PARENT_SCOPE)
     return()
   endif()
   file(ARCHIVE_EXTRACT INPUT ${archive} DESTINATION ${lum_view_modules}/archive)
@@ -130,20 +141,14 @@ function(lum_fetch_without_npm out)
 NPM_CONFIG_REGISTRY=URL); without a network, LUM_VIEW_MODULES=DIR" PARENT_SCOPE)
     return()
   endif()
-  file(READ ${lum_view_page}/package-lock.json lock)
-  lum_list_modules("${lock}" modules)
-  lum_name_host(host)
-  string(JSON ignored ERROR_VARIABLE unknown GET "${lock}" packages node_modules/@esbuild/${host})
-  if(unknown AND NOT LUM_ESBUILD)
-    set(${out} "esbuild has no program for ${host}" PARENT_SCOPE)
+  lum_list_modules(modules wrong)
+  if(wrong)
+    set(${out} "${wrong}" PARENT_SCOPE)
     return()
   endif()
   file(REMOVE_RECURSE ${lum_view_modules})
-  if(NOT LUM_ESBUILD)
-    list(APPEND modules @esbuild/${host})
-  endif()
   foreach(module IN LISTS modules)
-    lum_fetch_module(${module} "${lock}" ${registry} wrong)
+    lum_fetch_module(${module} ${registry} wrong)
     if(wrong)
       set(${out} "${wrong}: ${lum_how_to_bring}" PARENT_SCOPE)
       return()
@@ -153,12 +158,33 @@ NPM_CONFIG_REGISTRY=URL); without a network, LUM_VIEW_MODULES=DIR" PARENT_SCOPE)
   set(${out} "" PARENT_SCOPE)
 endfunction()
 
+# lum_write_lock(FOLDER): the modules of this host, as npm takes them.
+function(lum_write_lock folder)
+  set(dependencies "{}")
+  set(packages "{}")
+  lum_list_modules(modules ignored)
+  foreach(module IN LISTS modules)
+    string(JSON about GET "${lum_known_modules}" ${module})
+    string(JSON version GET "${about}" version)
+    string(JSON dependencies SET "${dependencies}" ${module} "\"${version}\"")
+    string(JSON packages SET "${packages}" node_modules/${module} "${about}")
+  endforeach()
+  string(JSON packages SET "${packages}" "" "{\"dependencies\": ${dependencies}}")
+  file(WRITE ${folder}/package.json "{\"private\": true, \"dependencies\": ${dependencies}}\n")
+  file(WRITE ${folder}/package-lock.json "{\"lockfileVersion\": 3, \"packages\": ${packages}}\n")
+endfunction()
+
 # lum_fetch_with_npm(OUT): what went wrong, or "". By itself npm would wait for a
 # network for more than a minute.
 function(lum_fetch_with_npm out)
+  lum_list_modules(modules wrong)
+  if(wrong)
+    set(${out} "${wrong}" PARENT_SCOPE)
+    return()
+  endif()
   get_filename_component(folder ${lum_view_modules} DIRECTORY)
-  file(COPY ${lum_view_page}/package.json ${lum_view_page}/package-lock.json DESTINATION ${folder})
-  execute_process(COMMAND ${LUM_NPM} ci --ignore-scripts --include=dev --no-audit --no-fund --prefer-offline
+  lum_write_lock(${folder})
+  execute_process(COMMAND ${LUM_NPM} ci --ignore-scripts --no-audit --no-fund --prefer-offline
                           --fetch-timeout=60000 --fetch-retries=1
                           --fetch-retry-mintimeout=100 --fetch-retry-maxtimeout=1000
                   WORKING_DIRECTORY ${folder} TIMEOUT 300
@@ -177,7 +203,7 @@ endfunction()
 
 # lum_fetch_modules(OUT): what went wrong, or "". What is there already stays.
 function(lum_fetch_modules out)
-  file(SHA256 ${lum_view_page}/package-lock.json lock)
+  string(SHA256 lock "${lum_known_modules}")
   set(stamp ${PROJECT_BINARY_DIR}/lumview/fetched)
   set(fetched "")
   if(EXISTS ${stamp})

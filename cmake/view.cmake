@@ -1,5 +1,5 @@
 # lumview needs a WebSocket library and, for its page, the modules that
-# package-lock.json names: those of LUM_VIEW_MODULES, or with LUM_ESBUILD those
+# modules.json names: those of LUM_VIEW_MODULES, or with LUM_ESBUILD those
 # that a release keeps in tools/lumview/modules, or else npm fetches them, or
 # CMake itself where there is no npm. Where something lacks, lumview is left
 # out.
@@ -59,7 +59,7 @@ function(lum_list_missing out)
 endfunction()
 
 if(LUM_BUILD_VIEW AND LUM_BUILD_TOOLS)
-  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${lum_view_page}/package-lock.json)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${lum_view_page}/modules.json)
   if(PkgConfig_FOUND)
     pkg_check_modules(LUM_WEBSOCKETS QUIET IMPORTED_TARGET libwebsockets>=4.1)
   endif()

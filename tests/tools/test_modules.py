@@ -58,7 +58,7 @@ class Answer(http.server.BaseHTTPRequestHandler):
 
 
 class Modules(unittest.TestCase):
-    names = {"three": "0.1.0", "esbuild": "2.0.0", f"@esbuild/{HOST}": "2.0.0", "@esbuild/aix-ppc64": "2.0.0"}
+    names = {"three": "0.1.0", f"@esbuild/{HOST}": "2.0.0", "@esbuild/aix-ppc64": "2.0.0"}
 
     def setUp(self):
         self.folder = Folder(self)
@@ -67,16 +67,13 @@ class Modules(unittest.TestCase):
                                   for name, version in self.names.items()})
         self.addCleanup(self.registry.server_close)
         self.addCleanup(self.registry.shutdown)
-        packages = {"": {"name": "page", "version": "1.0.0", "dependencies": {"three": "0.1.0"}}}
+        known = {}
         for name, version in self.names.items():
             digest = base64.b64encode(hashlib.sha512(self.archives[name]).digest()).decode()
-            packages[f"node_modules/{name}"] = {"version": version, "integrity": f"sha512-{digest}"}
-            if name.startswith("@"):
-                packages[f"node_modules/{name}"]["optional"] = True
+            known[name] = {"version": version, "integrity": f"sha512-{digest}"}
         page = self.folder / "page"
         page.mkdir()
-        (page / "package-lock.json").write_text(json.dumps({"lockfileVersion": 3, "packages": packages}))
-        (page / "package.json").write_text(json.dumps(packages[""]))
+        (page / "modules.json").write_text(json.dumps(known))
         self.there = self.folder / "there/node_modules"
 
     def cmake(self, code, *options, system="Linux", processor="x86_64", **environment):
@@ -94,12 +91,12 @@ class Modules(unittest.TestCase):
     def fetch(self, **options):
         return self.cmake("lum_fetch_without_npm(wrong)", **{"NPM_CONFIG_REGISTRY": self.registry.url, **options})
 
-    def test_without_npm_they_come_from_the_registry_as_the_lock_file_names_them(self):
+    def test_without_npm_they_come_from_the_registry_as_the_list_names_them(self):
         for option in ("NPM_CONFIG_REGISTRY", "npm_config_registry"):
             self.assertEqual(self.cmake("lum_fetch_without_npm(wrong)", **{option: self.registry.url + "/"}), "")
             found = {str(p.parent.relative_to(self.there)): p.read_text() for p in self.there.glob("**/code.js")}
-            self.assertEqual(found, {n: n for n in ("three", "esbuild", f"@esbuild/{HOST}")})
-            self.assertEqual({p.name for p in self.there.iterdir()}, {"three", "esbuild", "@esbuild"})
+            self.assertEqual(found, {n: n for n in ("three", f"@esbuild/{HOST}")})
+            self.assertEqual({p.name for p in self.there.iterdir()}, {"three", "@esbuild"})
 
     @unittest.skipUnless(shutil.which("node"), "node is not here")
     def test_what_is_configured_for_npm_tells_the_registry(self):
@@ -115,9 +112,9 @@ class Modules(unittest.TestCase):
             text = base64.b64encode(raw).decode()
             self.assertEqual(self.cmake(f'lum_decode(wrong "{text}")'), raw.hex())
 
-    def test_what_is_another_than_the_lock_file_names_is_refused(self):
+    def test_what_is_another_than_the_list_names_is_refused(self):
         self.registry.files["/three/-/three-0.1.0.tgz"] = archive("three", "0.1.0 with something more")
-        self.assertEqual(self.fetch(), f"{self.registry.url}/three/-/three-0.1.0.tgz is not what package-lock.json names: "
+        self.assertEqual(self.fetch(), f"{self.registry.url}/three/-/three-0.1.0.tgz is not what modules.json names: "
                                        f"its SHA-512 differs: {self.how()}")
         self.assertFalse((self.there / "three").exists())
 
@@ -129,7 +126,7 @@ class Modules(unittest.TestCase):
         self.registry.shutdown()
         self.registry.server_close()
         said = self.fetch()
-        self.assertTrue(said.startswith(f"{self.registry.url}/esbuild/-/esbuild-2.0.0.tgz: "), said)
+        self.assertTrue(said.startswith(f"{self.registry.url}/three/-/three-0.1.0.tgz: "), said)
         self.assertTrue(said.endswith(self.how()), said)
 
     def test_without_a_registry_it_is_said_which_can_be_named(self):
@@ -141,14 +138,14 @@ class Modules(unittest.TestCase):
         self.assertEqual(self.fetch(system="Plan9", processor="mips"), "esbuild has no program for plan9-mips")
 
     def test_hosts_are_named_as_esbuild_names_its_programs(self):
-        lock = json.loads((HERE / "../../tools/lumview/page/package-lock.json").read_text())["packages"]
+        known = json.loads((HERE / "../../tools/lumview/page/modules.json").read_text())
         for system, processor, name in (("Linux", "x86_64", "linux-x64"), ("Linux", "aarch64", "linux-arm64"),
                                         ("Linux", "armv7l", "linux-arm"), ("Linux", "i686", "linux-ia32"),
                                         ("Linux", "ppc64le", "linux-ppc64"), ("Linux", "riscv64", "linux-riscv64"),
                                         ("Linux", "s390x", "linux-s390x"), ("Darwin", "arm64", "darwin-arm64"),
                                         ("Darwin", "x86_64", "darwin-x64"), ("FreeBSD", "amd64", "freebsd-x64")):
             self.assertEqual(self.cmake("lum_name_host(wrong)", system=system, processor=processor), name)
-            self.assertIn(f"node_modules/@esbuild/{name}", lock)
+            self.assertIn(f"@esbuild/{name}", known)
 
     @unittest.skipUnless(shutil.which("npm"), "npm is not here")
     def test_npm_asks_no_more_than_twice(self):
@@ -176,7 +173,7 @@ class Modules(unittest.TestCase):
         self.assertEqual(self.cmake("lum_fetch_without_npm(wrong)", esbuild, NPM_CONFIG_REGISTRY=self.registry.url), "")
         self.assertEqual([p.name for p in self.there.iterdir()], ["three"])
         self.assertEqual(self.cmake("lum_check_modules(wrong)", esbuild), "")
-        self.assertIn("no esbuild 2.0.0 is in", self.cmake("lum_check_modules(wrong)"))
+        self.assertIn(f"no @esbuild/{HOST} 2.0.0 is in", self.cmake("lum_check_modules(wrong)"))
 
 
 if __name__ == "__main__":
