@@ -33,8 +33,8 @@ static const char told[] = "limit-after-signal";
 #define FILES_NS (6 * RECORD_S)
 
 /* doctor: each of its checks waits for some answers, two seconds for data
- * (docs/troubleshooting.md: a run takes a few seconds; up to five on a busy
- * host for the trace). */
+ * (docs/troubleshooting.md: a run takes a few seconds; docs/man/lumctl.1: up
+ * to five on a busy host for the trace). */
 #define DOCTOR_NS (40 * RECORD_S)
 
 static int64_t seconds(double s)
