@@ -224,9 +224,9 @@ async function reloads({ browser, capture }) {
     assert.equal(await page.locator("#range-max").inputValue(), "20");
     assert.equal(await page.locator("#legend-title").textContent(), "Height");
     assert.equal((await counts(page)).green, 0);
-    await page.evaluate(() => sessionStorage.setItem("lumview", '{"colour":"smell","size":900,"blue":3,"map":"turbo","flat":null,"x":1}'));
+    await page.evaluate(() => sessionStorage.setItem("lumview", '{"colour":"smell","size":900,"blue":3,"map":"cividis","flat":null,"x":1}'));
     const { colour, size, blue, map, flat } = await again();
-    assert.deepEqual([colour, size, blue, map, flat], ["range", 2, true, "turbo", false]);
+    assert.deepEqual([colour, size, blue, map, flat], ["range", 2, true, "cividis", false]);
     await page.evaluate(() => sessionStorage.setItem("lumview", "{"));
     assert.equal((await again()).map, "viridis");
     assert.deepEqual(page.complaints, []);

@@ -106,12 +106,6 @@ function(bundle_licenses)
     bundle_permission(${folder} permission)
     string(APPEND licenses "${permission}")
   endforeach()
-  string(APPEND licenses "\n\n==== turbo, a colour map (Apache-2.0)\n\nCopyright 2019 Google LLC.\n\nLicensed under the "
-                         "Apache License, Version 2.0. The page has 33 of its 256 colours.\n")
-  if(licenses MATCHES "Apache License, Version 2.0")
-    file(READ ${PAGE}/Apache-2.0.txt apache)
-    string(APPEND licenses "\n\n==== The Apache License, Version 2.0, to which a text above refers\n\n${apache}")
-  endif()
   execute_process(COMMAND ${ESBUILD} --version OUTPUT_VARIABLE version OUTPUT_STRIP_TRAILING_WHITESPACE)
   string(APPEND licenses "\n\n==== esbuild ${version}\n\nIt joined the script and the style of the page. What it writes "
                          "is under the licences\nabove, and not under its own.\n")

@@ -1,8 +1,7 @@
-// Colours of points: three maps as a texture, and colours for eyes and sensors.
+// Colours of points: two maps as a texture, and colours for eyes and sensors.
 import { DataTexture, LinearFilter } from "three";
 
-// Each eighth colour of the maps' 256, from dark to bright, and turbo's from blue to red; between them colours change
-// evenly. viridis and cividis are free of rights (CC0), turbo has a licence, which bundle.cmake adds.
+// Each eighth colour of the maps' 256, from dark to bright; between them colours change evenly. Both are free of rights (CC0).
 const SAMPLES = {
     viridis:
         "440154470d6048186a482374472d7b4536814240863f49893b528b375a8d33638d2f6a8e2c728e297a8e26818e23898e21908c" +
@@ -10,9 +9,6 @@ const SAMPLES = {
     cividis:
         "00224e00285b002e6a0433711a386f273e6e32436d3b496c434e6c4b546c52596d5a5f6e61656f686a716f70737576767c7b78" +
         "8481798b8778938d789b9376a39a75aba072b3a670bbad6cc3b469ccba64d4c15fddc958e6d051efd748f8df3cfee838",
-    turbo:
-        "30123b392a734040a14456c7466be3467ff64293ff37a7fa29bbec1dcdd818dcc31ee8b031f2994cf97e6bfd648aff4da3fd3c" +
-        "b8f735cced34dee037edd03af8c03afdae35fe982cfb8022f56817ec520fe04009d23105c02302ac1701950d017a0403",
 };
 export const STEPS = 256;
 export const EYES = { blue: [0.42, 0.68, 1.0], green: [0.45, 0.9, 0.5] };
@@ -30,7 +26,7 @@ export const UNKNOWN = [0.5, 0.53, 0.58];
 export const FADED = 0.85; // how grey points are beside a selection
 
 // The darkest parts of the maps would not show on the dark ground.
-const SHARE = { turbo: [0.1, 0.95], viridis: [0.12, 1], cividis: [0.15, 1] };
+const SHARE = { viridis: [0.12, 1], cividis: [0.15, 1] };
 
 // A map's colour at a share of it, 0 to 255 each.
 export function colourOf(name, share) {

@@ -50,7 +50,7 @@ const FITS = {
     edges: isOf("rising", "falling", "both"),
     smooth: isOf(0, ...SMOOTHINGS),
     colour: isOf("range", "height", "pulse", "return", "line", "eye", "sensor", "label"),
-    map: isOf("viridis", "cividis", "turbo"),
+    map: isOf("viridis", "cividis"),
     size: isBetween(1, 10),
     edl: isOf("auto", "on", "off"),
     theme: isOf("system", "dark", "light"),
