@@ -3,10 +3,10 @@
 # that a release keeps in tools/lumview/modules, or else npm fetches them, or
 # CMake itself where there is no npm. Where something lacks, lumview is left
 # out.
+set(lum_view_page ${PROJECT_SOURCE_DIR}/tools/lumview/page)
 include(${CMAKE_CURRENT_LIST_DIR}/modules.cmake)
 set(LUM_WITH_VIEW OFF)
 set(lum_why_no_view "")
-set(lum_view_page ${PROJECT_SOURCE_DIR}/tools/lumview/page)
 set(lum_view_licenses ${PROJECT_BINARY_DIR}/tools/lumview/bundle/licenses.txt)
 
 # The page as one file: made here, or a finished one where a build cannot make
