@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "frame_make.h"
+#include "frame.h"
 
 #include "drive.h"
 #include "unpacked.h"
@@ -18,17 +18,19 @@
 
 #define LINE 3u
 
-static const struct frame_head head = {
-    .frame = 3,
-    .clock_us = 1500,
-    .begin = {FRAME_TIME_FITTED, INT64_C(2500000000), INT64_C(250000000)},
-    .complete_ns = INT64_C(500000000),
-    .edges = LUM_EDGES_BOTH,
-    .smooth = 31,
-    .lines = 128,
-    .lost_words = 9,
-    .sensor = 0x0a2a0025u,
-    .shown = 17};
+static const lum_packed_head head = {.struct_size = sizeof head,
+                                     .frame = 3,
+                                     .clock_us = 1500,
+                                     .time = LUM_PACKED_TIME_FITTED,
+                                     .utc_ns = INT64_C(2500000000),
+                                     .utc_error_ns = INT64_C(250000000),
+                                     .complete_ns = INT64_C(500000000),
+                                     .edges = LUM_EDGES_BOTH,
+                                     .smooth = 31,
+                                     .lines = 128,
+                                     .lost_words = 9,
+                                     .sensor = 0x0a2a0025u,
+                                     .shown = 17};
 
 /* A frame of one line of the green eye, with every column that is needed. */
 static lum_frame *frame_of(const uint32_t *words, uint32_t count,
@@ -38,7 +40,7 @@ static lum_frame *frame_of(const uint32_t *words, uint32_t count,
     lum_framer *framer = NULL;
     lum_view view;
     lum_view_default(&view);
-    view.columns = FRAME_COLUMNS;
+    view.columns = LUM_PACKED_COLUMNS;
     view.selection.edges = edges;
     const lum_framer_options options = {
         .struct_size = sizeof options, .views = &view, .view_count = 1};
@@ -53,6 +55,22 @@ static lum_frame *frame_of(const uint32_t *words, uint32_t count,
     lum_frame *frame = lum_frame_keep(lum_framer_frame(framer, 0));
     lum_framer_free(framer);
     return frame;
+}
+
+static lum_packed_part part_of(const lum_frame *frame)
+{
+    lum_packed_part part = {.struct_size = sizeof part};
+    assert_int_equal(lum_packed_part_of(frame, &part), LUM_OK);
+    return part;
+}
+
+/* other: by a second profile; NULL: there is none. */
+static struct frame *make(struct frame_pool *pool, const lum_frame *one,
+                          const lum_frame *other)
+{
+    const lum_packed_part parts[] = {part_of(one),
+                                     part_of(other != NULL ? other : one)};
+    return frame_make(pool, &head, parts, other != NULL ? 2 : 1);
 }
 
 /* Pixel 7 rises at 2000, falls 950 later (12.35 ns) and is alone; pixel 999
@@ -102,7 +120,7 @@ static void a_frame_has_all_that_is_shown_of_its_points(void **state)
     (void)state;
     struct frame_pool *pool = frame_pool_new();
     lum_frame *points = near_and_far();
-    struct frame *frame = frame_make(pool, points, NULL, &head);
+    struct frame *frame = make(pool, points, NULL);
     struct unpacked a = arrays_of(frame);
     size_t len = 0;
     const uint8_t *bytes = frame_bytes(frame, &len);
@@ -110,7 +128,7 @@ static void a_frame_has_all_that_is_shown_of_its_points(void **state)
     assert_int_equal(frame_piece(frame, len), 0);
     assert_true(unpacked_double(bytes, 8) == 3.0);
     assert_true(unpacked_double(bytes, 24) == 2.5);
-    assert_int_equal(bytes[38], FRAME_TIME_FITTED);
+    assert_int_equal(bytes[38], LUM_PACKED_TIME_FITTED);
     assert_int_equal(a.count, 5);
     for (size_t i = 0; i < 5; i++) {
         const double x = (double)lum_frame_floats(points, LUM_COLUMN_X)[i];
@@ -135,9 +153,8 @@ static void points_of_two_profiles_stand_one_behind_the_other(void **state)
     struct frame_pool *pool = frame_pool_new();
     lum_frame *one = near_and_far();
     lum_frame *other = frame_of(words, 1, LUM_EDGES_BOTH);
-    struct frame *frame = frame_make(pool, one, other, &head);
-    struct frame *alone[2] = {frame_make(pool, one, NULL, &head),
-                              frame_make(pool, other, NULL, &head)};
+    struct frame *frame = make(pool, one, other);
+    struct frame *alone[2] = {make(pool, one, NULL), make(pool, other, NULL)};
     struct unpacked a = arrays_of(frame);
     size_t len = 0;
     assert_int_equal(a.count, 6);
@@ -172,10 +189,17 @@ static void points_of_a_rig_are_told_by_sensor(void **state)
     lum_frame *one = near_and_far();
     lum_frame *none = frame_of(NULL, 0, LUM_EDGES_BOTH);
     lum_frame *other = frame_of(words, 1, LUM_EDGES_BOTH);
-    const struct frame_part parts[] = {
-        {one, 7, 2}, {none, 3, 4}, {other, -1, 0}};
-    struct frame *frame = frame_make_rig(pool, parts, 3, &head);
-    struct frame *two = frame_make(pool, one, other, &head);
+    lum_packed_part parts[] = {part_of(one), part_of(none), part_of(other)};
+    const int64_t numbers[] = {7, 3, -1};
+    const uint32_t sensors[] = {2, 4, 0};
+    lum_packed_head rig = head;
+    rig.is_rig = true;
+    for (size_t i = 0; i < 3; i++) {
+        parts[i].frame = numbers[i];
+        parts[i].sensor = sensors[i];
+    }
+    struct frame *frame = frame_make(pool, &rig, parts, 3);
+    struct frame *two = make(pool, one, other);
     size_t len = 0;
     const uint8_t *bytes = frame_bytes(frame, &len);
     struct unpacked a = arrays_of(frame);
@@ -210,19 +234,19 @@ static void a_buffer_is_used_again_when_nobody_needs_it(void **state)
     struct frame_pool *pool = frame_pool_new();
     lum_frame *points = near_and_far();
     lum_frame *none = frame_of(NULL, 0, LUM_EDGES_BOTH);
-    struct frame *first = frame_make(pool, points, NULL, &head);
+    struct frame *first = make(pool, points, NULL);
     size_t len = 0;
     const uint8_t *bytes = frame_bytes(first, &len);
     assert_ptr_equal(frame_keep(first), first);
     frame_release(first);
-    struct frame *second = frame_make(pool, points, NULL, &head);
+    struct frame *second = make(pool, points, NULL);
     assert_ptr_not_equal(frame_bytes(second, &len), bytes);
     frame_release(first);
-    struct frame *third = frame_make(pool, none, NULL, &head);
+    struct frame *third = make(pool, none, NULL);
     assert_ptr_equal(frame_bytes(third, &len), bytes);
     assert_int_equal(points_of(third), 0);
     frame_release(third);
-    third = frame_make(pool, points, NULL, &head);
+    third = make(pool, points, NULL);
     assert_int_equal(points_of(third), 5);
     lum_frame_release(points);
     lum_frame_release(none);
@@ -241,8 +265,8 @@ static void a_small_buffer_is_enlarged_for_a_large_frame(void **state)
     }
     lum_frame *few = near_and_far();
     lum_frame *many = frame_of(words, 3000, LUM_EDGES_RISING);
-    frame_release(frame_make(pool, few, NULL, &head));
-    struct frame *frame = frame_make(pool, many, NULL, &head);
+    frame_release(make(pool, few, NULL));
+    struct frame *frame = make(pool, many, NULL);
     struct unpacked a = arrays_of(frame);
     assert_int_equal(a.count, 3000);
     for (size_t i = 0; i < 3000; i++) {
@@ -260,7 +284,7 @@ static void a_frame_outlives_its_pool(void **state)
     (void)state;
     struct frame_pool *pool = frame_pool_new();
     lum_frame *points = near_and_far();
-    struct frame *frame = frame_make(pool, points, NULL, &head);
+    struct frame *frame = make(pool, points, NULL);
     frame_pool_free(pool);
     assert_int_equal(points_of(frame), 5);
     lum_frame_release(points);

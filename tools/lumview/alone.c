@@ -1,7 +1,6 @@
-/* What the feed has on a system without threads, in place of thread.c, pump.c
- * and link.c: only captures that are files. */
+/* What the feed has on a system without threads, in place of thread.c and
+ * link.c: only captures that are files. */
 #include "link.h"
-#include "pump.h"
 #include "thread.h"
 
 struct gate {
@@ -64,32 +63,7 @@ void gate_tell(struct gate *gate)
     (void)gate;
 }
 
-/* --- Sources that need a thread --- */
-
-int pump_start(const char *source, struct pump **out, lum_error *error)
-{
-    *out = NULL;
-    return lum_error_set(error,
-                         "%s: it is not a file, and only files can be "
-                         "read here",
-                         source);
-}
-
-const char *pump_path(const struct pump *pump)
-{
-    (void)pump;
-    return "";
-}
-
-void pump_stop(struct pump *pump)
-{
-    (void)pump;
-}
-
-void pump_end(struct pump *pump)
-{
-    (void)pump;
-}
+/* --- A source that needs threads --- */
 
 int link_start(const struct link_options *options, struct link **out,
                lum_error *error)

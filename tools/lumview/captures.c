@@ -1,19 +1,20 @@
 #define _POSIX_C_SOURCE 200809L
 #include "captures.h"
 
+#include "../common/file_look.h"
 #include "../common/source_walk.h"
-#include "pump.h"
+#include "capture/capture_open.h"
+#include "thread.h"
 
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
+#include <unistd.h>
 
 struct captures {
     const struct sources *sources;
-    const char **paths;  /* for reading them */
-    struct pump **pumps; /* of inputs that can be read only once; else NULL */
-    bool are_files;
+    int *pipes; /* of each that was let go of on stopping; else -1 */
     bool is_quiet;
     const char *rig; /* NULL: none */
 };
@@ -23,13 +24,13 @@ struct captures {
 /* Standard input, a pipe, a device. */
 static bool is_stream(const char *path)
 {
-    struct stat st;
-    return strcmp(path, "-") == 0 ||
-           (stat(path, &st) == 0 && !S_ISREG(st.st_mode) &&
-            !S_ISDIR(st.st_mode));
+    struct file_look look;
+    return input_files_is_stdin(path) ||
+           (file_look(path, &look) &&
+            (look.kind == FILE_PIPE || look.kind == FILE_DEVICE));
 }
 
-/* Pumps wait for what they are given. */
+/* Files. What can be read once is opened when it is read: that waits. */
 static int try_files(const struct captures *c, lum_error *error)
 {
     lum_capture *capture = NULL;
@@ -39,8 +40,8 @@ static int try_files(const struct captures *c, lum_error *error)
         return lum_error_set(error, "out of memory");
     }
     for (size_t i = 0; i < c->sources->count; i++) {
-        if (c->pumps[i] == NULL) {
-            files[count++] = c->paths[i];
+        if (!is_stream(c->sources->paths[i])) {
+            files[count++] = c->sources->paths[i];
         }
     }
     const int result =
@@ -50,31 +51,22 @@ static int try_files(const struct captures *c, lum_error *error)
     return result;
 }
 
-static int start(struct captures *c, size_t i, lum_error *error)
-{
-    c->paths[i] = c->sources->paths[i];
-    if (!is_stream(c->paths[i])) {
-        return 0;
-    }
-    c->are_files = false;
-    if (pump_start(c->paths[i], &c->pumps[i], error) != 0) {
-        return -1;
-    }
-    c->paths[i] = pump_path(c->pumps[i]);
-    return 0;
-}
-
-static int start_all(struct captures *c, lum_error *error)
+static int start(struct captures *c, lum_error *error)
 {
     const size_t count = c->sources->count;
-    c->paths = calloc(count, sizeof *c->paths);
-    c->pumps = calloc(count, sizeof(struct pump *));
-    if (c->paths == NULL || c->pumps == NULL) {
+    c->pipes = calloc(count, sizeof *c->pipes);
+    if (c->pipes == NULL) {
         return lum_error_set(error, "out of memory");
     }
     for (size_t i = 0; i < count; i++) {
-        if (start(c, i, error) != 0) {
-            return -1;
+        c->pipes[i] = -1;
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (!thread_exists() && is_stream(c->sources->paths[i])) {
+            return lum_error_set(error,
+                                 "%s: it is not a file, and only files can be "
+                                 "read here",
+                                 c->sources->paths[i]);
         }
     }
     return try_files(c, error);
@@ -91,10 +83,9 @@ int captures_new(const struct sources *sources, const char *rig, bool is_quiet,
         return lum_error_set(error, "out of memory");
     }
     c->sources = sources;
-    c->are_files = true;
     c->is_quiet = is_quiet;
     c->rig = rig;
-    if (start_all(c, error) != 0) {
+    if (start(c, error) != 0) {
         captures_free(c);
         return -1;
     }
@@ -102,10 +93,16 @@ int captures_new(const struct sources *sources, const char *rig, bool is_quiet,
     return 0;
 }
 
+/* A pipe that is open here keeps nobody waiting who opens it to read. */
 void captures_stop(struct captures *captures)
 {
     for (size_t i = 0; captures != NULL && i < captures->sources->count; i++) {
-        pump_stop(captures->pumps[i]);
+        struct file_look look;
+        const char *path = captures->sources->paths[i];
+        if (!input_files_is_stdin(path) && file_look(path, &look) &&
+            look.kind == FILE_PIPE) {
+            captures->pipes[i] = open(path, O_RDWR | O_NONBLOCK | O_CLOEXEC);
+        }
     }
 }
 
@@ -114,82 +111,36 @@ void captures_free(struct captures *captures)
     if (captures == NULL) {
         return;
     }
-    for (size_t i = 0; captures->pumps != NULL && i < captures->sources->count;
+    for (size_t i = 0; captures->pipes != NULL && i < captures->sources->count;
          i++) {
-        pump_end(captures->pumps[i]);
+        if (captures->pipes[i] >= 0) {
+            (void)close(captures->pipes[i]);
+        }
     }
-    free(captures->paths);
-    free(captures->pumps);
+    free(captures->pipes);
     free(captures);
 }
 
-/* --- Names --- */
-
 bool captures_are_files(const struct captures *captures)
 {
-    return captures->are_files;
-}
-
-static const char *name_of(const struct captures *c, size_t i)
-{
-    const char *path = c->sources->paths[i];
-    return strcmp(path, "-") == 0 ? "standard input" : path;
-}
-
-static bool is_at(const char *text, const char *path)
-{
-    const size_t len = strlen(path);
-    return strncmp(text, path, len) == 0 &&
-           (text[len] < '0' || text[len] > '9');
-}
-
-/* In messages, the name of a pump is replaced by that of its source. */
-static void name_source(const struct captures *c, size_t i, char *text,
-                        size_t room)
-{
-    char rest[LUM_ERROR_BYTES];
-    char *at = text;
-    while (*at != '\0' && !is_at(at, c->paths[i])) {
-        at++;
+    size_t i = 0;
+    while (i < captures->sources->count &&
+           !is_stream(captures->sources->paths[i])) {
+        i++;
     }
-    if (*at != '\0') {
-        (void)snprintf(rest, sizeof rest, "%s", at + strlen(c->paths[i]));
-        (void)snprintf(at, room - (size_t)(at - text), "%s%s", name_of(c, i),
-                       rest);
-    }
+    return i == captures->sources->count;
 }
 
-static void name_sources(const struct captures *c, char *text, size_t room)
+int captures_open(const struct captures *captures, lum_go_on *go_on,
+                  lum_capture **out, lum_error *error)
 {
-    for (size_t i = 0; i < c->sources->count; i++) {
-        if (c->pumps[i] != NULL) {
-            name_source(c, i, text, room);
-        }
-    }
+    const lum_capture_from from = {.paths = captures->sources->paths,
+                                   .count = captures->sources->count,
+                                   .go_on = go_on};
+    return lum_capture_open_from(&from, out, error);
 }
 
-/* --- Reading --- */
-
-int captures_open(const struct captures *captures, lum_capture **out,
-                  lum_error *error)
-{
-    const int result = lum_capture_open_several(
-        captures->paths, captures->sources->count, out, error);
-    if (result != 0 && error != NULL) {
-        name_sources(captures, error->text, sizeof error->text);
-    }
-    return result;
-}
-
-int captures_next(const struct captures *captures, lum_capture *capture,
-                  lum_record *out, lum_error *error)
-{
-    const int status = lum_capture_next(capture, out, error);
-    if (status < 0 && error != NULL) {
-        name_sources(captures, error->text, sizeof error->text);
-    }
-    return status;
-}
+/* --- What is odd about them --- */
 
 /* What may be between captures, and what it means. */
 struct seam {
@@ -231,24 +182,21 @@ static void add_seam(const struct seam *seam, const lum_capture *capture,
 }
 
 /* "" where none are. */
-static void write_seams(const struct captures *c, const lum_capture *capture,
-                        char *out, size_t room)
+static void write_seams(const lum_capture *capture, char *out, size_t room)
 {
     *out = '\0';
     for (size_t i = 0; i < sizeof seams / sizeof seams[0]; i++) {
         add_seam(&seams[i], capture, out, room);
     }
-    name_sources(c, out, room);
 }
 
 /* Likewise. */
-static void write_remarks(const struct captures *c, const lum_capture *capture,
-                          const lum_demux *demux, char *out, size_t room)
+static void write_remarks(const lum_capture *capture, const lum_demux *demux,
+                          char *out, size_t room)
 {
     lum_error remark = {""};
     (void)lum_capture_damaged(capture, &remark);
     (void)snprintf(out, room, "%s", remark.text);
-    name_sources(c, out, room);
     size_t len = strlen(out);
     for (size_t i = 0; lum_capture_remark(capture, demux, 0, i, &remark); i++) {
         (void)snprintf(out + len, room - len, "%s%s", len > 0 ? "; " : "",
@@ -269,19 +217,22 @@ void captures_warn(const struct captures *captures, const lum_capture *capture,
 {
     char text[FEED_TEXT_BYTES];
     if (!captures->is_quiet) {
-        write_seams(captures, capture, text, sizeof text);
+        write_seams(capture, text, sizeof text);
         warn(text);
-        write_remarks(captures, capture, demux, text, sizeof text);
+        write_remarks(capture, demux, text, sizeof text);
         warn(text);
     }
 }
 
 /* --- What they say of themselves --- */
 
-static bool is_pumped(const struct captures *c, const char *path)
+static bool is_of_stream(const struct captures *c, const char *name)
 {
     for (size_t i = 0; i < c->sources->count; i++) {
-        if (c->pumps[i] != NULL && strcmp(c->paths[i], path) == 0) {
+        const char *path = c->sources->paths[i];
+        const bool is_stdin = input_files_is_stdin(path);
+        if (is_stream(path) &&
+            strcmp(is_stdin ? "standard input" : path, name) == 0) {
             return true;
         }
     }
@@ -297,7 +248,7 @@ static void write_other(const struct captures *c,
                        "%.200s: it has a %s of its own, which is not used: "
                        "%.200s says which file each sensor has",
                        o->source, o->what, c->rig);
-    } else if (is_pumped(c, o->source)) {
+    } else if (is_of_stream(c, o->source)) {
         (void)snprintf(out, room,
                        "%.200s: it has a %s of its own, which is not used: "
                        "save it as a file and show that, or name its %s by "
@@ -314,7 +265,6 @@ static void write_other(const struct captures *c,
                        "%.200s, which is used for all",
                        o->source, o->speaker);
     }
-    name_sources(c, out, room);
 }
 
 void captures_tell_others(const struct captures *captures,
@@ -336,8 +286,8 @@ void captures_tell(const struct captures *captures, const lum_capture *capture,
 {
     char text[FEED_TEXT_BYTES];
     captures_tell_others(captures, capture, said, stage);
-    write_seams(captures, capture, text, LUM_ERROR_BYTES);
+    write_seams(capture, text, LUM_ERROR_BYTES);
     stage_set_text(stage, FEED_GAPS, text);
-    write_remarks(captures, capture, demux, text, sizeof text);
+    write_remarks(capture, demux, text, sizeof text);
     stage_set_text(stage, FEED_REMARKS, text);
 }

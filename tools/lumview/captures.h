@@ -1,11 +1,11 @@
 /* The captures that are played, as one stream. Files can be read any number of
- * times. An input that can be read only once, for example standard input, gets
- * its own pump. */
+ * times; others, for example standard input, once. */
 #ifndef LUMVIEW_CAPTURES_H
 #define LUMVIEW_CAPTURES_H
 
 #include "../common/provenance.h"
 #include "../common/sources.h"
+#include "base/go_on.h"
 #include "lum/base/error.h"
 #include "lum/capture/capture.h"
 #include "stage.h"
@@ -20,7 +20,8 @@ struct captures;
 int captures_new(const struct sources *sources, const char *rig, bool is_quiet,
                  struct captures **out, lum_error *error);
 
-/* Makes reading end soon, even if nothing comes. NULL is allowed. */
+/* Makes the opening of a pipe end soon, even if nobody writes to it. NULL is
+ * allowed. */
 void captures_stop(struct captures *captures);
 
 /* To be called when no thread reads any more. NULL is allowed. */
@@ -29,14 +30,10 @@ void captures_free(struct captures *captures);
 /* Whether all of them can be read again. */
 bool captures_are_files(const struct captures *captures);
 
-/* Begins to read from their beginning. 0, or -1 with the reason in error, which
- * may be NULL. */
-int captures_open(const struct captures *captures, lum_capture **out,
-                  lum_error *error);
-
-/* As lum_capture_next(). */
-int captures_next(const struct captures *captures, lum_capture *capture,
-                  lum_record *out, lum_error *error);
+/* Begins to read from their beginning. go_on: kept; asked while it waits, NULL:
+ * nobody is. 0, or -1 with the reason in error, which may be NULL. */
+int captures_open(const struct captures *captures, lum_go_on *go_on,
+                  lum_capture **out, lum_error *error);
 
 /* Tell the stage whose calibration or profile is not used, of what was read so
  * far; what has been told stays. said: of the files. */

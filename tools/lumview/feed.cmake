@@ -1,5 +1,5 @@
 # From a source to frames.
-set(lum_view_threads link.c pump.c thread.c)
+set(lum_view_threads link.c thread.c)
 set(lum_view_alone alone.c)
 set(lum_view_feed
     captures.c

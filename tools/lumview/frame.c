@@ -1,9 +1,6 @@
-#define _POSIX_C_SOURCE 200809L
-#include "frame_make.h"
+#include "frame.h"
 
 #include "thread.h"
-
-#include "lum/frame/packed.h"
 
 #include <stdlib.h>
 
@@ -165,59 +162,16 @@ size_t frame_piece(const struct frame *frame, size_t at)
 
 /* --- Messages --- */
 
-static struct frame *make(struct frame_pool *pool, const lum_packed_part *parts,
-                          size_t count, bool is_rig,
-                          const struct frame_head *head)
+struct frame *frame_make(struct frame_pool *pool, const lum_packed_head *head,
+                         const lum_packed_part *parts, size_t count)
 {
-    const lum_packed_head packed = {.struct_size = sizeof packed,
-                                    .frame = head->frame,
-                                    .clock_us = head->clock_us,
-                                    .utc_ns = head->begin.utc_ns,
-                                    .utc_error_ns = head->begin.error_ns,
-                                    .complete_ns = head->complete_ns,
-                                    .lost_words = head->lost_words,
-                                    .shown = head->shown,
-                                    .sensor = head->sensor,
-                                    .lines = head->lines,
-                                    .time = (uint8_t)head->begin.kind,
-                                    .edges = (uint8_t)head->edges,
-                                    .smooth = (uint8_t)head->smooth,
-                                    .is_rig = is_rig};
     struct frame *frame = begin(pool);
     if (frame == NULL ||
-        lum_packed_make(&packed, parts, count, &frame->packed) != LUM_OK) {
+        lum_packed_make(head, parts, count, &frame->packed) != LUM_OK) {
         if (frame != NULL) {
             free_frame(frame);
         }
         return NULL;
     }
     return end(pool, frame);
-}
-
-struct frame *frame_make(struct frame_pool *pool, const lum_frame *points,
-                         const lum_frame *second, const struct frame_head *head)
-{
-    lum_packed_part parts[2] = {{.struct_size = sizeof parts[0]},
-                                {.struct_size = sizeof parts[1]}};
-    if (lum_packed_part_of(points, &parts[0]) != LUM_OK ||
-        (second != NULL && lum_packed_part_of(second, &parts[1]) != LUM_OK)) {
-        return NULL;
-    }
-    return make(pool, parts, second != NULL ? 2 : 1, false, head);
-}
-
-struct frame *frame_make_rig(struct frame_pool *pool,
-                             const struct frame_part *parts, size_t count,
-                             const struct frame_head *head)
-{
-    lum_packed_part packed[FRAME_PARTS_MAX];
-    for (size_t i = 0; i < count; i++) {
-        packed[i].struct_size = sizeof packed[i];
-        if (lum_packed_part_of(parts[i].points, &packed[i]) != LUM_OK) {
-            return NULL;
-        }
-        packed[i].frame = parts[i].frame;
-        packed[i].sensor = parts[i].sensor;
-    }
-    return make(pool, packed, count, true, head);
 }

@@ -3,20 +3,31 @@
 #ifndef LUMVIEW_FRAME_H
 #define LUMVIEW_FRAME_H
 
+#include "lum/frame/packed.h"
+
 #include <stddef.h>
 #include <stdint.h>
 
-/* What the time of a frame is, as lum_packed_time has it. */
-enum frame_time {
-    FRAME_TIME_UNKNOWN,
-    FRAME_TIME_ARRIVAL, /* when its earliest line came: nothing is fitted */
-    FRAME_TIME_FITTED   /* when that line began, by the sensor's clock fitted to
-                           arrivals */
-};
+/* Enough for any sensor, and no more than a browser can take. */
+#define FRAME_POINTS_MAX 8000000u
+
+/* Buffers that frames no longer need, kept for the next. Any thread. */
+struct frame_pool;
+
+/* NULL without memory. */
+struct frame_pool *frame_pool_new(void);
+
+/* No frame is made any more; those that there are live on. NULL is allowed. */
+void frame_pool_free(struct frame_pool *pool);
 
 /* Counted by reference: a slow browser keeps the one that it is being sent
  * while newer ones come and go. Any thread. */
 struct frame;
+
+/* As lum_packed_make(), with at most FRAME_POINTS_MAX points. NULL without
+ * memory. */
+struct frame *frame_make(struct frame_pool *pool, const lum_packed_head *head,
+                         const lum_packed_part *parts, size_t count);
 
 struct frame *frame_keep(struct frame *frame);
 void frame_release(struct frame *frame); /* NULL is allowed */

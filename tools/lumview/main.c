@@ -4,17 +4,15 @@
 #include "../common/interrupt.h"
 #include "../common/json.h"
 #include "../common/number.h"
+#include "browser.h"
 #include "feed.h"
 #include "files.h"
-#include "open.h"
 #include "options.h"
-#include "redirect.h"
 #include "served.h"
 #include "server.h"
 #include "truth.h"
 
 #include <errno.h>
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -85,19 +83,9 @@ static enum exit_status print_json(const struct guard *guard, const char *url)
     return finish_stdout();
 }
 
-/* A URL with a token goes by a file. */
-static bool start_browser(const struct guard *guard, char *url,
-                          struct redirect *redirect)
-{
-    if (guard->token[0] == '\0') {
-        return open_browser(url);
-    }
-    return redirect_write(redirect, url) == 0 && open_browser(redirect->url);
-}
-
 static enum exit_status announce(const struct options *o,
                                  const struct guard *guard,
-                                 struct redirect *redirect)
+                                 struct browser *browser)
 {
     char url[GUARD_TEXT_BYTES];
     guard_url(guard, url);
@@ -107,28 +95,13 @@ static enum exit_status announce(const struct options *o,
     if (!o->quiet) {
         (void)fprintf(stderr, "lumview: %s (Ctrl-C ends it)\n", url);
     }
-    if (!o->stays_closed && !start_browser(guard, url, redirect) && !o->quiet) {
+    if (!o->stays_closed &&
+        !browser_open(browser, url, guard->token[0] != '\0') && !o->quiet) {
         (void)fputs("lumview: no browser could be started: open this URL in "
                     "one\n",
                     stderr);
     }
     return EXIT_DONE;
-}
-
-/* Signals are for the main thread, which waits: the feed's would not notice. */
-static int open_feed(const struct options *o, const struct files *files,
-                     struct server *server, struct feed **feed,
-                     lum_error *error)
-{
-    sigset_t all;
-    sigset_t before;
-    (void)sigfillset(&all);
-    (void)pthread_sigmask(SIG_BLOCK, &all, &before);
-    const int failed = feed_open(o, &files->geometry,
-                                 o->second != NULL ? &files->second : NULL,
-                                 server_wake, server, feed, error);
-    (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return failed;
 }
 
 static enum exit_status close_feed(const struct options *o, struct feed *feed)
@@ -149,15 +122,17 @@ static enum exit_status serve(const struct options *o,
 {
     lum_error error = {""};
     struct feed *feed = NULL;
-    struct redirect redirect = {.folder = ""};
-    if (open_feed(o, files, server, &feed, &error) != 0) {
+    struct browser browser = {.folder = ""};
+    if (feed_open(o, &files->geometry,
+                  o->second != NULL ? &files->second : NULL, server_wake,
+                  server, &feed, &error) != 0) {
         return complain(&error, EXIT_FAILED);
     }
-    enum exit_status status = announce(o, server_guard(server), &redirect);
+    enum exit_status status = announce(o, server_guard(server), &browser);
     if (status == EXIT_DONE && server_run(server, feed, &error) != 0) {
         status = complain(&error, EXIT_FAILED);
     }
-    redirect_remove(&redirect);
+    browser_forget(&browser);
     const enum exit_status closed = close_feed(o, feed);
     return status == EXIT_DONE ? closed : status;
 }

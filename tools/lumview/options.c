@@ -3,10 +3,11 @@
 #include "../common/host.h"
 #include "../common/option_table.h"
 #include "../common/source_url.h"
-#include "licenses.h"
+#include "assets.h"
 #include "lum/version.h"
 
 #include <stdio.h>
+#include <string.h>
 
 #define SENSOR_ALLOWED "an address such as 10.42.0.37, or 10.42.0.37%eth1"
 
@@ -28,6 +29,16 @@ static void show_help(void)
 static void show_version(void)
 {
     (void)puts("lumview " LUM_VERSION);
+}
+
+/* Of the program and of its parts. */
+static void show_licenses(void)
+{
+    for (size_t i = 0; i < assets_count; i++) {
+        if (strcmp(assets[i].path, "/licenses.txt") == 0) {
+            (void)fwrite(assets[i].bytes, 1, assets[i].len, stdout);
+        }
+    }
 }
 
 /* 0.0.0.0 is refused: then a Host header could not be distinguished from one by
@@ -96,7 +107,7 @@ static const struct option_spec specs[] = {
     {"set", .kind = OPTION_CALL, .call = take_set, .allowed = SET_KEYS_ALLOWED},
     {"help", .letter = 'h', .kind = OPTION_SHOW, .show = show_help},
     {"version", .kind = OPTION_SHOW, .show = show_version},
-    {"licenses", .kind = OPTION_SHOW, .show = licenses_print},
+    {"licenses", .kind = OPTION_SHOW, .show = show_licenses},
 };
 
 #define OPTIONS (sizeof specs / sizeof specs[0])

@@ -21,7 +21,7 @@ bool views_follow(lum_framer *framer, struct feed_views *now,
         out[i].selection.edges = now->at[i].edges;
         out[i].smooth_window = now->at[i].smooth;
         out[i].smooth_order = LUM_SMOOTH_ORDER(now->at[i].smooth);
-        out[i].columns = FRAME_COLUMNS;
+        out[i].columns = LUM_PACKED_COLUMNS;
     }
     return lum_framer_set_views(framer, out, now->count, NULL) == 0;
 }
@@ -94,49 +94,63 @@ void picture_drop(struct picture *picture)
 
 /* Arrivals of 0 are those of packets without a time, to which nothing can be
  * fitted. */
-static struct frame_moment moment_of(const struct picture *picture)
+static void tell_time(const struct picture *p, lum_packed_head *head)
 {
-    if (picture->arrival_ns <= 0) {
-        return (struct frame_moment){.kind = FRAME_TIME_UNKNOWN};
+    if (p->arrival_ns <= 0) {
+        head->time = LUM_PACKED_TIME_UNKNOWN;
+    } else if (p->begin_utc_ns <= 0) {
+        head->time = LUM_PACKED_TIME_ARRIVAL;
+        head->utc_ns = p->arrival_ns;
+    } else {
+        head->time = LUM_PACKED_TIME_FITTED;
+        head->utc_ns = p->begin_utc_ns;
+        head->utc_error_ns = p->utc_error_ns;
     }
-    if (picture->begin_utc_ns <= 0) {
-        return (struct frame_moment){.kind = FRAME_TIME_ARRIVAL,
-                                     .utc_ns = picture->arrival_ns};
-    }
-    return (struct frame_moment){.kind = FRAME_TIME_FITTED,
-                                 .utc_ns = picture->begin_utc_ns,
-                                 .error_ns = picture->utc_error_ns};
+}
+
+static bool take_points(const lum_frame *points, lum_packed_part *out)
+{
+    out->struct_size = sizeof *out;
+    return lum_packed_part_of(points, out) == LUM_OK;
 }
 
 static struct frame *make(const struct picture *p, struct frame_pool *pool,
-                          const struct frame_head *head, size_t view)
+                          const lum_packed_head *head, size_t view)
 {
-    struct frame_part parts[PICTURE_PARTS_MAX];
-    if (p->parts == 0) {
-        return frame_make(pool, p->points[0][view], p->second[view], head);
+    lum_packed_part parts[PICTURE_PARTS_MAX];
+    size_t count = p->parts > 0 ? p->parts : 1u;
+    for (size_t i = 0; i < count; i++) {
+        if (!take_points(p->points[i][view], &parts[i])) {
+            return NULL;
+        }
+        if (p->parts > 0) {
+            parts[i].frame = p->part[i].frame;
+            parts[i].sensor = p->part[i].sensor;
+        }
     }
-    for (size_t i = 0; i < p->parts; i++) {
-        parts[i] = (struct frame_part){.points = p->points[i][view],
-                                       .frame = p->part[i].frame,
-                                       .sensor = p->part[i].sensor};
+    if (p->second[view] != NULL &&
+        !take_points(p->second[view], &parts[count++])) {
+        return NULL;
     }
-    return frame_make_rig(pool, parts, p->parts, head);
+    return frame_make(pool, head, parts, count);
 }
 
 void picture_seal(struct picture *picture, struct frame_pool *pool,
                   int64_t complete_ns, uint64_t shown)
 {
-    struct frame_head head = {.frame = picture->frame,
-                              .clock_us = picture->clock_us,
-                              .begin = moment_of(picture),
-                              .complete_ns = complete_ns,
-                              .lines = picture->lines,
-                              .lost_words = picture->lost_words,
-                              .sensor = picture->sensor,
-                              .shown = shown};
+    lum_packed_head head = {.struct_size = sizeof head,
+                            .frame = picture->frame,
+                            .clock_us = picture->clock_us,
+                            .complete_ns = complete_ns,
+                            .lines = picture->lines,
+                            .lost_words = picture->lost_words,
+                            .sensor = picture->sensor,
+                            .shown = shown,
+                            .is_rig = picture->parts > 0};
+    tell_time(picture, &head);
     for (size_t i = 0; i < picture->views.count; i++) {
-        head.edges = picture->views.at[i].edges;
-        head.smooth = picture->views.at[i].smooth;
+        head.edges = (uint8_t)picture->views.at[i].edges;
+        head.smooth = (uint8_t)picture->views.at[i].smooth;
         picture->frames[i] = make(picture, pool, &head, i);
         release_points(picture, i);
     }

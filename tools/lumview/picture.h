@@ -4,7 +4,7 @@
 #define LUMVIEW_PICTURE_H
 
 #include "feed.h"
-#include "frame_make.h"
+#include "frame.h"
 
 #include "lum/frame/framer.h"
 

@@ -46,6 +46,7 @@ struct player {
     struct playhead head;
     struct report report;
     const struct decoder *learned; /* the scan's; NULL: nothing */
+    lum_go_on go_on;
     lum_capture *capture;
     struct decoder *decoder;
     lum_record record;
@@ -103,7 +104,7 @@ static void skip(struct player *p)
 static enum play open_pass(struct player *p)
 {
     lum_error error = {""};
-    if (captures_open(p->captures, &p->capture, &error) != 0) {
+    if (captures_open(p->captures, &p->go_on, &p->capture, &error) != 0) {
         return fail(p, &error);
     }
     captures_tell_others(p->captures, p->capture, p->options.said,
@@ -139,8 +140,7 @@ static enum play push(struct player *p)
 static enum play read_record(struct player *p)
 {
     lum_error error = {""};
-    const int status =
-        captures_next(p->captures, p->capture, &p->record, &error);
+    const int status = lum_capture_next(p->capture, &p->record, &error);
     p->has_record = status > 0;
     if (status < 0) {
         p->report.broken = error;
@@ -277,8 +277,15 @@ int64_t player_work(struct player *player)
 
 /* --- Starting and ending --- */
 
+static bool goes_on(void *stage)
+{
+    return !stage_is_closing(stage);
+}
+
 static int start(struct player *p, lum_error *error)
 {
+    p->go_on =
+        (lum_go_on){.function = goes_on, .context = p->options.decoder.stage};
     if (captures_new(p->options.sources, p->options.rig, p->options.is_quiet,
                      &p->captures, error) != 0 ||
         (captures_are_files(p->captures) &&

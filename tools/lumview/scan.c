@@ -49,7 +49,7 @@ static bool begin(struct scan *s)
 {
     s->has_begun = false;
     s->end_ns = INT64_MAX;
-    if (captures_open(s->captures, &s->capture, NULL) == 0) {
+    if (captures_open(s->captures, NULL, &s->capture, NULL) == 0) {
         s->decoder = decoder_new(&s->options);
     }
     return s->decoder != NULL;
@@ -145,7 +145,7 @@ static bool push(struct scan *s, const lum_record *record)
 static int read_record(struct scan *s)
 {
     lum_record record;
-    if (captures_next(s->captures, s->capture, &record, NULL) <= 0) {
+    if (lum_capture_next(s->capture, &record, NULL) <= 0) {
         return 0;
     }
     if (!s->has_begun && s->phase == PHASE_LEARNING) {

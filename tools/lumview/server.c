@@ -4,20 +4,33 @@
 #include "../common/interrupt.h"
 #include "../common/number.h"
 #include "client.h"
-#include "crowd.h"
 #include "http.h"
-#include "place.h"
+#include "net/program.h"
 
+#include <errno.h>
 #include <libwebsockets.h>
 #include <netinet/in.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #define HEADERS_BYTES 8192u
 #define IDLE_S        5 /* for a request to come, and for the next */
 #define PING_S        5 /* without a sign of life */
 #define HANGUP_S      20
 #define TICK_US       500000
+
+#define LOOPBACK 0x7f000001u
+
+#define CONNECTIONS_MAX      100u
+#define CONNECTIONS_PEER_MAX 30u /* of one address */
+
+/* A place that a connection has. */
+struct place {
+    uint32_t address; /* at its other end */
+    bool is_taken;
+};
 
 struct server {
     struct lws_context *lws;
@@ -27,7 +40,7 @@ struct server {
     struct lws_protocol_vhost_options headers[5];
     char policy[HTTP_POLICY_BYTES];
     lws_sorted_usec_list_t tick;
-    struct crowd crowd;
+    struct place places[CONNECTIONS_MAX];
     uint32_t arriving; /* address of the connection that is being accepted */
 };
 
@@ -35,6 +48,8 @@ static struct server *server_of(struct lws *wsi)
 {
     return lws_context_user(lws_get_context(wsi));
 }
+
+/* --- How many connections there are --- */
 
 /* 0 where it is gone already. */
 static uint32_t find_peer(lws_sockfd_type fd)
@@ -46,30 +61,48 @@ static uint32_t find_peer(lws_sockfd_type fd)
                : 0;
 }
 
-/* What a callback returns: 0, it may come in. */
+/* What a callback returns: 0, it may come in. One host cannot take all places.
+ */
 static int admit(struct server *server, lws_sockfd_type fd)
 {
+    size_t all = 0;
+    size_t own = 0;
     server->arriving = find_peer(fd);
-    return crowd_has_room(&server->crowd, server->arriving) ? 0 : 1;
+    for (size_t i = 0; i < CONNECTIONS_MAX; i++) {
+        const struct place *place = &server->places[i];
+        all += place->is_taken ? 1u : 0u;
+        own += place->is_taken && place->address == server->arriving ? 1u : 0u;
+    }
+    return all < CONNECTIONS_MAX && own < CONNECTIONS_PEER_MAX ? 0 : 1;
 }
 
 /* Right after it was admitted. */
 static int enter(struct lws *wsi)
 {
     struct server *server = server_of(wsi);
-    struct crowd_place *place = crowd_enter(&server->crowd, server->arriving);
+    size_t i = 0;
+    while (i < CONNECTIONS_MAX && server->places[i].is_taken) {
+        i++;
+    }
+    struct place *place = i < CONNECTIONS_MAX ? &server->places[i] : NULL;
     lws_set_opaque_user_data(wsi, place);
-    return place != NULL ? 0 : -1;
+    if (place == NULL) {
+        return -1;
+    }
+    *place = (struct place){server->arriving, true};
+    return 0;
 }
 
 /* The socket that listens has no place. */
 static void leave(struct lws *wsi)
 {
-    struct crowd_place *place = lws_get_opaque_user_data(wsi);
+    struct place *place = lws_get_opaque_user_data(wsi);
     if (place != NULL) {
         place->is_taken = false;
     }
 }
+
+/* --- What libwebsockets asks for --- */
 
 static int serve_http(struct lws *wsi, enum lws_callback_reasons reason,
                       void *user, void *in, size_t len)
@@ -179,6 +212,62 @@ static int make_token(struct server *server)
     return 0;
 }
 
+/* --- Where it listens --- */
+
+static int explain(uint32_t address, uint16_t port, int reason,
+                   lum_error *error)
+{
+    char text[16];
+    (void)number_format_address(address, text);
+    if (reason == EADDRINUSE) {
+        const lum_endpoint place = {address, port};
+        const lum_program_text who =
+            lum_program_show(lum_program_of_tcp_port(place));
+        return lum_error_set(error,
+                             "--port: port %u of %s is taken by %s: choose "
+                             "another, or none for any that is free",
+                             (unsigned)port, text, who.text);
+    }
+    if (reason == EADDRNOTAVAIL) {
+        return lum_error_set(
+            error, "--bind: %s is not an address of this host; see: ip addr",
+            text);
+    }
+    return lum_error_set(error, "%s:%u: cannot be listened on: %s", text,
+                         (unsigned)port, strerror(reason));
+}
+
+/* As a server would bind, so that what fails here is what would fail there. */
+static int try_place(int fd, uint32_t address, uint16_t *port)
+{
+    const int yes = 1;
+    struct sockaddr_in there = {.sin_family = AF_INET,
+                                .sin_port = htons(*port),
+                                .sin_addr.s_addr = htonl(address)};
+    socklen_t len = sizeof there;
+    if (setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) != 0 ||
+        bind(fd, (const struct sockaddr *)&there, sizeof there) != 0 ||
+        listen(fd, 1) != 0 ||
+        getsockname(fd, (struct sockaddr *)&there, &len) != 0) {
+        return errno;
+    }
+    *port = ntohs(there.sin_port);
+    return 0;
+}
+
+static int find_place(const struct listen_options *options, uint32_t *address,
+                      uint16_t *port, lum_error *error)
+{
+    *address = options->has_address ? options->address : LOOPBACK;
+    *port = options->port;
+    const int fd = socket(AF_INET, SOCK_STREAM, 0);
+    const int reason = fd < 0 ? errno : try_place(fd, *address, port);
+    if (fd >= 0) {
+        (void)close(fd);
+    }
+    return reason == 0 ? 0 : explain(*address, *port, reason, error);
+}
+
 static int listen_there(struct server *server,
                         const struct lws_context_creation_info *info,
                         lum_error *error)
@@ -230,7 +319,7 @@ int server_open(const struct options *options, struct server **out,
     }
     lws_set_log_level(0, NULL);
     set_headers(server);
-    if (place_find(&options->listen, &server->guard.address,
+    if (find_place(&options->listen, &server->guard.address,
                    &server->guard.port, error) != 0 ||
         start(server, error) != 0) {
         return -1;

@@ -1,8 +1,9 @@
 #define _POSIX_C_SOURCE 200809L
 #include "thread.h"
 
+#include "base/thread.h"
+
 #include <pthread.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -25,17 +26,6 @@ bool thread_exists(void)
     return true;
 }
 
-static int create(pthread_t *thread, void *(*run)(void *), void *argument)
-{
-    sigset_t all;
-    sigset_t mine;
-    (void)sigfillset(&all);
-    (void)pthread_sigmask(SIG_SETMASK, &all, &mine);
-    const int code = pthread_create(thread, NULL, run, argument);
-    (void)pthread_sigmask(SIG_SETMASK, &mine, NULL);
-    return code;
-}
-
 int thread_start(struct thread **out, void *(*run)(void *), void *argument,
                  lum_error *error)
 {
@@ -43,7 +33,7 @@ int thread_start(struct thread **out, void *(*run)(void *), void *argument,
     if (thread == NULL) {
         return lum_error_set(error, "out of memory");
     }
-    const int code = create(&thread->thread, run, argument);
+    const int code = lum_thread_start(&thread->thread, run, argument);
     if (code != 0) {
         free(thread);
         return lum_error_set(error, "cannot start a thread: %s",

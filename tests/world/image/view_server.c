@@ -2,10 +2,9 @@
  * wanted as long as it runs, and each change of the feed is a line on standard
  * output. */
 #define _POSIX_C_SOURCE 200809L
+#include "lumview/assets.h"
+#include "lumview/browser.h"
 #include "lumview/guard.h"
-#include "lumview/licenses.h"
-#include "lumview/open.h"
-#include "lumview/redirect.h"
 #include "lumview/server.h"
 
 #include "common/interrupt.h"
@@ -134,25 +133,19 @@ void guard_url(const struct guard *guard, char out[GUARD_TEXT_BYTES])
     (void)snprintf(out, GUARD_TEXT_BYTES, "no page");
 }
 
-int redirect_write(struct redirect *redirect, const char *to)
+bool browser_open(struct browser *browser, char *url, bool is_secret)
 {
-    (void)redirect;
-    (void)to;
-    return -1;
-}
-
-void redirect_remove(struct redirect *redirect)
-{
-    (void)redirect;
-}
-
-bool open_browser(char *url)
-{
+    (void)browser;
     (void)url;
+    (void)is_secret;
     return false;
 }
 
-void licenses_print(void)
+void browser_forget(struct browser *browser)
 {
-    (void)puts("see lumview");
+    (void)browser;
 }
+
+const struct asset assets[] = {
+    {"/licenses.txt", "text/plain", "see lumview\n", 12, false}};
+const size_t assets_count = 1;

@@ -1,11 +1,13 @@
 #define _GNU_SOURCE /* POSIX_SPAWN_SETSID, environ */
-#include "open.h"
+#include "browser.h"
 
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #if defined(__APPLE__)
@@ -16,6 +18,8 @@ extern char **environ;
 #endif
 
 #define NAME_BYTES 4096u
+
+/* --- Starting it --- */
 
 /* A separate session, so that Ctrl-C here does not end it; signals have their
  * defaults. */
@@ -107,7 +111,7 @@ static void forget_children(void)
     (void)sigaction(SIGCHLD, &action, NULL);
 }
 
-bool open_browser(char *url)
+static bool open_url(char *url)
 {
     char opener[] = DESKTOP_OPENER;
     const char *chosen = getenv("BROWSER");
@@ -116,4 +120,89 @@ bool open_browser(char *url)
         return true;
     }
     return has_screen() && start(opener, url);
+}
+
+/* --- A file that leads on to a URL --- */
+
+static const char *const page =
+    "<!doctype html>\n"
+    "<html lang=\"en\">\n"
+    "<meta charset=\"utf-8\">\n"
+    "<meta name=\"referrer\" content=\"no-referrer\">\n"
+    "<meta http-equiv=\"refresh\" content=\"0; url=%s\">\n"
+    "<title>lumview</title>\n"
+    "<p><a href=\"%s\">To lumview</a></p>\n";
+
+/* 0, or -1: a folder cannot be made in this place. */
+static int make_folder(struct browser *browser, const char *place)
+{
+    const int n = place == NULL || place[0] != '/'
+                      ? -1
+                      : snprintf(browser->folder, sizeof browser->folder,
+                                 "%s/lumview-XXXXXX", place);
+    if (n < 0 || (size_t)n >= sizeof browser->folder ||
+        mkdtemp(browser->folder) == NULL) {
+        browser->folder[0] = '\0';
+        return -1;
+    }
+    (void)snprintf(browser->file, sizeof browser->file, "%s/open.html",
+                   browser->folder);
+    return 0;
+}
+
+static void write_url(struct browser *browser)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyz"
+                                "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/-._~";
+    char *out = browser->url + sprintf(browser->url, "file://");
+    for (const char *at = browser->file; *at != '\0'; at++) {
+        const unsigned c = (unsigned char)*at;
+        out += sprintf(out, strchr(plain, *at) != NULL ? "%c" : "%%%02X", c);
+    }
+}
+
+static int write_page(const char *name, const char *to)
+{
+    const int fd = open(name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+    FILE *out = fd >= 0 ? fdopen(fd, "w") : NULL;
+    if (out == NULL) {
+        if (fd >= 0) {
+            (void)close(fd);
+        }
+        return -1;
+    }
+    const int n = fprintf(out, page, to, to);
+    return fclose(out) == 0 && n > 0 ? 0 : -1;
+}
+
+static int write_redirect(struct browser *browser, const char *to)
+{
+    if (make_folder(browser, getenv("XDG_RUNTIME_DIR")) != 0 &&
+        make_folder(browser, getenv("TMPDIR")) != 0 &&
+        make_folder(browser, "/tmp") != 0) {
+        return -1;
+    }
+    write_url(browser);
+    if (write_page(browser->file, to) != 0) {
+        browser_forget(browser);
+        return -1;
+    }
+    return 0;
+}
+
+void browser_forget(struct browser *browser)
+{
+    if (browser->folder[0] != '\0') {
+        (void)unlink(browser->file);
+        (void)rmdir(browser->folder);
+        browser->folder[0] = '\0';
+    }
+}
+
+bool browser_open(struct browser *browser, char *url, bool is_secret)
+{
+    if (!is_secret) {
+        return open_url(url);
+    }
+    return write_redirect(browser, url) == 0 && open_url(browser->url);
 }
