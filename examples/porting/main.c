@@ -9,7 +9,7 @@
 #include <stdio.h>
 #endif
 
-/* Memory: see docs/firmware.md. */
+/* Memory: see docs/firmware-reference.md. */
 #define OPEN_LINES    2u /* of each eye */
 #define REORDER_LINES 8u /* how far packets pass each other */
 #define WORDS_PER_LINE                                                         \

@@ -262,7 +262,7 @@ typedef struct lum_assembler_storage {
  * @param storage copied; what it points to is kept, and written only on LUM_OK.
  * @return LUM_OK; LUM_E_VALUE if a constant is outside its range, or the file
  *         that is linked for the layout of packets is made for another one
- *         (docs/firmware.md); LUM_E_SPACE if an array is shorter than config
+ *         (docs/firmware-reference.md); LUM_E_SPACE if an array is shorter than config
  *         asks for.
  * Linear in open_lines and reorder_lines. */
 LUM_MUST_CHECK lum_result lum_assembler_init(
@@ -285,7 +285,7 @@ LUM_MUST_CHECK lum_result lum_assembler_init(
  *         eye, tag or count of samples.
  * The time is linear in the samples of the packet if they are in order and come
  * after all that the line has. Otherwise it is also linear in the words of the
- * line (docs/firmware.md has a bound). */
+ * line (docs/firmware-reference.md has a bound). */
 LUM_MUST_CHECK lum_result lum_assembler_push(lum_assembler *a,
                                              const lum_group *group,
                                              int64_t arrival);

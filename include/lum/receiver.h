@@ -144,7 +144,7 @@ typedef struct lum_receiver {
  * @param word_count how many; packets of more good words are dropped.
  * @return LUM_OK; LUM_E_VALUE if gap_us is too large, or the file that is
  *         linked for the layout of packets is made for another one
- *         (docs/firmware.md); LUM_E_SPACE if word_count is 0. Constant time. */
+ *         (docs/firmware-reference.md); LUM_E_SPACE if word_count is 0. Constant time. */
 LUM_MUST_CHECK lum_result lum_receiver_init(lum_receiver *r,
                                             const lum_layout *layout,
                                             uint32_t gap_us, uint32_t *words,

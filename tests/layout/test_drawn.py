@@ -189,7 +189,7 @@ class Drawn(unittest.TestCase):
         program = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         (program / "lumsdk").symlink_to(ROOT)
         shutil.copy(self.folder / "layout_0.c", program / "layout_mine.c")
-        page = (ROOT / "docs" / "firmware.md").read_text().split("```cmake\n")[1].split("```")[0]
+        page = (ROOT / "docs" / "firmware-reference.md").read_text().split("```cmake\n")[1].split("```")[0]
         (program / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.22)\nproject(mine C)\n{page}")
         run("cmake", "-S", program, "-B", program / "build", f"-DCMAKE_C_COMPILER={CC}")
         run("cmake", "--build", program / "build", "--target", "lum_core")
