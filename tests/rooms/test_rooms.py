@@ -1,8 +1,9 @@
 """The rooms' arrows hold, and rooms.py sees where they would not."""
 
-import fnmatch
 import os
 import re
+import shutil
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -93,98 +94,148 @@ class Structs(unittest.TestCase):
                             self.assertRegex(body, rf"\b{name}(?:\.struct_size)? =|_default\(&{name}\)")
 
 
-class Documents(unittest.TestCase):
-    """docs/internals/design.md has each source in the table of its folder, and nothing else."""
+class Files(unittest.TestCase):
+    """Each module says what it does (script/files)."""
 
-    def tables(self):
-        text = (TOP / "docs/internals/design.md").read_text()
-        core = text[text.index("| core | does |"):]
-        found = {"src/core": set(re.findall(r"`([\w*]+\.c(?:pp)?)`", core[:core.index("\n\n")]))}
-        for section in re.split(r"^### ", text[text.index("\n## Files"):], flags=re.M)[1:]:
-            found[section.split("\n")[0]] = set(re.findall(r"^\| (.*?) \|", section, flags=re.M))
-        for folder in set(found) - {"src/core"}:
-            found[folder] = set(re.findall(r"`([\w*]+\.c(?:pp)?)`", " ".join(found[folder])))
-        return found
+    def test_one_without_is_found(self):
+        with tempfile.TemporaryDirectory() as top:
+            for name, text in {"src/net/a.c": "#include <b.h>\n/* Not the head. */\n", "src/net/b.c": "int b;\n", "src/net/b.h": "/* What b does. */\n",
+                               "include/lum/net/c.h": "/** @file\n * What c does\n * (docs). More. */\n", "src/net/c.c": "int c;\n",
+                               "tools/d.py": "import e\n", "tools/f.js": "// Parts, and\n// how they meet.\n\n// More.\n",
+                               "script/g": "#!/bin/sh\n# g [FILE]: greets, e.g. loudly. Needs sh.\n"}.items():
+                Path(top, name).parent.mkdir(parents=True, exist_ok=True)
+                Path(top, name).write_text(text)
+            shutil.copy(TOP / "script/files", Path(top, "script/files"))
+            said = [subprocess.run([sys.executable, "-B", Path(top, "script/files"), *words], capture_output=True, text=True, check=False)
+                    for words in (["--check"], ["src", "include", "tools/", "script"], ["gone"])]
+        self.assertEqual([one.returncode for one in said], [1, 0, 1])
+        self.assertEqual(re.findall(r"^  (\S+)", said[0].stdout, re.M), ["a.c", "d.py"])
+        for name, text in {"a.c": "its head comment has no first sentence", "b.{c,h}": "What b does.", "c.c": "What c does (docs).",
+                           "f.js": "Parts, and how they meet.", "g": "greets, e.g. loudly."}.items():
+            self.assertRegex(said[1].stdout, rf"(?m)^  {re.escape(name)} +{re.escape(text)}$")
 
-    def test_every_source_has_its_line(self):
-        tables = self.tables()
-        for path in rooms.sources(TOP):
-            folder, name = os.path.split(path)
-            if name.endswith((".c", ".cpp")):
-                with self.subTest(path):
-                    self.assertTrue(any(fnmatch.fnmatch(name, pattern) for pattern in tables.get(folder, ())),
-                                    f"docs/internals/design.md, Files, {folder}: no line for {name}")
 
-    def test_every_module_of_python_has_its_line(self):
-        text = (TOP / "docs/internals/design.md").read_text()
-        for folder in sorted({path.parent for path in (TOP / "tools/python").rglob("*.py")}):
-            name = str(folder.relative_to(TOP))
-            section = re.search(rf"^### {name}\n\n(.*?)(?=^#|\Z)", text, re.M | re.S)
-            listed = set(re.findall(r"`(\w+\.py)`", " ".join(re.findall(r"^\| (.*?) \|", section[1] if section else "", re.M))))
-            with self.subTest(name):
-                self.assertEqual(listed - {"__init__.py"}, {path.name for path in folder.glob("*.py")} - {"__init__.py"}, f"docs/internals/design.md, Files, {name}")
-
-    def test_every_line_has_its_source(self):
-        there = {}
-        for path in rooms.sources(TOP):
-            there.setdefault(os.path.dirname(path), []).append(os.path.basename(path))
-        for folder, patterns in self.tables().items():
-            for pattern in patterns:
-                with self.subTest(f"{folder}/{pattern}"):
-                    self.assertTrue(fnmatch.filter(there.get(folder, ()), pattern), f"{folder} has no {pattern}")
-
+class Changes(unittest.TestCase):
+    """Of docs/internals/design.md, "To change something" names files that are there, and all that earlier changes have."""
 
     def section(self, title):
         text = (TOP / "docs/internals/design.md").read_text()
         start = text.index(f"\n## {title}\n")
-        return text[start:text.index("\n## ", start + 1)]
+        return text[start:text.find("\n## ", start + 1)]
+
+    def expand(self, text):
+        """As a shell does: a{b,c} is ab and ac."""
+        found = re.search(r"\{([^{}]*)\}", text)
+        return [text] if found is None else [each for part in found[1].split(",")
+                                             for each in self.expand(text[:found.start()] + part + text[found.end():])]
+
+    def paths(self, text):
+        """Those between backticks, below a folder of the top or a file there; ROOM and TOOL are any."""
+        tops = {path.name for path in TOP.iterdir() if path.name[0] != "."}
+        for span in re.findall(r"`([^` ]+)`", text):
+            if span.split("/")[0] in tops:
+                yield from self.expand(re.sub(r"\b(?:ROOM|TOOL)\b", "*", span))
+
+    def rows(self):
+        """What is changed: what to edit for it, with the rows that this names."""
+        lines = [re.split(r" \| ", line.strip("| ")) for line in self.section("To change something").splitlines() if line[:2] == "| "]
+        rows = {line[0]: line[1] for line in lines if line[0] != "to change"}
+        for what in rows:
+            for name in re.findall(r"\*([^*]+)\*", rows[what]):
+                self.assertTrue(name in rows, f"design.md, To change something, {what}: no row {name}")
+                rows[what] += f" {rows[name]}"
+        return rows
 
     def test_what_a_change_is_said_to_edit_is_there(self):
         text = self.section("To change something")
-        tops = "|".join(path.name for path in TOP.iterdir() if path.is_dir() and path.name[0] != ".")
-        paths = re.findall(rf"`((?:{tops})/[^` ]*)`", text)
-        self.assertGreater(len(paths), 60)
+        paths = set(self.paths(text))
+        self.assertGreater(len(paths), 300)
         for path in paths:
             with self.subTest(path):
-                self.assertTrue((TOP / path).exists(), f"docs/internals/design.md, To change something: no {path}")
-        for name, path in re.findall(r"`(\w+)\(\)`[^`|]* in `([^`]*)`", text):
+                self.assertTrue(any(TOP.glob(path)), f"docs/internals/design.md, To change something: no {path}")
+        named = re.findall(r"`(\w+)\(\)` (?:in|of) `([^`]*)`", text) + [
+            (name, path) for path, name in re.findall(r"`([^` ]*)` \(`(\w+)\(\)`\)", text)]
+        self.assertGreater(len(named), 1)
+        for name, path in named:
             with self.subTest(name):
                 self.assertIn(f"{name}(", (TOP / path).read_text())
+        for name, path in re.findall(r"`([A-Z_]+|\w+\[\])` (?:in|of) `([^`]*)`", text):
+            with self.subTest(name):
+                self.assertIn(name, (TOP / path).read_text())
 
+    SOURCES = ("src", "include", "tools", "calib")
     # Kinds of changes, and a word of one that was made: all that has it is among the places to edit.
     EXAMPLES = {
-        "a command of the sensor": r"\bLUM_COMMAND_HOLDOFF\b",
-        "a calibration value": r"\bspeed_of_light\b",
-        "a key of the wire profile": r"\bangle_order\b",
-        "a counter": r'"lines_missing_angles"',
-        "a column of points": r'"return_number"',
-        "a file format": r'"pcd"',
-        "an event of the framer": r"\bLUM_FRAMER_FRAME_END\b",
-        "a scene of lumsim": r'"room"',
-        "an option of points": r'"smooth"',
+        "a setting: a command that `lumctl` remembers and `apply` sends": [
+            (r"\bLUM_COMMAND_HOLDOFF\b", SOURCES), (r"\bholdoff\b|_HOLDOFF\b", ("tests/world/judges", "tests/world/dice", "tests/fuzz", "docs/python/live.md"))],
+        "a bit of the laser status": [(r"FAN_PWM_BAD", SOURCES)],
+        "a sentence of a live run": [(r"\bLUM_NEWS_(?:TEXT|LASER_LEFT|MOVED)\b", SOURCES)],
+        "an event of a session": [(r"\bLUM_SENSOR_(?:ALERT|LINK|NO_ANSWER)\b", (*SOURCES, "tests/fuzz"))],
+        "a counter of a session": [(r"\bkernel_drops\b", SOURCES)],
+        "a shape of a Y-scan": [(r"\bLUM_YSCAN_REGIONS\b|\bregions\b", SOURCES)],
+        "a TLV type": [(r"\bLUM_TLV_DEBUG\b", SOURCES)],
+        "a path of the sensor": [(r"\blum_path_kind\b|\"circle\"", SOURCES)],
+        "a calibration value": [(r"\bspeed_of_light\b|\btof_offset_ps\b", SOURCES)],
+        "a key of the wire profile, a field of packets": [(r"\bangle_order\b", SOURCES)],
+        "an event of the assembler": [(r"\bLUM_FRAME_READY\b", (*SOURCES, "examples", "tests/flat"))],
+        "an event of the framer": [(r"\bLUM_FRAMER_FRAME(?:_END)?\b", SOURCES)],
+        "a counter of packets or lines": [(r"\blines_missing_angles\b", (*SOURCES, "tests/flat"))],
+        "a counter of frames, what is known of a frame": [(r"\blines_in_pauses\b", SOURCES)],
+        "a column of points": [(r"\bnumber_of_returns\b", SOURCES)],
+        "a link type of captures": [(r"SLL2", (*SOURCES, "tests/fuzz"))],
+        "a compression of captures": [(r"bz2|BZ2", ("src", "include", "tools", "cmake", "script", "CMakeLists.txt"))],
+        "a format of captures": [(r"\blum_bag_(?:is|reader_begin)\b", SOURCES)],
+        "a format of clouds": [(r'"pcd"|\bLUM_FORMAT_PCD\b', SOURCES)],
+        "a preset": [(r"lio-sam", SOURCES)],
+        "a key of a rig": [(r"\bLUM_RIG_(?:INTERFACE|YAW)\b", SOURCES)],
+        "a key of a sweep's plan": [(r"\bRECORD_FRAMES\b|\brecord_frames\b", SOURCES)],
+        "an option of lumctl": [(r"\bOWN_TRACE\b", SOURCES)],
+        "an option of lumdump": [(r'"receive-buffer"|\bvalues_take_receive_buffer\b', SOURCES)],
+        "an option of lumsim": [(r'"boot-status"|\bboot_status\b', SOURCES)],
+        "an option of lumview, lumtable, lumros2": [(r"\bno-open\b", SOURCES)],
+        "a check of the doctor": [(r"\bdoctor_check_(?:clock|mtu)\b", SOURCES)],
+        "a value of `--every` (a column of `--csv`, a metric)": [(r"\bround_trip_seconds\b|\bage_s\b", SOURCES)],
+        "a fault of the sensor (`--fault`)": [(r'"fan"|\bFAULT_SILENCE\b|\bfan@', SOURCES)],
+        "a fault of the network": [(r"\bLUM_FAULT_REORDER\b", SOURCES)],
+        "a scene": [(r"\bLUM_PLACE_YARD\b|\"yard\"", ("src", "tools/lumsim", "tools/python/lumsdk/_simulate.py"))],
+        "a control of lumview's page": [(r"\b(?:edl|accumulate)\b", ("tools/lumview",))],
+        "a value of lumview's status": [(r"\bwire_words\b|\bjoined_words\b", SOURCES)],
+        "a colour map": [(r"\bcividis\b", SOURCES)],
+        "what colours mean": [(r'"pulse"|\bLUM_PICTURE_PULSE_WIDTH\b', SOURCES)],
+        "an option of points, by lumdump's name": [(r'"smooth"', ("tools/python", "tools/ros"))],
+        "an option of `convert()`": [(r'"pose_times"', ("tools/python",))],
+        "a parameter of ROS": [(r"\beye_topics\b", ("tools/ros",)), (r'"?depth"?:', ("tools/ros2/lumsdk_ros2",))],
+        "a message or topic of MCAP and ROS": [(r"\btf_static\b", SOURCES)],
+        "a private module": [(r"\breturns(?:\.c)?\b", ("src/core/sources.cmake", "examples/porting/Makefile", "script/prove", "docs/firmware.md"))],
+        "a room, or an arrow": [(r"\binfer\b", ("cmake", "CMakeLists.txt", "tests/rooms/rooms.py", "tests/package"))],
+        "a tool": [(r"\blumtable\b", ("cmake", "CMakeLists.txt", "tests/rooms/rooms.py", "tools/completion", "docs/man", "docs/install.md"))],
+        "a dependency": [(r"LUM_(?:WITH_)?LZ4\b|\bliblz4\b|\blz4frame", ("cmake", "CMakeLists.txt", "script", "tests/rooms/rooms.py", "tests/package",
+                                                                 "tests/wheels", "tests/world/CMakeLists.txt"))],
     }
 
     def test_the_places_of_a_change_are_all_that_an_earlier_one_has(self):
-        rows = [re.split(r" \| ", line.strip("| ")) for line in self.section("To change something").splitlines() if line[:2] == "| "]
-        texts = {str(path.relative_to(TOP)): path.read_text(errors="replace")
-                 for folder in ("src", "include", "tools", "calib") for path in (TOP / folder).rglob("*")
-                 if path.suffix not in (".pyc", ".md", *OF_LINTERS) and path.parent.name != "page" and path.is_file()}
-        for what, word in self.EXAMPLES.items():
-            found = {path for path, text in texts.items() if re.search(word, text)}
-            # A command is also a setting; an option of points is one of a tool, by the same name.
-            edit = " ".join(row[1] for row in rows if row[0] == what or row[0].startswith("a setting") and "command" in what)
-            stems = {Path(name).stem for name in re.findall(r"`([^`\s]+\.[a-z]+)`", edit)}
-            folders = re.findall(r"both files of `([^`]*)`", edit)
-            if what == "an option of points":
-                stems.add("options")
-            with self.subTest(what):
-                self.assertGreater(len(found), 1)
-                self.assertEqual({path for path in found if Path(path).stem not in stems
-                                  and str(Path(path).parent) not in folders}, set(), "design.md, To change something")
+        rows = self.rows()
+        texts = {}
+        for folder in sorted({folder for words in self.EXAMPLES.values() for _, folders in words for folder in folders}):
+            for path in [TOP / folder, *(TOP / folder).rglob("*")]:
+                if path.is_file() and path.suffix not in (".pyc", ".svg", *OF_LINTERS) and not {"node_modules", "corpus"} & set(path.parts):
+                    texts[str(path.relative_to(TOP))] = path.read_text(errors="replace")
+        for what, words in self.EXAMPLES.items():
+            places = {str(path.relative_to(TOP)) for pattern in self.paths(rows[what]) for path in TOP.glob(pattern)}
+            # A source stands for its header, and the other way; a folder for its files.
+            stems = {place.rpartition(".")[0] for place in places}
+            for word, folders in words:
+                found = {path for path, text in texts.items() if re.search(word, text)
+                         and any(path == folder or path.startswith(f"{folder}/") for folder in folders)}
+                with self.subTest(f"{what}: {word}"):
+                    self.assertGreater(len(found), 1)
+                    self.assertEqual({path for path in found if path not in places and os.path.dirname(path) not in places
+                                      and not (path.endswith((".c", ".h")) and path.rpartition(".")[0] in stems)}, set(),
+                                     "design.md, To change something")
 
     def test_a_file_s_name_that_needs_a_word_has_it(self):
         words = self.section("Words")
-        for word in "stage", "sentry", "cue", "reel", "lane":
+        for word in "stage", "cue", "reel", "lane":
             there = any(re.match(rf"{word}[._]", Path(path).name) for path in rooms.sources(TOP))
             with self.subTest(word):
                 self.assertEqual(there, f"\n| {word} |" in words)
