@@ -348,6 +348,9 @@ static struct tally count(const lum_trial *t, const lum_measure *m)
     return n;
 }
 
+/* Another sensor's: 2 or more, and a quarter of those whose place is known,
+ * stand elsewhere or astray. Repeated ranges, 4 and a quarter of all, outweigh
+ * that. */
 static lum_verdict settle(const lum_trial *trial, const struct tally *n)
 {
     const size_t foreign = n->of[LUM_STAND_ASTRAY] + n->of[LUM_STAND_ELSEWHERE];
@@ -365,6 +368,9 @@ lum_verdict lum_trial_settle(const lum_trial *trial, const lum_measure *measure)
     return settle(trial, &n);
 }
 
+/* Over when the sensor goes on, or 4 repeat it and none stands elsewhere, or
+ * the first 4 all do; else after 32 whose place is known and 20 ms, or 2,048
+ * packets, or 1 s. */
 lum_verdict lum_trial_judge(const lum_trial *trial, const lum_measure *measure,
                             int64_t now_ns)
 {
