@@ -1,4 +1,4 @@
-#include "text_vectors.h"
+#include "text_columns.h"
 #include "writer_internal.h"
 
 static int begin(lum_writer *writer, lum_error *error)

@@ -54,8 +54,8 @@ struct lum_format_ops {
 };
 
 extern const lum_format_ops lum_csv_ops;  /**< csv.c */
-extern const lum_format_ops lum_ply_ops;  /**< ply.c */
-extern const lum_format_ops lum_pcd_ops;  /**< pcd.c */
+extern const lum_format_ops lum_ply_ops;  /**< ply_pcd.c */
+extern const lum_format_ops lum_pcd_ops;  /**< ply_pcd.c */
 extern const lum_format_ops lum_las_ops;  /**< las.c */
 extern const lum_format_ops lum_xyz_ops;  /**< xyz.c */
 extern const lum_format_ops lum_mcap_ops; /**< mcap.c */

@@ -78,13 +78,6 @@ static inline void lum_text_line_begin(lum_text_line *text,
     text->tail_bytes = 0;
 }
 
-/** Begin rows at a place that the rows before need not be at. */
-static inline void lum_text_rows_begin(lum_text_line *text)
-{
-    text->azimuth.bytes = 0;
-    text->elevation.bytes = 0;
-}
-
 /** Append n bytes of `from`, which has room behind them; most often the first
  * `mostly` are all, and a copy of fixed size is quick. */
 LUM_ALWAYS_INLINE char *lum_put_shared(char *p, const char *from, size_t n,
@@ -166,6 +159,20 @@ LUM_ALWAYS_INLINE char *lum_put_text_row(char *p, lum_text_line *text,
                ? p + 2
                : lum_put_shared(p + 1, text->tail, text->tail_bytes,
                                 LUM_TAIL_COPY);
+}
+
+/** Write n rows at a place that has LUM_TEXT_ROW_ROOM bytes for each.
+ * @return the end of the last. */
+LUM_ALWAYS_INLINE char *lum_put_text_rows(char *p, lum_text_line *text,
+                                          const lum_sample *samples, size_t n,
+                                          lum_text_style style)
+{
+    text->azimuth.bytes = 0; /* the rows before may be elsewhere */
+    text->elevation.bytes = 0;
+    for (size_t i = 0; i < n; i++) {
+        p = lum_put_text_row(p, text, &samples[i], style);
+    }
+    return p;
 }
 
 #endif

@@ -1,9 +1,13 @@
-#include "cloud.h"
-
+/* PLY and PCD: rows in binary and in ascii, behind a header that is written
+ * again, at the same length, once the count is known. */
 #include "le.h"
-#include "text_vectors.h"
+#include "text_columns.h"
+#include "writer_internal.h"
+
+#include "lum/version.h"
 
 #include <errno.h>
+#include <inttypes.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,7 +19,8 @@
 #define EXTRA_BYTES  64u   /* of each of these */
 #define PREFIX_BYTES 8u    /* the most of a comment's line */
 
-void lum_cloud_print(lum_cloud_text *out, const char *format, ...)
+LUM_PRINTF(2, 3)
+static void print(lum_cloud_text *out, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
@@ -25,14 +30,14 @@ void lum_cloud_print(lum_cloud_text *out, const char *format, ...)
     out->len += n > 0 ? (size_t)n : 0u;
 }
 
-void lum_cloud_print_comment(lum_cloud_text *out,
-                             const lum_writer_options *options,
-                             const char *prefix)
+/* The lines of the options' comment, each behind a prefix. */
+static void print_comment(lum_cloud_text *out,
+                          const lum_writer_options *options, const char *prefix)
 {
     const char *p = options->comment;
     while (p != NULL && *p != '\0') {
         const size_t n = strcspn(p, "\n");
-        lum_cloud_print(out, "%s%.*s\n", prefix, (int)n, p);
+        print(out, "%s%.*s\n", prefix, (int)n, p);
         p += n + (p[n] != '\0' ? 1u : 0u);
     }
 }
@@ -45,27 +50,27 @@ static const char *clock_of(const lum_writer_options *options)
 static void print_voxels(lum_cloud_text *out, const lum_writer_options *options)
 {
     const double *at = options->origin;
-    lum_cloud_print(out,
-                    "metres from %.3f %.3f %.3f; intensity is the pulse width "
-                    "in ns; timestamp in us %s; points: of the voxel\n",
-                    at[0], at[1], at[2], clock_of(options));
+    print(out,
+          "metres from %.3f %.3f %.3f; intensity is the pulse width "
+          "in ns; timestamp in us %s; points: of the voxel\n",
+          at[0], at[1], at[2], clock_of(options));
 }
 
-void lum_cloud_print_units(lum_cloud_text *out, const lum_writer *writer)
+/* What the columns are in. */
+static void print_units(lum_cloud_text *out, const lum_writer *writer)
 {
     if (writer->options.voxels) {
         print_voxels(out, &writer->options);
         return;
     }
     if (writer->preset != NULL) {
-        lum_cloud_print(out, "the fields and units of %s\n",
-                        writer->preset->name);
+        print(out, "the fields and units of %s\n", writer->preset->name);
         return;
     }
-    lum_cloud_print(out,
-                    "metres, degrees; intensity is the pulse width in ns; "
-                    "timestamp in us %s\n",
-                    clock_of(&writer->options));
+    print(out,
+          "metres, degrees; intensity is the pulse width in ns; "
+          "timestamp in us %s\n",
+          clock_of(&writer->options));
 }
 
 static int count_digits(uint64_t count)
@@ -114,12 +119,12 @@ static int put_header(lum_writer *writer, bool again, lum_error *error)
     return result;
 }
 
-int lum_cloud_begin(lum_writer *writer, lum_error *error)
+static int begin(lum_writer *writer, lum_error *error)
 {
     return put_header(writer, false, error);
 }
 
-int lum_cloud_finish(lum_writer *writer, lum_error *error)
+static int finish(lum_writer *writer, lum_error *error)
 {
     return writer->was_rehearsed || writer->options.organized
                ? 0
@@ -197,8 +202,8 @@ static int add_binary(lum_writer *writer, const lum_line_samples *line,
 
 /* Numbers that do not fit in 32 bits become the nearest that does. A rehearsal
  * makes no rows: the header tells only how many there are. */
-int lum_cloud_add(lum_writer *writer, const lum_line_samples *line,
-                  lum_error *error)
+static int add(lum_writer *writer, const lum_line_samples *line,
+               lum_error *error)
 {
     lum_line_samples clipped = *line;
     if (writer->use == LUM_WRITER_REHEARSAL) {
@@ -213,3 +218,113 @@ int lum_cloud_add(lum_writer *writer, const lum_line_samples *line,
                ? lum_writer_put_chosen(writer, &clipped, false, ' ', error)
                : add_binary(writer, &clipped, error);
 }
+
+/* --- PLY --- */
+
+/* CloudCompare strips "scalar_" and makes a scalar field of what is left. */
+static void ply_header(lum_cloud_text *out, const lum_writer *writer,
+                       uint64_t count, int padding)
+{
+    const lum_writer_options *options = &writer->options;
+    print(out,
+          "ply\nformat %s 1.0\ncomment lumsdk " LUM_VERSION "\n"
+          "comment ",
+          options->ascii ? "ascii" : "binary_little_endian");
+    print_units(out, writer);
+    if (lum_column_list_has(&writer->columns, LUM_FILE_TIME)) {
+        print(out, "comment time in s from the beginning of the frame\n");
+    }
+    print_comment(out, options, "comment ");
+    print(out, "comment %.*s\nelement vertex %" PRIu64 "\n", padding,
+          "...................", count);
+    for (unsigned i = 0; i < lum_writer_column_count(writer); i++) {
+        const lum_file_column_spec column = lum_writer_column(writer, i);
+        print(out, "property %s %s%s\n", column.ply_type,
+              column.is_plain ? "" : "scalar_", column.cloud_name);
+    }
+    print(out, "end_header\n");
+}
+
+const lum_format_ops lum_ply_ops = {.name = "PLY",
+                                    .ending = ".ply",
+                                    .count_in_header = true,
+                                    .columns = &lum_cloud_columns,
+                                    .has_parts = true,
+                                    .header = ply_header,
+                                    .mentions = 1u,
+                                    .begin = begin,
+                                    .add = add,
+                                    .finish = finish};
+
+/* --- PCD --- */
+
+/* One line of the header, an item for each column. */
+static void list(lum_cloud_text *out, const lum_writer *writer, const char *key,
+                 char what)
+{
+    print(out, "%s", key);
+    for (unsigned i = 0; i < lum_writer_column_count(writer); i++) {
+        const lum_file_column_spec column = lum_writer_column(writer, i);
+        if (what == 'N') {
+            print(out, " %s", column.cloud_name);
+        } else if (what == 'T') {
+            print(out, " %c", column.pcd_type);
+        } else {
+            print(out, " %u", what == 'S' ? column.bytes : 1u);
+        }
+    }
+    print(out, "\n");
+}
+
+/* How large it is; an organised cloud is as many rows of pixels. */
+static void print_size(lum_cloud_text *out, const lum_writer *writer,
+                       uint64_t count)
+{
+    const bool has_rows = writer->options.organized;
+    const uint64_t width = has_rows ? LUM_LINE_PIXELS : count;
+    const uint64_t height = has_rows ? writer->rows : 1u;
+    print(out,
+          "WIDTH %" PRIu64 "\nHEIGHT %" PRIu64 "\n"
+          "VIEWPOINT 0 0 0 1 0 0 0\n"
+          "POINTS %" PRIu64 "\nDATA %s\n",
+          width, height, has_rows ? width * height : count,
+          writer->options.ascii ? "ascii" : "binary");
+}
+
+static void pcd_header(lum_cloud_text *out, const lum_writer *writer,
+                       uint64_t count, int padding)
+{
+    const lum_writer_options *options = &writer->options;
+    print(out, "# .PCD v0.7 - Point Cloud Data file format\n"
+               "# lumsdk " LUM_VERSION "; ");
+    print_units(out, writer);
+    if (lum_column_list_has(&writer->columns, LUM_FILE_TIME)) {
+        print(out, "# time in s from the beginning of the frame\n");
+    }
+    print_comment(out, options, "# ");
+    if (options->organized) {
+        print(out, "# organised: a row is a line, eye after eye, a "
+                   "column a pixel; NaN where there is no point\n");
+    } else {
+        print(out, "# %.*s\n", padding,
+              "......................................");
+    }
+    print(out, "VERSION 0.7\n");
+    list(out, writer, "FIELDS", 'N');
+    list(out, writer, "SIZE", 'S');
+    list(out, writer, "TYPE", 'T');
+    list(out, writer, "COUNT", 'C');
+    print_size(out, writer, count);
+}
+
+const lum_format_ops lum_pcd_ops = {.name = "PCD",
+                                    .ending = ".pcd",
+                                    .count_in_header = true,
+                                    .columns = &lum_cloud_columns,
+                                    .can_organize = true,
+                                    .has_parts = true,
+                                    .header = pcd_header,
+                                    .mentions = 2u,
+                                    .begin = begin,
+                                    .add = add,
+                                    .finish = finish};
