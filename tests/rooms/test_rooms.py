@@ -199,6 +199,7 @@ class Changes(unittest.TestCase):
         "a fault of the network": [(r"\bLUM_FAULT_REORDER\b", SOURCES)],
         "a scene": [(r"\bLUM_PLACE_YARD\b|\"yard\"", ("src", "tools/lumsim", "tools/python/lumsdk/_simulate.py"))],
         "a control of lumview's page": [(r"\b(?:edl|accumulate)\b", ("tools/lumview",))],
+        "a request of the page": [(r"\bCOMMAND_LOOP\b", SOURCES)],
         "a value of lumview's status": [(r"\bwire_words\b|\bjoined_words\b", SOURCES)],
         "a colour map": [(r"\bcividis\b", SOURCES)],
         "what colours mean": [(r'"pulse"|\bLUM_PICTURE_PULSE_WIDTH\b', SOURCES)],
@@ -225,8 +226,8 @@ class Changes(unittest.TestCase):
             # A source stands for its header, and the other way; a folder for its files.
             stems = {place.rpartition(".")[0] for place in places}
             for word, folders in words:
-                found = {path for path, text in texts.items() if re.search(word, text)
-                         and any(path == folder or path.startswith(f"{folder}/") for folder in folders)}
+                found = {path for path, text in texts.items() if f"{path}/".startswith(tuple(f"{folder}/" for folder in folders))
+                         and re.search(word, text)}
                 with self.subTest(f"{what}: {word}"):
                     self.assertGreater(len(found), 1)
                     self.assertEqual({path for path in found if path not in places and os.path.dirname(path) not in places
