@@ -1,5 +1,7 @@
 #include "geometry.h"
 
+#include "lum/config/config.h"
+
 int geometry_load(const char *calibration, const char *profile,
                   const struct sources *sources, struct geometry *out,
                   lum_error *error)
@@ -16,8 +18,12 @@ int geometry_load(const char *calibration, const char *profile,
                              .has_profile = profile != NULL};
     lum_calibration_default(&out->calibration);
     lum_profile_default(&out->profile);
-    return geometry_read(calibration, profile, &out->calibration, &out->profile,
-                         error);
+    if (calibration != NULL &&
+        lum_calibration_load(calibration, &out->calibration, error) != 0) {
+        return -1;
+    }
+    return profile != NULL ? lum_profile_load(profile, &out->profile, error)
+                           : 0;
 }
 
 int geometry_set(struct geometry *geometry, const struct set_keys *keys,

@@ -6,7 +6,6 @@
 #include "sources.h"
 
 #include "lum/base/error.h"
-#include "lum/config/rig.h"
 #include "lum/points.h"
 #include "lum/profile.h"
 
@@ -19,27 +18,6 @@ struct geometry {
     bool has_calibration; /* not the built-in one */
     bool has_profile;     /* likewise */
 };
-
-/* Whether this build reads YAML. */
-bool geometry_has_yaml(void);
-
-/* Files of YAML into what holds the defaults. Names may be NULL: that one stays
- * as it is. Where this build has no YAML, names are refused. 0, or -1 with the
- * reason in error. */
-int geometry_read(const char *calibration_name, const char *profile_name,
-                  lum_calibration *calibration, lum_profile *profile,
-                  lum_error *error);
-
-/* A rig from a file of YAML. 0, or -1 with the reason in error, also where this
- * build has no YAML. */
-int geometry_read_rig(const char *name, lum_rig_files *out, lum_error *error);
-
-/* Texts of YAML, called by a name in messages, into what holds the defaults. 0,
- * or -1 with the reason in error: it is wrong, or this build has no YAML. */
-int geometry_parse_calibration(const char *text, size_t len, const char *name,
-                               lum_calibration *calibration, lum_error *error);
-int geometry_parse_profile(const char *text, size_t len, const char *name,
-                           lum_profile *profile, lum_error *error);
 
 /* Read those of a command line. Files' names; NULL: the built-in one. sources:
  * what the run reads too; NULL: nothing. 0, or -1 with the reason in error: one

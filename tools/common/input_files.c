@@ -1,15 +1,24 @@
 #include "input_files.h"
 
 #include "file_look.h"
-#include "same_file.h"
 
 #include <string.h>
+
+bool input_files_is_same(const char *input, const char *output)
+{
+    struct file_look i;
+    struct file_look o;
+    return file_look_input(input, &i) && file_look(output, &o) &&
+           i.kind == FILE_REGULAR && o.kind == FILE_REGULAR &&
+           file_look_is_same(&i, &o);
+}
 
 int input_files_check(const struct input_file *inputs, size_t count,
                       const char *output, lum_error *error)
 {
     for (size_t i = 0; i < count; i++) {
-        if (inputs[i].path == NULL || !same_file(inputs[i].path, output)) {
+        if (inputs[i].path == NULL ||
+            !input_files_is_same(inputs[i].path, output)) {
             continue;
         }
         return strcmp(output, "-") == 0

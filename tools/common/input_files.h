@@ -13,6 +13,11 @@ struct input_file {
     const char *what; /* such as "the calibration" */
 };
 
+/* Whether two names are of one file, through links and hard links too; "-" is
+ * standard input, and standard output. Only for regular files: other files
+ * cannot be overwritten. */
+bool input_files_is_same(const char *input, const char *output);
+
 /* Look at one output; "-" is standard output. 0, or -1 with which input it
  * would spoil in error. */
 int input_files_check(const struct input_file *inputs, size_t count,

@@ -3,8 +3,6 @@
 
 #include "interfaces.h"
 
-#include "interface_link.h"
-
 #include <arpa/inet.h>
 #include <errno.h>
 #include <ifaddrs.h>
@@ -14,6 +12,10 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#if defined(__linux__)
+#include <net/if_arp.h>
+#include <netpacket/packet.h>
+#endif
 
 /* Room for all: no interface and no address has more than one entry. */
 struct block {
@@ -47,6 +49,28 @@ static struct host_interface *find(const struct block *block,
     return NULL;
 }
 
+/* What the system says of the link. Wireless is known by the names that every
+ * distribution gives. */
+static void note_link(const struct ifaddrs *entry, struct host_interface *out)
+{
+#if defined(__linux__)
+    struct sockaddr_ll link;
+    if (entry->ifa_addr == NULL || entry->ifa_addr->sa_family != AF_PACKET) {
+        return;
+    }
+    memcpy(&link, entry->ifa_addr, sizeof link);
+    if (link.sll_hatype == ARPHRD_ETHER &&
+        link.sll_halen == INTERFACE_MAC_BYTES) {
+        out->is_ethernet = strncmp(out->name, "wl", 2) != 0;
+        out->has_mac = true;
+        memcpy(out->mac, link.sll_addr, sizeof out->mac);
+    }
+#else
+    (void)entry;
+    (void)out;
+#endif
+}
+
 static void add_interface(struct block *block, const struct ifaddrs *entry)
 {
     struct host_interface *out = find(block, entry);
@@ -61,7 +85,7 @@ static void add_interface(struct block *block, const struct ifaddrs *entry)
         out->has_link = (entry->ifa_flags & IFF_RUNNING) != 0;
         out->is_loopback = (entry->ifa_flags & IFF_LOOPBACK) != 0;
     }
-    interface_link(entry, out);
+    note_link(entry, out);
 }
 
 static uint32_t address_of(const struct sockaddr *address)

@@ -1,7 +1,7 @@
 #include "laser_end.h"
 
 #include "interrupt.h"
-#include "writable.h"
+#include "terminal.h"
 
 #include <stdbool.h>
 #include <stdio.h>

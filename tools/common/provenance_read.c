@@ -2,6 +2,8 @@
 
 #include "printable.h"
 
+#include "lum/config/config.h"
+
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -135,10 +137,10 @@ static int parse(const struct reading *r, enum kind kind,
     (void)snprintf(name, sizeof name, "%.80s: its %s", r->name,
                    kind_names[kind]);
     return kind == KIND_CALIBRATION
-               ? geometry_parse_calibration(c->text, c->len, name,
-                                            &r->geometry->calibration, error)
-               : geometry_parse_profile(c->text, c->len, name,
-                                        &r->geometry->profile, error);
+               ? lum_calibration_parse(c->text, c->len, name,
+                                       &r->geometry->calibration, error)
+               : lum_profile_parse(c->text, c->len, name, &r->geometry->profile,
+                                   error);
 }
 
 /* The only comment of a kind. */
@@ -179,7 +181,7 @@ static void take_keys(const struct reading *r, enum kind kind, bool *has)
         *has = true;
         return;
     }
-    if (geometry_has_yaml()) {
+    if (LUM_WITH_CONFIG) {
         note(r->out, "%.300s; the built-in one is used: name another by --%s",
              error.text, what);
     } else {

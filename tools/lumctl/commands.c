@@ -3,7 +3,6 @@
 #include "../common/host.h"
 #include "../common/input_files.h"
 #include "../common/nearest.h"
-#include "../common/same_file.h"
 #include "files.h"
 #include "help.h"
 #include "options.h"
@@ -298,7 +297,7 @@ static enum exit_status check_files(const struct repeat_options *o)
     }
     if (o->csv != NULL && o->prometheus != NULL &&
         (strcmp(o->csv, o->prometheus) == 0 ||
-         same_file(o->csv, o->prometheus))) {
+         input_files_is_same(o->csv, o->prometheus))) {
         return ctl_complain(EXIT_BAD, "--csv and --prometheus name one file");
     }
     return EXIT_DONE;

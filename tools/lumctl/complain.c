@@ -1,6 +1,6 @@
 #include "ctl.h"
 
-#include "../common/writable.h"
+#include "../common/terminal.h"
 
 #include <stdarg.h>
 #include <stdio.h>

@@ -1,7 +1,6 @@
 #include "ctl.h"
 
 #include "../common/terminal.h"
-#include "../common/writable.h"
 #include "laser.h"
 #include "monitor.h"
 #include "report.h"

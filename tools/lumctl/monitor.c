@@ -1,6 +1,6 @@
 #include "monitor.h"
 
-#include "../common/writable.h"
+#include "../common/terminal.h"
 #include "report.h"
 #include "session.h"
 

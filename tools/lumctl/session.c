@@ -3,7 +3,7 @@
 #include "../common/interrupt.h"
 #include "../common/number.h"
 #include "../common/printable.h"
-#include "../common/writable.h"
+#include "../common/terminal.h"
 #include "report.h"
 
 #include "lum/base/time.h"

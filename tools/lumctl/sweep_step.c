@@ -2,7 +2,7 @@
 
 #include "../common/frame_watch.h"
 #include "../common/own_address.h"
-#include "../common/writable.h"
+#include "../common/terminal.h"
 #include "remember.h"
 #include "session.h"
 #include "setting.h"

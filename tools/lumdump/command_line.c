@@ -12,7 +12,6 @@
 #include "lum/net/socket.h"
 #include "lum/picture/picture.h"
 #include "lum/version.h"
-#include "picture.h"
 #include "rig.h"
 #include "rules.h"
 #include "values.h"
@@ -202,7 +201,7 @@ static bool find_format(const struct options *o, struct output_options *output)
 static bool can_write(const struct output_options *output)
 {
     if (output->format != (unsigned)LUM_FORMAT_PNG ||
-        picture_format() != NULL) {
+        lum_picture_format() != NULL) {
         return true;
     }
     return rules_refuse(

@@ -5,7 +5,6 @@
 #include "../common/capture_file.h"
 #include "base/system.h"
 #include "cloud/part.h"
-#include "picture.h"
 #include "rig.h"
 
 #include <stdio.h>
@@ -166,7 +165,7 @@ void file_format_choose(const struct options *o, size_t i,
         .format = (lum_format)format,
         .ascii = o->cloud.ascii,
         .utc = o->points.time != TIME_SENSOR,
-        .picture = picture_format(),
+        .picture = lum_picture_format(),
         .comment = options_has_comment(o, format) ? about->text : NULL,
         .columns = lum_format_has_columns((lum_format)format) ? o->cloud.columns
                                                               : NULL,

@@ -200,7 +200,7 @@ int rig_open(struct options *o, struct rig **out, lum_error *error)
     *out = rig;
     rig->path = o->config.rig;
     if (check_standard_input(o, error) != 0 ||
-        geometry_read_rig(rig->path, &rig->files, error) != 0 ||
+        lum_rig_load(rig->path, &rig->files, error) != 0 ||
         choose(rig, o->sensor.is_chosen ? o->sensor.text : NULL, error) != 0 ||
         (o->is_live && choose_live(rig, o, error) != 0)) {
         return -1;

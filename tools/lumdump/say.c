@@ -1,13 +1,14 @@
+#define _POSIX_C_SOURCE 200809L
 #include "say.h"
 
-#include "say_system.h"
-
 #include "../common/terminal.h"
-#include "../common/writable.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <time.h>
+#include <unistd.h>
 
 /* How often a count that grows is told. */
 #define AGAIN_NS INT64_C(10000000000)
@@ -19,7 +20,8 @@ void say_init(struct say *say, bool quiet)
     *say = (struct say){.is_quiet = quiet};
 }
 
-/* Writes a piece if that needs no wait. False: nothing was written. */
+/* Writes a piece if that needs no wait. False: nothing was written. If nobody
+ * reads at all, it need not be written again. */
 static bool write_piece(struct say *say, int patience_ms)
 {
     const size_t n = say->pending_bytes < WRITABLE_BYTES ? say->pending_bytes
@@ -27,10 +29,11 @@ static bool write_piece(struct say *say, int patience_ms)
     if (!writable(stderr, patience_ms)) {
         return false;
     }
-    size_t gone = 0;
-    if (!say_write(say->pending, n, &gone)) {
+    const long written = (long)write(fileno(stderr), say->pending, (unsigned)n);
+    if (written < 0 && (errno == EINTR || errno == EAGAIN)) {
         return false;
     }
+    const size_t gone = written < 0 ? n : (size_t)written;
     say->pending_bytes -= gone;
     memmove(say->pending, say->pending + gone, say->pending_bytes);
     return true;
@@ -81,6 +84,17 @@ static void append_left_out(struct say *say)
     }
 }
 
+/* The local time as HH:MM:SS; "" where it is not known. */
+static void write_clock(char out[16])
+{
+    const time_t now = time(NULL);
+    struct tm local;
+    out[0] = '\0';
+    if (localtime_r(&now, &local) != NULL) {
+        (void)strftime(out, 16, "%H:%M:%S", &local);
+    }
+}
+
 /* kind: the word before the time. */
 LUM_PRINTF(3, 0)
 static void add_line(struct say *say, const char *kind, const char *format,
@@ -88,9 +102,9 @@ static void add_line(struct say *say, const char *kind, const char *format,
 {
     char text[768];
     char line[sizeof text + 64];
-    char clock[SAY_CLOCK_BYTES] = "";
+    char clock[16];
     (void)vsnprintf(text, sizeof text, format, arguments);
-    say_clock(clock);
+    write_clock(clock);
     (void)snprintf(line, sizeof line, "lumdump: %s%s: %s\n", kind, clock, text);
     append_left_out(say);
     clear_status(say);
@@ -126,7 +140,7 @@ bool say_has_status(const struct say *say)
 void say_status(struct say *say, const char *text)
 {
     char line[512];
-    const size_t width = say_columns() - 1u;
+    const size_t width = terminal_columns() - 1u;
     say_flush(say);
     if (!say_has_status(say) || say->pending_bytes > 0) {
         return;

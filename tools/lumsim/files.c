@@ -4,7 +4,6 @@
 #include "../common/geometry.h"
 #include "../common/input_files.h"
 #include "../common/provenance.h"
-#include "../common/same_file.h"
 #include "layout.h"
 #include "rig.h"
 
@@ -51,7 +50,7 @@ static bool check_inputs(const struct options *o, const char *option,
 
 static bool is_same(const char *a, const char *b)
 {
-    return strcmp(a, b) == 0 || same_file(a, b);
+    return strcmp(a, b) == 0 || input_files_is_same(a, b);
 }
 
 /* No file gets two things. The true calibration's name differs from that of the

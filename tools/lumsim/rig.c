@@ -106,7 +106,7 @@ bool rig_load(struct options *o)
     if (o->rig.files == NULL) {
         return refuse("--rig: not enough memory");
     }
-    if (geometry_read_rig(o->rig.path, &o->rig.files->of, &error) != 0) {
+    if (lum_rig_load(o->rig.path, &o->rig.files->of, &error) != 0) {
         (void)fprintf(stderr, "lumsim: --rig: %s\n", error.text);
         return false;
     }

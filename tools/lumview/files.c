@@ -2,6 +2,8 @@
 
 #include "../common/input_files.h"
 
+#include "lum/config/config.h"
+
 #include <stdio.h>
 #include <string.h>
 
@@ -24,7 +26,7 @@ static int load_second(const struct options *o, struct files *out,
 {
     struct geometry tried = out->geometry;
     lum_profile_default(&out->second);
-    if (geometry_read(NULL, o->second, NULL, &out->second, error) != 0) {
+    if (lum_profile_load(o->second, &out->second, error) != 0) {
         return -1;
     }
     tried.profile = out->second;
@@ -73,7 +75,7 @@ static int load_rig(struct options *o, lum_rig_files *out, lum_error *error)
     if (o->rig_path == NULL) {
         return 0;
     }
-    if (geometry_read_rig(o->rig_path, out, error) != 0) {
+    if (lum_rig_load(o->rig_path, out, error) != 0) {
         return -1;
     }
     o->shown = out->rig.count;

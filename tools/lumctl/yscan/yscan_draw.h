@@ -12,7 +12,4 @@
 void yscan_draw(FILE *out, unsigned columns, const int32_t *udeg, size_t n,
                 int32_t min_udeg, int32_t max_udeg);
 
-/* Columns of the terminal of standard error, 80 where it is none. */
-unsigned yscan_columns(void);
-
 #endif

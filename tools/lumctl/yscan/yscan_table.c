@@ -1,5 +1,6 @@
 #include "yscan.h"
 
+#include "../../common/terminal.h"
 #include "../files.h"
 #include "yscan_draw.h"
 
@@ -279,8 +280,8 @@ void yscan_show(const struct ctl *ctl, const lum_calibration *calibration,
     if (!ctl->options.quiet &&
         find_span(calibration, &min, &max) == EXIT_DONE) {
         (void)fprintf(stderr, "Y scan: %s\n", yscan_describe(table, text));
-        yscan_draw(stderr, yscan_columns(), table->udeg, table->count, min,
-                   max);
+        yscan_draw(stderr, (unsigned)terminal_columns(), table->udeg,
+                   table->count, min, max);
     }
 }
 

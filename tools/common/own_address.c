@@ -1,9 +1,20 @@
+#define _POSIX_C_SOURCE 200809L
 #include "own_address.h"
 
-#include "../common/interfaces.h"
-#include "net/winsock.h"
+#include "interfaces.h"
 
 #include <stdlib.h>
+#include <string.h>
+#if defined(_WIN32)
+#include "net/winsock.h"
+#else
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+#define closesocket close
+typedef int SOCKET;
+#endif
 
 static uint32_t of_interface(const char *name)
 {
@@ -24,15 +35,17 @@ static uint32_t of_interface(const char *name)
 /* Connecting a UDP socket looks the route up. */
 static uint32_t of_route(lum_endpoint to)
 {
-    struct sockaddr_in address = {.sin_family = AF_INET,
-                                  .sin_port = htons(to.port)};
+    struct sockaddr_in address;
     struct sockaddr_in own;
-    int len = sizeof own;
+    socklen_t len = sizeof own;
     uint32_t found = 0;
+    memset(&address, 0, sizeof address);
+    address.sin_family = AF_INET;
+    address.sin_port = htons(to.port);
     address.sin_addr.s_addr = htonl(to.address);
+    /* of one that could not be made the rest fails, too */
     const SOCKET s = socket(AF_INET, SOCK_DGRAM, 0);
-    if (s != INVALID_SOCKET &&
-        connect(s, (const struct sockaddr *)&address, sizeof address) == 0 &&
+    if (connect(s, (const struct sockaddr *)&address, sizeof address) == 0 &&
         getsockname(s, (struct sockaddr *)&own, &len) == 0) {
         found = ntohl(own.sin_addr.s_addr);
     }
