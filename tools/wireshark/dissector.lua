@@ -138,8 +138,6 @@ local told -- the last frame that got its kind here
 function lum.dissector(tvb, pinfo, root)
     if pinfo.in_error_pkt then
         return dissect_quoted(tvb, root)
-    elseif transport.is_joined_here(pinfo) then
-        return 0 -- dissect_rest() shows it
     end
     told = pinfo.number
     local kind, fault = transport.fault(tvb, pinfo)
@@ -149,44 +147,20 @@ function lum.dissector(tvb, pinfo, root)
     return dissect(tvb, way_of(pinfo, pinfo.src_port, pinfo.dst_port), root)
 end
 
--- Fragments, and datagrams that Wireshark shows to no dissector ---------------
+-- Datagrams that Wireshark shows to no dissector ------------------------------
 
-local function dissect_reassembled(done, pinfo, root)
-    local tvb = done.bytes:tvb("G2 datagram")
-    local udp = transport.read_udp(tvb)
-    if not udp then
+local rest = Proto("lum_rest", "Luminar Model G2, bare datagrams")
+
+function rest.dissector(tvb, pinfo, root)
+    if told == pinfo.number or not transport.is_udp() then
         return
     end
-    root:add(f.fragments, done.count):set_generated()
-    if udp.length < transport.UDP_BYTES or udp.length > tvb:len() then
-        add_fault(add_kind(root, nil, "other"), "length")
-    elseif udp.length == transport.UDP_BYTES then
-        add_fault(add_kind(root, nil, "foreign"), "short")
-    else
-        dissect(tvb(transport.UDP_BYTES, udp.length - transport.UDP_BYTES):tvb(), way_of(pinfo, udp.src, udp.dst), root)
-    end
-end
-
-local rest = Proto("lum_rest", "Luminar Model G2, fragments and bare datagrams")
-
-local function dissect_rest(tvb, pinfo, root)
     local ip = transport.read_ip(tvb)
-    local fragmented = ip.more or ip.offset > 0
-    local done = fragmented and transport.take_fragment(tvb, pinfo, ip)
-    if done then
-        dissect_reassembled(done, pinfo, root)
-    elseif ip.offset == 0 and told ~= pinfo.number and (ip.held < ip.whole or not fragmented) then
+    if ip.offset == 0 and (ip.held < ip.whole or not ip.more) then
         local kind, fault = transport.bare_kind(tvb, ip)
         if kind then
             add_fault(add_kind(root, nil, kind), fault)
         end
-    end
-end
-
-function rest.dissector(tvb, pinfo, root)
-    transport.expire(pinfo)
-    if transport.is_udp() then
-        dissect_rest(tvb, pinfo, root)
     end
 end
 register_postdissector(rest)
@@ -194,7 +168,6 @@ register_postdissector(rest)
 function lum.init()
     control.reset()
     data.reset()
-    transport.reset()
     told = nil
 end
 

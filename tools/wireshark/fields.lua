@@ -20,7 +20,6 @@ local f = {
     rest = ProtoField.bytes("lum.rest", "Bytes after the packet's end"),
     request = ProtoField.framenum("lum.request_frame", "Request in", base.NONE, frametype.REQUEST),
     answer = ProtoField.framenum("lum.answer_frame", "Answer in", base.NONE, frametype.RESPONSE),
-    fragments = ProtoField.uint32("lum.fragments", "Fragments of the datagram"),
     joined = ProtoField.uint32("lum.joined", "Datagrams that were joined"),
     answer_time = ProtoField.double("lum.answer_time", "Answered after (s)"),
 
