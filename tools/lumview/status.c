@@ -9,21 +9,13 @@
 #include "lum/smooth.h"
 #include "lum/version.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* The page is given poses between which the way leads past the others by no
- * more than this; by some doublings more if they are still too many. */
-#define POSES_MAX   20000u
-#define POSES_NS    INT64_C(100000000)
-#define POSES_M     1e-3
-#define POSES_RAD   1e-4
-#define POSES_SLACK 64u
-#define POSES_GAP_NS                                                           \
-    INT64_C(900000000) /* the page takes a second for a gap                    \
-                        */
+/* Beyond it the page gets one of so many poses, between which it goes straight.
+ */
+#define POSES_MAX 50000u
 
 static const char *const states[] = {
     [FEED_WAITING] = "waiting", [FEED_PLAYING] = "playing",
@@ -223,72 +215,23 @@ static void write_row(struct json *json, int64_t time_ns, const lum_pose *pose)
     json_close_array(json);
 }
 
-/* Whether the way from the pose `from` to the pose `to` leads past that of
- * `at` by more than is allowed. */
-static bool is_past(const lum_poses *poses, const size_t index[3],
-                    unsigned slack)
-{
-    lum_pose from;
-    lum_pose here;
-    lum_pose to;
-    int64_t ns[3];
-    lum_poses_get(poses, index[0], &ns[0], &from);
-    lum_poses_get(poses, index[1], &ns[1], &here);
-    lum_poses_get(poses, index[2], &ns[2], &to);
-    const double share = (double)(ns[1] - ns[0]) / (double)(ns[2] - ns[0]);
-    const lum_pose between = lum_pose_between(&from, &to, share);
-    double away = 0;
-    for (size_t k = 0; k < 3; k++) {
-        away += fabs(between.at[k] - here.at[k]);
-    }
-    const int64_t long_ns = slack * POSES_NS;
-    return ns[2] - ns[0] > (long_ns < POSES_GAP_NS ? long_ns : POSES_GAP_NS) ||
-           away > slack * POSES_M ||
-           lum_pose_angle(&between, &here) > slack * POSES_RAD;
-}
-
-/* Returns how many are needed; json: NULL, or where they are written. */
-static size_t thin_poses(const lum_poses *poses, size_t count, unsigned slack,
-                         struct json *json)
-{
-    size_t needed = 0;
-    size_t written = 0;
-    for (size_t i = 0; i < count; i++) {
-        const size_t middle = written + (i + 1u - written) / 2u;
-        /* A bend is widest in its middle, a corner at its end. */
-        if (i == 0 || i + 1u == count ||
-            is_past(poses, (size_t[]){written, i, i + 1u}, slack) ||
-            is_past(poses, (size_t[]){written, middle, i + 1u}, slack)) {
-            written = i;
-            needed++;
-            if (json != NULL) {
-                lum_pose pose;
-                int64_t time_ns = 0;
-                lum_poses_get(poses, i, &time_ns, &pose);
-                write_row(json, time_ns, &pose);
-            }
-        }
-    }
-    return needed;
-}
-
 static void write_poses(struct json *json, const lum_poses *poses)
 {
     lum_poses_info info = {.struct_size = sizeof info};
     if (lum_poses_get_info(poses, &info) != LUM_OK) {
         return;
     }
-    unsigned slack = 1;
-    while (slack < POSES_SLACK && info.count > POSES_MAX &&
-           thin_poses(poses, info.count, slack, NULL) > POSES_MAX) {
-        slack *= 2u;
-    }
+    const size_t every = (info.count + POSES_MAX - 1u) / POSES_MAX;
     json_open_object(json, "poses");
     json_bool(json, "utc", info.clock == LUM_POSES_UTC);
-    json_real(json, "off_m", slack * POSES_M, 3);
-    json_real(json, "off_rad", slack * POSES_RAD, 4);
+    json_uint(json, "every", every);
     json_open_array(json, "rows");
-    (void)thin_poses(poses, info.count, slack, json);
+    for (size_t i = 0; i < info.count; i += every) {
+        lum_pose pose;
+        int64_t time_ns = 0;
+        lum_poses_get(poses, i, &time_ns, &pose);
+        write_row(json, time_ns, &pose);
+    }
     json_close_array(json);
     json_close_object(json);
 }

@@ -3,7 +3,6 @@
 import * as THREE from "three";
 
 const GAP_S = 1; // no pose is found between two that are farther apart
-const EXACT_M = 1e-3;
 const SLACK_S = 1e-5; // times are rounded
 const PATH_COLOUR = 0x6fd3e3;
 
@@ -85,8 +84,7 @@ export function makeWorld(scene) {
             }
             const row = document.getElementById("world-row");
             row.hidden = !find;
-            row.title = poses?.off_m > EXACT_M ? "There are so many poses that some were left out; the path leads past these by about "
-                + `${poses.off_m * 1e3} mm and ${poses.off_rad * 1e3} mrad.` : "";
+            row.title = poses?.every > 1 ? `There are so many poses that one of every ${poses.every} is taken.` : "";
         },
         clear: drop,
         // The world as seen from the newest frame; null: the frame's place is not known.
