@@ -2,7 +2,6 @@
 // where a capture stands still. So a view can be shared, and is there after a reload. What an address has wrong is left out.
 import { DEFAULTS, isFit, withoutBadPairs } from "./settings.js";
 
-const KEPT = "lumview-address"; // what this tab wrote last
 const WRITE_MS = 400; // browsers refuse an address that changes more often
 const MOST_FRAME = 2 ** 53;
 const SWITCH = { on: true, off: false };
@@ -48,28 +47,6 @@ export function formatAddress({ values, camera, frame }) {
     return text === "" ? "" : `#${text}`;
 }
 
-function kept() {
-    try {
-        return sessionStorage.getItem(KEPT);
-    } catch {
-        return null;
-    }
-}
-
-function keep(hash) {
-    try {
-        sessionStorage.setItem(KEPT, hash);
-    } catch {
-        // the page works without
-    }
-}
-
-// Of the page that opens. values is null where this tab wrote the address: what the tab keeps is as new, or newer.
-export function openedAddress() {
-    const state = parseAddress(location.hash);
-    return state && location.hash === kept() ? { ...state, values: null } : state;
-}
-
 // describe(): the state to write; take(state): an address was typed or pasted.
 export function makeAddress(describe, take) {
     let timer = 0;
@@ -80,7 +57,6 @@ export function makeAddress(describe, take) {
         if (hash !== location.hash && location.protocol !== "about:") { // a page in a cell of a notebook has no address
             history.replaceState(history.state, "", location.pathname + location.search + hash);
         }
-        keep(hash);
     }
 
     window.addEventListener("hashchange", () => {

@@ -1,6 +1,6 @@
 // lumview's page: the parts and how they meet.
 import * as THREE from "three";
-import { makeAddress, openedAddress } from "./address.js";
+import { makeAddress, parseAddress } from "./address.js";
 import { makeBeside } from "./beside.js";
 import { makeCamera } from "./camera.js";
 import { makeCloud } from "./cloud.js";
@@ -40,7 +40,7 @@ if (location.search !== "") {
     history.replaceState(history.state, "", location.pathname + location.hash);
 }
 
-const opened = openedAddress();
+const opened = parseAddress(location.hash);
 const settings = makeSettings(opened?.values);
 const { values } = settings;
 const canvas = at("canvas");

@@ -1,8 +1,5 @@
 // What the user has chosen. One flat set of values; whoever depends on one
-// hears of its change. They last as long as the browser's tab, and the address
-// has them too: address.js.
-
-const PLACE = "lumview";
+// hears of its change. The address keeps them: address.js.
 
 export const DEFAULTS = Object.freeze({
     return: "all", // all, 1, 2, 3, last, strongest
@@ -43,7 +40,7 @@ const isBetween = (least, most) => (value) => Number.isFinite(value) && value >=
 const isWhole = (least, most) => (value) => Number.isInteger(value) && isBetween(least, most)(value);
 const isOf = (...choices) => (value) => choices.includes(value);
 
-// What a kept value must be.
+// What a value of the address must be.
 const FITS = {
     ...Object.fromEntries(Object.keys(DEFAULTS).map((key) => [key, DEFAULTS[key] === null ? isNumber : isSame(DEFAULTS[key])])),
     return: isOf("all", "1", "2", "3", "last", "strongest"),
@@ -71,35 +68,13 @@ export function withoutBadPairs(values) {
     return Object.fromEntries(Object.entries(values).filter(([key]) => !bad.has(key)));
 }
 
-// A browser may refuse to keep anything; then nothing is kept.
-function load() {
-    try {
-        const kept = JSON.parse(sessionStorage.getItem(PLACE)) ?? {};
-        return Object.fromEntries(Object.entries(kept).filter(([key, value]) => isFit(key, value)));
-    } catch {
-        return {};
-    }
-}
-
-function keep(values) {
-    try {
-        sessionStorage.setItem(PLACE, JSON.stringify(values));
-    } catch {
-        // the page works without
-    }
-}
-
-// given: those of the address, before those that the tab keeps; null: it has none.
+// given: those of the address; undefined: it has none.
 export function makeSettings(given) {
-    const values = { ...DEFAULTS, ...(given ?? load()) };
+    const values = { ...DEFAULTS, ...given };
     const listeners = [];
     const resets = [];
-    keep(values);
 
-    function tell(keys) {
-        keep(values);
-        listeners.forEach((hear) => hear(new Set(keys)));
-    }
+    const tell = (keys) => listeners.forEach((hear) => hear(new Set(keys)));
 
     function set(changes) {
         const changed = Object.keys(changes).filter((key) => values[key] !== changes[key]);
