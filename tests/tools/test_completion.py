@@ -128,6 +128,15 @@ class Bash(unittest.TestCase):
                 self.assertEqual((r.returncode, r.stderr), (0, ""))
                 self.assertEqual(r.stdout, run(tool, "--help").stdout)
 
+    def test_the_manual_has_every_option_of_the_help(self):
+        for tool in ("lumctl", "lumdump", "lumsim", "lumtable", "lumview"):
+            page = (FOLDER.parents[1] / f"docs/man/{tool}.1").read_text().replace("\\-", "-")
+            options = re.findall(r"^ +(?:-\w, )?--([a-z][a-z-]*)", run(tool, "--help").stdout, re.M)
+            self.assertGreater(len(options), 5, tool)
+            for option in options:
+                with self.subTest(f"{tool} --{option}"):
+                    self.assertRegex(page, rf"Fl -{option}\b")
+
     def test_words_of_options(self):
         self.assertEqual(complete("lumdump", "--edge", ""), ["rising", "falling", "both"])
         self.assertEqual(complete("lumctl", "status", "--until", ""), ["hazard", "up", "down"])
