@@ -30,7 +30,6 @@ typedef struct state {
     unsigned contents;                /* of lum_mcap_content */
     unsigned channel[LUM_ROS_TOPICS]; /* of those that the file has */
     lum_ros_points points;
-    lum_preset_points preset_points; /* instead of these, by a preset */
     cloud cloud;
     lum_mcap_rig rig;
     size_t current;       /* of its sensors: whose the frame is */
@@ -145,6 +144,7 @@ static int begin(lum_writer *writer, lum_error *error)
     s->is_growing = o->is_growing;
     s->file.can_patch = !o->is_growing && lum_sink_seekable(writer->sink);
     s->points.extras = &writer->extras;
+    s->points.preset = writer->preset;
     s->points.lines =
         o->lines < LUM_MCAP_LINES_MAX ? o->lines : LUM_MCAP_LINES_MAX;
     s->points.lines_are_stated = o->lines != 0;
@@ -220,8 +220,7 @@ static int begin_cloud(lum_writer *writer, size_t n, float first_s,
     state *s = writer->state;
     const lum_preset *preset = writer->preset;
     const int64_t stamp_ns = stamp_of(s, first_s);
-    const size_t bytes = preset != NULL ? lum_preset_bytes(preset)
-                                        : lum_ros_points_bytes(&s->points);
+    const size_t bytes = lum_ros_points_bytes(&s->points);
     lum_bytes *out = NULL;
     if (put_transforms(s, stamp_ns, error) != 0 ||
         begin_message(s, LUM_ROS_POINTS, stamp_ns, &out, error) != 0) {
@@ -278,18 +277,6 @@ static int put_lines(lum_writer *writer, lum_error *error)
         line = lum_ros_points_next_line(&s->points);
     }
     return result;
-}
-
-static int put_preset_cloud(lum_writer *writer, lum_error *error)
-{
-    state *s = writer->state;
-    const float first_s = lum_preset_points_sort(&s->preset_points);
-    if (begin_cloud(writer, s->preset_points.count, first_s, error) != 0) {
-        return -1;
-    }
-    lum_preset_points_take(&s->preset_points, writer->preset, first_s,
-                           s->cloud.to);
-    return end_cloud(s, error);
 }
 
 static int no_memory(const lum_writer *writer, lum_error *error)
@@ -381,9 +368,6 @@ static int end_frame(lum_writer *writer, lum_error *error)
     if (s->cloud.is_begun) {
         return end_foreseen(writer, error);
     }
-    if (writer->preset != NULL) {
-        return put_preset_cloud(writer, error);
-    }
     if (lum_ros_points_sort(&s->points, &first_s) != 0) {
         return no_memory(writer, error);
     }
@@ -473,11 +457,9 @@ static int add(lum_writer *writer, const lum_line_samples *line,
     }
     const double from_us = (double)line->timestamp_us - (double)s->timestamp_us;
     const float from_s = (float)(from_us * 1e-6);
-    const int result = writer->preset != NULL
-                           ? lum_preset_points_add(&s->preset_points,
-                                                   writer->preset, line, from_s)
-                           : lum_ros_points_add(&s->points, line, from_s);
-    return result == 0 ? 0 : no_memory(writer, error);
+    return lum_ros_points_add(&s->points, line, from_s) == 0
+               ? 0
+               : no_memory(writer, error);
 }
 
 static int add_status(lum_writer *writer, const lum_writer_status *status,
@@ -575,7 +557,6 @@ static void release(lum_writer *writer)
     lum_mcap_free(&s->file);
     lum_ros_points_free(&s->points);
     lum_bytes_free(&s->cloud.rows);
-    lum_preset_points_free(&s->preset_points);
 }
 
 const lum_format_ops lum_mcap_ops = {.name = "MCAP",

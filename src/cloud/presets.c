@@ -7,7 +7,6 @@
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* --- The table --- */
@@ -270,9 +269,9 @@ static unsigned char *put_number(unsigned char *p, lum_number_type type,
                                   : lum_put_le32(p, bits);
 }
 
-static unsigned char *put_row(unsigned char *p, const lum_preset *preset,
-                              const lum_line_samples *line, const lum_sample *s,
-                              double time)
+unsigned char *lum_preset_put_row(unsigned char *p, const lum_preset *preset,
+                                  const lum_line_samples *line,
+                                  const lum_sample *s, double time)
 {
     for (unsigned i = 0; i < preset->count; i++) {
         const lum_preset_field *f = &preset->fields[i];
@@ -334,105 +333,21 @@ char *lum_preset_put_binary(char *p, void *context, const lum_sample *samples,
     const lum_preset_line *l = context;
     unsigned char *to = (unsigned char *)p;
     for (size_t i = 0; i < n; i++) {
-        to = put_row(to, l->preset, l->line, &samples[i],
-                     time_of(l->line, &samples[i]));
+        to = lum_preset_put_row(to, l->preset, l->line, &samples[i],
+                                time_of(l->line, &samples[i]));
     }
     return (char *)to;
 }
 
-/* --- Points of messages --- */
-
-#define GREEN_BIT UINT32_C(0x80000000)
-
-void lum_preset_points_free(lum_preset_points *points)
+void lum_preset_put_time(unsigned char *row, const lum_preset *preset,
+                         double time)
 {
-    free(points->rows);
-    free(points->places);
-    *points = (lum_preset_points){0};
-}
-
-static int make_room(lum_preset_points *points, size_t bytes, size_t more)
-{
-    const size_t most = (size_t)(UINT32_MAX / 2u) / bytes;
-    if (more > most || points->count > most - more) {
-        return -1;
-    }
-    const size_t n = points->count + more;
-    if (n <= points->room) {
-        return 0;
-    }
-    const size_t room = n + n / 2u;
-    unsigned char *rows = realloc(points->rows, room * bytes);
-    if (rows != NULL) {
-        points->rows = rows;
-    }
-    lum_preset_place *places =
-        realloc(points->places, room * sizeof *points->places);
-    if (places != NULL) {
-        points->places = places;
-    }
-    if (rows == NULL || places == NULL) {
-        return -1;
-    }
-    points->room = room;
-    return 0;
-}
-
-int lum_preset_points_add(lum_preset_points *points, const lum_preset *preset,
-                          const lum_line_samples *line, float from_s)
-{
-    const size_t bytes = lum_preset_bytes(preset);
-    if (make_room(points, bytes, line->count) != 0) {
-        return -1;
-    }
-    for (size_t i = 0; i < line->count; i++) {
-        const uint32_t row = (uint32_t)points->count;
-        const float time = line->times != NULL ? line->times[i] : from_s;
-        (void)put_row(points->rows + row * bytes, preset, line,
-                      &line->samples[i], 0.0);
-        points->places[row] = (lum_preset_place){
-            time, row | (line->eye != LUM_EYE_BLUE ? GREEN_BIT : 0u), row};
-        points->count++;
-    }
-    return 0;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const lum_preset_place *one = a;
-    const lum_preset_place *other = b;
-    if (one->time < other->time || other->time < one->time) {
-        return one->time < other->time ? -1 : 1;
-    }
-    return one->order < other->order ? -1 : 1;
-}
-
-float lum_preset_points_sort(lum_preset_points *points)
-{
-    if (points->count == 0) {
-        return 0.0f;
-    }
-    qsort(points->places, points->count, sizeof *points->places, compare);
-    return points->places[0].time;
-}
-
-void lum_preset_points_take(lum_preset_points *points, const lum_preset *preset,
-                            float first_s, unsigned char *out)
-{
-    const size_t bytes = lum_preset_bytes(preset);
-    for (size_t i = 0; i < points->count; i++) {
-        const lum_preset_place *place = &points->places[i];
-        memcpy(out + i * bytes, points->rows + place->row * bytes, bytes);
-    }
-    for (unsigned k = 0; k < preset->count; k++) {
-        const lum_preset_field *f = &preset->fields[k];
-        unsigned char *at = out + lum_preset_offset(preset, k);
-        for (size_t i = 0; i < points->count && is_time(f); i++) {
-            const float since_s = points->places[i].time - first_s;
-            const double time = (double)since_s;
-            (void)put_number(at + i * bytes, (lum_number_type)f->type,
+    for (unsigned i = 0; i < preset->count; i++) {
+        const lum_preset_field *f = &preset->fields[i];
+        if (is_time(f)) {
+            (void)put_number(row, (lum_number_type)f->type,
                              f->value == LUM_VALUE_TIME_S ? time : time * 1e9);
         }
+        row += lum_number_types[f->type].bytes;
     }
-    points->count = 0;
 }

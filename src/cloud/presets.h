@@ -103,39 +103,15 @@ char *lum_preset_put_binary(char *p, void *context, const lum_sample *samples,
 
 /* --- Points of messages --- */
 
-/** Where a point stands in order of time. */
-typedef struct lum_preset_place {
-    float time;     /**< seconds from the beginning of the frame */
-    uint32_t order; /**< of equal times; bit 31 is the eye */
-    uint32_t row;   /**< its index as it came */
-} lum_preset_place;
+/** Write a sample, little-endian and without padding.
+ * @param time in seconds from the beginning of the frame.
+ * @return the end of it. */
+unsigned char *lum_preset_put_row(unsigned char *p, const lum_preset *preset,
+                                  const lum_line_samples *line,
+                                  const lum_sample *s, double time);
 
-/** A frame's points as they came; all 0 is none. */
-typedef struct lum_preset_points {
-    unsigned char *rows;      /**< of the preset's bytes each */
-    lum_preset_place *places; /**< of each */
-    size_t count;             /**< how many */
-    size_t room;              /**< as many fit */
-} lum_preset_points;
-
-/** Free what it holds. */
-void lum_preset_points_free(lum_preset_points *points);
-
-/** Add a line's points.
- * @param from_s the time of all points where the line has no times.
- * @return 0; -1: no memory, or more than a message can have. */
-LUM_MUST_CHECK int lum_preset_points_add(lum_preset_points *points,
-                                         const lum_preset *preset,
-                                         const lum_line_samples *line,
-                                         float from_s);
-
-/** Bring them into order of time, of equal times the blue eye's first.
- * @return the time of the first, 0 without points. */
-float lum_preset_points_sort(lum_preset_points *points);
-
-/** Write them, with times from first_s, and have none for the next frame.
- * lum_preset_points_sort() came before. */
-void lum_preset_points_take(lum_preset_points *points, const lum_preset *preset,
-                            float first_s, unsigned char *out);
+/** Write its time again, where it has one. */
+void lum_preset_put_time(unsigned char *row, const lum_preset *preset,
+                         double time);
 
 #endif

@@ -9,7 +9,8 @@
 
 /* What is kept of a point: the first five fields of its message, with the time
  * from the beginning of the frame; then the line and the number of the return;
- * then its extra values. */
+ * then its extra values. By a preset, its row stands in their place, and the
+ * message has nothing else. */
 #define TIME_AT    16u
 #define LINE_AT    20u
 #define NUMBER_AT  24u
@@ -17,7 +18,9 @@
 
 static size_t extra_bytes(const lum_ros_points *points)
 {
-    return points->extras != NULL ? lum_extras_bytes(points->extras) : 0;
+    return points->preset != NULL   ? lum_preset_bytes(points->preset)
+           : points->extras != NULL ? lum_extras_bytes(points->extras)
+                                    : 0;
 }
 
 static float time_of(const unsigned char *kept)
@@ -63,7 +66,7 @@ int lum_ros_points_add(lum_ros_points *points, const lum_line_samples *line,
                        float from_s)
 {
     lum_ros_eye *eye = &points->eyes[known_eye(line->eye)];
-    const bool has_extra = extra_bytes(points) > 0;
+    const bool has_extra = points->preset == NULL && extra_bytes(points) > 0;
     const size_t n = line->count * (KEPT_BYTES + extra_bytes(points));
     unsigned char *p = lum_bytes_extend(&eye->kept, n);
     if (p == NULL) {
@@ -88,6 +91,8 @@ int lum_ros_points_add(lum_ros_points *points, const lum_line_samples *line,
                                                               : UINT8_MAX));
         if (has_extra) {
             p = lum_extras_put(p, points->extras, line->extra, i);
+        } else if (points->preset != NULL) {
+            p = lum_preset_put_row(p, points->preset, line, s, 0.0);
         }
     }
     eye->is_unsorted |= is_unsorted;
@@ -197,7 +202,8 @@ static void count_lines(lum_ros_points *points)
 
 size_t lum_ros_points_bytes(const lum_ros_points *points)
 {
-    return LUM_ROS_POINT_BYTES + extra_bytes(points);
+    return (points->preset == NULL ? LUM_ROS_POINT_BYTES : 0u) +
+           extra_bytes(points);
 }
 
 /* A sequence has a length of 32 bits, and a chunk is in memory. */
@@ -211,19 +217,27 @@ typedef struct common {
     float first_s;
     uint32_t lines;
     size_t extra_bytes;
+    const lum_preset *preset;
 } common;
 
 static common common_of(const lum_ros_points *points, float first_s)
 {
-    return (common){first_s, points->lines, extra_bytes(points)};
+    return (common){first_s, points->lines, extra_bytes(points),
+                    points->preset};
 }
 
 static unsigned char *put_point(unsigned char *p, const unsigned char *kept,
                                 const common *of, unsigned eye)
 {
     const uint32_t line = line_of(kept);
+    const float time = time_of(kept) - of->first_s;
+    if (of->preset != NULL) {
+        memcpy(p, kept + KEPT_BYTES, of->extra_bytes);
+        lum_preset_put_time(p, of->preset, (double)time);
+        return p + of->extra_bytes;
+    }
     memcpy(p, kept, TIME_AT);
-    p = lum_put_f32(p + TIME_AT, time_of(kept) - of->first_s);
+    p = lum_put_f32(p + TIME_AT, time);
     p = lum_put_le16(p, line < of->lines ? (uint16_t)(eye * of->lines + line)
                                          : NO_RING);
     p = lum_put_u8(p, kept[NUMBER_AT]);

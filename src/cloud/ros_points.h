@@ -7,6 +7,7 @@
 
 #include "bytes.h"
 #include "extras.h"
+#include "presets.h"
 
 #include "lum/cloud/writer.h"
 
@@ -36,6 +37,7 @@ typedef struct lum_ros_points {
     uint32_t highest[2];        /**< the second highest line, the highest */
     const lum_extras *extras;   /**< of each point, behind the others; NULL:
                                      none */
+    const lum_preset *preset;   /**< its fields instead of all; NULL: none */
 } lum_ros_points;
 
 /** Free what it holds. */

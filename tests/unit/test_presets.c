@@ -7,6 +7,7 @@
 #include <cmocka.h>
 
 #include "cloud/presets.h"
+#include "cloud/ros_points.h"
 
 #include <errno.h>
 #include <math.h>
@@ -204,16 +205,17 @@ static void points_are_in_order_of_time_and_blue_is_first(void **state)
                                    .count = 3,
                                    .times = blue_times};
     static const unsigned char order[] = {1, 2, 12, 3, 14};
-    lum_preset_points points = {0};
+    lum_ros_points points = {.preset = preset};
     unsigned char rows[5][32];
     for (unsigned again = 0; again < 2u; again++) {
-        assert_int_equal(lum_preset_points_add(&points, preset, &green, 9), 0);
-        assert_int_equal(lum_preset_points_add(&points, preset, &blue, 9), 0);
-        assert_int_equal(points.count, 5);
-        const float first = lum_preset_points_sort(&points);
+        float first = 0.0f;
+        assert_int_equal(lum_ros_points_add(&points, &green, 9), 0);
+        assert_int_equal(lum_ros_points_add(&points, &blue, 9), 0);
+        assert_int_equal(lum_ros_points_count(&points), 5);
+        assert_int_equal(lum_ros_points_sort(&points, &first), 0);
         assert_true(first == blue_times[0]);
-        lum_preset_points_take(&points, preset, first, rows[0]);
-        assert_int_equal(points.count, 0);
+        lum_ros_points_take(&points, first, rows[0]);
+        assert_int_equal(lum_ros_points_count(&points), 0);
         for (unsigned i = 0; i < 5u; i++) {
             const lum_sample s = sample(order[i], 0, 0, 1, 1, 1);
             const lum_line_samples line = {
@@ -228,33 +230,31 @@ static void points_are_in_order_of_time_and_blue_is_first(void **state)
                             (uint32_t)rows[4][31] << 24;
         assert_in_range(ns, 299999900, 300000100);
     }
-    lum_preset_points_free(&points);
+    lum_ros_points_free(&points);
 }
 
 static void a_line_without_times_has_that_of_its_begin(void **state)
 {
     (void)state;
-    const lum_preset *preset = preset_of("fast-lio");
     const lum_sample s = sample(1, 0, 0, 1, 1, 1);
     const lum_line_samples line = {
         .struct_size = sizeof line, .samples = &s, .count = 1};
-    lum_preset_points points = {0};
-    assert_true(lum_preset_points_sort(&points) == 0.0f);
-    assert_int_equal(lum_preset_points_add(&points, preset, &line, 0.5f), 0);
-    assert_true(lum_preset_points_sort(&points) == 0.5f);
-    lum_preset_points_free(&points);
+    lum_ros_points points = {.preset = preset_of("fast-lio")};
+    float first = 1.0f;
+    assert_int_equal(lum_ros_points_sort(&points, &first), 0);
+    assert_true(first == 0.0f);
+    assert_int_equal(lum_ros_points_add(&points, &line, 0.5f), 0);
+    assert_int_equal(lum_ros_points_sort(&points, &first), 0);
+    assert_true(first == 0.5f);
+    lum_ros_points_free(&points);
 }
 
-static void more_than_a_message_has_room_for_is_refused(void **state)
+static void a_message_has_room_for_this_many(void **state)
 {
     (void)state;
-    const lum_sample s = sample(1, 0, 0, 1, 1, 1);
-    const lum_line_samples line = {
-        .struct_size = sizeof line, .samples = &s, .count = 1};
-    lum_preset_points points = {.count = UINT32_MAX / 2u / 32u};
-    assert_int_equal(
-        lum_preset_points_add(&points, preset_of("autoware"), &line, 0), -1);
-    assert_null(points.rows);
+    const lum_ros_points points = {.preset = preset_of("autoware")};
+    assert_int_equal(lum_ros_points_bytes(&points), 32);
+    assert_int_equal(lum_ros_points_max(&points), UINT32_MAX / 2u / 32u);
 }
 
 /* --- The writer --- */
@@ -350,7 +350,7 @@ int main(void)
         cmocka_unit_test(return_types_are_nebulas),
         cmocka_unit_test(points_are_in_order_of_time_and_blue_is_first),
         cmocka_unit_test(a_line_without_times_has_that_of_its_begin),
-        cmocka_unit_test(more_than_a_message_has_room_for_is_refused),
+        cmocka_unit_test(a_message_has_room_for_this_many),
         cmocka_unit_test(a_writer_refuses_what_does_not_go_together),
         cmocka_unit_test(a_line_without_times_is_refused_where_files_need_them),
         cmocka_unit_test(voxels_have_columns_of_their_own),
