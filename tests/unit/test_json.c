@@ -101,6 +101,28 @@ static void reals_have_their_decimals_and_what_is_no_number_is_null(
     expect(&t, "[1.2, -0.500, null, null]");
 }
 
+static void members_have_lines_of_their_own_within_a_depth(void **state)
+{
+    struct text t;
+    (void)state;
+    begin(&t);
+    t.json.lines = 2;
+    t.json.keeps_bytes = true;
+    json_open_object(&t.json, NULL);
+    json_open_array(&t.json, "a");
+    json_close_array(&t.json);
+    json_open_array(&t.json, "b");
+    json_open_object(&t.json, NULL);
+    json_int(&t.json, "c", 1);
+    json_int(&t.json, "d", 2);
+    json_close_object(&t.json);
+    json_text(&t.json, NULL, "\xff");
+    json_close_array(&t.json);
+    json_end_line(&t.json);
+    expect(&t, "{\n  \"a\": [],\n  \"b\": [\n    {\"c\": 1, \"d\": 2},\n"
+               "    \"\\u00ff\"\n  ]\n}\n");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -110,6 +132,7 @@ int main(void)
             only_the_shortest_encoding_of_a_real_character_is_utf8),
         cmocka_unit_test(
             reals_have_their_decimals_and_what_is_no_number_is_null),
+        cmocka_unit_test(members_have_lines_of_their_own_within_a_depth),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

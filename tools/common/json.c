@@ -26,9 +26,10 @@ static void put(struct json *json, const char *format, ...)
     }
 }
 
-static void put_text(FILE *out, const char *text)
+static void put_text(const struct json *json, const char *text)
 {
     const unsigned char *p = (const unsigned char *)text;
+    FILE *out = json->out;
     if (out == NULL) {
         return;
     }
@@ -36,7 +37,7 @@ static void put_text(FILE *out, const char *text)
     while (*p != '\0') {
         const size_t n = utf8_length(p);
         if (n == 0) {
-            (void)fputs("\\ufffd", out);
+            (void)fprintf(out, "\\u%04x", json->keeps_bytes ? *p : 0xfffdu);
         } else if (*p < 0x20u) {
             (void)fprintf(out, "\\u%04x", (unsigned)*p);
         } else {
@@ -48,12 +49,21 @@ static void put_text(FILE *out, const char *text)
     (void)fputc('"', out);
 }
 
+static void begin_line(struct json *json)
+{
+    put(json, "\n%*s", (int)(2u * json->depth), "");
+}
+
 static void begin(struct json *json, const char *key)
 {
-    put(json, "%s", json->has_before ? ", " : "");
+    const bool is_line = json->depth > 0 && json->depth <= json->lines;
+    put(json, "%s", !json->has_before ? "" : is_line ? "," : ", ");
+    if (is_line) {
+        begin_line(json);
+    }
     json->has_before = true;
     if (key != NULL) {
-        put_text(json->out, key);
+        put_text(json, key);
         put(json, ": ");
     }
 }
@@ -63,10 +73,16 @@ static void open_bracket(struct json *json, const char *key, char bracket)
     begin(json, key);
     put(json, "%c", bracket);
     json->has_before = false;
+    json->depth++;
 }
 
 static void close_bracket(struct json *json, char bracket)
 {
+    const bool is_line = json->depth <= json->lines && json->has_before;
+    json->depth--;
+    if (is_line) {
+        begin_line(json);
+    }
     put(json, "%c", bracket);
     json->has_before = true;
 }
@@ -133,7 +149,7 @@ void json_text(struct json *json, const char *key, const char *text)
         return;
     }
     begin(json, key);
-    put_text(json->out, text);
+    put_text(json, text);
 }
 
 void json_null(struct json *json, const char *key)

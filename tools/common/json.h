@@ -1,5 +1,5 @@
 /* JSON, written as it comes. Keys are NULL inside arrays. Numbers do not depend
- * on the locale; text is escaped, bytes that are no UTF-8 become U+FFFD. */
+ * on the locale; text is escaped. */
 #ifndef LUM_TOOLS_JSON_H
 #define LUM_TOOLS_JSON_H
 
@@ -8,8 +8,12 @@
 #include <stdio.h>
 
 struct json {
-    FILE *out;       /* NULL: nothing is written */
-    bool has_before; /* a comma is due */
+    FILE *out;        /* NULL: nothing is written */
+    bool has_before;  /* a comma is due */
+    bool keeps_bytes; /* one that is no UTF-8 becomes the character of its
+                         number, else U+FFFD */
+    unsigned depth;   /* brackets that are open */
+    unsigned lines;   /* members have lines of their own within so many */
 };
 
 void json_init(struct json *json, FILE *out);

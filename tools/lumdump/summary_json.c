@@ -2,368 +2,285 @@
 #include "rig_report.h"
 #include "summary.h"
 
+#include "../common/json.h"
 #include "../common/number.h"
 #include "../common/source_walk.h"
 
-#include <inttypes.h>
+/* Members of the summary, and what is in its arrays, have lines of their own;
+ * those of a sensor too. */
+#define LINES           2u
+#define LINES_OF_SENSOR 3u
 
-/* --- Values --- */
-
-static void print_number(const char *indent, const char *key, uint64_t value,
-                         FILE *out)
+static double seconds(int64_t ns)
 {
-    (void)fprintf(out, "%s\"%s\": %" PRIu64 ",\n", indent, key, value);
+    return (double)ns * 1e-9;
 }
 
-static void print_counters(const lum_demux_counters *packets,
-                           const lum_framer_counters *frames,
-                           const char *indent, FILE *out)
+static void put_counters(struct json *json, const lum_demux_counters *packets,
+                         const lum_framer_counters *frames)
 {
     struct summary_rows rows;
     summary_list(packets, frames, &rows);
     for (size_t i = 0; i < rows.count; i++) {
-        print_number(indent, rows.list[i].key, rows.list[i].value, out);
+        json_uint(json, rows.list[i].key, rows.list[i].value);
     }
-    (void)fprintf(out, "%s\"paused_s\": %.6f\n", indent,
-                  (double)frames->paused_us * 1e-6);
-}
-
-/* Bytes of the UTF-8 character at p; 0 if there is none. Surrogates and
- * overlong forms pass: readers of JSON cope with them. */
-static size_t utf8_length(const unsigned char *p)
-{
-    static const struct {
-        unsigned char first;
-        unsigned char last;
-        size_t length;
-    } leads[] = {
-        {0x01, 0x7f, 1}, {0xc2, 0xdf, 2}, {0xe0, 0xef, 3}, {0xf0, 0xf4, 4}};
-    size_t n = 0;
-    for (size_t i = 0; i < sizeof leads / sizeof leads[0]; i++) {
-        if (*p >= leads[i].first && *p <= leads[i].last) {
-            n = leads[i].length;
-        }
-    }
-    for (size_t i = 1; i < n; i++) {
-        if ((p[i] & 0xc0) != 0x80) {
-            return 0;
-        }
-    }
-    return n;
-}
-
-/* A byte that is not UTF-8 is written as the character of its number. */
-static void print_text(const char *text, FILE *out)
-{
-    const unsigned char *p = (const unsigned char *)text;
-    (void)fputc('"', out);
-    while (*p != '\0') {
-        const size_t n = utf8_length(p);
-        if (*p == '"' || *p == '\\') {
-            (void)fprintf(out, "\\%c", *p);
-        } else if (n == 0 || *p < 0x20 || *p == 0x7f) {
-            (void)fprintf(out, "\\u%04x", *p);
-        } else {
-            (void)fwrite(p, 1, n, out);
-        }
-        p += n > 0 ? n : 1;
-    }
-    (void)fputc('"', out);
+    json_real(json, "paused_s", (double)frames->paused_us * 1e-6, 6);
 }
 
 /* --- Captures --- */
 
-static void print_source(const struct source_walk *w, FILE *out)
+static void put_source(struct json *json, const struct source_walk *w)
 {
     static const char *const ends[] = {[LUM_CAPTURE_UNDER_WAY] = "not reached",
                                        [LUM_CAPTURE_WHOLE] = "whole",
                                        [LUM_CAPTURE_BROKEN] = "broken off",
                                        [LUM_CAPTURE_UNREAD] = "unread"};
     const lum_capture_source *s = &w->source;
-    (void)fputs("    {\"name\": ", out);
-    print_text(s->name, out);
-    (void)fprintf(out,
-                  ", \"records\": %" PRIu64 ", \"end\": \"%s\""
-                  ", \"damaged\": %" PRIu64,
-                  s->records, ends[s->end], s->damaged);
+    json_open_object(json, NULL);
+    json_text(json, "name", s->name);
+    json_uint(json, "records", s->records);
+    json_text(json, "end", ends[s->end]);
+    json_uint(json, "damaged", s->damaged);
     if (s->records > 0) {
-        (void)fprintf(out, ", \"first_s\": %.6f, \"last_s\": %.6f",
-                      (double)s->first_ns * 1e-9, (double)s->last_ns * 1e-9);
+        json_real(json, "first_s", seconds(s->first_ns), 6);
+        json_real(json, "last_s", seconds(s->last_ns), 6);
     }
     if (w->has_before && s->records > 0) {
-        (void)fprintf(out, ", \"gap_s\": %.6f", (double)w->gap_ns * 1e-9);
+        json_real(json, "gap_s", seconds(w->gap_ns), 6);
     }
-    (void)fputc('}', out);
+    json_close_object(json);
 }
 
-static void print_sources(const lum_capture *capture, FILE *out)
+static void put_sources(struct json *json, const lum_capture *capture)
 {
     struct source_walk walk = {.capture = capture,
                                .source.struct_size = sizeof walk.source};
-    const char *divider = "\n";
-    (void)fputs("  \"sources\": [", out);
+    json_open_array(json, "sources");
     while (source_walk_step(&walk)) {
-        (void)fputs(divider, out);
-        print_source(&walk, out);
-        divider = ",\n";
+        put_source(json, &walk);
     }
-    (void)fputs("\n  ],\n", out);
+    json_close_array(json);
 }
 
 /* --- Sensors --- */
 
-/* Where its address does not tell it from another one. */
-static void print_interface(const lum_demux *demux, size_t sensor, FILE *out)
-{
-    char name[LUM_SENSOR_NAME_BYTES];
-    if (lum_demux_is_shared(demux, sensor)) {
-        (void)fputs("      \"interface\": ", out);
-        print_text(lum_demux_interface(demux, sensor), out);
-        (void)fputs(",\n      \"name\": ", out);
-        print_text(lum_demux_name(demux, sensor, name), out);
-        (void)fputs(",\n", out);
-    }
-}
-
-static void print_rig_name(const struct summary *s, size_t sensor, FILE *out)
-{
-    if (s->rig != NULL) {
-        (void)fprintf(out, "      \"rig_name\": \"%s\",\n",
-                      rig_name_of(s->rig, s->framer, sensor));
-    }
-}
-
-static void print_missing(const struct summary *s, FILE *out)
-{
-    const char *divider = "";
-    (void)fputs("\"missing\": [", out);
-    for (size_t k = 0; k < s->rig->count; k++) {
-        if (!rig_has_data(s->rig, s->framer, k)) {
-            (void)fprintf(out, "%s\"%s\"", divider,
-                          s->rig->sensors[k].of->name);
-            divider = ", ";
-        }
-    }
-    (void)fputs("]", out);
-}
-
 /* Which sensors the capture and the rig do not have in common. */
-static void print_rig(const struct summary *s, FILE *out)
+static void put_rig(struct json *json, const struct summary *s)
 {
     const lum_demux *demux = lum_framer_demux(s->framer);
-    const char *divider = "";
-    if (s->rig == NULL) {
-        return;
+    json_open_object(json, "rig");
+    json_text(json, "file", s->rig->path);
+    json_open_array(json, "missing");
+    for (size_t k = 0; k < s->rig->count; k++) {
+        if (!rig_has_data(s->rig, s->framer, k)) {
+            json_text(json, NULL, s->rig->sensors[k].of->name);
+        }
     }
-    (void)fputs("  \"rig\": {\"file\": ", out);
-    print_text(s->rig->path, out);
-    (void)fputs(", ", out);
-    print_missing(s, out);
-    (void)fputs(", \"unnamed\": [", out);
+    json_close_array(json);
+    json_open_array(json, "unnamed");
     for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
         char name[LUM_SENSOR_NAME_BYTES];
         if (rig_name_of(s->rig, s->framer, i) == NULL) {
-            (void)fprintf(out, "%s{\"address\": ", divider);
-            print_text(lum_demux_name(demux, i, name), out);
-            (void)fprintf(out, ", \"packets\": %" PRIu64 "}",
-                          rig_others_packets(&s->others, s->framer, i));
-            divider = ", ";
+            json_open_object(json, NULL);
+            json_text(json, "address", lum_demux_name(demux, i, name));
+            json_uint(json, "packets",
+                      rig_others_packets(&s->others, s->framer, i));
+            json_close_object(json);
         }
     }
-    (void)fputs("]},\n", out);
+    json_close_array(json);
+    json_close_object(json);
 }
 
-static void print_clock_counts(const lum_clock_fit_info *clock, FILE *out)
+static void put_clock_counts(struct json *json, const lum_clock_fit_info *clock)
 {
-    (void)fprintf(out,
-                  "\"sensor_breaks\": %" PRIu64 ", \"host_steps\": %" PRIu64
-                  ", \"stamps_still\": %" PRIu64,
-                  clock->sensor_breaks, clock->host_steps, clock->still);
+    json_uint(json, "sensor_breaks", clock->sensor_breaks);
+    json_uint(json, "host_steps", clock->host_steps);
+    json_uint(json, "stamps_still", clock->still);
 }
 
-static void print_clock(const struct summary *s, size_t sensor, FILE *out)
+static void put_clock(struct json *json, const struct summary *s, size_t sensor)
 {
     lum_clock_fit_info clock;
     if (!summary_find_clock(s, sensor, &clock)) {
         return;
     }
-    (void)fputs("      \"clock\": {", out);
+    json_open_object(json, "clock");
     if (clock.has_drift) {
-        (void)fprintf(out, "\"drift_ppm\": %.3f, \"drift_error_ppm\": %.3f, ",
-                      clock.drift_ppb * 1e-3, clock.drift_error_ppb * 1e-3);
+        json_real(json, "drift_ppm", clock.drift_ppb * 1e-3, 3);
+        json_real(json, "drift_error_ppm", clock.drift_error_ppb * 1e-3, 3);
     }
     if (clock.error_ns == LUM_CLOCK_ERROR_UNKNOWN) {
-        (void)fputs("\"utc_error_us\": null, ", out);
+        json_null(json, "utc_error_us");
     } else {
-        (void)fprintf(out, "\"utc_error_us\": %.1f, ",
-                      (double)clock.error_ns * 1e-3);
+        json_real(json, "utc_error_us", (double)clock.error_ns * 1e-3, 1);
     }
-    (void)fprintf(out, "\"stamp_resolution_us\": %.1f, ",
-                  (double)clock.resolution_ns * 1e-3);
-    print_clock_counts(&clock, out);
-    (void)fputs("},\n", out);
+    json_real(json, "stamp_resolution_us", (double)clock.resolution_ns * 1e-3,
+              1);
+    put_clock_counts(json, &clock);
+    json_close_object(json);
 }
 
-static void print_sensors(const struct summary *s, FILE *out)
+static void put_sensor(struct json *json, const struct summary *s, size_t i)
 {
     const lum_demux *demux = lum_framer_demux(s->framer);
-    const size_t n = lum_demux_sensor_count(demux);
-    bool is_first = true;
-    (void)fputs("  \"sensors\": [", out);
-    for (size_t i = 0; i < n; i++) {
-        lum_demux_counters counters = {.struct_size = sizeof counters};
-        if (!lum_demux_is_requested(demux, i)) {
-            continue;
-        }
-        (void)fprintf(out, "%s\n    {\n      \"address\": \"%s\",\n",
-                      is_first ? "" : ",",
-                      number_address(lum_demux_address(demux, i)).text);
-        print_interface(demux, i, out);
-        print_rig_name(s, i, out);
-        const lum_framer_counters points = summary_count_sensor(s, i);
-        print_clock(s, i, out);
-        lum_demux_count(demux, i, &counters);
-        print_counters(&counters, &points, "      ", out);
-        (void)fputs("    }", out);
-        is_first = false;
+    const lum_framer_counters points = summary_count_sensor(s, i);
+    lum_demux_counters counters = {.struct_size = sizeof counters};
+    char name[LUM_SENSOR_NAME_BYTES];
+    json_open_object(json, NULL);
+    json_text(json, "address",
+              number_address(lum_demux_address(demux, i)).text);
+    if (lum_demux_is_shared(demux, i)) {
+        json_text(json, "interface", lum_demux_interface(demux, i));
+        json_text(json, "name", lum_demux_name(demux, i, name));
     }
-    (void)fputs(is_first ? "],\n" : "\n  ],\n", out);
+    if (s->rig != NULL) {
+        json_text(json, "rig_name", rig_name_of(s->rig, s->framer, i));
+    }
+    put_clock(json, s, i);
+    lum_demux_count(demux, i, &counters);
+    put_counters(json, &counters, &points);
+    json_close_object(json);
+}
+
+static void put_sensors(struct json *json, const struct summary *s)
+{
+    const lum_demux *demux = lum_framer_demux(s->framer);
+    json->lines = LINES_OF_SENSOR;
+    json_open_array(json, "sensors");
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+        if (lum_demux_is_requested(demux, i)) {
+            put_sensor(json, s, i);
+        }
+    }
+    json_close_array(json);
+    json->lines = LINES;
 }
 
 /* --- Outputs --- */
 
-static void print_output(const struct live_output *o, FILE *out)
+static void put_output(struct json *json, const struct live_output *o)
 {
-    (void)fputs("    {\"name\": ", out);
-    print_text(o->name, out);
-    (void)fprintf(out,
-                  ", \"end\": \"%s\", \"datagrams\": %" PRIu64
-                  ", \"dropped\": %" PRIu64,
-                  o->end, o->datagrams, o->dropped);
+    json_open_object(json, NULL);
+    json_text(json, "name", o->name);
+    json_text(json, "end", o->end);
+    json_uint(json, "datagrams", o->datagrams);
+    json_uint(json, "dropped", o->dropped);
     if (o->has_ended_early) {
-        (void)fprintf(out, ", \"ended_s\": %.3f", o->seconds);
+        json_real(json, "ended_s", o->seconds, 3);
     }
     if (*o->error != '\0') {
-        (void)fputs(", \"error\": ", out);
-        print_text(o->error, out);
+        json_text(json, "error", o->error);
     }
-    (void)fputc('}', out);
+    json_close_object(json);
 }
 
-static void print_outputs(const struct live_counts *c, FILE *out)
+static void put_live(struct json *json, const struct live_counts *c)
 {
-    (void)fputs("  \"outputs\": [", out);
+    json_uint(json, "received", c->received);
+    json_uint(json, "kernel_drops", c->kernel_drops);
+    json_uint(json, "ring_drops", c->ring_drops);
+    json_uint(json, "recording_drops", c->recording_drops);
+    json_uint(json, "foreign_source", c->foreign_source);
+    json_uint(json, "heartbeats_sent", c->heartbeats_sent);
+    json_bool(json, "kernel_drops_at_least", c->kernel_drops_at_least);
+    json_real(json, "silent_s", c->silent_s, 3);
+    json_real(json, "seconds", c->seconds, 6);
+    json_text(json, "laser", c->laser);
+    json_real(json, "dark_s", c->dark_s, 3);
+    json_open_array(json, "outputs");
     for (size_t i = 0; i < c->output_count; i++) {
-        (void)fputs(i > 0 ? ",\n" : "\n", out);
-        print_output(&c->outputs[i], out);
+        put_output(json, &c->outputs[i]);
     }
-    (void)fputs(c->output_count > 0 ? "\n  ],\n" : "],\n", out);
+    json_close_array(json);
 }
 
-static void print_live(const struct live_counts *c, FILE *out)
+static void put_left_out(struct json *json, const struct summary *s)
 {
-    print_number("  ", "received", c->received, out);
-    print_number("  ", "kernel_drops", c->kernel_drops, out);
-    print_number("  ", "ring_drops", c->ring_drops, out);
-    print_number("  ", "recording_drops", c->recording_drops, out);
-    print_number("  ", "foreign_source", c->foreign_source, out);
-    print_number("  ", "heartbeats_sent", c->heartbeats_sent, out);
-    (void)fprintf(out, "  \"kernel_drops_at_least\": %s,\n",
-                  c->kernel_drops_at_least ? "true" : "false");
-    (void)fprintf(out,
-                  "  \"silent_s\": %.3f,\n  \"seconds\": %.6f,\n"
-                  "  \"laser\": \"%s\",\n  \"dark_s\": %.3f,\n",
-                  c->silent_s, c->seconds, c->laser, c->dark_s);
-    print_outputs(c, out);
-}
-
-static void print_left_out(const struct summary *s, FILE *out)
-{
-    (void)fputs("  \"left_out\": [", out);
+    json_open_array(json, "left_out");
     for (size_t i = 0; i < s->outputs.left_out_count; i++) {
         const struct left_out *l = &s->outputs.left_out[i];
-        (void)fputs(i > 0 ? ",\n    {\"output\": " : "\n    {\"output\": ",
-                    out);
-        print_text(output_title(l->name), out);
-        (void)fprintf(out,
-                      ", \"late\": %" PRIu64 ", \"cut\": %" PRIu64
-                      ", \"no_place\": %" PRIu64 "}",
-                      l->late, l->cut, l->no_place);
+        json_open_object(json, NULL);
+        json_text(json, "output", output_title(l->name));
+        json_uint(json, "late", l->late);
+        json_uint(json, "cut", l->cut);
+        json_uint(json, "no_place", l->no_place);
+        json_close_object(json);
     }
-    (void)fputs(s->outputs.left_out_count > 0 ? "\n  ],\n" : "],\n", out);
+    json_close_array(json);
 }
 
-static void print_moved(const lum_move_counts *c, const double origin[3],
-                        FILE *out)
+static void put_moved(struct json *json, const lum_move_counts *c,
+                      const double origin[3])
 {
-    if (c != NULL) {
-        (void)fprintf(out,
-                      "  \"poses\": {\"points\": %" PRIu64
-                      ", \"without\": %" PRIu64 ", \"before\": %" PRIu64
-                      ", \"after\": %" PRIu64 ", \"in_gap\": %" PRIu64
-                      ", \"no_start\": %" PRIu64 ", \"no_time\": %" PRIu64
-                      ", \"origin_m\": [%.0f, %.0f, %.0f]},\n",
-                      c->points, lum_move_counts_without(c), c->before,
-                      c->after, c->in_gap, c->no_start, c->no_time, origin[0],
-                      origin[1], origin[2]);
+    json_open_object(json, "poses");
+    json_uint(json, "points", c->points);
+    json_uint(json, "without", lum_move_counts_without(c));
+    json_uint(json, "before", c->before);
+    json_uint(json, "after", c->after);
+    json_uint(json, "in_gap", c->in_gap);
+    json_uint(json, "no_start", c->no_start);
+    json_uint(json, "no_time", c->no_time);
+    json_open_array(json, "origin_m");
+    for (unsigned i = 0; i < 3u; i++) {
+        json_real(json, NULL, origin[i], 0);
     }
+    json_close_array(json);
+    json_close_object(json);
 }
 
-static void print_drawn(const struct summary *s, FILE *out)
+static void put_drawn(struct json *json, const struct drawn *d)
 {
-    for (size_t i = 0; i < s->outputs.drawn_count; i++) {
-        const struct drawn *d = &s->outputs.drawn[i];
-        (void)fputs(i > 0 ? ",\n    {\"output\": "
-                          : "  \"pictures\": [\n    {\"output\": ",
-                    out);
-        print_text(output_title(d->name), out);
-        (void)fprintf(out,
-                      ", \"frames\": %" PRIu64 ", \"files\": %" PRIu64
-                      ", \"points\": %" PRIu64,
-                      d->frames, d->files, d->points);
-        if (d->frames > 0) {
-            (void)fprintf(out, ", \"first\": %" PRId64 ", \"last\": %" PRId64,
-                          d->first, d->last);
+    json_open_object(json, NULL);
+    json_text(json, "output", output_title(d->name));
+    json_uint(json, "frames", d->frames);
+    json_uint(json, "files", d->files);
+    json_uint(json, "points", d->points);
+    if (d->frames > 0) {
+        json_int(json, "first", d->first);
+        json_int(json, "last", d->last);
+    }
+    if (d->frames == 1) {
+        json_bool(json, "is_whole", d->is_whole);
+    }
+    json_uint(json, "others", d->others);
+    json_close_object(json);
+}
+
+static void put_voxels(struct json *json, const struct voxel_counts *v)
+{
+    json_open_object(json, "voxels");
+    json_real(json, "size_m", v->size, 6);
+    json_uint(json, "points", v->points);
+    json_uint(json, "voxels", v->voxels);
+    json_uint(json, "without_pose", v->without_pose);
+    json_uint(json, "not_finite", v->not_finite);
+    json_uint(json, "out_of_range", v->out_of_range);
+    json_uint(json, "spooled_bytes", v->spooled);
+    json_close_object(json);
+}
+
+static void put_outputs(struct json *json, const struct summary *s)
+{
+    const struct summary_outputs *o = &s->outputs;
+    if (s->moved != NULL) {
+        put_moved(json, s->moved, s->origin);
+    }
+    put_left_out(json, s);
+    if (o->drawn_count > 0) {
+        json_open_array(json, "pictures");
+        for (size_t i = 0; i < o->drawn_count; i++) {
+            put_drawn(json, &o->drawn[i]);
         }
-        if (d->frames == 1) {
-            (void)fprintf(out, ", \"is_whole\": %s",
-                          d->is_whole ? "true" : "false");
-        }
-        (void)fprintf(out, ", \"others\": %" PRIu64 "}", d->others);
+        json_close_array(json);
     }
-    (void)fputs(s->outputs.drawn_count > 0 ? "\n  ],\n" : "", out);
-}
-
-static void print_retention(const struct retention_counts *counts, FILE *out)
-{
-    if (counts->is_used) {
-        (void)fprintf(out,
-                      "  \"kept_removed\": %" PRIu64
-                      ",\n  \"kept_stuck\": %" PRIu64 ",\n",
-                      counts->removed, counts->stuck);
+    if (s->voxels.size > 0) {
+        put_voxels(json, &s->voxels);
     }
-}
-
-static void print_voxels(const struct voxel_counts *v, FILE *out)
-{
-    if (v->size == 0) {
-        return;
+    if (o->retention.is_used) {
+        json_uint(json, "kept_removed", o->retention.removed);
+        json_uint(json, "kept_stuck", o->retention.stuck);
     }
-    (void)fprintf(out, "  \"voxels\": {\"size_m\": %g", v->size);
-    const struct {
-        const char *key;
-        uint64_t value;
-    } counts[] = {{"points", v->points},
-                  {"voxels", v->voxels},
-                  {"without_pose", v->without_pose},
-                  {"not_finite", v->not_finite},
-                  {"out_of_range", v->out_of_range},
-                  {"spooled_bytes", v->spooled}};
-    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
-        (void)fprintf(out, ", \"%s\": %" PRIu64, counts[i].key,
-                      counts[i].value);
-    }
-    (void)fputs("},\n", out);
 }
 
 /* --- The summary --- */
@@ -372,39 +289,34 @@ void summary_json_print(const struct summary *s, FILE *out)
 {
     const lum_framer_counters points = summary_count(s);
     const lum_clock_fit_info clocks = summary_count_clocks(s);
-    const double seconds = summary_seconds(s);
+    const double lasts_s = summary_seconds(s);
     const lum_demux_counters total = summary_count_packets(s);
-    (void)fputs("{\n  \"source\": ", out);
-    print_text(s->source, out);
-    (void)fprintf(out,
-                  ",\n  \"truncated\": %s,\n  \"damaged\": %" PRIu64
-                  ",\n  \"records\": %" PRIu64 ",\n  \"duration_s\": %.6f,\n",
-                  s->truncated ? "true" : "false", summary_damaged(s, NULL),
-                  s->records, seconds);
+    struct json json = {.out = out, .keeps_bytes = true, .lines = LINES};
+    json_open_object(&json, NULL);
+    json_text(&json, "source", s->source);
+    json_bool(&json, "truncated", s->truncated);
+    json_uint(&json, "damaged", summary_damaged(s, NULL));
+    json_uint(&json, "records", s->records);
+    json_real(&json, "duration_s", lasts_s, 6);
     if (s->capture != NULL) {
-        print_sources(s->capture, out);
+        put_sources(&json, s->capture);
     }
-    if (seconds > 0.0) {
-        (void)fprintf(out, "  \"points_per_second\": %.1f,\n",
-                      (double)points.points / seconds);
+    if (lasts_s > 0.0) {
+        json_real(&json, "points_per_second", (double)points.points / lasts_s,
+                  1);
     }
     if (points.frames_per_second > 0.0) {
-        (void)fprintf(out, "  \"frames_per_second\": %.3f,\n",
-                      points.frames_per_second);
+        json_real(&json, "frames_per_second", points.frames_per_second, 3);
     }
     if (s->live != NULL) {
-        print_live(s->live, out);
+        put_live(&json, s->live);
     }
-    print_moved(s->moved, s->origin, out);
-    print_left_out(s, out);
-    print_drawn(s, out);
-    print_voxels(&s->voxels, out);
-    print_retention(&s->outputs.retention, out);
-    print_rig(s, out);
-    print_sensors(s, out);
-    (void)fputs("  ", out);
-    print_clock_counts(&clocks, out);
-    (void)fputs(",\n", out);
-    print_counters(&total, &points, "  ", out);
-    (void)fputs("}\n", out);
+    put_outputs(&json, s);
+    if (s->rig != NULL) {
+        put_rig(&json, s);
+    }
+    put_sensors(&json, s);
+    put_clock_counts(&json, &clocks);
+    put_counters(&json, &total, &points);
+    json_end_line(&json);
 }
