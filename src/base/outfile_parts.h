@@ -9,7 +9,7 @@
 
 #include <sys/stat.h>
 
-/* --- Messages: outfile_common.c. They return -1. --- */
+/* --- Messages: outfile.c. They return -1. --- */
 
 int lum_outfile_refuse(int code, const char *name, const char *why,
                        lum_error *error);
@@ -33,7 +33,7 @@ void lum_outfile_system_learn(lum_outfile *file);
  * them. */
 void lum_outfile_release(const lum_outfile *file);
 
-/* --- The unfinished file: outfile_part_posix.c --- */
+/* --- The unfinished file: outfile_posix.c --- */
 
 /** Open it under a free number, or set part to NULL. No message. */
 LUM_MUST_CHECK int lum_outfile_part_create(lum_outfile *file, mode_t mode);
@@ -44,9 +44,6 @@ void lum_outfile_part_keep_mode(const lum_outfile *file,
 
 /** Lock the file that is open, and note what it is known by. */
 LUM_MUST_CHECK int lum_outfile_part_settle(lum_outfile *file, lum_error *error);
-
-/** Another program writes the file: EBUSY; -1. */
-int lum_outfile_part_refuse_busy(const lum_outfile *file, lum_error *error);
 
 /** Whether a name is that of the file that is open. */
 bool lum_outfile_part_is_at(const lum_outfile *file, const char *name);
