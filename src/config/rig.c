@@ -1,6 +1,5 @@
 #include "lum/config/rig.h"
 
-#include "file_text.h"
 #include "host/rig_keys.h"
 #include "lum/config/config.h"
 #include "yaml.h"
@@ -196,12 +195,9 @@ int lum_rig_parse(const char *text, size_t len, const char *name,
 
 int lum_rig_load(const char *path, lum_rig_files *out, lum_error *error)
 {
-    lum_file_text *text = lum_file_text_load(path, error);
-    if (text == NULL) {
-        return -1;
-    }
-    const int result =
-        lum_rig_parse(text->bytes, text->len, text->name, out, error);
-    lum_file_text_free(text);
-    return result;
+    lum_yaml_file *file = lum_yaml_load(path, error);
+    return file == NULL
+               ? -1
+               : lum_yaml_end(file, lum_rig_parse(file->bytes, file->len,
+                                                  file->name, out, error));
 }

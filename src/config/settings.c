@@ -410,3 +410,12 @@ int lum_settings_parse(const char *text, size_t len, const char *name,
                ? lum_settings_keys_take(&keys, name, "", values, out, error)
                : -1;
 }
+
+int lum_settings_load(const char *path, lum_settings *out, lum_error *error)
+{
+    lum_yaml_file *file = lum_yaml_load(path, error);
+    return file == NULL
+               ? -1
+               : lum_yaml_end(file, lum_settings_parse(file->bytes, file->len,
+                                                       file->name, out, error));
+}

@@ -161,6 +161,16 @@ int lum_sweep_parse(const char *text, size_t len, const char *name,
     return 0;
 }
 
+int lum_sweep_load(const char *path, lum_sweep *out, lum_error *error)
+{
+    lum_yaml_file *file = lum_yaml_load(path, error);
+    *out = (lum_sweep){.steps = NULL};
+    return file == NULL
+               ? -1
+               : lum_yaml_end(file, lum_sweep_parse(file->bytes, file->len,
+                                                    file->name, out, error));
+}
+
 void lum_sweep_free(lum_sweep *sweep)
 {
     free(sweep->steps);

@@ -25,6 +25,23 @@ typedef struct lum_yaml_source {
 /** Most bytes of a file with a list; of others, LUM_CONFIG_BYTES_MAX. */
 #define LUM_YAML_LIST_BYTES_MAX (1u << 20)
 
+/** A file in memory; a byte more than is accepted of any file shows that it is
+ * longer. */
+typedef struct lum_yaml_file {
+    const char *name;                         /**< for messages */
+    size_t len;                               /**< how many bytes */
+    char bytes[LUM_YAML_LIST_BYTES_MAX + 1u]; /**< len of them */
+} lum_yaml_file;
+
+/** Read a file.
+ * @param path lives as long as it; "-": standard input.
+ * @return to be freed by lum_yaml_end(); NULL with the error set. */
+lum_yaml_file *lum_yaml_load(const char *path, lum_error *error);
+
+/** It was parsed: free it.
+ * @return result. */
+int lum_yaml_end(lum_yaml_file *file, int result);
+
 /** Read a file's values.
  * @param values one for each index of the table; each is set as it is read,
  *               its place the line of its key. On failure some may have been.

@@ -34,14 +34,4 @@ LUM_MUST_CHECK int lum_map_spool_read(const lum_map_spool *spool, uint64_t from,
 /** Close it, if it is open. errno stays. */
 void lum_map_spool_close(lum_map_spool *spool);
 
-/* --- By each system --- */
-
-/** Write some bytes at a place.
- * @return how many; 0: there is no room; -1 with the reason in errno. */
-int64_t lum_map_spool_put(int fd, uint64_t at, const void *bytes, size_t n);
-
-/** Read some bytes from a place.
- * @return how many; 0: there are none; -1 with the reason in errno. */
-int64_t lum_map_spool_get(int fd, uint64_t at, void *bytes, size_t n);
-
 #endif
