@@ -1,12 +1,14 @@
+#define _POSIX_C_SOURCE 200809L
 #include "lum/map/map.h"
 
 #include "base/sized.h"
+#include "base/thread.h"
 #include "parts.h"
-#include "queue.h"
 
 #include <errno.h>
 #include <float.h>
 #include <math.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,11 +18,182 @@
 #define WIDTH_UNIT 100.0             /* of a pulse width in a nanosecond */
 #define READ_CHUNK 256u              /* voxels that are merged at a time */
 
+/* --- Batches on their way to the tables, by a thread or at once --- */
+
+#define BATCH_POINTS 4096u /* points of one */
+#define BATCHES      8u    /* of them */
+
+/* Points of a batch. */
+struct batch {
+    uint64_t ids[BATCH_POINTS];         /* of the tile of each */
+    lum_map_entry points[BATCH_POINTS]; /* each as a voxel with one point */
+    size_t count;                       /* how many */
+};
+
+/* What is on its way. */
+struct queue {
+    struct batch *batches;  /* BATCHES; without a thread 1 */
+    unsigned filling;       /* which the caller fills */
+    lum_map_tiles *tiles;   /* where they go; the thread's, as long as
+                                 batches are queued */
+    bool has_thread;        /* whether there is one */
+    pthread_t thread;       /* it */
+    pthread_mutex_t lock;   /* guards what follows */
+    pthread_cond_t changed; /* likewise */
+    unsigned queued;        /* batches, up to the one that is filled */
+    bool stop;              /* the thread is to end */
+    int failure;            /* errno of the first failure, or 0 */
+    lum_error text;         /* of that */
+};
+
+static void add_batch(struct queue *queue, const struct batch *batch)
+{
+    lum_error text = {""};
+    if (lum_map_tiles_add(queue->tiles, batch->ids, batch->points, batch->count,
+                          &text) != 0) {
+        queue->failure = errno;
+        queue->text = text;
+    }
+}
+
+/* The oldest batch; lock is held before and after. */
+static void take_oldest(struct queue *queue)
+{
+    const unsigned oldest =
+        (queue->filling + BATCHES - queue->queued) % BATCHES;
+    lum_error text = {""};
+    int code = 0;
+    (void)pthread_mutex_unlock(&queue->lock);
+    const struct batch *batch = &queue->batches[oldest];
+    if (lum_map_tiles_add(queue->tiles, batch->ids, batch->points, batch->count,
+                          &text) != 0) {
+        code = errno;
+    }
+    (void)pthread_mutex_lock(&queue->lock);
+    if (code != 0) {
+        queue->failure = code;
+        queue->text = text;
+    }
+    queue->queued--;
+    (void)pthread_cond_broadcast(&queue->changed);
+}
+
+static void *run_queue(void *argument)
+{
+    struct queue *queue = argument;
+    (void)pthread_mutex_lock(&queue->lock);
+    while (!queue->stop && queue->failure == 0) {
+        if (queue->queued > 0) {
+            take_oldest(queue);
+        } else {
+            (void)pthread_cond_wait(&queue->changed, &queue->lock);
+        }
+    }
+    (void)pthread_mutex_unlock(&queue->lock);
+    return NULL;
+}
+
+/* queue is all bytes 0. 0, or an errno. */
+static int queue_begin(struct queue *queue, lum_map_tiles *tiles,
+                       bool has_thread)
+{
+    queue->tiles = tiles;
+    queue->batches =
+        malloc((has_thread ? BATCHES : 1u) * sizeof *queue->batches);
+    if (queue->batches == NULL) {
+        return ENOMEM;
+    }
+    queue->batches[0].count = 0;
+    if (!has_thread) {
+        return 0;
+    }
+    if (pthread_mutex_init(&queue->lock, NULL) != 0 ||
+        pthread_cond_init(&queue->changed, NULL) != 0) {
+        return ENOMEM;
+    }
+    const int code = lum_thread_start(&queue->thread, run_queue, queue);
+    queue->has_thread = code == 0;
+    return code;
+}
+
+static int failure_of(const struct queue *queue, lum_error *error)
+{
+    if (queue->failure == 0) {
+        return 0;
+    }
+    (void)lum_error_set(error, "%s", queue->text.text);
+    errno = queue->failure;
+    return -1;
+}
+
+/* Wait until at most so many batches are queued. */
+static int wait_until(struct queue *queue, unsigned most, lum_error *error)
+{
+    while (queue->queued > most && queue->failure == 0) {
+        (void)pthread_cond_wait(&queue->changed, &queue->lock);
+    }
+    return failure_of(queue, error);
+}
+
+static int push_batch(struct queue *queue, unsigned most, lum_error *error)
+{
+    (void)pthread_mutex_lock(&queue->lock);
+    queue->queued++;
+    queue->filling = (queue->filling + 1u) % BATCHES;
+    (void)pthread_cond_broadcast(&queue->changed);
+    const int result = wait_until(queue, most, error);
+    (void)pthread_mutex_unlock(&queue->lock);
+    return result;
+}
+
+/* Behind the batches that are queued is one that is filled. */
+static int queue_push(struct queue *queue, lum_error *error)
+{
+    if (queue->has_thread) {
+        const int result = push_batch(queue, BATCHES - 1u, error);
+        queue->batches[queue->filling].count = 0;
+        return result;
+    }
+    if (queue->failure == 0) {
+        add_batch(queue, queue->batches);
+    }
+    queue->batches[0].count = 0;
+    return failure_of(queue, error);
+}
+
+/* Waits until all is in the tables. */
+static int queue_flush(struct queue *queue, lum_error *error)
+{
+    if (!queue->has_thread) {
+        return queue_push(queue, error);
+    }
+    const int result = push_batch(queue, 0, error);
+    queue->batches[queue->filling].count = 0;
+    return result;
+}
+
+/* What is queued is dropped. */
+static void queue_end(struct queue *queue)
+{
+    if (queue->has_thread) {
+        (void)pthread_mutex_lock(&queue->lock);
+        queue->stop = true;
+        (void)pthread_cond_broadcast(&queue->changed);
+        (void)pthread_mutex_unlock(&queue->lock);
+        (void)pthread_join(queue->thread, NULL);
+        (void)pthread_cond_destroy(&queue->changed);
+        (void)pthread_mutex_destroy(&queue->lock);
+    }
+    free(queue->batches);
+}
+
+/* --- The map --- */
+
 struct lum_map {
     double scale; /* steps of a metre */
     char *beside;
     lum_map_tiles tiles;
-    lum_map_queue queue;
+    struct queue queue;
     lum_map_counters counters; /* points, those left out, given out */
     bool has_ended;            /* voxels are given out */
     uint64_t next;             /* the tile to be given out next */
@@ -59,7 +232,7 @@ static int begin(lum_map *map, const lum_map_options *o)
         memcpy(map->beside, o->spool, n);
     }
     map->tiles.beside = map->beside;
-    return lum_map_queue_begin(&map->queue, &map->tiles, o->has_thread);
+    return queue_begin(&map->queue, &map->tiles, o->has_thread);
 }
 
 int lum_map_new(const lum_map_options *options, lum_map **out, lum_error *error)
@@ -85,7 +258,7 @@ void lum_map_free(lum_map *map)
 {
     const int code = errno;
     if (map != NULL) {
-        lum_map_queue_end(&map->queue);
+        queue_end(&map->queue);
         lum_map_merge_end(&map->merge);
         lum_map_tiles_free(&map->tiles);
         free(map->beside);
@@ -124,7 +297,7 @@ static int64_t time_of(int64_t from_ns, float seconds)
                : from_ns;
 }
 
-static void put(lum_map_batch *batch, const uint64_t at[3])
+static void put(struct batch *batch, const uint64_t at[3])
 {
     lum_map_entry *entry = &batch->points[batch->count];
     batch->ids[batch->count++] =
@@ -138,7 +311,7 @@ static void put(lum_map_batch *batch, const uint64_t at[3])
     }
 }
 
-static bool add_point(lum_map *map, lum_map_batch *batch,
+static bool add_point(lum_map *map, struct batch *batch,
                       const lum_map_points *p, size_t i)
 {
     const double x = (double)p->x[i] + p->origin[0];
@@ -174,11 +347,11 @@ int lum_map_add(lum_map *map, const lum_map_points *points, lum_error *error)
                                     "out; make a new map");
     }
     for (size_t i = 0; i < known.count; i++) {
-        lum_map_batch *batch = lum_map_queue_batch(&map->queue);
+        struct batch *batch = &map->queue.batches[map->queue.filling];
         if (add_point(map, batch, &known, i)) {
             map->counters.points++;
-            if (batch->count == LUM_MAP_BATCH &&
-                lum_map_queue_push(&map->queue, error) != 0) {
+            if (batch->count == BATCH_POINTS &&
+                queue_push(&map->queue, error) != 0) {
                 return -1;
             }
         }
@@ -245,7 +418,7 @@ static int end_adding(lum_map *map, lum_error *error)
     if (map->has_ended) {
         return 0;
     }
-    if (lum_map_queue_flush(&map->queue, error) != 0) {
+    if (queue_flush(&map->queue, error) != 0) {
         return -1;
     }
     map->counters.voxels_most = map->tiles.on_disk + map->tiles.in_memory;
@@ -303,7 +476,7 @@ int lum_map_count(lum_map *map, lum_map_counters *out)
     lum_map_counters counters = map->counters;
     counters.struct_size = sizeof counters;
     if (!map->has_ended) {
-        if (lum_map_queue_flush(&map->queue, &ignored) != 0) {
+        if (queue_flush(&map->queue, &ignored) != 0) {
             return -1;
         }
         counters.voxels_most = map->tiles.on_disk + map->tiles.in_memory;
