@@ -2,7 +2,6 @@
 
 #include "keys_internal.h"
 #include "rig_keys.h"
-#include "rig_text.h"
 
 #include <stdbool.h>
 #include <string.h>

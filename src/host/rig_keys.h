@@ -1,5 +1,6 @@
 /** @file
- * The keys of a rig and of its sensors. Internal to host and config. */
+ * The keys of a rig and of its sensors, and what their texts may be. Internal
+ * to host and config. */
 #ifndef LUM_HOST_RIG_KEYS_H
 #define LUM_HOST_RIG_KEYS_H
 
@@ -27,5 +28,9 @@ enum lum_rig_value {
 
 extern const lum_key_table lum_rig_keys;
 extern const lum_key_table lum_rig_sensor_keys;
+
+/** Take an address that was checked.
+ * @return where its interface begins; text + len: it names none. */
+const char *lum_rig_take_address(const char *text, size_t len, uint32_t *out);
 
 #endif
