@@ -121,7 +121,7 @@ if(LUM_WITH_PICTURE AND NOT LUM_WITH_CLOUD)
   set(lum_missing_picture "cloud")
 endif()
 
-# What lumdump and the files of lumsim need: captures, frames, layouts, clouds and maps. Without
+# What lumdump and lumsim need: captures, frames, layouts, clouds and maps. Without
 # YAML they take no calibration and no profile, and say so.
 set(LUM_WITH_FILES OFF)
 if(LUM_WITH_CAPTURE AND LUM_WITH_FRAME AND LUM_WITH_INFER AND LUM_WITH_CLOUD AND LUM_WITH_MAP)

@@ -4,12 +4,13 @@
 #include "../common/geometry.h"
 #include "../common/input_files.h"
 #include "../common/provenance.h"
-#include "layout.h"
 #include "rig.h"
+#include "sim/packets.h"
 
-#include <stdio.h>
 #include <string.h>
 #include <unistd.h>
+
+/* --- No file is two things --- */
 
 /* What the rig names, also for other sensors than the one of these options; an
  * empty path is that of no file. */
@@ -40,12 +41,9 @@ static bool check_inputs(const struct options *o, const char *option,
          "the path"}};
     const size_t count = ALONE + add_rig(o, inputs + ALONE);
     lum_error error = {""};
-    if (output == NULL ||
-        input_files_check(inputs, count, output, &error) == 0) {
-        return true;
-    }
-    (void)fprintf(stderr, "lumsim: %s: %s\n", option, error.text);
-    return false;
+    return output == NULL ||
+           input_files_check(inputs, count, output, &error) == 0 ||
+           complain("%s: %s", option, error.text);
 }
 
 static bool is_same(const char *a, const char *b)
@@ -61,13 +59,9 @@ static bool check_truth(const struct options *o, const char *path)
     const bool is_points = path != NULL && path == o->truth.calibration &&
                            o->truth.points != NULL &&
                            is_same(o->truth.points, path);
-    if (is_output || is_points) {
-        (void)fprintf(stderr,
-                      "lumsim: --truth: '%s' is the %s too; give them "
-                      "different names\n",
-                      path, is_output ? "capture's output" : "other --truth");
-    }
-    return !is_output && !is_points;
+    return (!is_output && !is_points) ||
+           complain("--truth: '%s' is the %s too; give them different names",
+                    path, is_output ? "capture's output" : "other --truth");
 }
 
 /* Nor do the poses or the labels of something else. */
@@ -85,12 +79,10 @@ static bool check_beside(const struct options *o)
         for (size_t k = 0; k < i && outputs[i].path != NULL; k++) {
             if (outputs[k].path != NULL &&
                 is_same(outputs[k].path, outputs[i].path)) {
-                (void)fprintf(stderr,
-                              "lumsim: %s: '%s' is the file of %s too; give "
-                              "them different names\n",
-                              outputs[i].option, outputs[i].path,
-                              outputs[k].option);
-                return false;
+                return complain("%s: '%s' is the file of %s too; give them "
+                                "different names",
+                                outputs[i].option, outputs[i].path,
+                                outputs[k].option);
             }
         }
     }
@@ -108,14 +100,48 @@ bool files_check(const struct options *o)
         !check_truth(o, o->truth.calibration) || !check_beside(o)) {
         return false;
     }
-    if (o->capture.output != NULL && strcmp(o->capture.output, "-") == 0 &&
-        isatty(STDOUT_FILENO)) {
-        (void)fputs("lumsim: -o -: a capture is binary and standard output is "
-                    "a terminal; redirect it, or give a file's name\n",
-                    stderr);
-        return false;
+    return o->capture.output == NULL || strcmp(o->capture.output, "-") != 0 ||
+           !isatty(STDOUT_FILENO) ||
+           complain("-o -: a capture is binary and standard output is a "
+                    "terminal; redirect it, or give a file's name");
+}
+
+/* --- Calibration and profile --- */
+
+const char *layout_source(const struct options *o)
+{
+    if (set_keys_first(&o->set, true) != NULL) {
+        return "--set";
     }
-    return true;
+    return o->profile != NULL ? o->profile : o->replay.path;
+}
+
+/* The first field that is too narrow, by the bits that its numbers need. */
+static bool refuse_field(const struct options *o, unsigned field)
+{
+    static const char *const names[LUM_GROUP_FIELDS] = {
+        [LUM_FIELD_TAG] = "tag",
+        [LUM_FIELD_EYE] = "eye",
+        [LUM_FIELD_LINE] = "line",
+        [LUM_FIELD_NUM_SAMPLES] = "num_samples",
+        [LUM_FIELD_FIRST_SAMPLE_INDEX] = "first_sample_index",
+        [LUM_FIELD_TIMESTAMP] = "timestamp"};
+    const lum_field *f = &o->render.layout.profile.group[field];
+    return complain(
+        "%s: group.%s is too narrow for what it has to hold: it "
+        "has %u bit%s and needs %u",
+        layout_source(o), names[field], f->bits > 0 ? f->bits : 8u * f->bytes,
+        f->bits == 1 ? "" : "s", lum_packets_bits(field, o->render.lines));
+}
+
+bool layout_take(struct options *o, const lum_profile *profile)
+{
+    lum_render_options *r = &o->render;
+    if (lum_layout_init(&r->layout, profile, NULL, NULL) != LUM_OK) {
+        return complain("%s: this layout cannot be", layout_source(o));
+    }
+    const unsigned narrow = lum_packets_narrow(&r->layout, r->lines);
+    return narrow == LUM_GROUP_FIELDS || refuse_field(o, narrow);
 }
 
 bool files_load(struct options *o)
@@ -131,8 +157,7 @@ bool files_load(struct options *o)
         provenance_ask("lumsim", sources, o->quiet, &geometry, &said);
     }
     if (result != 0 || geometry_set(&geometry, &o->set, &error) != 0) {
-        (void)fprintf(stderr, "lumsim: %s\n", error.text);
-        return false;
+        return complain("%s", error.text);
     }
     o->render.calibration = geometry.calibration;
     return layout_take(o, &geometry.profile);

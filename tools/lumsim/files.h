@@ -1,5 +1,5 @@
-/* What needs files and the libraries that read and write them. A build without
- * those libraries has files_none.c in the place of all that implements this. */
+/* The files that options name: what is read of them, and that none is two
+ * things. */
 #ifndef LUMSIM_FILES_H
 #define LUMSIM_FILES_H
 
@@ -15,6 +15,13 @@ bool files_check(const struct options *o);
 
 /* Read calibration and profile into o->render; complains. */
 bool files_load(struct options *o);
+
+/* Where the profile is from, for messages. */
+const char *layout_source(const struct options *o);
+
+/* Take a profile's layout into o->render. False: packets cannot be made of it;
+ * complains. */
+bool layout_take(struct options *o, const lum_profile *profile);
 
 /* Write the capture of the options. Returns the exit status. */
 int offline_run(const struct options *o);

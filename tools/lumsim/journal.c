@@ -1,7 +1,88 @@
 #include "journal.h"
 
 #include <errno.h>
+#include <stdlib.h>
 #include <string.h>
+#if defined(_WIN32)
+#include <share.h>
+#else
+#include "base/outfile_io.h"
+#endif
+
+/* --- The file --- */
+
+#if defined(_WIN32)
+struct journal_file {
+    FILE *stream;
+};
+
+/* The system keeps other writers away. */
+static int open_file(const char *path, struct journal_file **out, FILE **stream,
+                     lum_error *error)
+{
+    struct journal_file *file = calloc(1, sizeof *file);
+    if (file == NULL) {
+        return lum_error_set(error, "%s: not enough memory", path);
+    }
+    file->stream = _fsopen(path, "w", _SH_DENYWR);
+    if (file->stream == NULL) {
+        (void)lum_error_set(error, "%s: cannot be written: %s", path,
+                            strerror(errno));
+        free(file);
+        return -1;
+    }
+    *stream = file->stream;
+    *out = file;
+    return 0;
+}
+
+static int close_file(struct journal_file *file)
+{
+    const int reason = fclose(file->stream) == 0 ? 0 : errno;
+    free(file);
+    return reason;
+}
+#else
+struct journal_file {
+    lum_outfile out;
+    FILE *stream; /* of a second descriptor */
+};
+
+static int close_file(struct journal_file *file)
+{
+    const bool is_whole = file->stream != NULL && fclose(file->stream) == 0 &&
+                          lum_outfile_finish(&file->out, NULL) == 0;
+    const int reason = is_whole ? 0 : errno;
+    lum_outfile_discard(&file->out);
+    free(file);
+    return reason;
+}
+
+static int open_file(const char *path, struct journal_file **out, FILE **stream,
+                     lum_error *error)
+{
+    struct journal_file *file = calloc(1, sizeof *file);
+    if (file == NULL) {
+        return lum_error_set(error, "%s: not enough memory", path);
+    }
+    if (lum_outfile_open(path, LUM_OUTFILE_GROWS, &file->out, error) != 0) {
+        free(file);
+        return -1;
+    }
+    file->stream = lum_outfile_stream(&file->out);
+    if (file->stream == NULL) {
+        (void)lum_outfile_fail(&file->out, errno, "cannot be written", error);
+    } else if (lum_outfile_show(&file->out, error) == 0) {
+        *stream = file->stream;
+        *out = file;
+        return 0;
+    }
+    (void)close_file(file);
+    return -1;
+}
+#endif
+
+/* --- Its lines --- */
 
 int journal_open(struct journal *out, const char *path, lum_error *error)
 {
@@ -12,7 +93,7 @@ int journal_open(struct journal *out, const char *path, lum_error *error)
     }
     if (strcmp(path, "-") == 0) {
         out->out = stdout;
-    } else if (journal_file_open(path, &out->file, &out->out, &why) != 0) {
+    } else if (open_file(path, &out->file, &out->out, &why) != 0) {
         return lum_error_set(error, "--log: %s", why.text);
     }
     return 0;
@@ -40,7 +121,7 @@ void journal_end(struct journal *journal)
 int journal_close(struct journal *journal)
 {
     if (journal->file != NULL) {
-        const int reason = journal_file_close(journal->file);
+        const int reason = close_file(journal->file);
         journal->reason = journal->reason != 0 ? journal->reason : reason;
     }
     journal->out = NULL;

@@ -3,11 +3,12 @@
 #define LUMSIM_JOURNAL_H
 
 #include "../common/json.h"
-#include "journal_file.h"
 #include "lum/base/error.h"
 
 #include <stdint.h>
 #include <stdio.h>
+
+struct journal_file;
 
 struct journal {
     FILE *out; /* NULL: there is none, or it cannot be written */
@@ -16,8 +17,8 @@ struct journal {
     int reason; /* errno of the write that failed; 0: none did */
 };
 
-/* path: "-" is standard output; NULL: no log. 0, or -1 with the reason in
- * error. */
+/* path: "-" is standard output; NULL: no log. A file exists from its first line
+ * on, and only one run can write it. 0, or -1 with the reason in error. */
 int journal_open(struct journal *out, const char *path, lum_error *error);
 
 /* Begin a line with "t" and "event". Returns the object for the rest of the

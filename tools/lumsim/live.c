@@ -18,22 +18,19 @@
 static void warn_of_capture(const struct live *live)
 {
     if (live->data.playback.facts.is_cut_off) {
-        (void)fprintf(stderr,
-                      "lumsim: %s cannot be read to its end; the readable part "
-                      "is replayed\n",
-                      live->options->replay.path);
+        (void)complain("%s cannot be read to its end; the readable part is "
+                       "replayed",
+                       live->options->replay.path);
     }
     if (live->data.playback.facts.damage.text[0] != '\0') {
-        (void)fprintf(stderr, "lumsim: %s\n",
-                      live->data.playback.facts.damage.text);
+        (void)complain("%s", live->data.playback.facts.damage.text);
     }
     lum_error remark;
     for (size_t i = 0;
          live->data.playback.recording != NULL &&
          recording_remark(live->data.playback.recording, i, &remark);
          i++) {
-        (void)fprintf(stderr, "lumsim: %s: %s\n", live->options->replay.path,
-                      remark.text);
+        (void)complain("%s: %s", live->options->replay.path, remark.text);
     }
 }
 
@@ -80,13 +77,12 @@ static void warn_of_jumps(const struct live *live)
 {
     struct moving_jump jump;
     if (!live->options->quiet && has_jumps(live, &jump)) {
-        (void)fprintf(stderr,
-                      "lumsim: --path %s: its frames are played in a loop of "
-                      "%u, and at the end of each round the sensor jumps by "
-                      "%.2f m and %.1f degrees; more --frames make longer "
-                      "rounds, and -o writes a drive without jumps\n",
-                      live->options->moving.path, live_frames(live),
-                      jump.metres, jump.degrees);
+        (void)complain("--path %s: its frames are played in a loop of %u, and "
+                       "at the end of each round the sensor jumps by %.2f m "
+                       "and %.1f degrees; more --frames make longer rounds, "
+                       "and -o writes a drive without jumps",
+                       live->options->moving.path, live_frames(live),
+                       jump.metres, jump.degrees);
     }
 }
 
@@ -271,7 +267,7 @@ static void close_parts(struct live *live)
 
 static int fail(const char *text)
 {
-    (void)fprintf(stderr, "lumsim: %s\n", text);
+    (void)complain("%s", text);
     return EXIT_FAILURE;
 }
 

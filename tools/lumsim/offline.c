@@ -3,7 +3,6 @@
 #include "../common/interrupt.h"
 #include "../common/terminal.h"
 #include "files.h"
-#include "layout.h"
 #include "lum/wire.h"
 #include "rig.h"
 #include "sim/fault.h"
@@ -276,7 +275,7 @@ static int fail(const struct run *run, int reason)
     if (reason == EPIPE && !has_truth(run->options)) {
         return EXIT_SUCCESS;
     }
-    (void)fprintf(stderr, "lumsim: %s\n", run->error.text);
+    (void)complain("%s", run->error.text);
     return EXIT_FAILURE;
 }
 
@@ -480,17 +479,16 @@ static int init_sensors(struct run *run)
     const size_t count = o->rig.path != NULL ? o->rig.count : 1;
     run->sensors = calloc(count, sizeof *run->sensors);
     if (run->sensors == NULL) {
-        (void)fputs("lumsim: not enough memory\n", stderr);
+        (void)complain("not enough memory");
         return EXIT_FAILURE;
     }
     while (run->count < count) {
         const struct options *one =
             o->rig.path != NULL ? &o->rig.sensors[run->count] : o;
         if (simulated_init(&run->sensors[run->count++], one) != 0) {
-            (void)fprintf(stderr,
-                          "lumsim: %s: angle_lsb_deg is too small: 16 bits do "
-                          "not reach the ends of the calibrated span\n",
-                          layout_source(one));
+            (void)complain("%s: angle_lsb_deg is too small: 16 bits do not "
+                           "reach the ends of the calibrated span",
+                           layout_source(one));
             return 2;
         }
     }
@@ -527,7 +525,7 @@ int offline_run(const struct options *o)
 {
     struct run *run = calloc(1, sizeof *run);
     if (run == NULL) {
-        (void)fputs("lumsim: not enough memory\n", stderr);
+        (void)complain("not enough memory");
         return EXIT_FAILURE;
     }
     run->options = o;

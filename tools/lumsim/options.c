@@ -295,11 +295,10 @@ static bool check_modes(const struct options *o,
         const bool is_alone = (group & ALONE) != 0 && o->rig.path != NULL;
         if (option_table_has(result, i) &&
             (is_alone || (group & (unsigned)o->mode) == 0)) {
-            (void)fprintf(stderr, "lumsim: --%s %s\n", specs[i].name,
-                          is_alone ? "does not go with --rig, whose file says "
-                                     "that of each sensor"
-                                   : reason(group & ~ALONE));
-            return false;
+            return complain("--%s %s", specs[i].name,
+                            is_alone ? "does not go with --rig, whose file "
+                                       "says that of each sensor"
+                                     : reason(group & ~ALONE));
         }
     }
     return true;
@@ -309,37 +308,27 @@ static bool check_modes(const struct options *o,
 static bool check_set(const struct options *o)
 {
     const char *first = set_keys_first(&o->set, false);
-    if (o->mode == MODE_REPLAY && first != NULL) {
-        (void)fprintf(stderr, "lumsim: --set %s: a key of a calibration %s\n",
-                      first, reason(DRIVE));
-        return false;
-    }
-    return true;
-}
-
-static bool refuse(const char *why)
-{
-    (void)fprintf(stderr, "lumsim: %s\n", why);
-    return false;
+    return o->mode != MODE_REPLAY || first == NULL ||
+           complain("--set %s: a key of a calibration %s", first,
+                    reason(DRIVE));
 }
 
 /* Whether the options can be combined in one run. */
 static bool check_choice(const struct options *o)
 {
     if (o->mode == MODE_SCENE && o->frames > LOOP_MAX) {
-        (void)fprintf(stderr,
-                      "lumsim: --frames: on the network frames are held in "
-                      "memory and played in a loop; at most %d\n",
-                      LOOP_MAX);
-        return false;
+        return complain("--frames: on the network frames are held in memory "
+                        "and played in a loop; at most %d",
+                        LOOP_MAX);
     }
     if (o->truth.is_utc && o->truth.points == NULL && o->moving.poses == NULL) {
-        return refuse("--time utc is about the times of the exact points in "
-                      "--truth FILE, and of --poses FILE; name one");
+        return complain("--time utc is about the times of the exact points in "
+                        "--truth FILE, and of --poses FILE; name one");
     }
     return o->capture.output == NULL || o->replay.path == NULL ||
-           refuse("-o and --replay: one writes a capture, the other sends one "
-                  "over the network; choose");
+           complain(
+               "-o and --replay: one writes a capture, the other sends one "
+               "over the network; choose");
 }
 
 static void choose_mode(struct options *o)
@@ -387,10 +376,9 @@ int options_parse(int argc, char **argv, struct options *out)
         return EXIT_USAGE;
     }
     if (result.count > 0) {
-        (void)fprintf(stderr,
-                      "lumsim: '%s': no argument is expected beside the "
-                      "options; -o FILE names an output\n",
-                      argv[1]);
+        (void)complain("'%s': no argument is expected beside the options; -o "
+                       "FILE names an output",
+                       argv[1]);
         return see_help();
     }
     choose_mode(out);

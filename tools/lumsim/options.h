@@ -117,6 +117,9 @@ struct options {
     bool quiet;
 };
 
+/* complain.c: say what is wrong, as a line on standard error. Returns false. */
+LUM_PRINTF(1, 2) bool complain(const char *format, ...);
+
 /* Reads the command line and the files it names; complains on standard error.
  * Returns -1 when the run may begin, else the exit status. */
 int options_parse(int argc, char **argv, struct options *out);

@@ -4,12 +4,10 @@
 #include "../common/geometry.h"
 #include "../common/rig.h"
 #include "files.h"
-#include "layout.h"
 #include "moving.h"
 #include "sim/random.h"
 #include "standing.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,12 +22,6 @@
 
 #define RIG_STREAM 8u
 
-static bool refuse(const char *why)
-{
-    (void)fprintf(stderr, "lumsim: %s\n", why);
-    return false;
-}
-
 /* --- What goes together --- */
 
 /* Each sensor gets a file of its own. */
@@ -39,27 +31,26 @@ static bool check_name(const char *option, const char *path)
     if (path == NULL || (at != NULL && strstr(at + 2, "%s") == NULL)) {
         return true;
     }
-    (void)fprintf(stderr,
-                  "lumsim: --%s: '%s': with --rig each sensor has a file of "
-                  "its own, so the name has %%s once, where the sensor's name "
-                  "goes\n",
-                  option, path);
-    return false;
+    return complain("--%s: '%s': with --rig each sensor has a file of its own, "
+                    "so the name has %%s once, where the sensor's name goes",
+                    option, path);
 }
 
 static bool check_choice(const struct options *o)
 {
     if (o->mode != MODE_FILE) {
-        return refuse("--rig works only with -o FILE; on the network, run one "
-                      "lumsim for each sensor");
+        return complain(
+            "--rig works only with -o FILE; on the network, run one "
+            "lumsim for each sensor");
     }
     if (o->delivery.joined) {
-        return refuse("--joined does not go with --rig: a host joins the "
-                      "packets of one sensor, and those of several alternate");
+        return complain(
+            "--joined does not go with --rig: a host joins the "
+            "packets of one sensor, and those of several alternate");
     }
     if (o->moving.poses != NULL && !o->truth.is_utc) {
-        return refuse("--rig: the clocks of its sensors differ, and --poses "
-                      "are the vehicle's; add --time utc");
+        return complain("--rig: the clocks of its sensors differ, and --poses "
+                        "are the vehicle's; add --time utc");
     }
     return true;
 }
@@ -88,12 +79,10 @@ static bool check_interfaces(const struct options *o)
     for (size_t i = 0; i < rig->count; i++) {
         if (rig->sensor[i].interface[0] != '\0' &&
             !capture_file_is_pcapng(o->capture.output)) {
-            (void)fprintf(stderr,
-                          "lumsim: --rig: the sensor '%s' has an interface, "
-                          "and a pcap file has no names of interfaces; right "
-                          "is an --output whose name ends in .pcapng\n",
-                          rig->sensor[i].name);
-            return false;
+            return complain("--rig: the sensor '%s' has an interface, and a "
+                            "pcap file has no names of interfaces; right is an "
+                            "--output whose name ends in .pcapng",
+                            rig->sensor[i].name);
         }
     }
     return true;
@@ -104,11 +93,10 @@ bool rig_load(struct options *o)
     lum_error error = {""};
     o->rig.files = calloc(1, sizeof *o->rig.files);
     if (o->rig.files == NULL) {
-        return refuse("--rig: not enough memory");
+        return complain("--rig: not enough memory");
     }
     if (lum_rig_load(o->rig.path, &o->rig.files->of, &error) != 0) {
-        (void)fprintf(stderr, "lumsim: --rig: %s\n", error.text);
-        return false;
+        return complain("--rig: %s", error.text);
     }
     o->rig.count = o->rig.files->of.rig.count;
     return check_interfaces(o);
@@ -159,7 +147,7 @@ static bool set_names(struct options *one, char *names[RIG_NAMES])
             names[i] = rig_file_name(*all[i], one->rig.name);
             *all[i] = names[i];
             if (names[i] == NULL) {
-                return refuse("--rig: not enough memory");
+                return complain("--rig: not enough memory");
             }
         }
     }
@@ -191,7 +179,7 @@ bool rig_spread(struct options *o)
 {
     o->rig.sensors = calloc(o->rig.count, sizeof *o->rig.sensors);
     if (o->rig.sensors == NULL) {
-        return refuse("--rig: not enough memory");
+        return complain("--rig: not enough memory");
     }
     for (uint32_t i = 0; i < o->rig.count; i++) {
         if (!spread_one(o, i)) {

@@ -113,11 +113,9 @@ bool standing_check(const struct options *o)
 {
     const lum_place_kind kind = o->render.place.kind;
     if (o->has_walls && (kind == LUM_PLACE_STREET || kind == LUM_PLACE_TOWN)) {
-        (void)fprintf(stderr,
-                      "lumsim: --walls is about the faces of --scene room and "
-                      "--scene yard; a %s has no flat faces\n",
-                      standing_scene(o));
-        return false;
+        return complain("--walls is about the faces of --scene room and "
+                        "--scene yard; a %s has no flat faces",
+                        standing_scene(o));
     }
     return true;
 }

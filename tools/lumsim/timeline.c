@@ -1,8 +1,10 @@
+#define _POSIX_C_SOURCE 200809L
 #include "timeline.h"
 
 #include "../common/number.h"
 #include "lum/laser.h"
 
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -25,6 +27,50 @@ static const struct {
     {"reboot", FAULT_REBOOT, 0},
     {"silence", FAULT_SILENCE, 0},
 };
+
+/* --- Signals --- */
+
+#if defined(_WIN32)
+#define HAS_CUES false
+
+void cue_catch(enum cue cue)
+{
+    (void)cue;
+}
+
+bool cue_take(enum cue cue)
+{
+    (void)cue;
+    return false;
+}
+#else
+#define HAS_CUES true
+
+static volatile sig_atomic_t came[CUE_USR2 + 1];
+
+static void note(int signal_number)
+{
+    came[signal_number == SIGUSR1 ? CUE_USR1 : CUE_USR2] = 1;
+}
+
+void cue_catch(enum cue cue)
+{
+    struct sigaction action = {.sa_handler = note};
+    (void)sigemptyset(&action.sa_mask);
+    (void)sigaction(cue == CUE_USR1 ? SIGUSR1 : SIGUSR2, &action, NULL);
+}
+
+bool cue_take(enum cue cue)
+{
+    if (came[cue] == 0) {
+        return false;
+    }
+    came[cue] = 0;
+    return true;
+}
+#endif
+
+/* --- The text of a fault --- */
 
 #define HOW_BYTES 512
 
@@ -92,7 +138,7 @@ static bool parse_time(const char *text, size_t len, struct timeline_event *out)
     out->cue = find_cue(text, len);
     if (out->cue != CUE_NONE) {
         out->at_ns = INT64_MAX;
-        return cue_is_possible();
+        return HAS_CUES;
     }
     return parse_seconds(text, len, &out->at_ns);
 }
@@ -154,6 +200,8 @@ bool timeline_add(struct timeline *timeline, const char *text, const char **why)
     }
     return true;
 }
+
+/* --- What happens --- */
 
 int64_t timeline_next_ns(const struct timeline *timeline)
 {

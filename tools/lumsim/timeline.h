@@ -3,13 +3,18 @@
 #ifndef LUMSIM_TIMELINE_H
 #define LUMSIM_TIMELINE_H
 
-#include "cue.h"
-
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #define TIMELINE_MAX 64
+
+/* Signals that let a fault begin or end. */
+enum cue {
+    CUE_NONE,
+    CUE_USR1,
+    CUE_USR2
+};
 
 enum fault_kind {
     FAULT_HAZARD,
@@ -50,5 +55,11 @@ void timeline_cue(struct timeline *timeline, enum cue cue, int64_t now_ns);
 /* The next one that has happened by then, or NULL. */
 const struct timeline_event *timeline_take(struct timeline *timeline,
                                            int64_t now_ns);
+
+/* Note the signal from now on, instead of dying of it. */
+void cue_catch(enum cue cue);
+
+/* Whether it came since the last time. */
+bool cue_take(enum cue cue);
 
 #endif

@@ -40,7 +40,7 @@ int truth_poses_open(const struct options *o, lum_sink **out, lum_error *error);
 int truth_poses_add(lum_sink *poses, int64_t time_ns, const lum_pose *pose,
                     lum_error *error);
 
-/* truth_yaml.c: write the true calibration as a YAML file that loads as it is;
+/* Write the true calibration as a YAML file that loads as it is;
  * lum_outfile_finish() gives it its name. 0, or -1 with the reason in error;
  * then out is as before. */
 int truth_yaml_begin(const struct options *o, lum_outfile *out,
