@@ -47,11 +47,6 @@ def lumcal(*arguments, **options):
     (("check", "a.pcap", "--report", "a.html"), "--report does not go with check, which draws a picture: -o FILE.png"),
     (("check", "a.pcap", "--calibration", "none.yaml"), "none.yaml: cannot be read: No such file or directory"),
     (("check", "a.pcap", "--profile", "none.yaml"), "none.yaml: cannot be read: No such file or directory"),
-    (("check", "a.pcap", "--wish", "yaw_deg=1"), "--wish does not go with check: it is about what eyes finds"),
-    (("eyes", "a.pcap", "--wish", "aw_deg=1"), "--wish: aw_deg=1: no value has a key that ends in 'aw_deg'; there are tof_offset_ps, width_deg, min_deg, "
-     "max_deg, x_m, y_m, z_m, roll_deg, pitch_deg, yaw_deg, also with what is in front of them, as in green.mount.yaw_deg"),
-    *(((("eyes", "a.pcap", "--wish", pair), f"--wish: {pair}: KEY=SIGMA is needed, a standard deviation above 0 in the unit of the key"))
-      for pair in ("yaw_deg", "yaw_deg=", "x_m=0", "x_m=-1", "x_m=nan", "x_m=inf", "x_m=1mm")),
     (("eyes", "a.pcap", "--set", "tof_lsb=13"), "set: unknown key 'tof_lsb'; did you mean 'tof_lsb_ps'?"),
 ])
 def test_wrong_arguments_are_told_with_what_would_be_right(arguments, told, capsys):
@@ -77,11 +72,6 @@ def test_help_and_version(capsys):
         assert re.fullmatch(r"lumcal \d+\.\d+\.\d+\n", capsys.readouterr().out)
 
 
-def test_a_wish_is_for_all_keys_that_end_so_and_the_last_one_counts():
-    wishes = _arguments.parse(["eyes", "a.pcap", "--wish", "green.azimuth.width_deg=0.02", "--wish", "width_deg=0.1", "--wish", "x_m=1"]).wishes
-    assert list(wishes)[-2:] == ["width_deg", "x_m"] and wishes["width_deg"] == 0.1 and wishes["yaw_deg"] == _result.WISHES["yaw_deg"]
-
-
 def test_usual_wishes_are_half_of_what_the_bars_of_mild_walls_allow():
     calibrations = pytest.importorskip("calibrations")
     mrad, place, offset, _, width, end = (bar / 2 for bar in calibrations.MILD)
@@ -100,7 +90,7 @@ def test_help_manual_and_parser_have_the_same_options():
     listed = set(re.findall(r"-[a-z]+", " ".join(re.findall(r"^\.It (Fl .*)$", manual, re.M))))
     for command, text in ("eyes", _arguments.HELP_EYES), ("check", _arguments.HELP_CHECK):
         known = {name for action in _arguments._parser(command)._actions for name in action.option_strings if name.startswith("--")}
-        known -= {"--report", "--wish"} if command == "check" else set()
+        known -= {"--report"} if command == "check" else set()
         assert options_of(text) | {"--version"} == known, command
         assert {name[1:] for name in known} <= listed, command
 

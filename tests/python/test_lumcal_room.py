@@ -57,6 +57,7 @@ def lumcal(folder, *words):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setattr(_faces, "TILES_MAX", 600)
+        patch.setitem(_result.WISHES, "x_m", 1e-5)
         return _cli.main([*words, "--profile", "profile.yaml", "--sensor", "10.42.0.37"])
 
 
@@ -65,7 +66,7 @@ def found(folder):
     """A run of eyes from a begin that the options name: its exit status, what it printed, and the folder of its files."""
     with contextlib.redirect_stdout(io.StringIO()) as out:
         status = lumcal(folder, "eyes", "a.pcap", "b.pcap", "c.pcap", "-o", "found.yaml", "--report", "found.html", "--json", "-q",
-                        "--calibration", "begin.yaml", "--set", "eyes.green.mount.yaw_deg=30.4", "--wish", "x_m=1e-5")
+                        "--calibration", "begin.yaml", "--set", "eyes.green.mount.yaw_deg=30.4")
     return status, json.loads(out.getvalue()), folder
 
 

@@ -20,7 +20,7 @@ import pytest
 from conftest import PATIENCE_S
 
 import lumsdk
-from lumsdk import _laser, _refusal, _session
+from lumsdk import _commands, _laser, _session
 
 # Addresses of this file: one for each sensor, so that no test waits for another's port.
 _numbers = itertools.count(1)
@@ -605,12 +605,12 @@ def test_wrong_types_tell_what_would_be_right(simulated, call, says):
 
 
 def test_refusals_are_read_as_lumctl_reads_them():
-    assert _refusal.refusal_of("50p", ["refused 50p: too much"]) == "refused 50p: too much"
-    assert _refusal.refusal_of("50p", ["50p set"]) is None
-    assert _refusal.refusal_of("50p", ["50p not set"]) is not None
-    assert _refusal.refusal_of("50p", ["fan at 20 %"]) is None
-    assert _refusal.refusal_of("50p", ["command denied"]) is not None
-    assert _refusal.refusal_of("50p", []) is None
+    assert _commands.refusal_of("50p", ["refused 50p: too much"]) == "refused 50p: too much"
+    assert _commands.refusal_of("50p", ["50p set"]) is None
+    assert _commands.refusal_of("50p", ["50p not set"]) is not None
+    assert _commands.refusal_of("50p", ["fan at 20 %"]) is None
+    assert _commands.refusal_of("50p", ["command denied"]) is not None
+    assert _commands.refusal_of("50p", []) is None
 
 
 def test_the_clock_is_told(simulated):

@@ -11,7 +11,7 @@ import support  # noqa: F401  the package's place
 
 import lumsdk
 from lumsdk.fleet import _arguments, _folders, _journal, _manifest, _report, main
-from lumsdk.fleet._errors import FleetError
+from lumsdk.fleet._errors import FleetError, Usage
 from lumsdk.fleet._inputs import captures, stem, translate
 from lumsdk.fleet._ledger import Ledger
 from lumsdk.fleet._lock import Lease, lock
@@ -80,13 +80,13 @@ def test_a_name_without_a_capture_is_refused(tmp_path, name):
     (tmp_path / "empty").mkdir()
     with pytest.raises(FleetError, match=re.escape(name)) as refused:
         found(tmp_path / name)
-    assert refused.value.status == 1
+    assert not isinstance(refused.value, Usage)
 
 
 def test_a_sensor_is_no_capture():
     with pytest.raises(FleetError, match="lumdump") as refused:
         found("udp://10.42.0.37")
-    assert refused.value.status == 2
+    assert isinstance(refused.value, Usage)
 
 
 def test_a_link_to_a_folder_above_is_not_followed(tmp_path):
@@ -119,7 +119,7 @@ def row(tmp_path, name="a", **other):
 def test_two_captures_of_one_name_are_refused(ledger, tmp_path):
     with pytest.raises(FleetError, match=r"a\.pcap(ng)? and .*a\.pcap(ng)? would both be a\.ply") as refused:
         plan(ledger, tmp_path, "a.pcap", "a.pcapng")
-    assert refused.value.status == 2
+    assert isinstance(refused.value, Usage)
 
 
 def test_a_capture_that_is_named_twice_is_one(ledger, tmp_path):
@@ -362,7 +362,7 @@ def test_a_run_whose_lease_was_taken_stops_and_leaves_the_other_s_files(tmp_path
             run.convert()
     finally:
         run.close()
-    assert refused.value.status == 1
+    assert not isinstance(refused.value, Usage)
     left = {str(p.relative_to(tmp_path / "out")): p.read_text() for p in (tmp_path / "out").rglob("*") if p.is_file()}
     assert left.pop(".lumfleet/reserve", "") is not None and left == others
 
@@ -415,7 +415,7 @@ def test_a_folder_that_is_made_just_now_is_not_removed(tmp_path, monkeypatch):
 def test_arguments_that_are_refused(arguments, sentence):
     with pytest.raises(FleetError, match=sentence) as refused:
         _arguments.parse(arguments)
-    assert refused.value.status == 2
+    assert isinstance(refused.value, Usage)
 
 
 @pytest.mark.parametrize("arguments, sentence", [
@@ -431,7 +431,7 @@ def test_values_are_refused_with_lumdump_s_sentence(arguments, sentence):
     options = _arguments.parse(["a", "--out", "o", "--format", "ply", *arguments])
     with pytest.raises(FleetError, match=re.escape(sentence)) as refused:
         _arguments.job(options, "run", "0")
-    assert refused.value.status == 2
+    assert isinstance(refused.value, Usage)
 
 
 def test_options_are_told_with_what_is_in_their_files(tmp_path):

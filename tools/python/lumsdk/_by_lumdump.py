@@ -14,9 +14,8 @@ from ._c import LOSSES
 from ._errors import OptionError
 from ._formats import WRITERS, AnyTarget
 from ._inputs import Files, Stream, open_input
-from ._plan import PATTERN, Plan
+from ._plan import PATTERN, Plan, Summary
 from ._programs import left_out_of
-from ._summary import Summary
 from ._table import extra
 from ._target import Target, UrlTarget, failed, is_url, local_for
 

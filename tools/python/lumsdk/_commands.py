@@ -2,15 +2,15 @@
 from __future__ import annotations
 
 import operator
+import re
 import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, Optional
 
 from ._c import ffi, lib, text
 from ._connection import Connection
 from ._errors import OptionError, SensorError
 from ._laser import LaserControl, news_of
-from ._refusal import refusal_of
 from ._session import Answer, Event, now_ns, printable
 
 _PUMP_S = 0.2
@@ -173,3 +173,28 @@ def check_commands(commands: str) -> None:
                               "separated by one space")
         if command.id in (lib.LUM_COMMAND_LASER_ON, lib.LUM_COMMAND_LASER_OFF):
             raise OptionError(f"{commands!r}: the laser is switched by laser_on() and laser_off(), which see what it does")
+
+
+# --- What a sensor answers ---
+
+_REFUSES = ("refus", "reject", "invalid", "error", "unknown", "denied", "cannot", "out of range", "malformed", "illegal",
+            "not allowed", "unsupported")
+_CONFIRMS = frozenset(("set", "done", "ok", "accepted", "applied"))
+_DOUBTS = frozenset(("not", "no", "range", "limit", "failed", "max", "min", "must"))
+
+
+def _words(text: str) -> set[str]:
+    return set(re.findall(r"[A-Za-z0-9]+", text))
+
+
+def refusal_of(command: str, debug: Iterable[str]) -> Optional[str]:
+    """What the sensor said, where it refused a command or something that it does not name; None: it did not."""
+    refuses = False
+    for line in debug:
+        lower = line.lower()
+        words = _words(lower)
+        says_no = any(stem in lower for stem in _REFUSES)
+        confirms = bool(words & _CONFIRMS) and not words & _DOUBTS and not says_no
+        is_named = any(word in _words(line) for word in command.split())
+        refuses = refuses or (is_named and not confirms) or (not is_named and says_no)
+    return "; ".join(debug) if refuses else None

@@ -22,8 +22,7 @@ from ._points_file import FORMATS, OF_MESSAGES, Messages, PointsFile
 from ._poses import Motion, Poses
 from ._settings import Calibration, Profile
 from ._source import Source, open
-from ._plan import APPLIES, OF_TABLES, Plan, name_for
-from ._summary import Summary
+from ._plan import APPLIES, OF_TABLES, Plan, Summary, name_for
 from ._sync import refuse_set
 from ._table import OF_RAW, Layout, own_types
 from ._target import Target, UrlTarget, failed, is_url, local_for

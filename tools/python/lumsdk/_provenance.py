@@ -121,7 +121,3 @@ class Provenance:
                 self.notes.append(f"{name}: it has more than {lib.LUM_CAPTURE_COMMENTS_MAX} comments; what the rest say "
                                   "of its calibration and profile is ignored")
                 return
-
-    def has_changed(self, capture: Any) -> bool:
-        """Whether what was read since brought another calibration or profile."""
-        return len(self._others(comments(capture))) > len(self.others)

@@ -8,8 +8,9 @@ import sys
 import time
 import warnings
 from collections.abc import Iterator
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Optional, Protocol, TypeVar
 
+from ._c import VERSION
 from ._errors import Error, OptionError, install
 from ._signals import Signals, Stopped, die_of
 from ._target import Target
@@ -123,9 +124,9 @@ def need(module: str, what: str, extra: str) -> None:
         raise Error(f"{what} needs {shown}, which is not installed ({error}): {install(extra)}") from error
 
 
-def run(name: str, work: Callable[[list[str]], int], arguments: Optional[list[str]]) -> int:
+def run(name: str, work: Callable[[list[str]], int], arguments: Optional[list[str]], signals: Optional[Signals] = None) -> int:
     """Exit status 0 done, 1 failed, 2 bad arguments; a signal ends the program as a signal does."""
-    signals = Signals()
+    signals = signals or Signals()
     signals.install()
     try:
         status = work(sys.argv[1:] if arguments is None else arguments)
@@ -144,3 +145,34 @@ def run(name: str, work: Callable[[list[str]], int], arguments: Optional[list[st
     if status < 0:
         die_of(-status)
     return status
+
+
+class Asked(Protocol):
+    """What a command line asks every program for."""
+
+    quiet: bool
+    help: str
+    """The text to print; empty: none was asked for."""
+    version: bool
+
+
+_Options = TypeVar("_Options", bound=Asked)
+
+
+def main(name: str, parse: Callable[[list[str]], _Options], act: Callable[[_Options, Outputs, Progress], int],
+         arguments: Optional[list[str]], known: str = "") -> int:
+    """A program that reads captures and writes files; known: warnings that it does not pass on. Its exit status, as of run()."""
+    def work(words: list[str]) -> int:
+        options = parse(words)
+        if options.help or options.version:
+            print(options.help or f"{name} {VERSION}\n", end="")
+            return 0
+        outputs, progress = Outputs(), Progress(not options.quiet)
+        try:
+            with warnings_told(name, progress, not options.quiet, known):
+                return act(options, outputs, progress)
+        finally:
+            progress.clear()
+            outputs.drop()
+
+    return run(name, work, arguments)

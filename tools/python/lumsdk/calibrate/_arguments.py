@@ -2,16 +2,13 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Optional
 
 from .._command_line import Parser, check_apart, check_end
 from .._errors import OptionError
 from .._settings import Calibration, Profile, setting_of
-from ._result import KEYS, WISHES, ends
 
 HELP = """\
 Usage: lumcal eyes CAPTURE... [-o FILE] [OPTION]...
@@ -62,10 +59,6 @@ degrees to either side and rolled, one by about +12 degrees, the other by -12.
                               are only printed
       --report FILE           the residuals before and after, and the planes
                               that were found, as a page: .html
-      --wish KEY=SIGMA        standard deviation that is wished for, of all keys
-                              that end so, such as yaw_deg=0.01; can be given
-                              several times. How many more captures would reach
-                              it is told of each value that does not
 """ + _COMMON.format(calibration="where the search begins; default: the\n                              "
                      "captures' own, or typical values") + """
 Status 1 if the result is of no use: it is worse on faces left out of the fit
@@ -113,8 +106,6 @@ class Options:
     """The file's name; empty: none was named."""
     profile: Optional[Profile] = None
     set: list[str] = field(default_factory=list)
-    wishes: dict[str, float] = field(default_factory=lambda: dict(WISHES))
-    """Standard deviations by the ends of keys; the last that fits counts."""
     sensor: Optional[str] = None
     json: bool = False
     quiet: bool = False
@@ -151,7 +142,6 @@ def _parser(command: str) -> Parser:
     for name in _VALUES:
         parser.add_argument(f"--{name}")
     parser.add_argument("--set", action="append", default=[])
-    parser.add_argument("--wish", action="append", default=[])
     for name in ("json", "help", "version"):
         parser.add_argument(f"--{name}", action="store_true")
     parser.add_argument("-q", "--quiet", action="store_true")
@@ -165,8 +155,6 @@ def _check_outputs(command: str, given: argparse.Namespace) -> None:
     else:
         if given.report is not None:
             raise OptionError("--report does not go with check, which draws a picture: -o FILE.png")
-        if given.wish:
-            raise OptionError("--wish does not go with check: it is about what eyes finds")
         check_end("--output", given.output, ".png")
     check_apart((given.output, given.report), (*given.captures, given.calibration, given.profile))
 
@@ -194,25 +182,6 @@ def _settings(given: argparse.Namespace, options: Options) -> None:
     options.begin()  # refuses what --set cannot mean
 
 
-def _wishes(given: Sequence[str]) -> dict[str, float]:
-    """What is wished for, and what usually is."""
-    made = dict(WISHES)
-    for pair in given:
-        key, is_pair, value = pair.partition("=")
-        if not any(ends(known, key) for known in KEYS):
-            raise OptionError(f"--wish: {pair}: no value has a key that ends in '{key}'; there are {', '.join(WISHES)}, also with "
-                              "what is in front of them, as in green.mount.yaw_deg")
-        try:
-            sigma = float(value)
-        except ValueError:
-            sigma = math.nan
-        if not is_pair or not 0 < sigma < math.inf:
-            raise OptionError(f"--wish: {pair}: KEY=SIGMA is needed, a standard deviation above 0 in the unit of the key")
-        made.pop(key, None)
-        made[key] = sigma
-    return made
-
-
 def parse(arguments: list[str]) -> Options:
     """The options, of which each was looked at by itself; OptionError: what is wrong."""
     command = arguments[0] if arguments else ""
@@ -227,6 +196,6 @@ def parse(arguments: list[str]) -> Options:
     _check_captures(command, given.captures)
     _check_outputs(command, given)
     options = Options(command, given.captures, given.output, given.report, calibration_name=given.calibration or "",
-                      set=given.set, wishes=_wishes(given.wish), sensor=given.sensor, json=given.json, quiet=given.quiet)
+                      set=given.set, sensor=given.sensor, json=given.json, quiet=given.quiet)
     _settings(given, options)
     return options

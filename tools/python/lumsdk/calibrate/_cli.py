@@ -5,8 +5,8 @@ import json
 import sys
 from typing import Optional
 
-from .._c import VERSION
-from .._run import Outputs, Progress, need, run, told, warnings_told
+from .. import _run
+from .._run import Outputs, Progress, need, told
 from ._arguments import Options, parse
 
 NAME = "lumcal"
@@ -29,7 +29,7 @@ def eyes(options: Options, outputs: Outputs, progress: Progress) -> int:
     progress(f"reading {count} capture{'' if count == 1 else 's'} and solving")
     reading = options.of_grid()
     solution = _eyes.run(_eyes.Options(options.captures, options.calibration, reading.pop("profile", None), reading,
-                                       options.of_calibration(), options.calibration_name, options.wishes))
+                                       options.of_calibration(), options.calibration_name))
     progress.clear()
     outputs.write(options.report, lambda: _report.page(solution).encode())
     why = _tell.not_written(solution)
@@ -64,24 +64,10 @@ def check(options: Options, outputs: Outputs, progress: Progress) -> int:
     return 0 if found.verdict == "meet" else 1
 
 
-def work(arguments: list[str]) -> int:
-    """Do what the command line asks for; the exit status."""
-    options = parse(arguments)
-    if options.help or options.version:
-        print(options.help or f"lumcal {VERSION}\n", end="")
-        return 0
-    outputs, progress = Outputs(), Progress(not options.quiet)
-    try:
-        with warnings_told(NAME, progress, not options.quiet, _KNOWN):
-            return (eyes if options.command == "eyes" else check)(options, outputs, progress)
-    finally:
-        progress.clear()
-        outputs.drop()
-
-
 def main(arguments: Optional[list[str]] = None) -> int:
     """Exit status 0 done, 1 failed, 2 bad arguments; a signal ends it as a signal does."""
-    return run(NAME, work, arguments)
+    return _run.main(NAME, parse, lambda options, *made: (eyes if options.command == "eyes" else check)(options, *made), arguments,
+                     _KNOWN)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from ._faces import Scene, begin, join, observe, rejoin, without
 from ._match import look, place_all
 from ._model import CALIBRATION_COUNT, ORDERS, Eye, State, fixed_of, priors, tangents, values_of
 from ._planes import Grid, grid
-from ._result import KEYS, WISHES, Array, Parameter, Plane, Residuals, Solution, ends
+from ._result import KEYS, WISHES, Array, Parameter, Plane, Residuals, Solution
 from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, estimate_spread, linearise, solve, untold
 from ._tell import ADD_TWO, MOUNT, bends, exchange, more_captures, not_written
 
@@ -61,8 +61,6 @@ class Options:
     """Pairs KEY=VALUE on top of the calibration."""
     named: str = ""
     """How the calibration is called, where one is given."""
-    wishes: dict[str, float] = field(default_factory=lambda: dict(WISHES))
-    """Standard deviations that are wished for, by the ends of keys; the last that fits counts."""
 
 
 @dataclass
@@ -495,8 +493,7 @@ def run(options: Options) -> Solution:
     grids = [grid(capture, options.profile, calibration=calibration, **options.reading) for capture in options.captures]
     solution = solve_grids(grids, calibration)
     for parameter in solution.parameters:
-        wishes = [sigma for end, sigma in options.wishes.items() if ends(parameter.key, end)]
-        parameter.wish = wishes[-1] if wishes else float("inf")
+        parameter.wish = next((sigma for end, sigma in WISHES.items() if parameter.key.endswith(end)), float("inf"))
     solution.began = (began or "a given one") + (" and --set" if options.changes else "")
     return solution
 

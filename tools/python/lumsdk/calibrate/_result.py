@@ -19,12 +19,8 @@ KEYS = tuple(f"{eye}.{key}" for eye in EYES for key in EYE_KEYS) + tuple(f"green
 
 WISHES = {"tof_offset_ps": 33.0, "width_deg": 0.015, "min_deg": 0.03, "max_deg": 0.03, "x_m": 0.003, "y_m": 0.003, "z_m": 0.003,
           "roll_deg": 0.017, "pitch_deg": 0.017, "yaw_deg": 0.017}
-"""Standard deviations that are wished for, by a key's end: half of what docs/calibrate-accuracy.md allows of mild walls, as for 95 of 100."""
-
-
-def ends(key: str, end: str) -> bool:
-    """Whether a key is one, or has it as its last parts."""
-    return f".{key}".endswith(f".{end}")
+"""Standard deviations that are wished for, by a key's end: half of what docs/calibrate-accuracy.md allows of mild walls, as for
+95 of 100."""
 
 
 @dataclass

@@ -6,11 +6,11 @@ import hashlib
 import json
 import os
 import subprocess
-import sys
 import tempfile
 import warnings
-from typing import Any, NoReturn, Optional
+from typing import Any, NoReturn
 
+from .. import _run
 from ._errors import FleetError, Usage
 from ._job import LUMDUMP_FORMATS, PYTHON_FORMATS, Job, find_lumdump
 from ._names import printable
@@ -259,6 +259,6 @@ def local_jobs(options: argparse.Namespace) -> int:
         return os.cpu_count() or 1
 
 
-def told(text: str, prefix: Optional[str] = "lumfleet: ") -> None:
+def told(text: str) -> None:
     """A line for the user, apart from the summary."""
-    print(printable(f"{prefix}{text}"), file=sys.stderr, flush=True)
+    _run.told("lumfleet", printable(text))

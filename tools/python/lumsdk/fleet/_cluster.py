@@ -10,7 +10,7 @@ from typing import Any
 
 from .._target import is_url
 from .._errors import install
-from ._errors import FleetError, WorkerDied
+from ._errors import FleetError, Usage, WorkerDied
 from ._job import Job
 from ._work import Converter
 
@@ -85,12 +85,12 @@ def _name_ourselves(ray: Any) -> None:
 def _check_address(address: str) -> None:
     """Ray itself takes minutes to find that nobody answers."""
     if is_url(address):
-        raise FleetError(f"--address: '{address}' is not HOST:PORT of a cluster's first machine, such as ray-head:6379, and not"
-                         " auto; run lumfleet on a machine of the cluster", 2)
+        raise Usage(f"--address: '{address}' is not HOST:PORT of a cluster's first machine, such as ray-head:6379, and not"
+                         " auto; run lumfleet on a machine of the cluster")
     host, colon, port = address.rpartition(":")
     if not colon or not port.isdigit():
         if address != "auto":
-            raise FleetError(f"--address: '{address}' is not HOST:PORT, such as ray-head:6379, and not auto", 2)
+            raise Usage(f"--address: '{address}' is not HOST:PORT, such as ray-head:6379, and not auto")
         return
     try:
         socket.create_connection((host.strip("[]"), int(port)), timeout=CONNECT_S).close()

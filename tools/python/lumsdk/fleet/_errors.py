@@ -1,13 +1,15 @@
 """What ends a run before it begins, or makes it stop."""
 from __future__ import annotations
 
+from .._errors import Error, OptionError
+from ._names import printable
 
-class FleetError(Exception):
-    """A run cannot begin or go on. The text is for the user; status is that of the program."""
 
-    def __init__(self, text: str, status: int = 1) -> None:
-        super().__init__(text)
-        self.status = status
+class FleetError(Error):
+    """A run cannot begin or go on. The text is for the user."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(printable(text))
 
 
 class WorkerDied(Exception):
@@ -18,8 +20,5 @@ class LockTaken(FleetError):
     """Another run writes to OUT: this one may not touch it any more."""
 
 
-class Usage(FleetError):
+class Usage(FleetError, OptionError):
     """Arguments that are wrong."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__(text, 2)

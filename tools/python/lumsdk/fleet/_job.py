@@ -1,12 +1,13 @@
 """What all captures of a run have in common, and lumdump, which converts them."""
 from __future__ import annotations
 
-import importlib
 import os
 import shutil
 from dataclasses import dataclass
 from typing import Optional
 
+from .._errors import Error
+from .._programs import find
 from ._errors import FleetError
 
 LUMDUMP_FORMATS = ("ply", "pcd", "las", "csv", "xyz", "png", "pcap", "pcapng")
@@ -38,17 +39,8 @@ def find_lumdump(likely: str = "") -> str:
     if found:
         return found
     try:
-        return _programs("lumdump")
-    except FleetError:
+        return find("lumdump")
+    except Error as error:
         if likely and os.access(likely, os.X_OK):
             return likely
-        raise
-
-
-def _programs(name: str) -> str:
-    import lumsdk
-
-    try:
-        return str(importlib.import_module("lumsdk._programs").find(name))
-    except lumsdk.Error as error:
         raise FleetError(str(error)) from error

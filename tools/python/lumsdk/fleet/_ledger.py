@@ -8,7 +8,7 @@ import sqlite3
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple, Optional
 
-from ._errors import FleetError
+from ._errors import Usage
 from ._inputs import Capture
 from ._names import to_name, to_text
 from ._places import Entry
@@ -71,8 +71,8 @@ class Ledger:
         first = self._base.execute("SELECT source FROM plan WHERE output = ?", (output,)).fetchone()[0]
         if first == source:
             return
-        raise FleetError(f"{first} and {source} would both be {output}: name a folder that has both, or put a pattern in"
-                         " quotes, so that the outputs keep the folders' names", 2)
+        raise Usage(f"{first} and {source} would both be {output}: name a folder that has both, or put a pattern in"
+                         " quotes, so that the outputs keep the folders' names")
 
     def see(self, entries: Iterable[Entry]) -> None:
         """The outputs that are there, by their names in the manifest."""
@@ -127,8 +127,8 @@ def _state(record: Record, source: str, size: int, stamp: str, options: str, the
     """Whether to convert, and the digest of the bytes of which the output was made, if only the
     stamp says that they may be others."""
     if record["source"] != source and there is not None:
-        raise FleetError(f"{record['output']} was made of {record['source']}, which {source} would replace: name another"
-                         " --out, or --again to make all anew", 2)
+        raise Usage(f"{record['output']} was made of {record['source']}, which {source} would replace: name another"
+                         " --out, or --again to make all anew")
     if record["status"] != "done" or record["options"] != options or there != record["output_size"]:
         return True, ""
     if record["size"] != size:

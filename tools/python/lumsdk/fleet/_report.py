@@ -2,12 +2,11 @@
 from __future__ import annotations
 
 import json
-import os
-import sys
 import time
 from collections import Counter
 from typing import Any
 
+from .. import _run
 from .._c import LOSSES
 from ._ledger import Record, Totals
 
@@ -39,15 +38,13 @@ def captures(count: int) -> str:
     return f"{count:,} capture{'' if count == 1 else 's'}"
 
 
-class Progress:
+class Progress(_run.Progress):
     """One line on a terminal; nothing elsewhere."""
 
     def __init__(self, totals: Totals, is_on: bool) -> None:
+        super().__init__(is_on)
         self._totals = totals
-        self._is_on = is_on and sys.stderr.isatty()
         self._begin = self._begun = self._last = time.monotonic()
-        self._shown = 0.0
-        self._width = 0
         self.done = self.size = self.failed = 0
 
     def add(self, record: Record, planned_size: int) -> None:
@@ -80,21 +77,8 @@ class Progress:
         return text
 
     def show(self) -> None:
-        now = time.monotonic()
-        if self._is_on and now - self._shown >= PERIOD_S:
-            self._shown = now
-            room = (os.get_terminal_size(sys.stderr.fileno()).columns or 80) - 1
-            text = self.line()[:room]
-            sys.stderr.write("\r" + text.ljust(self._width))
-            sys.stderr.flush()
-            self._width = len(text)
-
-    def clear(self) -> None:
-        if self._is_on and self._width:
-            sys.stderr.write("\r" + " " * self._width + "\r")
-            sys.stderr.flush()
-            self._width = 0
-            self._shown = 0.0
+        if time.monotonic() - self._shown_s >= PERIOD_S:
+            self(self.line())
 
 
 class Summary:

@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any, Optional
 
-from .._c import LOSSES
+from .._c import LOSSES, VERSION
 from .._programs import left_out_of
 from .._target import is_url
 from ._folders import WorkFolder
@@ -64,7 +64,7 @@ class Converter:
         if mark != self._job.run:
             return {"error": f"{os.uname().nodename} does not see {self._job.out}: all machines of a cluster need it by this"
                              " name; name a shared folder or an object store"}
-        return {"pid": os.getpid(), "version": version()}
+        return {"pid": os.getpid(), "version": VERSION}
 
     def close(self) -> None:
         """Removes what it has on this machine."""
@@ -219,12 +219,6 @@ def counted(summary: Any) -> Record:
     """lumsdk.convert()'s summary as columns of the manifest; it does not tell all of them."""
     return {"truncated": bool(summary["truncated"]), "left_out": summary["left_out"], **{name: summary.get(name) for name in COUNTS},
             **{name: summary["losses"].get(name, 0) for name in LOSSES}}
-
-
-def version() -> str:
-    import lumsdk
-
-    return lumsdk.__version__
 
 
 def _digest(path: str) -> str:

@@ -9,9 +9,11 @@ import time
 from contextlib import suppress
 from typing import Any, Optional
 
-from .._signals import Signals, Stopped, die_of
+from .._c import VERSION
+from .._run import run
+from .._signals import Signals
 from . import _arguments, _journal, _manifest
-from ._errors import FleetError, LockTaken
+from ._errors import FleetError, LockTaken, Usage
 from ._folders import WorkFolder, remove_dead
 from ._inputs import captures
 from ._job import Job
@@ -23,7 +25,7 @@ from ._lock import lock
 from ._places import Local, Place, place
 from ._schedule import Crew, Schedule
 from ._report import Progress, Summary, plan_json, plan_text
-from ._work import MARK, PARTS, version
+from ._work import MARK, PARTS
 
 RESERVE = ".lumfleet/reserve"
 RESERVE_OF_ROW = 512
@@ -45,7 +47,7 @@ class Run:
         """Refuses what cannot be done as a whole, before anything is written."""
         o = self._options
         if self._out.kind() == "file":
-            raise FleetError(f"--out: {o.out}: is a file; a folder is needed", 2)
+            raise Usage(f"--out: {o.out}: is a file; a folder is needed")
         self._ledger.plan(captures(o.inputs, o.endpoint, self._out.url), o.format)
         is_there = False
         for record in self._known():
@@ -237,33 +239,20 @@ def work(arguments: list[str], signals: Signals) -> int:
         print(_arguments.HELP, end="")
         return 0
     if options.version:
-        print(f"lumfleet {version()}")
+        print(f"lumfleet {VERSION}")
         return 0
-    run = Run(options, _arguments.job(options, run_name(), version()), signals)
+    made = Run(options, _arguments.job(options, run_name(), VERSION), signals)
     try:
-        run.plan()
-        return run.dry() if options.dry_run else run.convert()
+        made.plan()
+        return made.dry() if options.dry_run else made.convert()
     finally:
-        run.close()
+        made.close()
 
 
 def main(arguments: Optional[list[str]] = None) -> int:
     """Exit status 0 done, 1 failed, 2 bad arguments; a signal ends it as a signal does."""
     signals = Signals()
-    signals.install()
-    try:
-        status = work(sys.argv[1:] if arguments is None else arguments, signals)
-    except FleetError as error:
-        _arguments.told(str(error))
-        status = error.status
-    except OSError as error:
-        _arguments.told(str(error))
-        status = 1
-    except Stopped:
-        status = -signals.caught
-    if status < 0:
-        die_of(-status)
-    return status
+    return run("lumfleet", lambda words: work(words, signals), arguments, signals)
 
 
 if __name__ == "__main__":

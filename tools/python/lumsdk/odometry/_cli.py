@@ -6,9 +6,10 @@ from typing import Optional
 
 import numpy as np
 
+from .. import _run
 from .._c import VERSION
 from .._errors import CaptureError
-from .._run import Outputs, Progress, need, run, warnings_told
+from .._run import Outputs, Progress, need
 from ._arguments import Options, parse
 
 NAME = "lumodom"
@@ -52,24 +53,9 @@ def odometry(options: Options, outputs: Outputs, progress: Progress) -> int:
     return 0
 
 
-def work(arguments: list[str]) -> int:
-    """Do what the command line asks for; the exit status."""
-    options = parse(arguments)
-    if options.help or options.version:
-        print(options.help or f"{NAME} {VERSION}\n", end="")
-        return 0
-    outputs, progress = Outputs(), Progress(not options.quiet)
-    try:
-        with warnings_told(NAME, progress, not options.quiet):
-            return odometry(options, outputs, progress)
-    finally:
-        progress.clear()
-        outputs.drop()
-
-
 def main(arguments: Optional[list[str]] = None) -> int:
     """Exit status 0 done, 1 failed, 2 bad arguments; a signal ends it as a signal does."""
-    return run(NAME, work, arguments)
+    return _run.main(NAME, parse, odometry, arguments)
 
 
 if __name__ == "__main__":
