@@ -1,6 +1,6 @@
 /** @file
- * Where points lie in a picture whose rows and columns lie as the world does:
- * rows of equal elevation, the highest first, and columns of equal azimuth,
+ * Where points lie in a picture whose rows and columns lie as the world does.
+ * Rows are of equal elevation, the highest first, and columns of equal azimuth,
  * from left to right as one looks forward.
  *
  * Angles are seen from the origin of the points, which is that of the sensor:

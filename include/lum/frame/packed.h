@@ -1,7 +1,7 @@
 /** @file
- * Frames as messages for a page that draws them: about 9 bytes a point, in
- * pieces of whole lines that are spread over the frame, so that the first
- * pieces already show all of it, coarsely. lumview sends them
+ * Frames as messages for a page that draws them, about 9 bytes a point. Each
+ * message is a piece of whole lines that are spread over the frame, so that the
+ * first pieces already show all of it, coarsely. lumview sends them
  * (docs/look.md).
  *
  * A message is one piece, and says all of its frame. Numbers are

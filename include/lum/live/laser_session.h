@@ -1,8 +1,8 @@
 /** @file
- * A live sensor, and its laser, in the hands of one owner: the rules for what
- * is sent when a laser is to go on, falls, is refused or does not answer, and
- * what is to be said of a sensor that falls silent, moves or restarts
- * (docs/safety.md; docs/protocol.md, sections 3 to 5).
+ * The laser session: the one owner of a live sensor and its laser. It has the
+ * rules for what is sent when a laser is to go on, falls, is refused or does
+ * not answer, and what is to be said of a sensor that falls silent, moves or
+ * restarts (docs/safety.md; docs/protocol.md, sections 3 to 5).
  *
  * A laser session stands beside the session with a sensor (lum/net/sensor.h).
  * It has no thread, calls nothing back and prints nothing: the program hands it
