@@ -1,8 +1,7 @@
 #include "lum/capture/capture.h"
 
 #include "base/sized.h"
-#include "capture_open.h"
-#include "capture_state.h"
+#include "capture_internal.h"
 #include "fragments.h"
 #include "joined.h"
 #include "link.h"

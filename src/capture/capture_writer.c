@@ -1,7 +1,7 @@
-#include "capture_writer.h"
 #include "base/outfile_io.h"
 #include "base/sized.h"
 #include "byte_order.h"
+#include "capture_internal.h"
 #include "link.h"
 #include "lum/capture/capture.h"
 #include "pcapng_writer.h"

@@ -1,6 +1,7 @@
 #include "comments.h"
 
 #include "lum/capture/capture.h"
+#include "mcap_records.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -80,4 +81,60 @@ const char *lum_comments_get(const lum_comments *comments, size_t i,
 uint64_t lum_comments_left_out(const lum_comments *comments)
 {
     return comments->left_out;
+}
+
+/* --- Those of an MCAP file of this project --- */
+
+/* Between two documents. */
+#define RULE       "\n---\n"
+#define RULE_BYTES 5u
+
+static bool begins_with_rule(lum_bytes_at text)
+{
+    return text.len >= RULE_BYTES && memcmp(text.at, RULE, RULE_BYTES) == 0;
+}
+
+/* The end of a line before a rule is the document's. */
+static void split(lum_bytes_at text,
+                  void (*take)(void *context, const uint8_t *text, size_t len),
+                  void *context)
+{
+    lum_bytes_at left = text;
+    const uint8_t *begin = text.at;
+    while (left.len > 0) {
+        if (begins_with_rule(left)) {
+            take(context, begin, (size_t)(left.at + 1 - begin));
+            left.at += RULE_BYTES - 1u;
+            left.len -= RULE_BYTES - 1u;
+            begin = left.at + 1;
+        }
+        left.at++;
+        left.len--;
+    }
+    if (left.at > begin) {
+        take(context, begin, (size_t)(left.at - begin));
+    }
+}
+
+void lum_mcap_comments_read(const uint8_t *content, size_t len,
+                            void (*take)(void *context, const uint8_t *text,
+                                         size_t len),
+                            void *context)
+{
+    lum_bytes_at record = {content, len};
+    lum_bytes_at name;
+    lum_bytes_at pairs;
+    lum_bytes_at key;
+    lum_bytes_at value;
+    if (!lum_mcap_take_text(&record, &name) ||
+        !lum_mcap_is_text(name, "lumsdk") ||
+        !lum_mcap_take_text(&record, &pairs)) {
+        return;
+    }
+    while (lum_mcap_take_text(&pairs, &key) &&
+           lum_mcap_take_text(&pairs, &value)) {
+        if (lum_mcap_is_text(key, "provenance")) {
+            split(value, take, context);
+        }
+    }
 }

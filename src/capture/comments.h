@@ -1,5 +1,6 @@
 /** @file
- * The comments of a capture file's sections. Internal to the capture room. */
+ * The comments of a capture file: those of pcapng sections, and the documents
+ * in the metadata of an MCAP file. Internal to the capture room. */
 #ifndef LUM_CAPTURE_COMMENTS_H
 #define LUM_CAPTURE_COMMENTS_H
 
@@ -27,5 +28,14 @@ size_t lum_comments_count(const lum_comments *comments);
 const char *lum_comments_get(const lum_comments *comments, size_t i,
                              size_t *len);
 uint64_t lum_comments_left_out(const lum_comments *comments);
+
+/** Hand out the documents of a record of metadata, each as a text. Of others'
+ * records, and of damaged ones, there are none.
+ * @param content of the record.
+ * @param take    gets each; live until it returns. */
+void lum_mcap_comments_read(const uint8_t *content, size_t len,
+                            void (*take)(void *context, const uint8_t *text,
+                                         size_t len),
+                            void *context);
 
 #endif

@@ -2,7 +2,6 @@
 
 #include "link.h"
 #include "unpack.h"
-#include "wrapping.h"
 
 #include <stdlib.h>
 
@@ -15,8 +14,9 @@ struct lum_input {
     uint64_t records;
     uint32_t link_type; /* of the first interface that is supported; else of the
                            first one */
-    bool has_wrapped;   /* without an interface that is read: */
-    lum_wrapping wrapped; /* what packets of a G2 stand in */
+    /* Without an interface that is read: */
+    size_t hidden_at;     /* lum_link_find_hidden() of a packet; 0: of none */
+    uint32_t hidden_link; /* the link type of that */
 };
 
 /* Whether there is a first byte; a directory gives its error here. 1: there is
@@ -56,24 +56,23 @@ static bool is_supported(uint32_t link_type)
 
 static int refuse_link(const lum_input *in, lum_error *error)
 {
-    char remedy[LUM_WRAPPING_TEXT_BYTES] = "";
-    if (in->has_wrapped) {
-        (void)lum_wrapping_remedy(&in->wrapped, remedy);
+    char remedy[LUM_LINK_REMEDY_BYTES] = "";
+    if (in->hidden_at != 0) {
+        (void)lum_link_remedy(in->hidden_link, in->hidden_at, remedy);
     }
     return lum_error_set(
         error, "%s: link type %lu (%s) is not supported; supported are %s%s%s",
         in->source->name, (unsigned long)in->link_type,
         lum_link_name(in->link_type), lum_link_supported(),
-        in->has_wrapped ? "; packets of a G2 are in it: " : "", remedy);
+        in->hidden_at != 0 ? "; packets of a G2 are in it: " : "", remedy);
 }
 
 static void look_inside(lum_input *in, const lum_pcap_record *record)
 {
-    if (!in->has_wrapped && in->records < LOOKS_MAX) {
-        in->has_wrapped =
-            lum_wrapping_find(record->link_type,
-                              (lum_span){record->bytes, record->len},
-                              &in->wrapped) == LUM_WRAPPED_OURS;
+    if (in->hidden_at == 0 && in->records < LOOKS_MAX) {
+        in->hidden_link = record->link_type;
+        in->hidden_at = lum_link_find_hidden(
+            record->link_type, (lum_span){record->bytes, record->len});
     }
 }
 
@@ -81,7 +80,7 @@ static void look_inside(lum_input *in, const lum_pcap_record *record)
 static int refuse_all(lum_input *in, lum_error *error)
 {
     lum_pcap_record record;
-    while (!in->has_wrapped && in->records < LOOKS_MAX &&
+    while (in->hidden_at == 0 && in->records < LOOKS_MAX &&
            lum_pcap_next(in->reader, &record, NULL) == 1) {
         look_inside(in, &record);
         in->records++;

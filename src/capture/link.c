@@ -2,6 +2,10 @@
 
 #include "byte_order.h"
 
+#include "lum/wire.h"
+
+#include <stdio.h>
+
 enum {
     ETHERTYPE_IPV4 = 0x0800,
     ETHERTYPE_8021Q = 0x8100,
@@ -9,7 +13,11 @@ enum {
     ETHERTYPE_QINQ = 0x9100,
     TAG_BYTES = 4,
     LOOPBACK_BYTES = 4,
-    AF_INET_EVERYWHERE = 2
+    AF_INET_EVERYWHERE = 2,
+    DSA_FIRST = 281, /* link types that Wireshark's tools may not know */
+    DSA_LAST = 285,
+    PROTOCOL_UDP = 17,
+    SEARCHED_BYTES = 256 /* of a frame, for a packet of a G2 */
 };
 
 static lum_span behind(lum_span span, size_t bytes)
@@ -149,4 +157,54 @@ const char *lum_link_name(uint32_t link_type)
         }
     }
     return "unknown";
+}
+
+/* --- Packets that are not read as they stand --- */
+
+/* IPv4 without options, and UDP with the magic. */
+static bool is_of_a_g2(lum_span packet)
+{
+    const size_t headers = IPV4_BYTES + UDP_BYTES;
+    uint8_t type = 0;
+    return packet.at[0] == 0x45 && packet.at[9] == PROTOCOL_UDP &&
+           lum_header_decode(packet.at + headers, packet.len - headers,
+                             &type) != LUM_E_FOREIGN;
+}
+
+/* Whether a packet there is read, whatever is wrong with its lengths. */
+static bool is_read(uint32_t link_type, lum_span frame, size_t at)
+{
+    lum_span packet;
+    lum_link_reader *const reader = lum_link_find(link_type);
+    return reader != NULL && reader(frame, &packet) &&
+           packet.at == frame.at + at;
+}
+
+size_t lum_link_find_hidden(uint32_t link_type, lum_span frame)
+{
+    const size_t end = frame.len < SEARCHED_BYTES ? frame.len : SEARCHED_BYTES;
+    const lum_span searched = {frame.at, end};
+    const size_t needed = IPV4_BYTES + UDP_BYTES + LUM_HEADER_BYTES;
+    for (size_t at = 1; at + needed <= end; at++) {
+        if (is_of_a_g2(behind(searched, at))) {
+            return is_read(link_type, frame, at) ? 0 : at;
+        }
+    }
+    return 0;
+}
+
+const char *lum_link_remedy(uint32_t link_type, size_t hidden_at,
+                            char out[LUM_LINK_REMEDY_BYTES])
+{
+    const bool is_raw = lum_link_find(link_type) == read_raw;
+    if (link_type >= DSA_FIRST && link_type <= DSA_LAST) {
+        (void)snprintf(out, LUM_LINK_REMEDY_BYTES,
+                       "record at a port of the switch, such as lan1, where "
+                       "packets have no tag");
+    } else {
+        (void)snprintf(out, LUM_LINK_REMEDY_BYTES,
+                       "strip them by editcap -C %zu -L%s IN OUT", hidden_at,
+                       is_raw ? "" : " -T rawip4");
+    }
+    return out;
 }

@@ -55,4 +55,19 @@ const char *lum_link_supported(void);
 /** What a link type is called, for messages; "unknown" of most. */
 const char *lum_link_name(uint32_t link_type);
 
+/** Find a packet of a G2 that is not read as the frame stands: in a tunnel,
+ * behind a switch's tags, or on a link layer that is not read.
+ * @param frame the captured bytes; none outside of it is read.
+ * @return bytes before its IPv4 header; 0: there is none, or it is read. */
+size_t lum_link_find_hidden(uint32_t link_type, lum_span frame);
+
+/** Bytes that every text of lum_link_remedy() fits, the NUL included. */
+#define LUM_LINK_REMEDY_BYTES 96u
+
+/** What makes such a packet readable: a command, or how to record.
+ * @param hidden_at from lum_link_find_hidden().
+ * @return out. */
+const char *lum_link_remedy(uint32_t link_type, size_t hidden_at,
+                            char out[LUM_LINK_REMEDY_BYTES]);
+
 #endif

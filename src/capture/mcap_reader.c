@@ -1,8 +1,7 @@
 /* MCAP files with the datagrams of a sensor, in messages of
  * lumsdk_msgs/msg/Datagram, each as an IPv4 packet. */
+#include "comments.h"
 #include "datagram_packet.h"
-#include "mcap_comments.h"
-#include "mcap_datagram.h"
 #include "mcap_records.h"
 #include "pcap_internal.h"
 

@@ -1,6 +1,7 @@
 #include "mcap_records.h"
 
 #include "pcap_internal.h"
+#include "unpack.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +10,8 @@
 #define RECORD_HEAD  9u
 #define MESSAGE_HEAD 22u
 #define FOOTER_BYTES 20u
+#define CHUNK_HEAD   32u /* up to the name of the compression */
+#define CHUNK_LENGTH 8u  /* of its records, behind that name */
 
 enum opcode {
     OP_FOOTER = 2,
@@ -246,12 +249,73 @@ static int take_message(lum_mcap_records *m, struct raw *raw,
     return take_record(m, raw, m->wanted.bytes_max, out, error);
 }
 
+/* More bytes of the record, of which left are; they stay until taken. */
+static int need(const lum_mcap_records *m, size_t bytes, uint64_t left,
+                lum_error *error)
+{
+    const lum_pcap *r = m->reader;
+    if (bytes > left) {
+        return too_short(m, "chunk", error);
+    }
+    if (!lum_source_has(r->source, bytes)) {
+        return lum_pcap_fail_cut(r, "chunk", 0, error);
+    }
+    return LUM_PCAP_GO_ON;
+}
+
+static int read_chunk_head(const lum_mcap_records *m, uint64_t left,
+                           lum_chunk_head *head, lum_error *error)
+{
+    lum_source *s = m->reader->source;
+    int result = need(m, CHUNK_HEAD, left, error);
+    if (result != LUM_PCAP_GO_ON) {
+        return result;
+    }
+    head->unpacked = load_le64(s->at + 16);
+    head->crc = load_le32(s->at + 24);
+    const size_t len = load_le32(s->at + 28);
+    if (len > LUM_CHUNK_NAME_MAX) {
+        (void)lum_pcap_fail(m->reader, error,
+                            "a chunk's compression has a name of %zu bytes",
+                            len);
+        return LUM_PCAP_DAMAGED;
+    }
+    const size_t all = CHUNK_HEAD + len + CHUNK_LENGTH;
+    result = need(m, all, left, error);
+    if (result != LUM_PCAP_GO_ON) {
+        return result;
+    }
+    lum_chunk_name(head->compression, s->at + CHUNK_HEAD, len);
+    head->packed = load_le64(s->at + CHUNK_HEAD + len);
+    lum_source_take(s, all);
+    return head->packed <= left - all ? LUM_PCAP_GO_ON
+                                      : too_short(m, "chunk", error);
+}
+
+/* All of its record is taken, also if it is damaged. */
 static int take_chunk(lum_mcap_records *m, const struct raw *raw,
                       lum_error *error)
 {
-    lum_source_take(m->reader->source, RECORD_HEAD);
+    static const char *const known[] = {"zstd", "lz4"};
+    lum_source *s = m->reader->source;
+    lum_chunk_head head = {.known = known,
+                           .remedy = lum_unpack_zstd != NULL
+                                         ? "mcap compress"
+                                         : "mcap decompress"};
+    lum_source_take(s, RECORD_HEAD);
+    const uint64_t begin = lum_source_offset(s);
     m->chunk_at = 0;
-    return lum_mcap_chunk_read(m->chunk, m->reader, raw->len, error);
+    lum_chunk_clear(m->chunk);
+    int result = read_chunk_head(m, raw->len, &head, error);
+    if (result == LUM_PCAP_GO_ON) {
+        result = lum_chunk_read(m->chunk, m->reader, &head, error);
+    }
+    if (result != LUM_PCAP_FAILED &&
+        !lum_source_skip(s, raw->len - (lum_source_offset(s) - begin))) {
+        lum_chunk_clear(m->chunk);
+        return lum_pcap_fail_cut(m->reader, "chunk", 0, error);
+    }
+    return result;
 }
 
 /* A chunk that was passed over, since it was damaged to look like another

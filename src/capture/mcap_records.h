@@ -6,7 +6,7 @@
 #ifndef LUM_CAPTURE_MCAP_RECORDS_H
 #define LUM_CAPTURE_MCAP_RECORDS_H
 
-#include "mcap_chunk.h"
+#include "chunk.h"
 
 /** Most bytes of a schema or of a channel; a schema has all definitions that it
  * needs as a text. */

@@ -1,8 +1,8 @@
 #include "remarks.h"
 
-#include "demux_state.h"
+#include "demux_sensors.h"
+#include "link.h"
 #include "lum/wire.h"
-#include "remarks_members.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -16,24 +16,22 @@
 
 /* --- Looking --- */
 
-static void note_wrapping(lum_remarks *r, const lum_wrapping *what,
-                          lum_wrapped is)
+static void note_hidden(lum_remarks *r, uint32_t link_type, size_t at)
 {
     size_t i = 0;
-    while (i < r->wrapped_count &&
-           (r->wrapped[i].is != is ||
-            memcmp(&r->wrapped[i].what, what, sizeof *what) != 0)) {
+    while (i < r->hidden_count &&
+           (r->hidden[i].link_type != link_type || r->hidden[i].at != at)) {
         i++;
     }
-    if (i == LUM_REMARKS_WRAPPINGS) {
+    if (i == LUM_REMARKS_HIDDEN) {
         return;
     }
-    if (i == r->wrapped_count) {
-        r->wrapped[i].what = *what;
-        r->wrapped[i].is = is;
-        r->wrapped_count++;
+    if (i == r->hidden_count) {
+        r->hidden[i].link_type = link_type;
+        r->hidden[i].at = at;
+        r->hidden_count++;
     }
-    r->wrapped[i].count++;
+    r->hidden[i].count++;
 }
 
 /* A sensor's data goes to the port of whoever asked last, so from one port it
@@ -76,7 +74,6 @@ static bool may_be_data(const lum_record *record, uint8_t type)
 void lum_remarks_take(lum_remarks *remarks, const lum_pcap_record *from,
                       const lum_record *out)
 {
-    lum_wrapping what;
     uint8_t type = 0;
     if (from->len < from->whole && from->len > remarks->held_max) {
         remarks->held_max = from->len;
@@ -86,10 +83,10 @@ void lum_remarks_take(lum_remarks *remarks, const lum_pcap_record *from,
             note_way(remarks, out->source_port, out->destination_port);
         }
     } else if (out->kind != LUM_RECORD_FRAGMENT) {
-        const lum_wrapped is = lum_wrapping_find(
-            from->link_type, (lum_span){from->bytes, from->len}, &what);
-        if (is != LUM_WRAPPED_NOT) {
-            note_wrapping(remarks, &what, is);
+        const size_t at = lum_link_find_hidden(
+            from->link_type, (lum_span){from->bytes, from->len});
+        if (at != 0) {
+            note_hidden(remarks, from->link_type, at);
         }
     }
 }
@@ -161,55 +158,25 @@ static bool say_cut(const lum_remarks *r, const lum_demux_counters *counters,
     return true;
 }
 
-/* What is wrapped and not of a G2 is in many captures: it matters where nothing
- * else is there. */
-static bool matters(const lum_remarks *r, size_t i)
+static bool say_hidden(const lum_remarks *r, size_t i, lum_error *out)
 {
-    return r->wrapped[i].is == LUM_WRAPPED_OURS ||
-           (r->way_count == 0 && r->wrapped_count == 1);
-}
-
-/* Whether packets of a G2 are there that stand in something else, or plain. */
-static bool has_others(const lum_remarks *r, size_t i)
-{
-    bool has = r->way_count != 0;
-    for (size_t k = 0; k < r->wrapped_count; k++) {
-        has |= k != i && r->wrapped[k].is == LUM_WRAPPED_OURS;
+    char remedy[LUM_LINK_REMEDY_BYTES];
+    if (i >= r->hidden_count) {
+        return false;
     }
-    return has;
-}
-
-static bool say_wrapping(const lum_remarks *r, size_t i, lum_error *out)
-{
-    char name[LUM_WRAPPING_TEXT_BYTES];
-    char remedy[LUM_WRAPPING_TEXT_BYTES];
-    const bool is_ours = r->wrapped[i].is == LUM_WRAPPED_OURS;
-    (void)lum_error_set(out,
-                        "%" PRIu64 " packet%s%s wrapped in %s, which is not "
-                        "read%s: %s%s",
-                        r->wrapped[i].count,
-                        r->wrapped[i].count == 1 ? "" : "s",
-                        is_ours ? " of a G2 came" : " came",
-                        lum_wrapping_name(&r->wrapped[i].what, name),
-                        is_ours ? "" : "; if packets of a G2 are inside",
-                        lum_wrapping_remedy(&r->wrapped[i].what, remedy),
-                        has_others(r, i) && !r->wrapped[i].what.has_no_cut
-                            ? ", but from these packets alone, since others of "
-                              "a G2 are not wrapped in it: first put these "
-                              "into a file of their own (tshark -r IN -Y "
-                              "FILTER -w OUT)"
-                            : "");
+    const uint64_t count = r->hidden[i].count;
+    (void)lum_error_set(
+        out,
+        "%" PRIu64 " packet%s of a G2 came wrapped in %zu bytes of other "
+        "headers, such as a tunnel's, which are not read: %s%s",
+        count, count == 1 ? "" : "s", r->hidden[i].at,
+        lum_link_remedy(r->hidden[i].link_type, r->hidden[i].at, remedy),
+        r->way_count != 0 || r->hidden_count > 1
+            ? ", but from these packets alone, since others of a G2 are not "
+              "wrapped in it: first put these into a file of their own "
+              "(tshark -r IN -Y FILTER -w OUT)"
+            : "");
     return true;
-}
-
-static bool say_wrappings(const lum_remarks *r, size_t n, lum_error *out)
-{
-    for (size_t k = 0; k < r->wrapped_count; k++) {
-        if (matters(r, k) && n-- == 0) {
-            return say_wrapping(r, k, out);
-        }
-    }
-    return false;
 }
 
 /* Fewer come of the network alone. */
@@ -285,6 +252,130 @@ static bool say_mixture(const lum_demux_counters *counters,
     return true;
 }
 
+/* --- Members that are not there --- */
+
+/* Adds a name: its address, and its interface if that is known. */
+static void add_name(lum_error *out, const char *before, uint32_t a,
+                     const char *interface)
+{
+    const size_t used = strlen(out->text);
+    (void)snprintf(out->text + used, sizeof out->text - used,
+                   "%s%u.%u.%u.%u%s%s", before, (unsigned)(a >> 24),
+                   (unsigned)(a >> 16 & 255u), (unsigned)(a >> 8 & 255u),
+                   (unsigned)(a & 255u), *interface != '\0' ? "%" : "",
+                   interface);
+}
+
+static void add_text(lum_error *out, const char *text)
+{
+    const size_t used = strlen(out->text);
+    (void)snprintf(out->text + used, sizeof out->text - used, "%s", text);
+}
+
+/* The entry of a member whose data is another sensor's too; NULL: none. */
+static const lum_demux_entry *find_copy(const lum_demux *demux,
+                                        const lum_demux_known *member)
+{
+    for (size_t i = 0; i < demux->address_count; i++) {
+        const lum_demux_entry *entry = &demux->addresses[i];
+        if (entry->address == member->address && entry->sensor != NULL &&
+            entry->sensor != entry &&
+            strcmp(entry->interface, member->interface) == 0) {
+            return entry;
+        }
+    }
+    return NULL;
+}
+
+/* Adds the i-th sensor; its interface if it is asked for, or where its address
+ * is not enough. */
+static void add_sensor(lum_error *out, const char *before,
+                       const lum_demux *demux, size_t i, bool has_interface)
+{
+    const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+    const bool is_full = has_interface || lum_demux_is_shared(demux, i);
+    add_name(out, before, sensor->address, is_full ? sensor->interface : "");
+}
+
+static void add_sensors(const lum_demux *demux, bool has_interface,
+                        lum_error *out)
+{
+    if (demux->sensor_count == 0) {
+        add_text(out, "no sensor did");
+        return;
+    }
+    for (size_t i = 0; i < demux->sensor_count; i++) {
+        add_sensor(out, i == 0 ? "these did: " : ", ", demux, i, has_interface);
+    }
+}
+
+static void say_absent(const lum_demux *demux, const lum_demux_known *member,
+                       lum_error *out)
+{
+    const lum_demux_entry *copy = find_copy(demux, member);
+    const lum_demux_entry *other =
+        lum_demux_find_sensor(demux, member->address);
+    out->text[0] = '\0';
+    add_name(out, "the rig's sensor ", member->address, member->interface);
+    if (copy != NULL) {
+        add_name(out, " is no sensor of its own: its data is that of ",
+                 copy->sensor->address, copy->sensor->interface);
+        add_text(out, " once more; leave one of them out of the rig");
+        return;
+    }
+    add_text(out, " sent no data; ");
+    if (other == NULL || *other->interface != '\0') {
+        add_sensors(demux, *member->interface != '\0', out);
+    } else {
+        add_name(out, "", other->address, "");
+        add_text(out, " did, but on which interface is not known: record with "
+                      "dumpcap -i eth0 -i eth1 -w out, whose pcapng files name "
+                      "them, or leave the interface out of the rig");
+    }
+}
+
+/* --- Sensors that no member names --- */
+
+static bool say_unnamed(const lum_demux *demux, lum_error *out)
+{
+    size_t count = 0;
+    lum_error names = {""};
+    for (size_t i = 0; i < demux->sensor_count; i++) {
+        if (lum_demux_member_of(demux, i) == LUM_DEMUX_NO_MEMBER) {
+            add_sensor(&names, count++ == 0 ? "" : ", ", demux, i, false);
+        }
+    }
+    if (count != 0) {
+        (void)lum_error_set(out,
+                            "%zu sensor%s sent data and %s not in the rig, so "
+                            "%s left out; to have %s, name in the rig: %.300s",
+                            count, count == 1 ? "" : "s",
+                            count == 1 ? "is" : "are",
+                            count == 1 ? "it was" : "they were",
+                            count == 1 ? "it" : "them", names.text);
+    }
+    return count != 0;
+}
+
+/* The n-th remark on them; n becomes less by those that there are. */
+static bool say_members(const lum_demux *demux, size_t *n, lum_error *out)
+{
+    const lum_demux_members *members = &demux->members;
+    if (members->count == 0 || demux->options.has_sensor) {
+        return false;
+    }
+    for (size_t i = 0; i < members->count; i++) {
+        if (lum_demux_members_want(members, (int)i) &&
+            !members->of[i].is_there && (*n)-- == 0) {
+            say_absent(demux, &members->of[i], out);
+            return true;
+        }
+    }
+    return say_unnamed(demux, out) && (*n)-- == 0;
+}
+
+/* --- All of them --- */
+
 /* The n-th sensor too many of the address that was asked for. */
 static bool say_shared(const lum_demux *demux, size_t *n, lum_error *out)
 {
@@ -315,7 +406,7 @@ bool lum_remarks_get(const lum_remarks *remarks, const lum_demux *demux,
         mixture = lum_demux_mixed(demux);
         port = lum_demux_port(demux);
     }
-    if ((demux != NULL && lum_remarks_say_members(demux, &n, out)) ||
+    if ((demux != NULL && say_members(demux, &n, out)) ||
         say_shared(demux, &n, out) || (say_order(counters, out) && n-- == 0)) {
         return true;
     }
@@ -323,5 +414,5 @@ bool lum_remarks_get(const lum_remarks *remarks, const lum_demux *demux,
            ((say_mixture(counters, &mixture, out) && n-- == 0) ||
             (say_port(remarks, port != 0 ? port : LUM_PORT, out) && n-- == 0) ||
             (say_cut(remarks, counters, out) && n-- == 0) ||
-            say_wrappings(remarks, n, out));
+            say_hidden(remarks, n, out));
 }

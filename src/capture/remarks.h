@@ -6,22 +6,22 @@
 
 #include "lum/capture/demux.h"
 #include "pcap.h"
-#include "wrapping.h"
 
-/** Most wrappings, and most ways from UDP port to UDP port, that are told
- * apart; and the most of these from one port, to others than the first. */
-#define LUM_REMARKS_WRAPPINGS 6u
-#define LUM_REMARKS_WAYS      64u
-#define LUM_REMARKS_WAYS_OF   4u
+/** Most places of hidden packets, and most ways from UDP port to UDP port, that
+ * are told apart; and the most of these from one port, to others than the
+ * first. */
+#define LUM_REMARKS_HIDDEN  6u
+#define LUM_REMARKS_WAYS    64u
+#define LUM_REMARKS_WAYS_OF 4u
 
 /** What was seen. All bytes 0: nothing. */
 typedef struct lum_remarks {
     struct {
-        lum_wrapping what;
-        lum_wrapped is;
+        uint32_t link_type;
+        size_t at; /* lum_link_find_hidden() */
         uint64_t count;
-    } wrapped[LUM_REMARKS_WRAPPINGS];
-    size_t wrapped_count;
+    } hidden[LUM_REMARKS_HIDDEN];
+    size_t hidden_count;
     struct {
         uint16_t from;
         uint16_t to;    /* 0: to any further port */

@@ -1,6 +1,6 @@
 /* Makes entries of an index while a capture is read: at the start of some
  * frames, a state from which reading can go on. */
-#include "capture/capture_state.h"
+#include "capture/capture_internal.h"
 #include "framer_state.h"
 #include "reader_internal.h"
 

@@ -1,6 +1,6 @@
 /* Carries out a jump in a capture: to its first record, or to a state in the
  * index. seek.c decides which. */
-#include "capture/capture_state.h"
+#include "capture/capture_internal.h"
 #include "framer_state.h"
 #include "reader_internal.h"
 

@@ -1,7 +1,7 @@
 #include "reader_internal.h"
 
 #include "base/sized.h"
-#include "capture/capture_state.h"
+#include "capture/capture_internal.h"
 #include "capture/demux_state.h"
 #include "framer_state.h"
 

@@ -1,7 +1,7 @@
 #include "reader_internal.h"
 
 #include "base/text.h"
-#include "capture/capture_open.h"
+#include "capture/capture_internal.h"
 
 #include <stdlib.h>
 #include <string.h>

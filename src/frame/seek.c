@@ -3,7 +3,7 @@
 #include "framer_state.h"
 #include "reader_internal.h"
 
-#include "capture/capture_state.h"
+#include "capture/capture_internal.h"
 
 #include <string.h>
 

@@ -405,7 +405,7 @@ def test_a_capture_of_cut_wrapped_or_unsorted_packets_gives_a_warning(content):
     with pytest.warns(lumsdk.CaptureWarning, match="snap length of 1000 bytes; record whole packets"):
         list(lumsdk.open(capture(lambda frame: frame[:1000])))
     gre = bytes.fromhex("45000018000100004 02f0000 0a000001 0a000002 00000800".replace(" ", ""))
-    with pytest.warns(lumsdk.CaptureWarning, match="came wrapped in GRE, .*editcap -C 38 -L -T rawip4 IN OUT"):
+    with pytest.warns(lumsdk.CaptureWarning, match="came wrapped in 38 bytes of other headers, .*editcap -C 38 -L -T rawip4 IN OUT"):
         list(lumsdk.open(capture(lambda frame: frame[:14] + gre + frame[14:])))
     records = [r for i in range(0, len(records), 200) for r in records[i:i + 200:2] + records[i + 1:i + 200:2]]
     source = lumsdk.open(capture(lambda frame: frame))

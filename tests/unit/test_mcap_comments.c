@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "capture/mcap_comments.h"
+#include "capture/comments.h"
 
 #include <stdio.h>
 #include <stdlib.h>

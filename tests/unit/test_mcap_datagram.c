@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "capture/mcap_datagram.h"
+#include "capture/datagram_packet.h"
 
 #include <stdlib.h>
 #include <string.h>

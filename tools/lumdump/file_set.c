@@ -3,7 +3,7 @@
 #include "file_set.h"
 
 #include "../common/capture_file.h"
-#include "capture/capture_writer.h"
+#include "capture/capture_internal.h"
 
 #include <errno.h>
 

@@ -2,7 +2,7 @@
  * pushed by others here, so it has neither of its own. */
 #include "places.h"
 
-#include "capture/capture_state.h"
+#include "capture/capture_internal.h"
 #include "frame/framer_state.h"
 #include "frame/reader_internal.h"
 
