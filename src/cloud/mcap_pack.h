@@ -15,7 +15,7 @@ typedef struct lum_mcap_packing {
     const lum_bytes *chunk; /**< the caller's, who leaves it as it is */
     lum_bytes packed; /**< the same, compressed; failed: there was no memory */
     uint32_t crc;     /**< of the chunk */
-    bool is_made;     /**< private: guarded by the packer's lock */
+    size_t place;     /**< private: in the packer's ring */
 } lum_mcap_packing;
 
 /** What compresses. */

@@ -98,7 +98,7 @@ void lum_drafts_note_sizes(lum_drafts *drafts, const lum_draft *draft)
 
 /* While a frame moves, nobody writes into it. */
 static bool reserve(const lum_draft *draft, const lum_line_points *line,
-                    lum_crew *crew)
+                    lum_line_threads *threads)
 {
     const uint32_t points = line->line->word_count;
     for (size_t i = 0; i < draft->frame_count; i++) {
@@ -109,7 +109,7 @@ static bool reserve(const lum_draft *draft, const lum_line_points *line,
             return false;
         }
         if (!lum_frame_claim_room(frame, points)) {
-            lum_crew_settle(crew);
+            lum_line_threads_settle(threads);
             if (!lum_frame_relocate(frame, points)) {
                 return false;
             }
@@ -120,22 +120,22 @@ static bool reserve(const lum_draft *draft, const lum_line_points *line,
 
 /* Have others make the points, if their number is known. The view is that of a
  * draft, and so lives as long as its frame is under way. */
-static bool give_to_crew(lum_crew *crew, lum_line_points *line,
-                         const lum_checked_view *view, lum_frame *frame)
+static bool give_to_threads(lum_line_threads *threads, lum_line_points *line,
+                            const lum_checked_view *view, lum_frame *frame)
 {
     uint64_t n = 0;
-    if (crew == NULL || view->asked.columns == 0 ||
+    if (threads == NULL || view->asked.columns == 0 ||
         !lum_line_points_are_known(line, view, &n) || n == 0 ||
         n > lum_frame_points_left(frame)) {
         return false;
     }
     const lum_frame_part part = lum_line_points_part(line, view, false);
-    const lum_crew_task task = {.line = part.line,
+    const lum_line_task task = {.line = part.line,
                                 .selection = part.selection,
                                 .smooth =
                                     view->window != 0 ? &view->smooth : NULL,
                                 .places = lum_frame_next_places(frame)};
-    if (!lum_crew_give(crew, &task)) {
+    if (!lum_line_threads_give(threads, &task)) {
         return false;
     }
     lum_frame_add_made(frame, &part, (size_t)n);
@@ -151,8 +151,8 @@ static void add_raw(lum_frame *frame, const lum_line_points *line)
     }
 }
 
-bool lum_draft_add(lum_draft *draft, lum_line_points *line, lum_crew *crew,
-                   bool makes_points)
+bool lum_draft_add(lum_draft *draft, lum_line_points *line,
+                   lum_line_threads *threads, bool makes_points)
 {
     static const lum_checked_view lines_alone = {.window = 0};
     if (!makes_points) {
@@ -164,13 +164,13 @@ bool lum_draft_add(lum_draft *draft, lum_line_points *line, lum_crew *crew,
         lum_frame_add(draft->frames[0], &part);
         return true;
     }
-    if (!reserve(draft, line, crew)) {
+    if (!reserve(draft, line, threads)) {
         return false;
     }
     for (size_t i = 0; i < draft->frame_count; i++) {
         const lum_checked_view *view =
             draft->views.count > 0 ? &draft->views.view[i] : &lines_alone;
-        if (!give_to_crew(crew, line, view, draft->frames[i])) {
+        if (!give_to_threads(threads, line, view, draft->frames[i])) {
             const lum_frame_part part = lum_line_points_part(line, view, true);
             lum_frame_add(draft->frames[i], &part);
         }

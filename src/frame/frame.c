@@ -2,6 +2,7 @@
 
 #include "base/sized.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #define ROWS_GUESS 4096u /* until a whole line has shown the number */
@@ -203,6 +204,24 @@ lum_frame_places lum_frame_next_places(const lum_frame *frame)
         .line = end_of(frame, LUM_COLUMN_LINE),
         .time = end_of(frame, LUM_COLUMN_TIME),
         .eye = end_of(frame, LUM_COLUMN_EYE)};
+}
+
+bool lum_column_work_allocate(lum_column_work *work, size_t words)
+{
+    work->samples.returns = malloc(words * sizeof *work->samples.returns);
+    work->sample = malloc(words * sizeof *work->sample);
+    work->strongest = malloc(words * sizeof *work->strongest);
+    work->pixel = malloc(words * sizeof *work->pixel);
+    return work->samples.returns != NULL && work->sample != NULL &&
+           work->strongest != NULL && work->pixel != NULL;
+}
+
+void lum_column_work_release(lum_column_work *work)
+{
+    free(work->samples.returns);
+    free(work->sample);
+    free(work->strongest);
+    free(work->pixel);
 }
 
 /* Data that all points of a line share, and the pixels from which times are

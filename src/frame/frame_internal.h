@@ -113,6 +113,12 @@ typedef struct lum_frame_part {
     lum_point_losses losses; /* of the line */
 } lum_frame_part;
 
+/* Working memory for lines of at most so many words. False: there is no memory;
+ * what there is of it is to be released, too. */
+bool lum_column_work_allocate(lum_column_work *work, size_t words);
+
+void lum_column_work_release(lum_column_work *work);
+
 /* Add a line's points; room for them was reserved. */
 void lum_frame_add(lum_frame *frame, const lum_frame_part *part);
 

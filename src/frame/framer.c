@@ -141,7 +141,8 @@ static lum_framer_event place_line(lum_framer *f, lum_sensor_stream *s)
             return LUM_FRAMER_FAILED;
         }
     }
-    return lum_draft_add(draft, &f->line, f->crew, lum_framer_makes_frames(f))
+    return lum_draft_add(draft, &f->line, f->threads,
+                         lum_framer_makes_frames(f))
                ? LUM_FRAMER_NONE
                : LUM_FRAMER_FAILED;
 }
@@ -365,7 +366,7 @@ lum_framer_event lum_framer_flush(lum_framer *framer)
 
 void lum_framer_skip_to(lum_framer *framer, int64_t frame)
 {
-    lum_crew_settle(framer->crew);
+    lum_line_threads_settle(framer->threads);
     framer->has_from = true;
     framer->from = frame;
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {

@@ -5,8 +5,8 @@
 #include "lum/frame/framer.h"
 
 #include "capture/demux_state.h"
-#include "crew.h"
 #include "pause.h"
+#include "threads.h"
 
 /* --- The points of one line at a time: line_points.c --- */
 
@@ -103,11 +103,11 @@ bool lum_draft_begin(lum_draft *draft, int64_t number,
                      const lum_checked_views *views, lum_frame_pool *pool,
                      const size_t *recent_points);
 
-/* Put a line into all its views. crew: makes the points that it can; NULL: the
- * caller makes all. With makes_points false the line is counted alone.
+/* Put a line into all its views. threads: makes the points that it can; NULL:
+ * the caller makes all. With makes_points false the line is counted alone.
  * False: there is no memory, and the line is in none of the views. */
-bool lum_draft_add(lum_draft *draft, lum_line_points *line, lum_crew *crew,
-                   bool makes_points);
+bool lum_draft_add(lum_draft *draft, lum_line_points *line,
+                   lum_line_threads *threads, bool makes_points);
 
 /* It is whole: remember how many points its views have. */
 void lum_drafts_note_sizes(lum_drafts *drafts, const lum_draft *draft);
@@ -230,8 +230,8 @@ struct lum_framer {
     int64_t from;
     bool is_flushing;
     lum_frame_pool *pool;
-    lum_crew *crew;       /* NULL: the caller makes all points */
-    lum_raw_watch *watch; /* NULL: frames keep nothing raw */
+    lum_line_threads *threads; /* NULL: the caller makes all points */
+    lum_raw_watch *watch;      /* NULL: frames keep nothing raw */
     lum_sensor_stream *sensors[LUM_DEMUX_SENSORS_MAX];
 
     lum_in_hand in_hand;

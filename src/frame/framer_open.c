@@ -238,7 +238,7 @@ static int allocate(lum_framer *f, const lum_demux_options *demux,
     return f->pool != NULL && (!o->keeps_raw || f->watch != NULL) &&
                    lum_column_work_allocate(&f->line.work, words) &&
                    (o->threads < 2u ||
-                    lum_crew_new(o->threads - 1u, words, &f->crew))
+                    lum_line_threads_new(o->threads - 1u, words, &f->threads))
                ? 0
                : lum_error_set(error, "out of memory");
 }
@@ -313,8 +313,8 @@ void lum_framer_free(lum_framer *framer)
     if (framer == NULL) {
         return;
     }
-    lum_crew_settle(framer->crew);
-    lum_crew_free(framer->crew);
+    lum_line_threads_settle(framer->threads);
+    lum_line_threads_free(framer->threads);
     lum_draft_drop(&framer->out);
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         lum_sensor_stream_free(framer->sensors[i]);

@@ -27,7 +27,7 @@ lum_demux *lum_framer_sensors(lum_framer *framer)
 
 void lum_framer_restart(lum_framer *framer)
 {
-    lum_crew_settle(framer->crew);
+    lum_line_threads_settle(framer->threads);
     lum_draft_drop(&framer->out);
     for (size_t i = 0; i < LUM_DEMUX_SENSORS_MAX; i++) {
         lum_sensor_stream_free(framer->sensors[i]);

@@ -1,6 +1,4 @@
-#include "frame_internal.h"
-
-#include "lock.h"
+#include "threads.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -116,7 +116,7 @@ void lum_sensor_stream_seal(lum_framer *f, lum_sensor_stream *s,
     lum_frame_end end = {.has_clock = f->ways[s->way].has_clock,
                          .clock = s->clock,
                          .lines_late = s->lines_late};
-    lum_crew_settle(f->crew);
+    lum_line_threads_settle(f->threads);
     if (f->is_flushing) {
         lum_pause_end(&s->pause);
     }

@@ -6,13 +6,13 @@
 #include "../common/option_table.h"
 #include "../common/source_url.h"
 
-#include "crew.h"
 #include "help.h"
 #include "lum/map/map.h"
 #include "lum/net/socket.h"
 #include "lum/picture/picture.h"
 #include "lum/version.h"
 #include "rig.h"
+#include "row_threads.h"
 #include "rules.h"
 #include "values.h"
 
@@ -133,7 +133,7 @@ static const struct option_spec specs[] = {
     {"guard", FLAG(live.guards)},
     {"interface", TEXT(live.interface), .allowed = "the name of an interface"},
     {"threads", .kind = OPTION_WHOLE, INTO(points.threads), .min = 1,
-     .max = CREW_MAX},
+     .max = ROW_THREADS_MAX},
     {"buffer", CALL(values_take_buffer),
      .allowed = "a size from 128KiB to 64GB, such as 256MB"},
     {"receive-buffer", CALL(values_take_receive_buffer),

@@ -80,11 +80,12 @@ static int write_line(struct pass *pass, lum_error *error)
         .line = line->number,
         .eye = line->eye,
         .extra = action.extra};
-    if (pass->crew != NULL) {
-        return crew_add(pass->crew, pass->framer,
-                        rig != NULL ? &rig->sensors[member_of(pass)].projector
-                                    : pass->projector,
-                        &points, error);
+    if (pass->rows != NULL) {
+        return row_threads_add(pass->rows, pass->framer,
+                               rig != NULL
+                                   ? &rig->sensors[member_of(pass)].projector
+                                   : pass->projector,
+                               &points, error);
     }
     points.count = lum_framer_line_samples(
         pass->framer, 0,
@@ -178,7 +179,7 @@ static int end_frame(struct pass *pass, lum_error *error)
     struct action action = action_of(pass);
     action.kind = END_FRAME;
     action.number = number;
-    return pass->crew != NULL ? crew_end_frame(pass->crew, number, error)
+    return pass->rows != NULL ? row_threads_end_frame(pass->rows, number, error)
                               : outputs_act(pass->outputs, &action, error);
 }
 
@@ -402,7 +403,7 @@ enum pass_result pass_flush(struct pass *pass, lum_error *error)
             return result;
         }
     }
-    if (pass->crew != NULL && crew_finish(pass->crew, error) != 0) {
+    if (pass->rows != NULL && row_threads_finish(pass->rows, error) != 0) {
         return pass_failure();
     }
     if (has_too_many_sensors(pass)) {
@@ -475,7 +476,7 @@ static int prepare_parts(struct pass *pass, unsigned wants)
     return 0;
 }
 
-/* Lines have a crew of their own. A third thread would not help: the first has
+/* Lines have threads of their own. A third thread would not help: the first has
  * most of the work. */
 static unsigned framer_threads(const struct options *o, unsigned wants)
 {
@@ -568,7 +569,7 @@ void pass_note_left_out(struct pass *pass)
 
 void pass_free(struct pass *pass)
 {
-    crew_free(pass->crew);
+    row_threads_free(pass->rows);
     voxels_free(pass->voxels);
     cut_free(pass->cut);
     for (size_t i = 0; i < LUM_RIG_SENSORS_MAX; i++) {

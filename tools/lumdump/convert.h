@@ -4,7 +4,6 @@
 #define LUMDUMP_CONVERT_H
 
 #include "../common/frame_watch.h"
-#include "crew.h"
 #include "cut.h"
 #include "diagnosis.h"
 #include "frame_lines.h"
@@ -12,6 +11,7 @@
 #include "options.h"
 #include "outputs.h"
 #include "rig.h"
+#include "row_threads.h"
 #include "summary.h"
 #include "voxels.h"
 
@@ -62,10 +62,10 @@ struct pass {
     const lum_projector *projector;
     struct motion *motion; /* NULL: points stay where they were seen */
     struct pass_capture source;
-    bool counts_alone;       /* it gets no outputs */
-    struct outputs *outputs; /* NULL: count alone */
-    struct voxels *voxels;   /* NULL: points are as they are */
-    struct crew *crew;       /* NULL: lines go to the outputs from here */
+    bool counts_alone;        /* it gets no outputs */
+    struct outputs *outputs;  /* NULL: count alone */
+    struct voxels *voxels;    /* NULL: points are as they are */
+    struct row_threads *rows; /* NULL: lines go to the outputs from here */
     struct outputs_notes notes;
 
     struct summary summary;

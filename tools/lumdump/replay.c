@@ -205,7 +205,8 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     }
     if (result == PASS_DONE &&
         outputs_any(pass->outputs, output_wants_points) &&
-        crew_new(pass->options, pass->outputs, &pass->crew, error) != 0) {
+        row_threads_new(pass->options, pass->outputs, &pass->rows, error) !=
+            0) {
         result = PASS_FAILED;
     }
     if (result == PASS_DONE) {
@@ -222,8 +223,8 @@ static enum pass_result run(struct pass *pass, lum_error *error)
     if (result == PASS_DONE) {
         result = write_voxels(pass, error);
     }
-    crew_free(pass->crew); /* also before the outputs are aborted */
-    pass->crew = NULL;
+    row_threads_free(pass->rows); /* also before the outputs are aborted */
+    pass->rows = NULL;
     if (result == PASS_DONE) {
         result = health_tell(pass, error);
     }
