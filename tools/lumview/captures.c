@@ -3,7 +3,7 @@
 
 #include "../common/file_look.h"
 #include "../common/source_walk.h"
-#include "capture/capture_open.h"
+#include "capture/capture_internal.h"
 #include "thread.h"
 
 #include <fcntl.h>
