@@ -1,4 +1,4 @@
-/* Endpoints as sockets have them. */
+/* Endpoints and handles as sockets have them. */
 #ifndef LUM_NET_SOCKADDR_H
 #define LUM_NET_SOCKADDR_H
 
@@ -12,6 +12,18 @@
 #include "lum/net/socket.h"
 
 #include <string.h>
+
+#if defined(_WIN32)
+
+typedef SOCKET lum_system_handle;
+#define LUM_SYSTEM_NONE INVALID_SOCKET
+
+#else
+
+typedef int lum_system_handle;
+#define LUM_SYSTEM_NONE (-1)
+
+#endif
 
 static inline struct sockaddr_in lum_sockaddr_of(lum_endpoint endpoint)
 {

@@ -48,9 +48,15 @@ typedef union cut_room {
 
 /* --- Opening --- */
 
-int lum_system_socket(void)
+lum_system_handle lum_system_socket(lum_error *error)
 {
-    return socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    const int fd =
+        socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd < 0) {
+        (void)lum_error_set(error, "cannot make a UDP socket: %s",
+                            strerror(errno));
+    }
+    return fd;
 }
 
 /* Without the right to bind to a device: send there, and check the interface of
@@ -133,7 +139,7 @@ bool lum_system_drops(int fd, uint32_t *out)
     return true;
 }
 
-int lum_system_poll(struct pollfd *set, nfds_t count, int64_t wait_ns)
+int lum_system_poll(struct pollfd *set, size_t count, int64_t wait_ns)
 {
     const struct timespec wait = {.tv_sec = (time_t)(wait_ns / NS_PER_S),
                                   .tv_nsec = (long)(wait_ns % NS_PER_S)};

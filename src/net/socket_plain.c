@@ -1,16 +1,25 @@
+/* Sockets on systems other than Linux: one datagram a call, and no drops
+ * counted. */
 #define _DEFAULT_SOURCE
-#include "net/endpoint.h"
 #include "net/socket_system.h"
 
-#include <errno.h>
+#include "lum/base/time.h"
+#include "net/endpoint.h"
+
+#if defined(_WIN32)
+#include "net/adapter.h"
+#else
 #include <fcntl.h>
 #include <ifaddrs.h>
-#include <limits.h>
 #include <net/if.h>
-#include <string.h>
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <unistd.h>
+#endif
+
+#include <errno.h>
+#include <limits.h>
+#include <string.h>
 
 #define NS_PER_MS INT64_C(1000000)
 
@@ -18,15 +27,100 @@
  * they accept sizes below this. */
 #define LEAST_BUFFER (64 * 1024)
 
-int lum_system_socket(void)
+static lum_net_result refuse_interface(const char *name, lum_error *error)
+{
+    (void)lum_error_set(error,
+                        "cannot use interface %s: it has no IPv4 address; "
+                        "give it one in the sensor's network",
+                        name);
+    return LUM_NET_FAILED;
+}
+
+#if defined(_WIN32)
+
+#define poll WSAPoll
+
+typedef int send_size;
+typedef ULONG set_size;
+
+/* Older headers lack the name. */
+#ifndef IP_UNICAST_IF
+#define IP_UNICAST_IF 31
+#endif
+
+static void set_number(SOCKET handle, int level, int name, int value)
+{
+    (void)setsockopt(handle, level, name, (const char *)&value, sizeof value);
+}
+
+lum_system_handle lum_system_socket(lum_error *error)
+{
+    if (lum_winsock_start(error) != 0) {
+        return LUM_SYSTEM_NONE;
+    }
+    const SOCKET fd = lum_winsock_udp(error);
+    if (fd == INVALID_SOCKET) {
+        lum_winsock_stop();
+        return LUM_SYSTEM_NONE;
+    }
+    set_number(fd, SOL_SOCKET, SO_EXCLUSIVEADDRUSE, 1);
+    return fd;
+}
+
+/* Sent there, and bound to its address. */
+lum_net_result lum_system_use_interface(lum_system_handle fd, const char *name,
+                                        lum_endpoint *local, unsigned *only,
+                                        lum_error *error)
+{
+    lum_adapter adapter = {.address = 0};
+    *only = 0;
+    if (!lum_adapter_find(name, local->address, &adapter) ||
+        adapter.address == 0) {
+        return refuse_interface(name, error);
+    }
+    set_number(fd, IPPROTO_IP, IP_UNICAST_IF, (int)htonl(adapter.index));
+    local->address = local->address != 0 ? local->address : adapter.address;
+    return LUM_NET_OK;
+}
+
+bool lum_system_tell(lum_system_handle fd)
+{
+    (void)fd;
+    return false;
+}
+
+static int receive_one(lum_system_handle fd, uint8_t *buffer, lum_received *out)
+{
+    struct sockaddr_in peer = {0};
+    int peer_len = sizeof peer;
+    const int len = recvfrom(fd, (char *)buffer, (int)LUM_SOCKET_BYTES, 0,
+                             (struct sockaddr *)&peer, &peer_len);
+    if (len < 0 && lum_winsock_errno() != EMSGSIZE) {
+        return -1;
+    }
+    *out = (lum_received){.bytes = buffer,
+                          .len = len < 0 ? LUM_SOCKET_BYTES : (size_t)len,
+                          .from = lum_sockaddr_endpoint(&peer),
+                          .cut_short = len < 0};
+    return 0;
+}
+
+#else
+
+typedef size_t send_size;
+typedef nfds_t set_size;
+
+lum_system_handle lum_system_socket(lum_error *error)
 {
     const int fd = socket(AF_INET, SOCK_DGRAM, 0);
-    if (fd >= 0 && (fcntl(fd, F_SETFL, O_NONBLOCK) < 0 ||
-                    fcntl(fd, F_SETFD, FD_CLOEXEC) < 0)) {
-        const int code = errno;
-        (void)close(fd);
-        errno = code;
-        return -1;
+    if (fd < 0 || fcntl(fd, F_SETFL, O_NONBLOCK) < 0 ||
+        fcntl(fd, F_SETFD, FD_CLOEXEC) < 0) {
+        (void)lum_error_set(error, "cannot make a UDP socket: %s",
+                            strerror(errno));
+        if (fd >= 0) {
+            (void)close(fd);
+        }
+        return LUM_SYSTEM_NONE;
     }
     return fd;
 }
@@ -74,18 +168,14 @@ static void stay_on(int fd, const char *name)
 #endif
 
 /* Bound to its address; the loopback has all that begin with 127. */
-lum_net_result lum_system_use_interface(int fd, const char *name,
+lum_net_result lum_system_use_interface(lum_system_handle fd, const char *name,
                                         lum_endpoint *local, unsigned *only,
                                         lum_error *error)
 {
     const uint32_t address = address_of(name, local->address);
     *only = 0;
     if (address == 0) {
-        (void)lum_error_set(error,
-                            "cannot use interface %s: it has no IPv4 address; "
-                            "give it one in the sensor's network",
-                            name);
-        return LUM_NET_FAILED;
+        return refuse_interface(name, error);
     }
     if (local->address != 0 && local->address != address &&
         (local->address >> 24 != 127u || address >> 24 != 127u)) {
@@ -99,42 +189,9 @@ lum_net_result lum_system_use_interface(int fd, const char *name,
     return LUM_NET_OK;
 }
 
-size_t lum_system_grow(int fd, size_t bytes, bool *enough)
-{
-    int granted = 0;
-    socklen_t len = sizeof granted;
-    int ask = (int)(bytes < INT_MAX ? bytes : INT_MAX);
-    while (ask != 0 &&
-           setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &ask, sizeof ask) != 0 &&
-           ask > LEAST_BUFFER) {
-        ask /= 2;
-    }
-    if (getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &granted, &len) != 0 ||
-        granted < 0) {
-        granted = 0;
-    }
-    *enough = (size_t)granted >= bytes;
-    return (size_t)granted;
-}
-
-bool lum_system_drops(int fd, uint32_t *out)
-{
-    (void)fd;
-    (void)out;
-    return false;
-}
-
-int lum_system_poll(struct pollfd *set, nfds_t count, int64_t wait_ns)
-{
-    const int64_t most = INT_MAX;
-    const int64_t wait_ms =
-        wait_ns / NS_PER_MS + (wait_ns % NS_PER_MS != 0 ? 1 : 0);
-    return poll(set, count, (int)(wait_ms < most ? wait_ms : most));
-}
-
 #if defined(SO_TIMESTAMP) && defined(SCM_TIMESTAMP)
 
-bool lum_system_tell(int fd)
+bool lum_system_tell(lum_system_handle fd)
 {
     const int on = 1;
     (void)setsockopt(fd, SOL_SOCKET, SO_TIMESTAMP, &on, sizeof on);
@@ -154,7 +211,7 @@ static void read_control(const struct cmsghdr *control, lum_received *out)
 
 #else
 
-bool lum_system_tell(int fd)
+bool lum_system_tell(lum_system_handle fd)
 {
     (void)fd;
     return false;
@@ -168,7 +225,7 @@ static void read_control(const struct cmsghdr *control, lum_received *out)
 
 #endif
 
-static int receive_one(int fd, uint8_t *buffer, lum_received *out)
+static int receive_one(lum_system_handle fd, uint8_t *buffer, lum_received *out)
 {
     union {
         size_t align;
@@ -198,14 +255,54 @@ static int receive_one(int fd, uint8_t *buffer, lum_received *out)
     return 0;
 }
 
-bool lum_system_take_joined(int fd)
+#endif
+
+size_t lum_system_grow(lum_system_handle fd, size_t bytes, bool *enough)
+{
+    int granted = 0;
+    socklen_t len = sizeof granted;
+    int ask = (int)(bytes < INT_MAX ? bytes : INT_MAX);
+    while (ask != 0 &&
+           setsockopt(fd, SOL_SOCKET, SO_RCVBUF, (const char *)&ask,
+                      sizeof ask) != 0 &&
+           ask > LEAST_BUFFER) {
+        ask /= 2;
+    }
+    if (getsockopt(fd, SOL_SOCKET, SO_RCVBUF, (char *)&granted, &len) != 0 ||
+        granted < 0) {
+        granted = 0;
+    }
+    *enough = (size_t)granted >= bytes;
+    return (size_t)granted;
+}
+
+bool lum_system_drops(lum_system_handle fd, uint32_t *out)
+{
+    (void)fd;
+    (void)out;
+    return false;
+}
+
+int lum_system_poll(struct pollfd *set, size_t count, int64_t wait_ns)
+{
+    const int64_t most = INT_MAX;
+    if (count == 0) { /* which Windows refuses to wait for */
+        lum_time_sleep_until(lum_time_monotonic_ns() + wait_ns);
+        return 0;
+    }
+    const int64_t wait_ms =
+        wait_ns / NS_PER_MS + (wait_ns % NS_PER_MS != 0 ? 1 : 0);
+    return poll(set, (set_size)count, (int)(wait_ms < most ? wait_ms : most));
+}
+
+bool lum_system_take_joined(lum_system_handle fd)
 {
     (void)fd;
     return false;
 }
 
-int lum_system_receive(int fd, bool joined, uint8_t *buffers, lum_received *out,
-                       lum_arrival *arrivals)
+int lum_system_receive(lum_system_handle fd, bool joined, uint8_t *buffers,
+                       lum_received *out, lum_arrival *arrivals)
 {
     int n = 0;
     (void)joined;
@@ -218,20 +315,20 @@ int lum_system_receive(int fd, bool joined, uint8_t *buffers, lum_received *out,
     return n > 0 ? n : -1;
 }
 
-bool lum_system_joins(int fd)
+bool lum_system_joins(lum_system_handle fd)
 {
     (void)fd;
     return false;
 }
 
-int lum_system_send(int fd, bool *joins, const lum_outgoing *datagrams,
-                    size_t count)
+int lum_system_send(lum_system_handle fd, bool *joins,
+                    const lum_outgoing *datagrams, size_t count)
 {
     int n = 0;
     (void)joins;
     while ((size_t)n < count) {
         const struct sockaddr_in to = lum_sockaddr_of(datagrams[n].to);
-        if (sendto(fd, datagrams[n].bytes, datagrams[n].len, 0,
+        if (sendto(fd, datagrams[n].bytes, (send_size)datagrams[n].len, 0,
                    (const struct sockaddr *)&to, sizeof to) < 0) {
             break;
         }

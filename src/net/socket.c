@@ -1,17 +1,25 @@
+/* UDP sockets on every system, over what its own calls are
+ * (net/socket_system.h). */
 #define _POSIX_C_SOURCE 200809L
+#include "net/socket_system.h"
+
 #include "base/sized.h"
 #include "lum/base/time.h"
 #include "net/cancel_handle.h"
 #include "net/socket_messages.h"
-#include "net/socket_system.h"
+
+#if defined(_WIN32)
+#include "net/adapter.h"
+#else
+#include <net/if.h>
+#include <sys/socket.h>
+#include <unistd.h>
+#endif
 
 #include <errno.h>
-#include <net/if.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 /* Holds a few full batches, where the system's default may not hold one. */
 #define SEND_BUFFER (4 * 1024 * 1024)
@@ -20,7 +28,7 @@
 #define PENDING_ERRORS 16
 
 struct lum_socket {
-    int fd;
+    lum_system_handle fd;
     lum_endpoint local;
     unsigned only; /* interface that arrivals must be from; 0: any */
     size_t receive_buffer;
@@ -36,7 +44,47 @@ struct lum_socket {
     uint8_t *bytes;
 };
 
-/* --- Opening --- */
+/* --- Calls that differ by their names --- */
+
+#if defined(_WIN32)
+
+#define WAITS_FOR_DESCRIPTORS false
+
+static int last_error(void)
+{
+    return lum_winsock_errno();
+}
+
+static void close_handle(lum_system_handle fd)
+{
+    (void)closesocket(fd);
+    lum_winsock_stop();
+}
+
+static void list_interfaces(char *out, size_t room)
+{
+    lum_adapter_list(out, room);
+}
+
+static bool has_interface(const char *name)
+{
+    lum_adapter found;
+    return lum_adapter_find(name, 0, &found);
+}
+
+#else
+
+#define WAITS_FOR_DESCRIPTORS true
+
+static int last_error(void)
+{
+    return errno;
+}
+
+static void close_handle(lum_system_handle fd)
+{
+    (void)close(fd);
+}
 
 /* "lo, eth0" */
 static void list_interfaces(char *out, size_t room)
@@ -55,11 +103,20 @@ static void list_interfaces(char *out, size_t room)
     }
 }
 
+static bool has_interface(const char *name)
+{
+    return if_nametoindex(name) != 0;
+}
+
+#endif
+
+/* --- Opening --- */
+
 static lum_net_result use_interface(lum_socket *socket, const char *name,
                                     lum_endpoint *local, lum_error *error)
 {
     char list[256];
-    if (if_nametoindex(name) != 0) {
+    if (has_interface(name)) {
         return lum_system_use_interface(socket->fd, name, local, &socket->only,
                                         error);
     }
@@ -74,7 +131,7 @@ static lum_net_result bind_local(lum_socket *socket, lum_endpoint local,
     socklen_t len = sizeof address;
     if (bind(socket->fd, (const struct sockaddr *)&address, len) != 0 ||
         getsockname(socket->fd, (struct sockaddr *)&address, &len) != 0) {
-        return lum_socket_say_unbound(local, errno, error);
+        return lum_socket_say_unbound(local, last_error(), error);
     }
     socket->local = lum_sockaddr_endpoint(&address);
     return LUM_NET_OK;
@@ -87,8 +144,8 @@ static lum_net_result set_up(lum_socket *socket,
     const int send_buffer = SEND_BUFFER;
     lum_endpoint local = options->local;
     uint32_t drops = 0;
-    (void)setsockopt(socket->fd, SOL_SOCKET, SO_SNDBUF, &send_buffer,
-                     sizeof send_buffer);
+    (void)setsockopt(socket->fd, SOL_SOCKET, SO_SNDBUF,
+                     (const char *)&send_buffer, sizeof send_buffer);
     socket->receive_buffer =
         lum_system_grow(socket->fd, options->receive_buffer, &socket->has_room);
     socket->counts_drops =
@@ -140,14 +197,10 @@ lum_net_result lum_socket_open(const lum_socket_options *options,
     if (socket == NULL) {
         return fail_memory(error);
     }
-    socket->fd = lum_system_socket();
-    if (socket->fd < 0) {
-        (void)lum_error_set(error, "cannot make a UDP socket: %s",
-                            strerror(errno));
-        lum_socket_close(socket);
-        return LUM_NET_FAILED;
-    }
-    lum_net_result result = set_up(socket, &known, error);
+    socket->fd = lum_system_socket(error);
+    lum_net_result result = socket->fd == LUM_SYSTEM_NONE
+                                ? LUM_NET_FAILED
+                                : set_up(socket, &known, error);
     if (result == LUM_NET_OK) {
         result = make_room(socket, error);
     }
@@ -162,8 +215,8 @@ lum_net_result lum_socket_open(const lum_socket_options *options,
 void lum_socket_close(lum_socket *socket)
 {
     if (socket != NULL) {
-        if (socket->fd >= 0) {
-            (void)close(socket->fd);
+        if (socket->fd != LUM_SYSTEM_NONE) {
+            close_handle(socket->fd);
         }
         free(socket->received);
         free(socket->arrivals);
@@ -195,12 +248,13 @@ bool lum_socket_counts_drops(const lum_socket *socket)
 /* --- Waiting --- */
 
 /* The cancel comes first: it must work under load too. */
-static lum_net_result judge(const struct pollfd *set, nfds_t count)
+static lum_net_result judge(const struct pollfd *set, size_t count,
+                            bool has_cancel)
 {
-    if (set[0].revents != 0) {
+    if (has_cancel && set[0].revents != 0) {
         return LUM_NET_CANCELLED;
     }
-    for (nfds_t i = 1; i < count; i++) {
+    for (size_t i = 0; i < count; i++) {
         if ((set[i].revents & POLLNVAL) != 0) {
             return LUM_NET_FAILED;
         }
@@ -208,20 +262,21 @@ static lum_net_result judge(const struct pollfd *set, nfds_t count)
     return LUM_NET_OK;
 }
 
-static lum_net_result poll_until(struct pollfd *set, nfds_t count,
-                                 int64_t deadline_ns)
+static lum_net_result poll_until(struct pollfd *set, size_t count,
+                                 bool has_cancel, int64_t deadline_ns)
 {
     for (;;) {
         const int64_t now = lum_time_monotonic_ns();
         const int64_t wait = deadline_ns > now ? deadline_ns - now : 0;
         const int ready = lum_system_poll(set, count, wait);
+        const int code = ready < 0 ? last_error() : 0;
         if (ready > 0) {
-            return judge(set, count);
+            return judge(set, count, has_cancel);
         }
         if (ready == 0 && deadline_ns <= lum_time_monotonic_ns()) {
             return LUM_NET_TIMEOUT;
         }
-        if (ready < 0 && errno != EINTR && errno != EAGAIN) {
+        if (ready < 0 && code != EINTR && code != EAGAIN) {
             return LUM_NET_FAILED;
         }
     }
@@ -232,18 +287,23 @@ lum_net_result lum_socket_wait(lum_socket *const *sockets, size_t count,
                                int64_t deadline_ns)
 {
     struct pollfd set[LUM_SOCKET_WAIT_MAX + 2u];
+    size_t used = 0;
     if (count > LUM_SOCKET_WAIT_MAX) {
         return LUM_NET_FAILED;
     }
-    /* Negative descriptors are passed over. */
-    set[0] = (struct pollfd){
-        .fd = cancel != NULL ? (int)lum_cancel_handle(cancel) : -1,
-        .events = POLLIN};
-    set[1] = (struct pollfd){.fd = extra_fd, .events = POLLIN};
-    for (size_t i = 0; i < count; i++) {
-        set[i + 2u] = (struct pollfd){.fd = sockets[i]->fd, .events = POLLIN};
+    if (cancel != NULL) {
+        set[used++] =
+            (struct pollfd){.fd = (lum_system_handle)lum_cancel_handle(cancel),
+                            .events = POLLIN};
     }
-    return poll_until(set, (nfds_t)(count + 2u), deadline_ns);
+    if (WAITS_FOR_DESCRIPTORS && extra_fd >= 0) {
+        set[used++] = (struct pollfd){.fd = (lum_system_handle)extra_fd,
+                                      .events = POLLIN};
+    }
+    for (size_t i = 0; i < count; i++) {
+        set[used++] = (struct pollfd){.fd = sockets[i]->fd, .events = POLLIN};
+    }
+    return poll_until(set, used, cancel != NULL, deadline_ns);
 }
 
 /* --- Receiving --- */
@@ -316,11 +376,12 @@ lum_net_result lum_socket_receive(lum_socket *socket, lum_received **out,
             *count = sort_out(socket, (size_t)n);
             return LUM_NET_OK;
         }
-        if (errno == EAGAIN || errno == EWOULDBLOCK) {
+        const int code = last_error();
+        if (code == EAGAIN || code == EWOULDBLOCK) {
             return LUM_NET_OK;
         }
-        if (is_broken(errno)) {
-            return lum_socket_say_broken(socket->local, errno, error);
+        if (is_broken(code)) {
+            return lum_socket_say_broken(socket->local, code, error);
         }
     }
     return LUM_NET_OK;
@@ -328,18 +389,20 @@ lum_net_result lum_socket_receive(lum_socket *socket, lum_received **out,
 
 /* --- Sending --- */
 
-/* A send may report the error of an earlier one; then it is tried again. */
-static int send_some(lum_socket *socket, const lum_outgoing *datagrams,
-                     size_t count)
+/* A send may report the error of an earlier one; then it is tried again.
+ * Returns how many left; 0 with a code. */
+static size_t send_some(lum_socket *socket, const lum_outgoing *datagrams,
+                        size_t count, int *code)
 {
     int n = -1;
     for (int tries = 0; tries < PENDING_ERRORS; tries++) {
         n = lum_system_send(socket->fd, &socket->joins, datagrams, count);
-        if (n >= 0 || (errno != EINTR && errno != ECONNREFUSED)) {
+        *code = n < 0 ? last_error() : 0;
+        if (n >= 0 || (*code != EINTR && *code != ECONNREFUSED)) {
             break;
         }
     }
-    return n;
+    return n > 0 ? (size_t)n : 0;
 }
 
 lum_net_result lum_socket_send_batch(lum_socket *socket,
@@ -352,11 +415,13 @@ lum_net_result lum_socket_send_batch(lum_socket *socket,
         return lum_socket_say_too_many(count, error);
     }
     while (*sent < count) {
-        const int n = send_some(socket, datagrams + *sent, count - *sent);
-        if (n <= 0) {
-            return lum_socket_say_unsent(&datagrams[*sent], errno, error);
+        int code = 0;
+        const size_t n =
+            send_some(socket, datagrams + *sent, count - *sent, &code);
+        if (n == 0) {
+            return lum_socket_say_unsent(&datagrams[*sent], code, error);
         }
-        *sent += (size_t)n;
+        *sent += n;
     }
     return LUM_NET_OK;
 }
