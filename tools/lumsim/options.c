@@ -352,13 +352,21 @@ static void set_defaults(struct options *out)
     out->render.seed = 1;
 }
 
+static bool is_open(const struct options *o)
+{
+    return o->moving.path != NULL ? moving_is_open(o) : standing_is_open(o);
+}
+
 static bool load(struct options *o)
 {
-    if (o->rig.path != NULL) {
-        return rig_load(o) && moving_load(o) && rig_spread(o);
+    if (o->rig.path == NULL) {
+        return files_load(o) && moving_load(o) && is_open(o);
     }
-    return files_load(o) && moving_load(o) &&
-           (o->moving.path != NULL ? moving_is_open(o) : standing_is_open(o));
+    bool is_fine = rig_load(o) && moving_load(o) && rig_spread(o);
+    for (size_t i = 0; i < o->rig.count && is_fine; i++) {
+        is_fine = is_open(&o->rig.sensors[i]);
+    }
+    return is_fine;
 }
 
 int options_parse(int argc, char **argv, struct options *out)

@@ -4,9 +4,7 @@
 #include "../common/geometry.h"
 #include "../common/rig.h"
 #include "files.h"
-#include "moving.h"
 #include "sim/random.h"
-#include "standing.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -170,9 +168,7 @@ static bool spread_one(struct options *o, uint32_t i)
     one->render.place.is_on_vehicle = true;
     one->render.place.on_vehicle = rig_pose(sensor);
     return set_names(one, o->rig.files->names[i]) && files_check(one) &&
-           layout_take(one, &files->sensor[i].profile) &&
-           (one->moving.path != NULL ? moving_is_open(one)
-                                     : standing_is_open(one));
+           layout_take(one, &files->sensor[i].profile);
 }
 
 bool rig_spread(struct options *o)
