@@ -5,9 +5,8 @@
 
 #include <cmocka.h>
 
-#include "lumros2/names.h"
-#include "lumros2/pace.h"
-#include "lumros2/qos.h"
+#include "lumros2/schedule.h"
+#include "lumros2/topics.h"
 
 #include <string.h>
 
@@ -163,30 +162,31 @@ static void what_is_no_rule_is_refused(void **state)
 
 static void messages_keep_their_distances(void **state)
 {
-    struct pace pace;
+    struct schedule schedule;
     (void)state;
-    pace_begin(&pace, 1.0, 100 * S);
-    assert_int_equal(pace_due(&pace, 5000u * (uint64_t)S), 100 * S);
-    assert_int_equal(pace_due(&pace, 5002u * (uint64_t)S), 102 * S);
-    assert_int_equal(pace_due(&pace, 5001u * (uint64_t)S), 101 * S);
-    pace_begin(&pace, 4.0, 100 * S);
-    assert_int_equal(pace_due(&pace, 5000u * (uint64_t)S), 100 * S);
-    assert_int_equal(pace_due(&pace, 5002u * (uint64_t)S), 100 * S + S / 2);
+    schedule_begin(&schedule, 1.0, 100 * S);
+    assert_int_equal(schedule_due(&schedule, 5000u * (uint64_t)S), 100 * S);
+    assert_int_equal(schedule_due(&schedule, 5002u * (uint64_t)S), 102 * S);
+    assert_int_equal(schedule_due(&schedule, 5001u * (uint64_t)S), 101 * S);
+    schedule_begin(&schedule, 4.0, 100 * S);
+    assert_int_equal(schedule_due(&schedule, 5000u * (uint64_t)S), 100 * S);
+    assert_int_equal(schedule_due(&schedule, 5002u * (uint64_t)S),
+                     100 * S + S / 2);
 }
 
 /* The host's clock was set, or there was none. */
 static void times_of_another_clock_begin_again(void **state)
 {
     const uint64_t year = UINT64_C(31536000000000000);
-    struct pace pace;
+    struct schedule schedule;
     (void)state;
-    pace_begin(&pace, 0.5, 100 * S);
-    assert_int_equal(pace_due(&pace, 0), 100 * S);
-    assert_int_equal(pace_due(&pace, 3), 100 * S + 6);
-    assert_int_equal(pace_due(&pace, 50 * year), 100 * S + 6);
-    assert_int_equal(pace_due(&pace, 50 * year + 1), 100 * S + 8);
-    assert_int_equal(pace_due(&pace, 7), 100 * S + 8);
-    assert_int_equal(pace_due(&pace, UINT64_MAX), 100 * S + 8);
+    schedule_begin(&schedule, 0.5, 100 * S);
+    assert_int_equal(schedule_due(&schedule, 0), 100 * S);
+    assert_int_equal(schedule_due(&schedule, 3), 100 * S + 6);
+    assert_int_equal(schedule_due(&schedule, 50 * year), 100 * S + 6);
+    assert_int_equal(schedule_due(&schedule, 50 * year + 1), 100 * S + 8);
+    assert_int_equal(schedule_due(&schedule, 7), 100 * S + 8);
+    assert_int_equal(schedule_due(&schedule, UINT64_MAX), 100 * S + 8);
 }
 
 int main(void)

@@ -1,7 +1,7 @@
 #include "bus.h"
 
-#include "names.h"
 #include "raw_type.h"
+#include "topics.h"
 
 #include <dds/dds.h>
 #include <stdio.h>

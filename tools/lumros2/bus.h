@@ -4,7 +4,7 @@
 #define LUMROS2_BUS_H
 
 #include "lum/base/error.h"
-#include "qos.h"
+#include "topics.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -2,7 +2,7 @@
 #include "../common/interrupt.h"
 #include "bus.h"
 #include "options.h"
-#include "player.h"
+#include "publisher.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -29,7 +29,7 @@ static int run(const struct options *options)
 {
     struct bus *bus = NULL;
     lum_error error = {""};
-    const int result = player_run(options, &bus, &error);
+    const int result = publisher_run(options, &bus, &error);
     if (!options->quiet && bus != NULL) {
         summarize(bus);
     }

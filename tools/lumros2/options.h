@@ -2,8 +2,7 @@
 #ifndef LUMROS2_OPTIONS_H
 #define LUMROS2_OPTIONS_H
 
-#include "names.h"
-#include "qos.h"
+#include "topics.h"
 
 #include <stdbool.h>
 #include <stdint.h>

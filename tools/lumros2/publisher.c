@@ -1,10 +1,10 @@
-#include "player.h"
+#include "publisher.h"
 
 #include "../common/interrupt.h"
 #include "../common/printable.h"
 #include "capture/mcap_messages.h"
 #include "lum/base/time.h"
-#include "pace.h"
+#include "schedule.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -26,7 +26,7 @@ struct part {
     int64_t last_ns;
 };
 
-struct player {
+struct publisher {
     const struct options *options;
     struct bus *bus;
     lum_source *source;
@@ -37,7 +37,7 @@ struct player {
     uint64_t messages; /* of all topics, this round */
     bool has_begun;
     int64_t round_ns; /* its begin, by the host's monotonic clock */
-    struct pace pace;
+    struct schedule schedule;
 };
 
 static bool is_paced(const struct options *o)
@@ -69,7 +69,7 @@ static void settle(struct bus *bus, int ms)
     }
 }
 
-static void wait_for_readers(const struct player *p)
+static void wait_for_readers(const struct publisher *p)
 {
     while (interrupt_signal() == 0 &&
            bus_readers(p->bus) < (unsigned)p->options->readers) {
@@ -82,7 +82,7 @@ static void wait_for_readers(const struct player *p)
 
 /* --- Topics --- */
 
-static void say_skipped(const struct player *p,
+static void say_skipped(const struct publisher *p,
                         const lum_mcap_messages_topic *topic, const char *why)
 {
     char name[NAMES_BYTES];
@@ -94,7 +94,7 @@ static void say_skipped(const struct player *p,
     }
 }
 
-static void say_topic(const struct player *p, const struct bus_topic *topic)
+static void say_topic(const struct publisher *p, const struct bus_topic *topic)
 {
     if (!p->options->quiet) {
         (void)fprintf(stderr, "lumros2: domain %lld: %s, %s, %s\n",
@@ -103,7 +103,7 @@ static void say_topic(const struct player *p, const struct bus_topic *topic)
     }
 }
 
-static int add_topic(struct player *p, const lum_mcap_message *m,
+static int add_topic(struct publisher *p, const lum_mcap_message *m,
                      lum_error *error)
 {
     char name[NAMES_BYTES];
@@ -131,7 +131,7 @@ static int add_topic(struct player *p, const lum_mcap_message *m,
     return 0;
 }
 
-static void say_readers(const struct player *p)
+static void say_readers(const struct publisher *p)
 {
     for (size_t i = 0; p->options->verbose && i < bus_topics(p->bus); i++) {
         const struct bus_count count = bus_count(p->bus, i);
@@ -152,13 +152,13 @@ static void note(struct part *part, int64_t due_ns)
     part->last_ns = due_ns;
 }
 
-static void begin_round(struct player *p, int64_t host_ns)
+static void begin_round(struct publisher *p, int64_t host_ns)
 {
     p->round_ns = host_ns;
-    pace_begin(&p->pace, p->options->rate, host_ns);
+    schedule_begin(&p->schedule, p->options->rate, host_ns);
 }
 
-static void await(struct player *p, const lum_mcap_message *m)
+static void await(struct publisher *p, const lum_mcap_message *m)
 {
     if (!p->has_begun) {
         p->has_begun = true;
@@ -166,13 +166,13 @@ static void await(struct player *p, const lum_mcap_message *m)
         begin_round(p, lum_time_monotonic_ns());
     }
     if (is_paced(p->options)) {
-        const int64_t due_ns = pace_due(&p->pace, m->log_ns);
+        const int64_t due_ns = schedule_due(&p->schedule, m->log_ns);
         note(&p->parts[m->index], due_ns);
         sleep_until(due_ns);
     }
 }
 
-static int publish(struct player *p, const lum_mcap_message *m,
+static int publish(struct publisher *p, const lum_mcap_message *m,
                    lum_error *error)
 {
     const size_t place = p->places[m->index];
@@ -194,7 +194,7 @@ static int publish(struct player *p, const lum_mcap_message *m,
     return 0;
 }
 
-static int take(struct player *p, lum_mcap_event event,
+static int take(struct publisher *p, lum_mcap_event event,
                 const lum_mcap_message *m, lum_error *error)
 {
     return event == LUM_MCAP_HAS_TOPIC ? add_topic(p, m, error)
@@ -204,14 +204,15 @@ static int take(struct player *p, lum_mcap_event event,
 /* --- Rounds --- */
 
 /* A signal ends the reading of a pipe, too. */
-static int fail(const struct player *p, const lum_error *why, lum_error *error)
+static int fail(const struct publisher *p, const lum_error *why,
+                lum_error *error)
 {
     return interrupt_signal() != 0
                ? 0
                : lum_error_set(error, "%s: %s", p->name, why->text);
 }
 
-static int play(struct player *p, lum_error *error)
+static int play(struct publisher *p, lum_error *error)
 {
     lum_mcap_message m;
     lum_error why = {""};
@@ -228,7 +229,7 @@ static int play(struct player *p, lum_error *error)
 
 /* The next round begins so that the messages of the topic that has most of them
  * go on in their rhythm. */
-static void end_round(struct player *p)
+static void end_round(struct publisher *p)
 {
     const struct part *most = &p->parts[0];
     for (size_t i = 1; i < LUM_MCAP_CHANNELS_KEPT_MAX; i++) {
@@ -240,7 +241,7 @@ static void end_round(struct player *p)
     begin_round(p, p->round_ns + (round > ROUND_MIN_NS ? round : ROUND_MIN_NS));
 }
 
-static int play_file(struct player *p, lum_error *error)
+static int play_file(struct publisher *p, lum_error *error)
 {
     lum_error why = {""};
     p->file = lum_mcap_messages_new(p->source, &why);
@@ -253,7 +254,7 @@ static int play_file(struct player *p, lum_error *error)
                : -1;
 }
 
-static void say_damage(const struct player *p)
+static void say_damage(const struct publisher *p)
 {
     lum_error damage = {""};
     if (p->file != NULL && lum_mcap_messages_damaged(p->file, &damage) != 0 &&
@@ -262,7 +263,7 @@ static void say_damage(const struct player *p)
     }
 }
 
-static int play_once(struct player *p, lum_error *error)
+static int play_once(struct publisher *p, lum_error *error)
 {
     memset(p->parts, 0, sizeof p->parts);
     p->messages = 0;
@@ -276,7 +277,7 @@ static int play_once(struct player *p, lum_error *error)
     return result;
 }
 
-static int check_messages(const struct player *p, lum_error *error)
+static int check_messages(const struct publisher *p, lum_error *error)
 {
     return p->messages != 0 || interrupt_signal() != 0
                ? 0
@@ -284,12 +285,13 @@ static int check_messages(const struct player *p, lum_error *error)
                                p->name);
 }
 
-int player_run(const struct options *options, struct bus **bus,
-               lum_error *error)
+int publisher_run(const struct options *options, struct bus **bus,
+                  lum_error *error)
 {
     const bool is_stream = strcmp(options->source, "-") == 0;
-    struct player p = {.options = options,
-                       .name = is_stream ? "standard input" : options->source};
+    struct publisher p = {.options = options,
+                          .name =
+                              is_stream ? "standard input" : options->source};
     int result = 0;
     do {
         result = play_once(&p, error);

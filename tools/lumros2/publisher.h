@@ -1,6 +1,6 @@
 /* The messages of a source to topics, at their times. */
-#ifndef LUMROS2_PLAYER_H
-#define LUMROS2_PLAYER_H
+#ifndef LUMROS2_PUBLISHER_H
+#define LUMROS2_PUBLISHER_H
 
 #include "bus.h"
 #include "options.h"
@@ -9,7 +9,7 @@
  * the caller's to close, is joined when the source has shown what it is; NULL
  * before.
  * Returns 0; -1 with the reason in error. */
-int player_run(const struct options *options, struct bus **bus,
-               lum_error *error);
+int publisher_run(const struct options *options, struct bus **bus,
+                  lum_error *error);
 
 #endif
