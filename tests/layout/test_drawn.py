@@ -184,7 +184,7 @@ class Drawn(unittest.TestCase):
         run("clang", *FLAGS, "-Wunreachable-code", "-Wimplicit-int-conversion", "-fsyntax-only",
             *sorted(self.folder.glob("named_*.c"))[:100])
 
-    def test_the_cmake_of_porting_md(self):
+    def test_the_cmake_of_the_firmware_reference(self):
         """Its file in place of layout_any.c."""
         program = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         (program / "lumsdk").symlink_to(ROOT)
