@@ -19,23 +19,13 @@
 #define LUM_DEGREE_DECIMALS 5u /**< azimuth, elevation */
 #define LUM_WIDTH_DECIMALS  3u /**< pulse width */
 
-#define LUM_ANGLE_COPY 16u /**< bytes that hold nearly every angle */
-#define LUM_LINE_COPY  32u /**< bytes that hold nearly every line's columns */
-#define LUM_TAIL_COPY  8u  /**< bytes that hold the tail of one small integer */
-
-/** Text of a column that is often the same as in the row before. */
-typedef struct lum_text_memory {
-    const char *text; /**< where it was written, with its separator */
-    size_t bytes;     /**< of it; 0: none yet */
-    float value;      /**< that it stands for */
-} lum_text_memory;
+#define LUM_LINE_COPY 32u /**< bytes that hold nearly every line's columns */
+#define LUM_TAIL_COPY 8u  /**< bytes that hold the tail of one small integer */
 
 /** What rows of a line share: text that is made once. */
 typedef struct lum_text_line {
     char line[3u * LUM_DECIMAL_ROOM]; /**< timestamp, frame, eye, line */
     size_t line_bytes;                /**< of those */
-    lum_text_memory azimuth;          /**< of the row before */
-    lum_text_memory elevation;        /**< of the row before */
     const char *tail;  /**< what each row has behind the edge, its newline
                             included, with room for a copy of LUM_TAIL_COPY */
     size_t tail_bytes; /**< of those; 0: the newline alone */
@@ -90,22 +80,6 @@ LUM_ALWAYS_INLINE char *lum_put_shared(char *p, const char *from, size_t n,
     return p + n;
 }
 
-/** An angle: neighbours share elevations, returns of a pixel share both. A new
- * one is written in its place: a copy of what was only just written would wait
- * for it. */
-LUM_ALWAYS_INLINE char *lum_put_angle(char *p, lum_text_memory *memory,
-                                      float angle, char separator)
-{
-    if (memory->bytes == 0 || angle != memory->value) {
-        char *end = lum_put_column(p, angle, LUM_DEGREE_DECIMALS, separator);
-        memory->text = p;
-        memory->bytes = (size_t)(end - p);
-        memory->value = angle;
-        return end;
-    }
-    return lum_put_shared(p, memory->text, memory->bytes, LUM_ANGLE_COPY);
-}
-
 /** A column of a small integer. */
 LUM_ALWAYS_INLINE char *lum_put_count(char *p, uint16_t v, char separator)
 {
@@ -132,7 +106,7 @@ LUM_ALWAYS_INLINE char *lum_put_return(char *p, const lum_sample *sample,
 /** A row.
  * @param p has LUM_TEXT_ROW_ROOM bytes.
  * @return its end, behind the newline. */
-LUM_ALWAYS_INLINE char *lum_put_text_row(char *p, lum_text_line *text,
+LUM_ALWAYS_INLINE char *lum_put_text_row(char *p, const lum_text_line *text,
                                          const lum_sample *sample,
                                          lum_text_style style)
 {
@@ -145,8 +119,8 @@ LUM_ALWAYS_INLINE char *lum_put_text_row(char *p, lum_text_line *text,
         p = lum_put_column(p, s->pulse_width, LUM_WIDTH_DECIMALS, separator);
     }
     p = lum_put_column(p, s->range, LUM_METRE_DECIMALS, separator);
-    p = lum_put_angle(p, &text->azimuth, s->azimuth, separator);
-    p = lum_put_angle(p, &text->elevation, s->elevation, separator);
+    p = lum_put_column(p, s->azimuth, LUM_DEGREE_DECIMALS, separator);
+    p = lum_put_column(p, s->elevation, LUM_DEGREE_DECIMALS, separator);
     if (!style.width_first) {
         p = lum_put_column(p, s->pulse_width, LUM_WIDTH_DECIMALS, separator);
     }
@@ -163,12 +137,10 @@ LUM_ALWAYS_INLINE char *lum_put_text_row(char *p, lum_text_line *text,
 
 /** Write n rows at a place that has LUM_TEXT_ROW_ROOM bytes for each.
  * @return the end of the last. */
-LUM_ALWAYS_INLINE char *lum_put_text_rows(char *p, lum_text_line *text,
+LUM_ALWAYS_INLINE char *lum_put_text_rows(char *p, const lum_text_line *text,
                                           const lum_sample *samples, size_t n,
                                           lum_text_style style)
 {
-    text->azimuth.bytes = 0; /* the rows before may be elsewhere */
-    text->elevation.bytes = 0;
     for (size_t i = 0; i < n; i++) {
         p = lum_put_text_row(p, text, &samples[i], style);
     }
