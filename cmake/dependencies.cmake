@@ -128,12 +128,6 @@ if(LUM_WITH_CAPTURE AND LUM_WITH_FRAME AND LUM_WITH_INFER AND LUM_WITH_CLOUD AND
   set(LUM_WITH_FILES ON)
 endif()
 
-# Editing of lines in lumctl's shell, where there is libedit.
-set(LUM_WITH_EDIT OFF)
-if(LUM_BUILD_TOOLS)
-  lum_find_optional(EDIT LUM_USE_EDIT LUM_EDIT libedit)
-endif()
-
 # lumros2, where there is Cyclone DDS.
 set(LUM_WITH_ROS2 OFF)
 set(lum_why_no_ros2 "missing: CycloneDDS (Debian: cyclonedds-dev)")

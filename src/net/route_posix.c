@@ -8,53 +8,49 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-/* The address that the host would send from: a connected UDP socket has it
- * without sending anything. */
-static bool source_for(uint32_t address, struct sockaddr_in *out)
+/* A connected UDP socket has it without sending anything. */
+uint32_t lum_route_source(uint32_t address)
 {
     const struct sockaddr_in to = lum_sockaddr_of((lum_endpoint){address, 9});
-    socklen_t len = sizeof *out;
+    struct sockaddr_in own;
+    socklen_t len = sizeof own;
     const int fd = socket(AF_INET, SOCK_DGRAM, 0);
     if (fd < 0) {
-        return false;
+        return 0;
     }
     const bool found =
         connect(fd, (const struct sockaddr *)&to, sizeof to) == 0 &&
-        getsockname(fd, (struct sockaddr *)out, &len) == 0;
+        getsockname(fd, (struct sockaddr *)&own, &len) == 0;
     (void)close(fd);
-    return found;
+    return found ? ntohl(own.sin_addr.s_addr) : 0;
 }
 
-static bool is_address(const struct ifaddrs *entry, struct in_addr address)
+static bool is_address(const struct ifaddrs *entry, uint32_t address)
 {
     struct sockaddr_in theirs;
     if (entry->ifa_addr == NULL || entry->ifa_addr->sa_family != AF_INET) {
         return false;
     }
     memcpy(&theirs, entry->ifa_addr, sizeof theirs);
-    return theirs.sin_addr.s_addr == address.s_addr;
+    return ntohl(theirs.sin_addr.s_addr) == address;
 }
 
 /* Every address of 127/8 is the loopback's, although it lists only the
  * first. */
-static struct in_addr as_listed(struct in_addr address)
+static uint32_t as_listed(uint32_t address)
 {
-    if (ntohl(address.s_addr) >> 24 == 127u) {
-        address.s_addr = htonl(INADDR_LOOPBACK);
-    }
-    return address;
+    return address >> 24 == 127u ? INADDR_LOOPBACK : address;
 }
 
 /* If two interfaces have one address, it is not clear which is meant. */
 bool lum_route_interface(uint32_t address, char *out, size_t room)
 {
-    struct sockaddr_in source;
+    const uint32_t wanted = as_listed(lum_route_source(address));
     struct ifaddrs *all = NULL;
     unsigned found = 0;
-    if (!source_for(address, &source) || getifaddrs(&all) != 0) {
+    if (wanted == 0 || getifaddrs(&all) != 0) {
         return false;
     }
-    const struct in_addr wanted = as_listed(source.sin_addr);
     for (const struct ifaddrs *i = all; i != NULL; i = i->ifa_next) {
         if (is_address(i, wanted)) {
             (void)snprintf(out, room, "%s", i->ifa_name);

@@ -9,6 +9,11 @@ int make_folder(const char *path)
     return mkdir(path, 0777);
 }
 
+int make_private_folder(const char *path)
+{
+    return mkdir(path, 0700);
+}
+
 void remove_folder(const char *path)
 {
     (void)rmdir(path);

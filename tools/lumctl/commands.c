@@ -22,7 +22,6 @@ struct command {
     const char *arguments; /* as --help shows them; NULL: none */
     const char *summary;
     unsigned own;         /* own_options it has */
-    const char *words[4]; /* that may follow it */
     const char *lacks[2]; /* options of every command that it refuses */
     ctl_command run;
 };
@@ -39,7 +38,6 @@ static const struct command table[] = {
      .arguments = "[answers|up|down|clear]",
      .summary = "until it answers, its laser is so, or hazards end",
      .own = OWN_FOR,
-     .words = {"answers", "up", "down", "clear"},
      .lacks = {"dry-run", "json"},
      .run = command_wait},
     {.name = "time",
@@ -54,7 +52,6 @@ static const struct command table[] = {
     {.name = "laser",
      .arguments = "on|off",
      .summary = "switch the laser, and check the result",
-     .words = {"on", "off"},
      .run = command_laser},
     {.name = "power",
      .arguments = "N",
@@ -63,12 +60,10 @@ static const struct command table[] = {
     {.name = "threshold",
      .arguments = "green|blue N",
      .summary = "detection threshold, 0 to 100 percent",
-     .words = {"green", "blue"},
      .run = command_parameter},
     {.name = "lines",
      .arguments = "640|64",
      .summary = "lines of a frame",
-     .words = {"640", "64"},
      .run = command_parameter},
     {.name = "yscan",
      .arguments = "FOV|--shape SHAPE",
@@ -82,7 +77,6 @@ static const struct command table[] = {
     {.name = "offset",
      .arguments = "green|blue N",
      .summary = "offset of galvo and ADC, 0 to 30",
-     .words = {"green", "blue"},
      .run = command_parameter},
     {.name = "send",
      .arguments = "TEXT",
@@ -122,7 +116,6 @@ static const struct command table[] = {
      .run = command_heartbeat},
     {.name = "doctor",
      .summary = "find what is wrong, and how to fix it",
-     .own = OWN_TRACE,
      .lacks = {"dry-run"},
      .run = command_doctor},
     {.name = "shell",
@@ -149,15 +142,6 @@ static const struct command *find(const char *name)
         }
     }
     return NULL;
-}
-
-const char *ctl_command_word(int count, char **words, size_t i)
-{
-    const struct command *command = count == 1 ? find(words[0]) : NULL;
-    if (count == 0) {
-        return ctl_command_name(i);
-    }
-    return command != NULL && i < 4 ? command->words[i] : NULL;
 }
 
 /* --- Help and version --- */
@@ -274,6 +258,24 @@ static enum exit_status check_own(const struct command *command, unsigned given)
                         list_owners(first, names));
 }
 
+/* Words and a dry run where there can be none. */
+static enum exit_status check_line(const struct ctl *ctl,
+                                   const struct command *command, int count,
+                                   char **words)
+{
+    if (command->arguments == NULL && count > 1) {
+        return ctl_complain(EXIT_BAD, "%s: '%s': no word is expected after %s",
+                            command->name, words[1], command->name);
+    }
+    return ctl->options.dry_run && command->lacks[0] != NULL &&
+                   strcmp(command->lacks[0], "dry-run") == 0
+               ? ctl_complain(EXIT_BAD,
+                              "--dry-run prints the packet of a command; it "
+                              "does not go with %s",
+                              command->name)
+               : EXIT_DONE;
+}
+
 static enum exit_status check_typed(const struct ctl_options *o)
 {
     if (o->owner.laser) {
@@ -336,7 +338,6 @@ static void forget_own(struct ctl_options *options)
     options->owner = (struct owner_options){.heartbeat = false};
     options->sweep = (struct sweep_options){.output = NULL};
     options->yscan = (struct yscan_options){.shape = NULL};
-    options->trace = false;
     options->force = false;
     options->subnet = NULL;
     options->wants_help = false;
@@ -452,6 +453,8 @@ static enum exit_status run(struct ctl *ctl, const struct command *command,
 {
     const bool owned = ctl->owns;
     enum exit_status status = check_own(command, found->own);
+    status = status == EXIT_DONE ? check_line(ctl, command, found->count, words)
+                                 : status;
     if (status == EXIT_DONE && ctl->in_shell) {
         status = check_typed(&ctl->options);
     }

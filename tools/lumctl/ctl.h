@@ -86,7 +86,6 @@ struct ctl_options {
     struct owner_options owner;
     struct sweep_options sweep;
     struct yscan_options yscan;
-    bool trace;         /* doctor */
     bool force;         /* set-ip */
     const char *subnet; /* find; NULL: not given */
     bool wants_help;
@@ -200,11 +199,7 @@ enum exit_status command_doctor(struct ctl *ctl, int count, char **words);
 enum exit_status command_wait(struct ctl *ctl, int count, char **words);
 enum exit_status command_sweep(struct ctl *ctl, int count, char **words);
 
-/* The commands' names, for completion: the i-th, NULL after the last. */
+/* The commands' names: the i-th, NULL after the last. */
 const char *ctl_command_name(size_t i);
-
-/* Words that may follow a command's words so far ("laser" -> "on", "off"): the
- * i-th, NULL after the last. */
-const char *ctl_command_word(int count, char **words, size_t i);
 
 #endif

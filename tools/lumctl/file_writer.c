@@ -62,10 +62,10 @@ static int fail(const char *path, lum_error *error)
 static int open_rows(const char *path)
 {
     const int64_t end = lum_time_monotonic_ns() + LOCK_NS;
-    int fd = rows_file_open(path);
+    int fd = rows_file_open(path, false);
     while (fd < 0 && errno == EBUSY && lum_time_monotonic_ns() < end) {
         lum_time_sleep_until(lum_time_monotonic_ns() + AGAIN_NS);
-        fd = rows_file_open(path);
+        fd = rows_file_open(path, false);
     }
     return fd;
 }

@@ -225,11 +225,8 @@ static enum exit_status beat(struct ctl *ctl)
 
 enum exit_status command_heartbeat(struct ctl *ctl, int count, char **words)
 {
-    if (count > 1) {
-        return ctl_complain(
-            EXIT_BAD, "heartbeat: '%s': no word is expected after heartbeat",
-            words[1]);
-    }
+    (void)count;
+    (void)words;
     if (ctl->options.dry_run) {
         uint8_t packet[LUM_HEARTBEAT_BYTES];
         lum_heartbeat_encode(packet);

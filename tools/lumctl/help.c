@@ -113,8 +113,8 @@ static const struct {
      "  lumctl heartbeat --laser --duration 60 --every 10 --csv warm.csv\n"},
     {"doctor",
      "Checks the host, the way to the sensor and the sensor, in order,\n"
-     "and prints the command that fixes what is wrong. --trace, as root,\n"
-     "asks the kernel which firewall rule drops requests or answers.\n"},
+     "and prints the command that fixes what is wrong. As root it finds\n"
+     "more.\n"},
     {"shell", "Takes commands like lumctl, and the manual's text (50p).\n"
               "quit or Ctrl-D ends it.\n"},
 };

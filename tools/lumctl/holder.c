@@ -1,6 +1,6 @@
 #include "holder.h"
 
-#include "reach.h"
+#include "host_route.h"
 #include "session.h"
 
 #include <stdlib.h>
@@ -17,16 +17,15 @@ static const struct host_interface *link_to(const struct ctl *ctl,
                                             size_t count, uint32_t address)
 {
     const char *only = ctl->options.interface;
-    struct reach reach;
-    reach_find(address, &reach);
-    const bool is_direct = reach.exists && !reach.has_gateway;
-    const char *name = only != NULL ? only : reach.interface;
+    const struct host_route route = host_route_find(address, NULL);
+    const bool is_direct = route.exists && !route.has_gateway;
+    const char *name = only != NULL ? only : route.interface;
     const struct host_interface *found =
-        reach.is_known ? interfaces_find(all, count, name) : NULL;
+        route.is_known ? interfaces_find(all, count, name) : NULL;
     if (found == NULL || found->is_loopback || !found->has_mac) {
         return NULL;
     }
-    return (is_direct && strcmp(reach.interface, name) == 0) ||
+    return (is_direct && strcmp(route.interface, name) == 0) ||
                    (only != NULL && interfaces_subnet(found, address) != NULL)
                ? found
                : NULL;
@@ -68,7 +67,7 @@ void holders_find(struct ctl *ctl, uint32_t address, struct arp_answers *out)
     }
     const struct host_interface *on = link_to(ctl, all, count, address);
     if (on != NULL && !arp_answers_hear(on, address, &patience, out) &&
-        reach_neighbour(address, on->name, mac)) {
+        host_route_neighbour(address, on->name, mac)) {
         arp_answers_add(out, mac);
     }
     free(all);

@@ -110,8 +110,6 @@ static const struct option_spec specs[] = {
      .help = "no notes on standard error"},
     {"watch", .kind = OPTION_FLAG, .group = OWN_WATCH, INTO(repeat.watch),
      .help = "continue until Ctrl-C (status, time)"},
-    {"trace", .kind = OPTION_FLAG, .group = OWN_TRACE, INTO(trace),
-     .help = "name the firewall rule that drops packets (doctor)"},
     {"heartbeat", .kind = OPTION_FLAG, .group = OWN_HEARTBEAT,
      INTO(owner.heartbeat), .help = "own the session (shell)"},
     {"rate", .kind = OPTION_REAL, .group = OWN_RATE, INTO(owner.rate_hz),

@@ -15,7 +15,6 @@ enum own_option {
     OWN_SESSION = 64, /* what a session is opened with: none inside a shell */
     OWN_FORCE = 128,
     OWN_SUBNET = 256,
-    OWN_TRACE = 512,
     OWN_CALIBRATION = 1024,
     OWN_PROFILE = 2048, /* as OWN_SESSION, and no dry run in a shell has it */
     OWN_FOR = 4096,

@@ -3,7 +3,7 @@
 #include "../common/printable.h"
 #include "refusal.h"
 #include "session.h"
-#include "store.h"
+#include "state_file.h"
 #include "yscan/yscan.h"
 
 #include "lum/base/time.h"
@@ -171,18 +171,18 @@ static bool is_plain(char c)
 
 /* Any name of an interface as part of a file's name. */
 static int find_path(const struct memory_key *key, const char *folder,
-                     char out[STORE_PATH_BYTES], lum_error *error)
+                     char out[STATE_PATH_BYTES], lum_error *error)
 {
     const lum_endpoint host = {key->address, LUM_PORT};
-    size_t n = (size_t)snprintf(out, STORE_PATH_BYTES, "%s/%s_%u_", folder,
+    size_t n = (size_t)snprintf(out, STATE_PATH_BYTES, "%s/%s_%u_", folder,
                                 session_name(host).text, (unsigned)key->port);
-    for (const char *c = key->interface; *c != '\0' && n < STORE_PATH_BYTES;
+    for (const char *c = key->interface; *c != '\0' && n < STATE_PATH_BYTES;
          c++) {
-        n += (size_t)snprintf(out + n, STORE_PATH_BYTES - n,
+        n += (size_t)snprintf(out + n, STATE_PATH_BYTES - n,
                               is_plain(*c) ? "%c" : "=%02x",
                               is_plain(*c) ? *c : (unsigned char)*c);
     }
-    return n < STORE_PATH_BYTES
+    return n < STATE_PATH_BYTES
                ? 0
                : lum_error_set(error, "the name of its file would be too long");
 }
@@ -194,7 +194,7 @@ static bool load(const struct ctl *ctl, const struct memory_key *key,
 {
     char text[MEMORY_TEXT_BYTES];
     lum_error error = {""};
-    const int found = store_read(path, text, sizeof text, &error);
+    const int found = state_read(path, text, sizeof text, &error);
     if (found == 1 && memory_read(text, key, out, &error) == 0) {
         return true;
     }
@@ -212,7 +212,7 @@ static int save(const struct memory_key *key, const char *path,
 {
     char text[MEMORY_TEXT_BYTES];
     const size_t len = memory_write(key, memory, text);
-    return store_write(path, text, len, error);
+    return state_write(path, text, len, error);
 }
 
 /* --- Whether the sensor has restarted --- */
@@ -268,18 +268,19 @@ static int merge(const struct ctl *ctl, const struct memory_clock *clock,
 {
     struct memory_key key;
     struct memory memory;
-    struct store_lock lock;
-    char folder[STORE_PATH_BYTES];
-    char path[STORE_PATH_BYTES];
+    char folder[STATE_PATH_BYTES];
+    char path[STATE_PATH_BYTES];
     double missed = 0.0;
     key_of(ctl, session_host(ctl), &key);
-    if (store_folder(folder, error) != 0 ||
-        find_path(&key, folder, path, error) != 0 ||
-        store_lock(folder, lock_ns(ctl), &lock, error) != 0) {
+    const int lock = state_folder(folder, error) != 0 ||
+                             find_path(&key, folder, path, error) != 0
+                         ? -1
+                         : state_lock(folder, lock_ns(ctl), error);
+    if (lock < 0) {
         return -1;
     }
     if (!load(ctl, &key, path, &memory) && !is_acknowledged(&ctl->changes)) {
-        store_unlock(&lock);
+        state_unlock(lock);
         return 0;
     }
     const bool had_any = memory_has_any(&memory);
@@ -292,7 +293,7 @@ static int merge(const struct ctl *ctl, const struct memory_clock *clock,
     }
     memory_merge(&memory, &ctl->changes, lum_time_utc_ns());
     const int result = save(&key, path, &memory, error);
-    store_unlock(&lock);
+    state_unlock(lock);
     return result;
 }
 
@@ -320,8 +321,8 @@ static int move_file(const struct ctl *ctl, const char *folder,
                      lum_error *error)
 {
     struct memory memory;
-    char old[STORE_PATH_BYTES];
-    char new[STORE_PATH_BYTES];
+    char old[STATE_PATH_BYTES];
+    char new[STATE_PATH_BYTES];
     if (find_path(from, folder, old, error) != 0 ||
         find_path(to, folder, new, error) != 0) {
         return -1;
@@ -330,13 +331,13 @@ static int move_file(const struct ctl *ctl, const char *folder,
         return 0;
     }
     if (!load(ctl, from, old, &memory)) {
-        store_remove(new);
+        (void)remove(new);
         return 0;
     }
     if (save(to, new, &memory, error) != 0) {
         return -1;
     }
-    store_remove(old);
+    (void)remove(old);
     return 0;
 }
 
@@ -344,18 +345,17 @@ void remember_move(const struct ctl *ctl, lum_endpoint from, lum_endpoint to)
 {
     struct memory_key old;
     struct memory_key new;
-    struct store_lock lock;
-    char folder[STORE_PATH_BYTES];
+    char folder[STATE_PATH_BYTES];
     lum_error error = {""};
     key_of(ctl, from, &old);
     key_of(ctl, to, &new);
-    int result = store_folder(folder, &error);
-    if (result == 0) {
-        result = store_lock(folder, lock_ns(ctl), &lock, &error);
-    }
-    if (result == 0) {
+    const int lock = state_folder(folder, &error) == 0
+                         ? state_lock(folder, lock_ns(ctl), &error)
+                         : -1;
+    int result = -1;
+    if (lock >= 0) {
         result = move_file(ctl, folder, &old, &new, &error);
-        store_unlock(&lock);
+        state_unlock(lock);
     }
     if (result != 0) {
         ctl_note(ctl,
@@ -390,30 +390,29 @@ static enum exit_status ask(struct ctl *ctl, struct memory_clock *out)
 static void see(const struct ctl *ctl, const char *folder, const char *path,
                 struct remembered *out)
 {
-    struct store_lock lock;
     lum_error error = {""};
-    const bool has_lock = out->clock.is_known &&
-                          store_lock(folder, lock_ns(ctl), &lock, &error) == 0;
-    if (has_lock) {
+    const int lock =
+        out->clock.is_known ? state_lock(folder, lock_ns(ctl), &error) : -1;
+    if (lock >= 0) {
         out->has_file = load(ctl, &out->key, path, &out->memory);
     }
     out->run = memory_see_clock(&out->memory, &out->clock, &out->missed);
-    if (has_lock) {
+    if (lock >= 0) {
         (void)save(&out->key, path, &out->memory, &error);
-        store_unlock(&lock);
+        state_unlock(lock);
     }
 }
 
 enum exit_status remember_look(struct ctl *ctl, struct remembered *out)
 {
-    char folder[STORE_PATH_BYTES];
-    char path[STORE_PATH_BYTES];
+    char folder[STATE_PATH_BYTES];
+    char path[STATE_PATH_BYTES];
     lum_error error = {""};
     *out = (struct remembered){.run = MEMORY_RUN_UNKNOWN, .missed = 1.0};
     const enum exit_status status = ask(ctl, &out->clock);
     key_of(ctl, session_host(ctl), &out->key);
     out->has_answered = out->clock.is_known;
-    if (store_folder(folder, &error) != 0 ||
+    if (state_folder(folder, &error) != 0 ||
         find_path(&out->key, folder, path, &error) != 0) {
         return status != EXIT_DONE
                    ? status

@@ -5,11 +5,13 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
 #include <unistd.h>
 
-int rows_file_open(const char *path)
+int rows_file_open(const char *path, bool is_private)
 {
-    const int fd = open(path, O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
+    const int fd = open(path, O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC,
+                        is_private ? 0600 : 0666);
     if (fd >= 0 && lum_claim_lock(fd) != 0) {
         (void)close(fd);
         errno = EBUSY;
@@ -34,4 +36,9 @@ int rows_file_put(int fd, const char *text, size_t len)
         len -= n > 0 ? (size_t)n : 0;
     }
     return 0;
+}
+
+int rows_file_replace(const char *from, const char *to)
+{
+    return rename(from, to);
 }

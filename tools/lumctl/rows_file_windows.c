@@ -6,17 +6,22 @@
 #include <stdint.h>
 #include <windows.h>
 
-int rows_file_open(const char *path)
+static int code_of(DWORD code)
 {
+    return code == ERROR_SHARING_VIOLATION ? EBUSY
+           : code == ERROR_PATH_NOT_FOUND  ? ENOENT
+           : code == ERROR_ACCESS_DENIED   ? EACCES
+                                           : EIO;
+}
+
+int rows_file_open(const char *path, bool is_private)
+{
+    (void)is_private;
     const HANDLE file =
         CreateFileA(path, GENERIC_READ | GENERIC_WRITE, FILE_SHARE_READ, NULL,
                     OPEN_ALWAYS, FILE_ATTRIBUTE_NORMAL, NULL);
     if (file == INVALID_HANDLE_VALUE) {
-        const DWORD code = GetLastError();
-        errno = code == ERROR_SHARING_VIOLATION ? EBUSY
-                : code == ERROR_PATH_NOT_FOUND  ? ENOENT
-                : code == ERROR_ACCESS_DENIED   ? EACCES
-                                                : EIO;
+        errno = code_of(GetLastError());
         return -1;
     }
     return _open_osfhandle((intptr_t)file,
@@ -39,4 +44,11 @@ int rows_file_put(int fd, const char *text, size_t len)
         len -= (size_t)n;
     }
     return 0;
+}
+
+int rows_file_replace(const char *from, const char *to)
+{
+    const bool is_done = MoveFileExA(from, to, MOVEFILE_REPLACE_EXISTING) != 0;
+    errno = is_done ? errno : code_of(GetLastError());
+    return is_done ? 0 : -1;
 }

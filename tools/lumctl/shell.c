@@ -1,8 +1,7 @@
 #include "../common/interrupt.h"
 #include "ctl.h"
 #include "laser.h"
-#include "line.h"
-#include "line_plain.h"
+#include "prompt.h"
 #include "report.h"
 #include "session.h"
 #include "words.h"
@@ -14,13 +13,11 @@
 
 #include <signal.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#define WORDS_MAX  64
-#define POLL_NS    INT64_C(1000000000)
-#define LOOK_NS    (INT64_C(1000000) * LINE_LOOK_MS)
-#define PATH_BYTES 1024
+#define WORDS_MAX 64
+#define POLL_NS   INT64_C(1000000000)
+#define LOOK_NS   (INT64_C(1000000) * PROMPT_LOOK_MS)
 
 struct shell {
     struct ctl *ctl;
@@ -33,20 +30,6 @@ struct shell {
 
 /* --- What the sensor says --- */
 
-/* Where state of programs belongs; NULL where there is no home. */
-static const char *history_path(char out[PATH_BYTES])
-{
-    const char *state = getenv("XDG_STATE_HOME");
-    const char *home = getenv("HOME");
-    int n = 0;
-    if (state != NULL && *state == '/') {
-        n = snprintf(out, PATH_BYTES, "%s/lumctl_history", state);
-    } else if (home != NULL && *home != '\0') {
-        n = snprintf(out, PATH_BYTES, "%s/.lumctl_history", home);
-    }
-    return n > 0 && n < PATH_BYTES ? out : NULL;
-}
-
 static void show_status(struct shell *s, uint16_t status)
 {
     s->ctl->was_up &= lum_laser_is_on(status);
@@ -57,7 +40,7 @@ static void show_status(struct shell *s, uint16_t status)
     s->status = status;
     s->ctl->has_status = true;
     s->ctl->status = status;
-    line_above(report_line(status, session_is_owned(s->ctl, status)).text);
+    prompt_above(report_line(status, session_is_owned(s->ctl, status)).text);
 }
 
 static void show_news(const struct shell *s)
@@ -68,7 +51,7 @@ static void show_news(const struct shell *s)
         if (news.kind == LUM_NEWS_LASER_CAME_UP && s->ctl->was_up) {
             s->ctl->was_up = false;
         } else {
-            line_above(lum_news_tell(&news, text, sizeof text));
+            prompt_above(lum_news_tell(&news, text, sizeof text));
         }
     }
 }
@@ -189,7 +172,7 @@ static void run_line(struct shell *s, char *text)
 
 static bool is_end(const char *text)
 {
-    char copy[LINE_BYTES];
+    char copy[PROMPT_LINE_BYTES];
     (void)snprintf(copy, sizeof copy, "%s", text);
     words_trim(copy);
     return is_end_word(copy);
@@ -198,34 +181,34 @@ static bool is_end(const char *text)
 /* False when the shell is to end. */
 static bool serve_input(struct shell *s)
 {
-    char copy[LINE_BYTES];
+    char copy[PROMPT_LINE_BYTES];
     const char *text = NULL;
-    const enum line_event event = line_take(&text);
-    if (event == LINE_END) {
-        line_break();
+    const enum prompt_event event = prompt_take(&text);
+    if (event == PROMPT_END) {
+        prompt_break();
         s->was_left = report_is_terminal(stdin);
         return false;
     }
-    if (event == LINE_READY && is_end(text)) {
+    if (event == PROMPT_LINE && is_end(text)) {
         s->was_left = true;
         return false;
     }
-    if (event == LINE_TOO_LONG) {
+    if (event == PROMPT_TOO_LONG) {
         note_failure(s, ctl_complain(EXIT_BAD,
                                      "a line of more than %u bytes "
                                      "was left out",
-                                     LINE_BYTES - 1));
+                                     PROMPT_LINE_BYTES - 1));
     }
-    if (event == LINE_READY) {
+    if (event == PROMPT_LINE) {
         (void)snprintf(copy, sizeof copy, "%s", text);
         if (copy[strspn(copy, " \t")] != '\0' && copy[0] != '#') {
             run_line(s, copy);
         }
         if (interrupt_signal() == SIGINT) {
             interrupt_forget();
-            line_break();
+            prompt_break();
         }
-        line_prompt();
+        prompt_show();
     }
     return true;
 }
@@ -237,11 +220,11 @@ static bool serve_signal(void)
 {
     if (interrupt_signal() == SIGINT) {
         interrupt_forget();
-        line_forget();
+        prompt_forget();
         return true;
     }
     if (interrupt_signal() != 0) {
-        line_break();
+        prompt_break();
         return false;
     }
     return true;
@@ -249,11 +232,11 @@ static bool serve_signal(void)
 
 static void loop(struct shell *s)
 {
-    const bool can_wait = line_descriptor() >= 0;
+    const bool can_wait = prompt_descriptor() >= 0;
     while (serve_sensor(s)) {
         const int64_t now = lum_time_monotonic_ns();
         const lum_net_result result = lum_sensor_wait_any(
-            &s->ctl->sensor, 1, line_descriptor(), s->ctl->cancel,
+            &s->ctl->sensor, 1, prompt_descriptor(), s->ctl->cancel,
             now + (can_wait ? POLL_NS : LOOK_NS));
         /* Checked with any result: input that comes with a signal may hide the
          * signal. */
@@ -281,17 +264,10 @@ static enum exit_status put_laser_down(struct shell *s)
 enum exit_status command_shell(struct ctl *ctl, int count, char **words)
 {
     struct shell s = {.ctl = ctl, .first = EXIT_DONE};
-    char path[PATH_BYTES];
-    if (count > 1) {
-        return ctl_complain(
-            EXIT_BAD, "shell: '%s': no word is expected after shell", words[1]);
-    }
+    (void)count;
+    (void)words;
     if (ctl->in_shell) {
         return ctl_complain(EXIT_BAD, "this is the shell already");
-    }
-    if (ctl->options.dry_run) {
-        return ctl_complain(EXIT_BAD, "--dry-run does not go with shell: give "
-                                      "it to the commands typed there");
     }
     const enum exit_status opened = ctl_open(ctl, ctl->options.owner.heartbeat);
     if (opened != EXIT_DONE) {
@@ -299,9 +275,8 @@ enum exit_status command_shell(struct ctl *ctl, int count, char **words)
     }
     ctl->in_shell = true;
     ctl->shell_set = ctl->options.set.count;
-    line_open("lumctl> ", history_path(path));
+    prompt_open("lumctl> ");
     loop(&s);
-    line_close();
     ctl->in_shell = false;
     if (ctl->owns) {
         note_failure(&s, put_laser_down(&s));

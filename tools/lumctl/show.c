@@ -161,28 +161,12 @@ static enum exit_status complain_nothing(const struct remembered *r)
         report_utc(r->memory.restart_to_ns).text);
 }
 
-static enum exit_status check(const struct ctl *ctl, int count, char **words)
-{
-    if (count > 1) {
-        return ctl_complain(EXIT_BAD, "%s: '%s': no word is expected after %s",
-                            words[0], words[1], words[0]);
-    }
-    if (ctl->options.dry_run) {
-        return ctl_complain(EXIT_BAD,
-                            "--dry-run does not go with %s, which sets nothing",
-                            words[0]);
-    }
-    return EXIT_DONE;
-}
-
 enum exit_status command_show(struct ctl *ctl, int count, char **words)
 {
     struct remembered r;
-    enum exit_status status = check(ctl, count, words);
-    if (status != EXIT_DONE) {
-        return status;
-    }
-    status = remember_look(ctl, &r);
+    (void)count;
+    (void)words;
+    const enum exit_status status = remember_look(ctl, &r);
     const bool has_any = memory_has_any(&r.memory);
     if (ctl->options.json) {
         print_json(&r);
@@ -406,15 +390,13 @@ static unsigned put_yaml(const struct ctl *ctl, const struct remembered *r)
 enum exit_status command_save(struct ctl *ctl, int count, char **words)
 {
     struct remembered r;
-    enum exit_status status = check(ctl, count, words);
-    if (status == EXIT_DONE && ctl->options.json) {
-        status = ctl_complain(EXIT_BAD, "--json does not go with save, which "
-                                        "prints YAML: lumctl show --json");
+    (void)count;
+    (void)words;
+    if (ctl->options.json) {
+        return ctl_complain(EXIT_BAD, "--json does not go with save, which "
+                                      "prints YAML: lumctl show --json");
     }
-    if (status != EXIT_DONE) {
-        return status;
-    }
-    status = remember_look(ctl, &r);
+    const enum exit_status status = remember_look(ctl, &r);
     if (!memory_has_any(&r.memory)) {
         const enum exit_status nothing = complain_nothing(&r);
         return status == EXIT_DONE ? nothing : status;

@@ -204,11 +204,8 @@ enum exit_status command_status(struct ctl *ctl, int count, char **words)
 {
     struct ctl_answer answer;
     bool was_sent = false;
-    if (count > 1) {
-        return ctl_complain(EXIT_BAD,
-                            "status: '%s': no word is expected after status",
-                            words[1]);
-    }
+    (void)count;
+    (void)words;
     if ((ctl->options.repeat.watch || ctl->options.repeat.every_s > 0.0) &&
         !ctl->options.dry_run) {
         return watch(ctl);

@@ -2,7 +2,7 @@
 
 #include "../common/interfaces.h"
 #include "../common/number.h"
-#include "reach.h"
+#include "host_route.h"
 #include "session.h"
 
 #include <stdio.h>
@@ -75,14 +75,14 @@ static enum exit_status check_ends(const struct move_plan *p)
 
 /* The interface by which the sensor is reached, or NULL. */
 static const struct host_interface *way_to_old(const struct move_plan *p,
-                                               const struct reach *reach)
+                                               const struct host_route *route)
 {
     if (p->interface != NULL) {
         return interfaces_find(p->interfaces, p->count, p->interface);
     }
-    if (reach->is_known) {
-        return reach->exists
-                   ? interfaces_find(p->interfaces, p->count, reach->interface)
+    if (route->is_known) {
+        return route->exists
+                   ? interfaces_find(p->interfaces, p->count, route->interface)
                    : NULL;
     }
     for (size_t i = 0; i < p->count; i++) {
@@ -95,18 +95,18 @@ static const struct host_interface *way_to_old(const struct move_plan *p,
 
 static enum exit_status refuse_unreached(const struct move_plan *p,
                                          const char *interface,
-                                         const struct reach *reach)
+                                         const struct host_route *route)
 {
     char why[2 * INTERFACE_NAME_BYTES + 128];
-    if (reach->exists && reach->has_gateway) {
+    if (route->exists && route->has_gateway) {
         (void)snprintf(why, sizeof why,
                        "is reached by a gateway (%s), and not at %s, where the "
                        "sensor is",
-                       reach->interface, interface);
-    } else if (reach->exists) {
+                       route->interface, interface);
+    } else if (route->exists) {
         (void)snprintf(why, sizeof why,
                        "is reached by %s, and the sensor is at %s",
-                       reach->interface, interface);
+                       route->interface, interface);
     } else {
         (void)snprintf(why, sizeof why,
                        "is out of reach: no route of %s leads there (ip addr "
@@ -122,10 +122,8 @@ static enum exit_status refuse_unreached(const struct move_plan *p,
 
 static enum exit_status check_way(const struct move_plan *p)
 {
-    struct reach old;
-    struct reach new;
-    reach_find(p->old, &old);
-    reach_find(p->new, &new);
+    const struct host_route old = host_route_find(p->old, NULL);
+    const struct host_route new = host_route_find(p->new, NULL);
     const struct host_interface *interface = way_to_old(p, &old);
     if (interface == NULL || interfaces_subnet(interface, p->new) != NULL) {
         return EXIT_DONE;

@@ -457,7 +457,8 @@ static lum_endpoint host_of(const struct ctl *ctl)
     lum_endpoint host = {0, 0};
     lum_socket_local(lum_sensor_socket(ctl->sensor), &host);
     if (host.address == 0) {
-        host.address = own_address(session_host(ctl), ctl->options.interface);
+        host.address =
+            own_address(session_host(ctl).address, ctl->options.interface);
     }
     return host;
 }

@@ -67,8 +67,7 @@ static int start_lanes(struct live *l)
     struct worker_ends ends = {.sensor = {address, LUM_PORT}};
     lum_socket_local(lum_sensor_socket(l->session.sensor), &ends.client);
     if (ends.client.address == 0) {
-        ends.client.address =
-            own_address(l->options->live.address, l->options->live.interface);
+        ends.client.address = own_address(address, l->options->live.interface);
     }
     return lanes_start(&l->lanes, ends, &l->error);
 }

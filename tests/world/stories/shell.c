@@ -1,5 +1,4 @@
-/* lumctl shell, from a pipe and at a terminal (without readline, which images
- * leave out). */
+/* lumctl shell, from a pipe and at a terminal. */
 #include "help.h"
 #include "made_up.h"
 

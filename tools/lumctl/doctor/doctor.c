@@ -71,6 +71,29 @@ struct doctor_place doctor_place(lum_endpoint at)
     return place;
 }
 
+/* nft does not list the rules of iptables-legacy. */
+static bool has_legacy_rules(void)
+{
+    char name[32];
+    FILE *f = fopen("/proc/net/ip_tables_names", "r");
+    const bool has = f != NULL && fgets(name, sizeof name, f) != NULL;
+    if (f != NULL) {
+        (void)fclose(f);
+    }
+    return has;
+}
+
+void doctor_fix_rules(const struct doctor *d, struct doctor_finding *out)
+{
+    doctor_fix(out,
+               "%s | grep -niE 'length|limit|quota|drop|reject'    # and let "
+               "UDP between here and %s through before it",
+               has_legacy_rules()
+                   ? "(sudo nft list ruleset; sudo iptables-legacy-save -c)"
+                   : "sudo nft list ruleset",
+               d->address);
+}
+
 void doctor_fix_elsewhere(const struct doctor *d, struct doctor_finding *out)
 {
     doctor_fix(out,

@@ -6,6 +6,7 @@
 
 #include "../../common/interfaces.h"
 #include "../ctl.h"
+#include "../host_route.h"
 #include "doctor_session.h"
 
 #include "lum/assembler.h"
@@ -25,7 +26,6 @@ enum doctor_result {
 
 #define DOCTOR_TEXT_BYTES 1024u
 #define DOCTOR_FIX_BYTES  512u
-#define DOCTOR_NAME_BYTES 32u
 
 struct doctor_finding {
     enum doctor_result result;
@@ -79,13 +79,6 @@ struct doctor_host {
                          "10.42.0.37/24 dev eth0"; empty: 127/8 */
 };
 
-/* The way that this host sends to the sensor (doctor_route.c). */
-struct doctor_route {
-    char interface[DOCTOR_NAME_BYTES]; /* empty: not known */
-    uint32_t source;                   /* this host's address on it */
-    uint32_t next_hop;
-};
-
 /* Whether a sensor answers by the kernel's route. */
 enum doctor_reach {
     DOCTOR_REACH_UNKNOWN,
@@ -105,7 +98,8 @@ struct doctor {
     bool was_refused; /* the host there says that no program listens */
     enum doctor_reach reach;
     struct doctor_host host;
-    struct doctor_route route;
+    struct host_route route; /* to the sensor (doctor_route.c) */
+    uint32_t next_hop;       /* of it */
     struct doctor_session session;
     struct doctor_stream stream;
 };
@@ -137,6 +131,10 @@ struct doctor_place doctor_place(lum_endpoint at);
  * another sensor, may be empty. */
 bool doctor_fix_simulator(struct doctor_finding *out, const char *otherwise);
 
+/* The command that lists the rules of this host's firewall that may drop
+ * datagrams. */
+void doctor_fix_rules(const struct doctor *d, struct doctor_finding *out);
+
 /* Where else the sensor may be. */
 void doctor_fix_elsewhere(const struct doctor *d, struct doctor_finding *out);
 
@@ -158,8 +156,6 @@ void doctor_check_arp(struct doctor *d, struct doctor_finding *out);
 void doctor_check_port(struct doctor *d, struct doctor_finding *out);
 void doctor_check_firewall(struct doctor *d, struct doctor_finding *out);
 void doctor_check_mtu(struct doctor *d, struct doctor_finding *out);
-/* 0, or -1 with error set: this program cannot trace this host. */
-int doctor_can_trace(lum_error *error);
 /* A port other than the sensor's from which answers come; 0: none, or not
  * known. */
 uint16_t doctor_other_port(const struct doctor *d);

@@ -40,7 +40,7 @@ static void say_nobody(struct doctor *d, struct doctor_finding *out)
     doctor_wrong(out,
                  "nobody on %s answers for %s: no power, another cable, or "
                  "another address",
-                 d->route.interface, number_address(d->route.next_hop).text);
+                 d->route.interface, number_address(d->next_hop).text);
     const struct host_interface *other =
         neighbours_search(d, d->route.interface);
     if (other != NULL) {
@@ -53,7 +53,7 @@ static void say_nobody(struct doctor *d, struct doctor_finding *out)
 static void say_two(struct doctor *d, const struct arp_answers *who,
                     struct doctor_finding *out)
 {
-    const struct number_address hop = number_address(d->route.next_hop);
+    const struct number_address hop = number_address(d->next_hop);
     d->is_misled = true;
     doctor_wrong(out,
                  "%zu devices on %s answer for %s: %s; what is sent reaches "
@@ -106,10 +106,10 @@ static bool say_misled(struct doctor *d, const struct arp_answers *who,
                        struct doctor_finding *out)
 {
     char mac[MAC_BYTES] = "";
-    const struct number_address hop = number_address(d->route.next_hop);
+    const struct number_address hop = number_address(d->next_hop);
     struct arp_answers known = *who;
     if (who->count == 0 || who->count == ARP_ANSWERS_MAX ||
-        neighbours_look_up(d->route.next_hop, d->route.interface, mac) !=
+        neighbours_look_up(d->next_hop, d->route.interface, mac) !=
             ARP_COMPLETE) {
         return false;
     }
@@ -135,7 +135,7 @@ static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
     const struct host_interface *on =
         interfaces_find(d->host.all, d->host.count, d->route.interface);
     if (on != NULL) {
-        (void)neighbours_hear(d, on, d->route.next_hop, &who);
+        (void)neighbours_hear(d, on, d->next_hop, &who);
     }
     if (who.is_heard && who.count == 0 && !has_spoken) {
         say_nobody(d, out);
@@ -144,8 +144,7 @@ static void say_neighbour(struct doctor *d, const char *mac, bool has_spoken,
     if (say_misled(d, &who, out)) {
         return;
     }
-    doctor_fine(out, "%s is at %s", number_address(d->route.next_hop).text,
-                mac);
+    doctor_fine(out, "%s is at %s", number_address(d->next_hop).text, mac);
     add_wire(d, &who, out);
 }
 
@@ -198,7 +197,7 @@ static void look_at_sensors(struct doctor *d, struct doctor_finding *out)
     char mac[MAC_BYTES] = "";
     enum arp_state state = ARP_UNKNOWN;
     const enum knock_answer answer =
-        neighbours_probe(d, d->ctl->options.interface, d->route.next_hop,
+        neighbours_probe(d, d->ctl->options.interface, d->next_hop,
                          d->route.interface, mac, &state);
     const bool has_spoken = answer == KNOCK_ANSWERED || answer == KNOCK_REFUSED;
     d->was_refused = answer == KNOCK_REFUSED;

@@ -7,7 +7,6 @@
 #include "../beside.h"
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
-#include "doctor_way.h"
 
 #include <string.h>
 
@@ -48,26 +47,25 @@ static void look(struct doctor *d, struct candidate *c)
 
 /* An interface that the kernel would not choose must be better, not just as
  * good. */
-static int rank(const struct candidate *c, const struct way *way)
+static int rank(const struct candidate *c, const struct host_route *route)
 {
     return (c->is_sensor ? 4 : 0) + (c->has_neighbour ? 2 : 0) +
-           (way->exists && strcmp(way->interface, c->interface->name) == 0 ? 1
-                                                                           : 0);
+           (route->exists && strcmp(route->interface, c->interface->name) == 0
+                ? 1
+                : 0);
 }
 
 struct candidate *host_choose(struct doctor *d, struct candidate *all, size_t n)
 {
-    struct way way;
     struct candidate *best = &all[0];
     if (n == 1) {
         return best;
     }
-    if (!way_find(d->sensor.address, d->ctl->options.interface, &way)) {
-        way.exists = false;
-    }
+    const struct host_route route =
+        host_route_find(d->sensor.address, d->ctl->options.interface);
     for (size_t i = 0; i < n; i++) {
         look(d, &all[i]);
-        if (rank(&all[i], &way) > rank(best, &way)) {
+        if (rank(&all[i], &route) > rank(best, &route)) {
             best = &all[i];
         }
     }
@@ -136,14 +134,14 @@ const struct host_interface *host_likeliest(struct doctor *d)
 const struct host_interface *host_elsewhere(struct doctor *d)
 {
     const char *only = d->ctl->options.interface;
-    struct way way;
     if (only == NULL) {
         return NULL;
     }
     doctor_keep_alive(d);
-    if (way_find(d->sensor.address, NULL, &way) && way.exists &&
-        strcmp(way.interface, only) != 0 && knock_reaches(d->sensor, NULL)) {
-        return interfaces_find(d->host.all, d->host.count, way.interface);
+    const struct host_route route = host_route_find(d->sensor.address, NULL);
+    if (route.exists && strcmp(route.interface, only) != 0 &&
+        knock_reaches(d->sensor, NULL)) {
+        return interfaces_find(d->host.all, d->host.count, route.interface);
     }
     for (size_t i = 0; i < d->host.count; i++) {
         const struct host_interface *w = &d->host.all[i];

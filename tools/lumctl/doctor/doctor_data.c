@@ -110,10 +110,7 @@ static void say_no_data(struct doctor *d, struct doctor_finding *out)
                      "host drops them, though not short answers: a rule of its "
                      "firewall",
                      doctor_stream_filtered(d), d->route.interface);
-        doctor_fix(out,
-                   "sudo nft list ruleset | grep -nE 'length|limit|drop|"
-                   "reject'    # and let UDP from %s through",
-                   d->address);
+        doctor_fix_rules(d, out);
         return;
     } else {
         doctor_wrong(out,

@@ -8,7 +8,6 @@
 #include "doctor_capture.h"
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
-#include "doctor_trace.h"
 
 #include <string.h>
 #include <unistd.h>
@@ -103,11 +102,6 @@ void doctor_fix_buffer(struct doctor_finding *out)
 {
     doctor_fix(out, "sudo sysctl -w net.core.rmem_max=%u",
                LUM_SOCKET_RECEIVE_BUFFER);
-}
-
-int doctor_can_trace(lum_error *error)
-{
-    return trace_allowed(error);
 }
 
 uint16_t doctor_other_port(const struct doctor *d)

@@ -7,7 +7,6 @@
 #include "../../common/host.h"
 #include "../../common/number.h"
 #include "doctor_neighbour.h"
-#include "doctor_way.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -212,16 +211,16 @@ static void say_own(struct doctor *d, const struct host_interface *w,
 /* --- Check: interface --- */
 
 /* A sensor behind a router of its own network. */
-static bool is_routed(const struct doctor *d, struct way *way)
+static bool is_routed(const struct doctor *d, struct host_route *out)
 {
-    return way_find(d->sensor.address, d->ctl->options.interface, way) &&
-           way->exists && way->has_gateway && !way->is_default;
+    *out = host_route_find(d->sensor.address, d->ctl->options.interface);
+    return out->exists && out->has_gateway && !out->is_default;
 }
 
 static void look_for_subnet(struct doctor *d, struct doctor_finding *out)
 {
     struct candidate all[CANDIDATES_MAX];
-    struct way way;
+    struct host_route route;
     const size_t n = host_candidates(d, all);
     if (n > 0) {
         const struct candidate *best = host_choose(d, all, n);
@@ -232,11 +231,11 @@ static void look_for_subnet(struct doctor *d, struct doctor_finding *out)
         say_candidates(d, all, n, best, out);
     } else if (find_unusable(d, out)) {
         return;
-    } else if (is_routed(d, &way)) {
+    } else if (is_routed(d, &route)) {
         doctor_note(out,
                     "no interface is in the sensor's subnet; %s leads there by "
                     "the gateway %s",
-                    way.interface, number_address(way.gateway).text);
+                    route.interface, number_address(route.gateway).text);
     } else {
         say_no_subnet(d, out);
     }

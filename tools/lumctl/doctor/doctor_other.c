@@ -107,13 +107,6 @@ void doctor_fix_buffer(struct doctor_finding *out)
                LUM_SOCKET_RECEIVE_BUFFER);
 }
 
-int doctor_can_trace(lum_error *error)
-{
-    return lum_error_set(error,
-                         "--trace asks the kernel of Linux; this system's "
-                         "firewall has a log of its own");
-}
-
 uint16_t doctor_other_port(const struct doctor *d)
 {
     (void)d;

@@ -5,7 +5,6 @@
 #include "doctor_host.h"
 
 #include "../../common/number.h"
-#include "doctor_way.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -27,10 +26,9 @@ static void say_no_route(struct doctor *d, int error,
  * route leads to a gateway even on the right interface. */
 static void fix_astray(const struct doctor *d, struct doctor_finding *out)
 {
-    struct way there;
     const char *name = d->host.chosen->name;
-    if (way_find(d->sensor.address, name, &there) && there.exists &&
-        !there.has_gateway) {
+    const struct host_route there = host_route_find(d->sensor.address, name);
+    if (there.exists && !there.has_gateway) {
         host_fix_interface(d, name, out);
     } else {
         doctor_fix(out, "sudo ip route replace %s/32 dev %s src %s", d->address,
@@ -40,13 +38,13 @@ static void fix_astray(const struct doctor *d, struct doctor_finding *out)
 
 /* The kernel does not send by the interface in the sensor's subnet. This is
  * wrong only if the sensor is seen there. */
-static void say_astray(struct doctor *d, const struct way *way,
+static void say_astray(struct doctor *d, const struct host_route *route,
                        struct doctor_finding *out)
 {
     doctor_wrong(out, "%s goes out by %s%s%s, and not by %s in its subnet",
-                 d->address, way->interface,
-                 way->has_gateway ? " to the gateway " : "",
-                 way->has_gateway ? number_address(way->gateway).text : "",
+                 d->address, route->interface,
+                 route->has_gateway ? " to the gateway " : "",
+                 route->has_gateway ? number_address(route->gateway).text : "",
                  d->host.chosen->name);
     if (host_spare(d, out)) {
         return;
@@ -61,44 +59,39 @@ static void say_astray(struct doctor *d, const struct way *way,
     }
 }
 
-static void keep_way(struct doctor *d, const struct way *way)
-{
-    (void)snprintf(d->route.interface, sizeof d->route.interface, "%s",
-                   way->interface);
-    d->is_local = d->is_local || way->is_local;
-    d->route.source = way->source;
-    d->route.next_hop = way->has_gateway ? way->gateway : d->sensor.address;
-}
-
 void doctor_check_route(struct doctor *d, struct doctor_finding *out)
 {
-    struct way way;
-    if (!way_find(d->sensor.address, d->ctl->options.interface, &way)) {
+    const struct host_route route =
+        host_route_find(d->sensor.address, d->ctl->options.interface);
+    if (!route.is_known) {
         doctor_unseen(out,
                       "not looked at: the kernel does not tell its routes");
         return;
     }
-    if (!way.exists) {
-        say_no_route(d, way.error, out);
+    if (!route.exists) {
+        say_no_route(d, route.error, out);
         return;
     }
-    keep_way(d, &way);
+    d->route = route;
+    d->next_hop = route.has_gateway ? route.gateway : d->sensor.address;
+    d->is_local = d->is_local || route.is_local;
     if (d->host.chosen != NULL && !d->is_local &&
-        (way.has_gateway || strcmp(way.interface, d->host.chosen->name) != 0)) {
-        say_astray(d, &way, out);
+        (route.has_gateway ||
+         strcmp(route.interface, d->host.chosen->name) != 0)) {
+        say_astray(d, &route, out);
         return;
     }
-    doctor_fine(out, "%s goes out by %s%s%s", d->address, way.interface,
-                way.has_gateway ? " to the gateway " : ", directly",
-                way.has_gateway ? number_address(way.gateway).text : "");
-    if (way.source != 0) {
-        doctor_add(out, ", from %s", number_address(way.source).text);
+    doctor_fine(out, "%s goes out by %s%s%s", d->address, route.interface,
+                route.has_gateway ? " to the gateway " : ", directly",
+                route.has_gateway ? number_address(route.gateway).text : "");
+    if (route.source != 0) {
+        doctor_add(out, ", from %s", number_address(route.source).text);
     }
 }
 
 void doctor_check_mtu(struct doctor *d, struct doctor_finding *out)
 {
-    const unsigned mtu = way_mtu(d->route.interface);
+    const unsigned mtu = host_route_mtu(d->route.interface);
     if (mtu == 0) {
         doctor_unseen(out, "not looked at: the kernel does not tell that of %s",
                       d->route.interface);

@@ -219,10 +219,7 @@ static void say_filtered(const struct doctor *d, struct doctor_finding *out)
                  "its firewall that limits them",
                  d->stream.came_in, d->route.interface,
                  doctor_stream_filtered(d));
-    doctor_fix(out,
-               "sudo nft list ruleset | grep -nE 'limit|quota|drop'    # and "
-               "let UDP from %s through before it",
-               d->address);
+    doctor_fix_rules(d, out);
 }
 
 static void fix_wire(const struct doctor *d, struct doctor_finding *out)

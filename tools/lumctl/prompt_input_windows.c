@@ -1,20 +1,12 @@
-#include "line_input.h"
+#include "prompt.h"
 
-#include "line.h"
-
-#include <io.h>
+#include <stdbool.h>
 #include <windows.h>
-
-bool line_input_is_terminal(void)
-{
-    return GetFileType(GetStdHandle(STD_INPUT_HANDLE)) == FILE_TYPE_CHAR;
-}
 
 /* A console hands a line over when it is whole: from the first key on the read
  * waits for its end. */
-bool line_input_is_ready(void)
+static bool is_ready(HANDLE input)
 {
-    const HANDLE input = GetStdHandle(STD_INPUT_HANDLE);
     DWORD bytes = 0;
     switch (GetFileType(input)) {
     case FILE_TYPE_PIPE:
@@ -26,17 +18,17 @@ bool line_input_is_ready(void)
     }
 }
 
-int line_input_read(char *out, size_t room)
+int prompt_input_read(char *out, size_t room)
 {
     const HANDLE input = GetStdHandle(STD_INPUT_HANDLE);
     DWORD n = 0;
-    if (!line_input_is_ready()) {
+    if (!is_ready(input)) {
         return 0;
     }
     return ReadFile(input, out, (DWORD)room, &n, NULL) && n > 0 ? (int)n : -1;
 }
 
-int line_descriptor(void)
+int prompt_descriptor(void)
 {
     return -1;
 }

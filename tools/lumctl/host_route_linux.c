@@ -1,6 +1,8 @@
 #define _GNU_SOURCE
 
-#include "doctor_way.h"
+#include "host_route.h"
+
+#include "doctor/doctor_neighbour.h"
 
 #include <arpa/inet.h>
 #include <linux/netlink.h>
@@ -13,7 +15,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-unsigned way_mtu(const char *interface)
+unsigned host_route_mtu(const char *interface)
 {
     struct ifreq request;
     const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -64,7 +66,7 @@ static bool send_request(int fd, uint32_t address, unsigned index,
 }
 
 static void take_attribute(const struct rtattr *a, const void *value,
-                           struct way *out)
+                           struct host_route *out)
 {
     uint32_t word = 0;
     if (a->rta_len < sizeof *a + sizeof word) {
@@ -83,7 +85,7 @@ static void take_attribute(const struct rtattr *a, const void *value,
     }
 }
 
-static void take_attributes(const char *p, size_t len, struct way *out)
+static void take_attributes(const char *p, size_t len, struct host_route *out)
 {
     struct rtattr a;
     while (len >= sizeof a) {
@@ -102,7 +104,7 @@ static void take_attributes(const char *p, size_t len, struct way *out)
 }
 
 /* The answer is one message. */
-static bool take_reply(const char *bytes, size_t len, struct way *out,
+static bool take_reply(const char *bytes, size_t len, struct host_route *out,
                        struct rtmsg *route)
 {
     struct nlmsghdr header;
@@ -130,7 +132,7 @@ static bool take_reply(const char *bytes, size_t len, struct way *out,
 }
 
 static bool ask(int fd, uint32_t address, unsigned index, unsigned flags,
-                struct way *out, struct rtmsg *route)
+                struct host_route *out, struct rtmsg *route)
 {
     char reply[4096];
     if (!send_request(fd, address, index, flags)) {
@@ -141,26 +143,31 @@ static bool ask(int fd, uint32_t address, unsigned index, unsigned flags,
 }
 
 /* Asked twice: for the route, and for the entry of the table that gave it. */
-bool way_find(uint32_t address, const char *interface, struct way *out)
+struct host_route host_route_find(uint32_t address, const char *interface)
 {
     const struct timeval limit = {0, 500000};
     const unsigned index = interface == NULL ? 0 : if_nametoindex(interface);
-    struct way entry = {.exists = false};
+    struct host_route out = {.is_known = false};
+    struct host_route entry = {.exists = false};
     struct rtmsg route;
     memset(&route, 0, sizeof route);
-    *out = (struct way){.exists = false};
     const int fd = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
     if (fd < 0) {
-        return false;
+        return out;
     }
-    const bool is_told =
+    out.is_known =
         setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit) == 0 &&
-        ask(fd, address, index, 0, out, &route);
-    out->is_local = route.rtm_type == RTN_LOCAL;
-    out->is_default =
-        is_told && out->exists &&
-        ask(fd, address, index, RTM_F_FIB_MATCH, &entry, &route) &&
-        entry.exists && route.rtm_dst_len == 0;
+        ask(fd, address, index, 0, &out, &route);
+    out.is_local = route.rtm_type == RTN_LOCAL;
+    out.is_default = out.is_known && out.exists &&
+                     ask(fd, address, index, RTM_F_FIB_MATCH, &entry, &route) &&
+                     entry.exists && route.rtm_dst_len == 0;
     (void)close(fd);
-    return is_told;
+    return out;
+}
+
+bool host_route_neighbour(uint32_t address, const char *interface,
+                          char mac[INTERFACE_MAC_TEXT_BYTES])
+{
+    return neighbours_look_up(address, interface, mac) == ARP_COMPLETE;
 }
