@@ -40,61 +40,25 @@ static int begin(void **state)
 static struct find_found *see(uint32_t address, enum find_how how)
 {
     const lum_endpoint host = {address, 5517};
-    struct find_found *f = find_entry(&result, host, &interfaces[0], how);
+    struct find_found *f = find_entry(&result, host, &interfaces[0]);
     if (f != NULL) {
         f->how = how > f->how ? how : f->how;
     }
     return f;
 }
 
-static void fill(enum find_how how)
+static void who_has_no_room_is_told(void **state)
 {
+    (void)state;
     for (uint32_t i = 0; i < FIND_FOUND_MAX; i++) {
-        assert_non_null(see(FIRST + i, how));
+        assert_non_null(see(FIRST + i, FIND_ARP));
     }
+    assert_non_null(see(FIRST, FIND_ANSWERS)); /* who is known, is */
     assert_int_equal(result.count, FIND_FOUND_MAX);
-    assert_int_equal(result.lost_count, 0);
-}
-
-static void who_has_no_room_is_counted_once(void **state)
-{
-    (void)state;
-    fill(FIND_ARP);
-    assert_non_null(see(FIRST, FIND_ARP)); /* who is known, is */
+    assert_false(result.is_full);
     assert_null(see(FIRST - 1, FIND_ARP));
-    assert_null(see(FIRST - 1, FIND_ARP));
-    assert_null(see(FIRST - 2, FIND_ARP));
-    assert_int_equal(result.lost_count, 2);
+    assert_true(result.is_full);
     assert_int_equal(result.count, FIND_FOUND_MAX);
-}
-
-static void a_sensor_takes_the_place_of_one_that_is_less_sure(void **state)
-{
-    (void)state;
-    fill(FIND_SENDS);
-    result.found[7].how = FIND_ARP;
-    result.found[9].how = FIND_OTHER;
-    assert_null(see(1, FIND_ARP));
-    assert_ptr_equal(see(1, FIND_ANSWERS), &result.found[7]);
-    assert_int_equal(result.found[7].host.address, 1);
-    assert_int_equal(result.lost_count, 1); /* 1 is there now, and 7 is not */
-    assert_int_equal(result.lost[0], FIRST + 7);
-    assert_ptr_equal(see(2, FIND_SENDS), &result.found[9]);
-    assert_null(see(3, FIND_SENDS));
-    assert_int_equal(result.lost_count, 3);
-}
-
-static void more_than_can_be_counted_are_more(void **state)
-{
-    (void)state;
-    fill(FIND_ANSWERS);
-    for (uint32_t i = 0; i < FIND_LOST_MAX; i++) {
-        assert_null(see(i + 1, FIND_ANSWERS));
-    }
-    assert_false(result.has_lost_more);
-    assert_null(see(FIND_LOST_MAX + 1, FIND_ANSWERS));
-    assert_true(result.has_lost_more);
-    assert_int_equal(result.lost_count, FIND_LOST_MAX);
 }
 
 static void check_reach(const struct find_found *found, const char *wanted)
@@ -125,20 +89,18 @@ static void an_address_is_proposed_only_when_it_was_asked_for(void **state)
     assert_false(find_needs_address(&plan, f));
 }
 
-static void what_others_have_or_are_sent_is_not_proposed(void **state)
+static void what_others_have_is_not_proposed(void **state)
 {
     (void)state;
     struct find_found *f = see(0x0a070702u, FIND_SENDS); /* .2 itself */
-    find_note_taken(&f->sends_to, 0x0a070700u, 0x0a070701u);
-    find_note_taken(&f->sends_to, 0x0a070700u, 0x0a080703u); /* elsewhere */
-    find_note_taken(&f->sends_to, 0x0a070700u, 0x0a0707ffu);
     struct find_found *other = see(0x0a070703u, FIND_SENDS);
-    find_note_taken(&other->sends_to, 0x0a070700u, 0x0a070704u);
-    find_note_taken(&ask()->taken, 0x0a070700u, 0x0a070705u);
-    check_reach(f, "ip addr add 10.7.7.6/24 dev eth0");
-    check_reach(other, "ip addr add 10.7.7.6/24 dev eth0");
-    result.lost[result.lost_count++] = 0x0a070706u;
-    check_reach(f, "ip addr add 10.7.7.7/24 dev eth0");
+    find_note_taken(&ask()->taken, 0x0a070700u, 0x0a070701u);
+    find_note_taken(&result.besides[0].taken, 0x0a070700u, 0x0a080704u);
+    find_note_taken(&result.besides[0].taken, 0x0a070700u, 0x0a0707ffu);
+    check_reach(f, "ip addr add 10.7.7.4/24 dev eth0");
+    check_reach(other, "ip addr add 10.7.7.4/24 dev eth0");
+    result.is_full = true; /* others may have any */
+    check_reach(f, "");
 }
 
 static void this_hosts_own_is_not_proposed(void **state)
@@ -176,23 +138,22 @@ static void another_interface_of_the_subnet_gets_a_route(void **state)
 
 static void the_mac_of_a_sensor_stands_first(void **state)
 {
-    static const uint8_t a[INTERFACE_MAC_BYTES] = {2, 0, 0, 0, 0, 1};
-    static const uint8_t b[INTERFACE_MAC_BYTES] = {2, 0, 0, 0, 0, 2};
+    static const char a[] = "02:00:00:00:00:01";
+    static const char b[] = "02:00:00:00:00:02";
     (void)state;
     struct find_found *f = see(0x0a2a0025u, FIND_ARP);
     find_note_mac(f, a, false);
     find_note_mac(f, a, false);
-    assert_false(f->has_other_mac);
+    assert_string_equal(f->other_mac, "");
     find_note_mac(f, b, false);
-    assert_true(f->has_other_mac);
-    assert_memory_equal(f->mac, a, sizeof a);
-    assert_memory_equal(f->other_mac, b, sizeof b);
+    assert_string_equal(f->mac, a);
+    assert_string_equal(f->other_mac, b);
     assert_false(f->is_mac_of_sensor);
     find_note_mac(f, b, true);
     find_note_mac(f, a, false);
     assert_true(f->is_mac_of_sensor);
-    assert_memory_equal(f->mac, b, sizeof b);
-    assert_memory_equal(f->other_mac, a, sizeof a);
+    assert_string_equal(f->mac, b);
+    assert_string_equal(f->other_mac, a);
 }
 
 /* Takes all up to the address at context. */
@@ -221,11 +182,9 @@ int main(void)
 {
 #define FACT(name) cmocka_unit_test_setup(name, begin)
     const struct CMUnitTest tests[] = {
-        FACT(who_has_no_room_is_counted_once),
-        FACT(a_sensor_takes_the_place_of_one_that_is_less_sure),
-        FACT(more_than_can_be_counted_are_more),
+        FACT(who_has_no_room_is_told),
         FACT(an_address_is_proposed_only_when_it_was_asked_for),
-        FACT(what_others_have_or_are_sent_is_not_proposed),
+        FACT(what_others_have_is_not_proposed),
         FACT(this_hosts_own_is_not_proposed),
         FACT(where_all_are_taken_none_is_proposed),
         FACT(another_interface_of_the_subnet_gets_a_route),

@@ -10,8 +10,7 @@
 #define FIND_BITS_MIN       22u /* of the widest subnet that is asked */
 #define FIND_RANGES_MAX     64u
 #define FIND_SOCKETS_MAX    32u /* as many as one wait can have */
-#define FIND_FOUND_MAX      256u
-#define FIND_LOST_MAX       1024u
+#define FIND_FOUND_MAX      1024u
 #define FIND_BESIDES_MAX    16u
 #define FIND_LEFT_OUT_MAX   32u
 #define FIND_LEFT_OUT_BYTES 448u
@@ -91,13 +90,11 @@ struct find_found {
     enum find_how how;
     lum_endpoint host;
     const struct host_interface *interface; /* NULL: not known */
-    bool has_mac;
-    uint8_t mac[INTERFACE_MAC_BYTES];
+    char mac[INTERFACE_MAC_TEXT_BYTES];     /* empty: not known */
     bool is_mac_of_sensor; /* packets of a sensor came from it */
-    bool has_other_mac;    /* two devices have one address */
-    uint8_t other_mac[INTERFACE_MAC_BYTES];
-    uint32_t sends_to; /* bit n: to address n of its /24, up to BESIDE_LAST */
-    uint32_t clock_us; /* FIND_ANSWERS */
+    char other_mac[INTERFACE_MAC_TEXT_BYTES]; /* empty; else two devices have
+                                                 one address */
+    uint32_t clock_us;                        /* FIND_ANSWERS */
     int64_t round_trip_ns;
 };
 
@@ -112,9 +109,7 @@ struct find_subnet_beside {
 struct find_result {
     struct find_found found[FIND_FOUND_MAX];
     size_t count;
-    uint32_t lost[FIND_LOST_MAX]; /* addresses that were seen and did not fit */
-    size_t lost_count;
-    bool has_lost_more;
+    bool is_full; /* others were seen, and did not fit */
     struct find_subnet_beside besides[FIND_BESIDES_MAX];
     size_t beside_count;
     unsigned asked;     /* addresses, each counted once */
@@ -130,18 +125,14 @@ struct find_result {
 enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,
                           struct find_result *out);
 
-/* The entry of somebody; where he is not known a new one, as by FIND_ARP. In a
- * full table it takes the place of one that is less sure than how. NULL: there
- * is none; then, and where one gave way, the address is among the lost. One
- * address on two interfaces is two findings. */
+/* The entry of somebody; where he is not known a new one, as by FIND_ARP. NULL:
+ * the table is full. One address on two interfaces is two findings. */
 struct find_found *find_entry(struct find_result *result, lum_endpoint host,
-                              const struct host_interface *interface,
-                              enum find_how how);
+                              const struct host_interface *interface);
 
 /* Notes a MAC that has a finding's address. The MAC of a sensor's packets comes
  * first. */
-void find_note_mac(struct find_found *found,
-                   const uint8_t mac[INTERFACE_MAC_BYTES], bool is_sensor);
+void find_note_mac(struct find_found *found, const char *mac, bool is_sensor);
 
 /* Whether this host has to take an address of its subnet to reach a finding. */
 bool find_needs_address(const struct find_plan *plan,
@@ -168,27 +159,5 @@ struct find_reach find_reach(const struct find_plan *plan,
 /* Sorts, prints for people or as JSON. */
 void find_print(const struct ctl *ctl, const struct find_plan *plan,
                 struct find_result *result);
-
-/* Receives UDP of the sensors' port on an interface, also what is for others,
- * if the system and the user's rights allow it. */
-struct udp_listener;
-
-/* NULL: not allowed, or not on this system. */
-struct udp_listener *udp_listener_open(const struct host_interface *interface,
-                                       uint16_t port);
-
-/* Takes one that has come, without a wait. False: none. */
-struct udp_heard {
-    lum_endpoint from;
-    uint8_t mac[INTERFACE_MAC_BYTES];
-    bool has_mac;
-    uint8_t bytes[64]; /* of the payload */
-    size_t len;
-    uint32_t to; /* address */
-};
-bool udp_listener_take(struct udp_listener *listener, struct udp_heard *out);
-
-/* NULL is allowed. */
-void udp_listener_close(struct udp_listener *listener);
 
 #endif

@@ -307,16 +307,13 @@ static enum exit_status ask_again(struct search *s)
     return status;
 }
 
-static void tell_lost(struct search *s)
+static void tell_full(struct search *s)
 {
-    const struct find_result *r = s->out;
-    if (r->lost_count > 0) {
+    if (s->out->is_full) {
         (void)snprintf(find_leave_out(&s->plan->left_out), FIND_LEFT_OUT_BYTES,
-                       "seen but not shown, as only %u fit: %u %s%s; "
+                       "more devices were seen than the %u that are shown; "
                        "--interface and --subnet search a part",
-                       FIND_FOUND_MAX, (unsigned)r->lost_count,
-                       r->lost_count == 1 ? "address" : "addresses",
-                       r->has_lost_more ? " and more" : "");
+                       FIND_FOUND_MAX);
     }
 }
 
@@ -328,12 +325,11 @@ enum exit_status find_ask(struct ctl *ctl, struct find_plan *plan,
     s.sequence = ctl->options.requests.has_sequence
                      ? ctl->options.requests.sequence
                      : (uint32_t)lum_time_monotonic_ns();
-    enum exit_status status =
-        find_links_open(&s.links, plan, ctl->options.host.port);
+    enum exit_status status = find_links_open(&s.links, plan);
     status = status == EXIT_DONE ? number_all(&s) : status;
     status = status == EXIT_DONE ? ask_all(&s) : status;
     status = status == EXIT_DONE ? ask_again(&s) : status;
-    tell_lost(&s);
+    tell_full(&s);
     clear_progress(&s);
     find_links_close(&s.links);
     free(s.questions);

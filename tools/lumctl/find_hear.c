@@ -1,14 +1,16 @@
-/* What arrives during a search: datagrams, ARP and UDP that is overheard
- * become findings, or answer the questions asked. */
+/* What arrives during a search: datagrams and ARP become findings, or answer
+ * the questions asked. */
 #include "find_search.h"
 
 #include "beside.h"
+#include "host_route.h"
 
 #include "lum/base/time.h"
 #include "lum/wire.h"
 
 #include "net/route.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #define TAKE_MAX 64u /* of one interface in a step */
@@ -44,8 +46,18 @@ static struct question *question_for(const struct search *s,
 static void recall_mac(const struct search *s, struct find_found *f)
 {
     const struct question *q = question_for(s, f->interface, f->host.address);
-    if (q != NULL && q->has_mac) {
+    if (q != NULL && q->mac[0] != '\0') {
         find_note_mac(f, q->mac, false);
+    }
+}
+
+/* Who answers is whom the kernel has asked. */
+static void learn_mac(const struct search *s, struct find_found *f)
+{
+    char mac[INTERFACE_MAC_TEXT_BYTES];
+    if (find_links_arp(&s->links, f->interface) != NULL &&
+        host_route_neighbour(f->host.address, f->interface->name, mac)) {
+        find_note_mac(f, mac, true);
     }
 }
 
@@ -76,22 +88,17 @@ static struct question *question_of(struct search *s, const uint8_t *bytes,
     return q->sent_ns != 0 ? q : NULL;
 }
 
-/* The finding for the sender of a packet with our magic; NULL: it has no magic,
- * or there is no room. */
-static struct find_found *take_packet(struct search *s,
-                                      const struct host_interface *on,
-                                      lum_endpoint from, const uint8_t *bytes,
-                                      size_t len)
+/* A packet without our magic is no finding. */
+static void take_packet(struct search *s, const struct host_interface *on,
+                        lum_endpoint from, const uint8_t *bytes, size_t len)
 {
     lum_timestamp answer = {0, 0};
     const enum find_how how = how_of(s, bytes, len);
     struct question *q = question_of(s, bytes, len, &answer);
     struct find_found *f =
-        how == FIND_HOWS
-            ? NULL
-            : find_entry(s->out, from, on, q != NULL ? FIND_ANSWERS : how);
+        how == FIND_HOWS ? NULL : find_entry(s->out, from, on);
     if (f == NULL) {
-        return NULL;
+        return;
     }
     f->host = from;
     f->how = how > f->how ? how : f->how;
@@ -103,8 +110,8 @@ static struct find_found *take_packet(struct search *s,
                                ? lum_time_monotonic_ns() - q->sent_ns
                                : 0;
         q->is_answered = true;
+        learn_mac(s, f);
     }
-    return f;
 }
 
 /* Where a datagram came in that the routes led to its sender. */
@@ -129,8 +136,8 @@ static enum exit_status take_datagrams(struct search *s, lum_socket *socket,
     }
     for (size_t i = 0; i < count; i++) {
         const lum_received *d = &datagrams[i];
-        (void)take_packet(s, of != NULL ? of : routed(s, d->from.address),
-                          d->from, d->bytes, d->len);
+        take_packet(s, of != NULL ? of : routed(s, d->from.address), d->from,
+                    d->bytes, d->len);
     }
     return EXIT_DONE;
 }
@@ -156,30 +163,29 @@ static bool is_beside(struct search *s, const struct host_interface *on,
  * devices of one address are, because one of them may be a sensor that no
  * packet reaches. */
 static bool is_finding(struct search *s, const struct host_interface *on,
-                       const struct arp_speaker *speaker)
+                       uint32_t address, const char *mac)
 {
-    struct question *q = question_for(s, on, speaker->address);
+    struct question *q = question_for(s, on, address);
     if (q == NULL) {
-        return interfaces_subnet(on, speaker->address) == NULL ||
-               range_of(s, on, speaker->address, true) != NULL;
+        return interfaces_subnet(on, address) == NULL ||
+               range_of(s, on, address, true) != NULL;
     }
-    if (q->has_mac && memcmp(q->mac, speaker->mac, sizeof q->mac) != 0) {
+    if (q->mac[0] != '\0' && strcmp(q->mac, mac) != 0) {
         return true;
     }
-    q->has_mac = true;
-    (void)memcpy(q->mac, speaker->mac, sizeof q->mac);
+    (void)snprintf(q->mac, sizeof q->mac, "%s", mac);
     return false;
 }
 
 /* Returns false for a new device. */
 static bool note_speaker(struct search *s, const struct host_interface *on,
-                         const struct arp_speaker *speaker)
+                         uint32_t address, const char *mac)
 {
     bool is_known = false;
     for (size_t i = 0; i < s->out->count; i++) {
         struct find_found *f = &s->out->found[i];
-        if (f->host.address == speaker->address && f->interface == on) {
-            find_note_mac(f, speaker->mac, false);
+        if (f->host.address == address && f->interface == on) {
+            find_note_mac(f, mac, false);
             is_known = true;
         }
     }
@@ -189,46 +195,30 @@ static bool note_speaker(struct search *s, const struct host_interface *on,
 static void take_speaker(struct search *s, const struct host_interface *on,
                          const struct arp_speaker *speaker)
 {
-    const lum_endpoint host = {speaker->address, s->ctl->options.host.port};
-    if (note_speaker(s, on, speaker) ||
-        interfaces_owner(s->plan->interfaces, s->plan->interface_count,
-                         speaker->address, NULL) != NULL ||
-        is_beside(s, on, speaker->address) || !is_finding(s, on, speaker)) {
+    const uint32_t address = speaker->address;
+    const lum_endpoint host = {address, s->ctl->options.host.port};
+    char mac[INTERFACE_MAC_TEXT_BYTES];
+    (void)interfaces_format_mac(speaker->mac, mac);
+    if (note_speaker(s, on, address, mac) ||
+        interfaces_owner(s->plan->interfaces, s->plan->interface_count, address,
+                         NULL) != NULL ||
+        is_beside(s, on, address) || !is_finding(s, on, address, mac)) {
         return;
     }
-    struct find_found *f = find_entry(s->out, host, on, FIND_ARP);
+    struct find_found *f = find_entry(s->out, host, on);
     if (f != NULL) {
         recall_mac(s, f);
-        find_note_mac(f, speaker->mac, false);
+        find_note_mac(f, mac, false);
     }
 }
 
-static void take_heard(struct search *s, const struct host_interface *on,
-                       const struct udp_heard *heard)
-{
-    struct find_found *f =
-        take_packet(s, on, heard->from, heard->bytes, heard->len);
-    if (f != NULL) {
-        find_note_taken(&f->sends_to, f->host.address & BESIDE_MASK, heard->to);
-    }
-    if (f != NULL && heard->has_mac) {
-        find_note_mac(f, heard->mac, f->how >= FIND_SENDS);
-    }
-}
-
-static void take_wire(struct search *s, const struct listener *l)
+static void take_arp(struct search *s, const struct listener *l)
 {
     struct arp_speaker speaker;
-    struct udp_heard heard;
     for (unsigned n = 0;
          n < TAKE_MAX && l->arp != NULL && arp_receive(l->arp, 0, &speaker);
          n++) {
         take_speaker(s, l->interface, &speaker);
-    }
-    for (unsigned n = 0;
-         n < TAKE_MAX && l->udp != NULL && udp_listener_take(l->udp, &heard);
-         n++) {
-        take_heard(s, l->interface, &heard);
     }
 }
 
@@ -241,7 +231,7 @@ enum exit_status find_hear(struct search *s)
         }
     }
     for (size_t i = 0; i < links->listener_count; i++) {
-        take_wire(s, &links->listeners[i]);
+        take_arp(s, &links->listeners[i]);
     }
     return EXIT_DONE;
 }

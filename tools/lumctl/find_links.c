@@ -56,7 +56,7 @@ static enum exit_status add_socket(struct find_links *links,
 /* Without the right to listen, all that is asked by UDP is asked all the same.
  */
 static void add_listener(struct find_links *links,
-                         const struct host_interface *interface, uint16_t port)
+                         const struct host_interface *interface)
 {
     const size_t at = links->listener_count;
     if (interface == NULL || interface->is_loopback || at == FIND_SOCKETS_MAX ||
@@ -67,7 +67,6 @@ static void add_listener(struct find_links *links,
     l->interface = interface;
     links->has_no_right |= arp_open(interface, &l->arp, NULL) == ARP_NO_RIGHT;
     links->has_arp |= l->arp != NULL;
-    l->udp = udp_listener_open(interface, port);
 }
 
 /* Addresses that could only be asked by ARP, but cannot be. */
@@ -95,11 +94,11 @@ static void leave_out_arp(const struct find_links *links,
 }
 
 enum exit_status find_links_open(struct find_links *links,
-                                 struct find_plan *plan, uint16_t port)
+                                 struct find_plan *plan)
 {
     for (size_t i = 0; i < plan->range_count; i++) {
         struct find_range *r = &plan->ranges[i];
-        add_listener(links, r->interface, port);
+        add_listener(links, r->interface);
         if (!r->by_arp && add_socket(links, plan, i) != EXIT_DONE) {
             return EXIT_FAILED;
         }
@@ -117,6 +116,5 @@ void find_links_close(struct find_links *links)
     }
     for (size_t i = 0; i < links->listener_count; i++) {
         arp_close(links->listeners[i].arp);
-        udp_listener_close(links->listeners[i].udp);
     }
 }

@@ -41,8 +41,8 @@ static const char *name_of(const struct host_interface *interface)
 static void put_found(struct json *json, const struct find_plan *plan,
                       struct find_result *r, const struct find_found *f)
 {
-    char mac[INTERFACE_MAC_TEXT_BYTES];
     const struct find_reach reach = find_reach(plan, r, f);
+    const bool has_other = f->other_mac[0] != '\0';
     json_open_object(json, NULL);
     json_text(json, "sensor", session_name(f->host).text);
     json_text(json, "interface", name_of(f->interface));
@@ -53,12 +53,9 @@ static void put_found(struct json *json, const struct find_plan *plan,
         json_null(json, "clock_us");
     }
     report_json_trip(json, f->round_trip_ns);
-    json_text(json, "mac",
-              f->has_mac ? interfaces_format_mac(f->mac, mac) : NULL);
-    json_bool(json, "several_macs", f->has_other_mac);
-    json_text(json, "other_mac",
-              f->has_other_mac ? interfaces_format_mac(f->other_mac, mac)
-                               : NULL);
+    json_text(json, "mac", f->mac[0] != '\0' ? f->mac : NULL);
+    json_bool(json, "several_macs", has_other);
+    json_text(json, "other_mac", has_other ? f->other_mac : NULL);
     json_text(json, "reach", *reach.text != '\0' ? reach.text : NULL);
     json_close_object(json);
 }
@@ -96,7 +93,7 @@ static void print_json(const struct find_plan *plan, struct find_result *r)
     json_uint(&json, "left_out_more", plan->left_out.more);
     json_uint(&json, "asked", r->asked);
     json_uint(&json, "not_sent", r->unsent);
-    json_bool(&json, "complete", !r->is_cut_short && r->lost_count == 0);
+    json_bool(&json, "complete", !r->is_cut_short && !r->is_full);
     json_end_line(&json);
 }
 
@@ -118,36 +115,30 @@ static void print_reach(const struct find_plan *plan, struct find_result *r,
 /* Packets reach one of the two, and never the other. */
 static void print_other(const struct find_found *f)
 {
-    char other[INTERFACE_MAC_TEXT_BYTES];
-    (void)interfaces_format_mac(f->other_mac, other);
     if (f->is_mac_of_sensor) {
         (void)printf("    two devices have this address: this sensor, and %s, "
                      "which may be a sensor too or a computer; disconnect it, "
                      "and give one of them another address\n",
-                     other);
+                     f->other_mac);
     } else {
         (void)printf("    two devices have this address, the other is %s: "
                      "either may be a sensor that nothing reaches; disconnect "
                      "one, and give the other another address\n",
-                     other);
+                     f->other_mac);
     }
 }
 
 static void print_found(const struct find_plan *plan, struct find_result *r,
                         const struct find_found *f)
 {
-    char mac[INTERFACE_MAC_TEXT_BYTES] = "";
     char trip[32] = "";
     if (f->round_trip_ns > 0) {
         (void)snprintf(trip, sizeof trip, " in %.2f ms",
                        (double)f->round_trip_ns / 1e6);
     }
-    if (f->has_mac) {
-        (void)interfaces_format_mac(f->mac, mac);
-    }
     (void)printf("%-21s  %-10s  %-17s  %s%s\n", session_name(f->host).text,
-                 name_of(f->interface), mac, meanings[f->how], trip);
-    if (f->has_other_mac) {
+                 name_of(f->interface), f->mac, meanings[f->how], trip);
+    if (f->other_mac[0] != '\0') {
         print_other(f);
     }
     print_reach(plan, r, f);

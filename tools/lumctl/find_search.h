@@ -5,11 +5,10 @@
 
 #include "find.h"
 
-/* Hears an interface as it is on the wire. */
+/* Asks and hears ARP on an interface. */
 struct listener {
     const struct host_interface *interface;
-    struct arp *arp;          /* also asks; NULL: not allowed */
-    struct udp_listener *udp; /* NULL: not allowed */
+    struct arp *arp; /* NULL: not allowed */
 };
 
 /* Written by find_links.c alone. */
@@ -29,8 +28,8 @@ struct question {
     uint32_t sequence; /* of the last time that it was sent */
     int64_t sent_ns;   /* 0: not yet */
     bool is_answered;
-    bool has_mac; /* one that answered ARP for the address */
-    uint8_t mac[INTERFACE_MAC_BYTES];
+    char mac[INTERFACE_MAC_TEXT_BYTES]; /* one that answered ARP for the
+                                           address; empty: none */
 };
 
 struct search {
@@ -51,7 +50,7 @@ struct search {
  * they can ask become askable, and left_out names the others. Complains.
  * find_links_close() in any case. */
 enum exit_status find_links_open(struct find_links *links,
-                                 struct find_plan *plan, uint16_t port);
+                                 struct find_plan *plan);
 void find_links_close(struct find_links *links);
 
 /* The place of an interface's listener; listener_count: it has none. */

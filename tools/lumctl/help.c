@@ -94,9 +94,9 @@ static const struct {
     {"find",
      "Asks each address of the subnets of each interface that is up for a\n"
      "time stamp; in a subnet larger than a /22, only the part around this\n"
-     "host's own address. As root it also asks by ARP and listens on the\n"
-     "wire, where this host has no address in the sensor's subnet. Nothing\n"
-     "else is sent. Simulators: --interface lo.\n"},
+     "host's own address. As root it also asks by ARP, where this host has\n"
+     "no address in the sensor's subnet. Nothing else is sent. Simulators:\n"
+     "--interface lo.\n"},
     {"show",
      "The sensor cannot be asked for its settings: this shows what it last\n"
      "acknowledged to this user of this host. If its clock shows a restart,\n"

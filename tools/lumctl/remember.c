@@ -1,3 +1,4 @@
+#define _POSIX_C_SOURCE 200809L
 #include "remember.h"
 
 #include "../common/printable.h"
@@ -14,6 +15,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 #define CLOCK_NS INT64_C(500000000) /* longest wait for the sensor's clock */
 
@@ -331,13 +333,13 @@ static int move_file(const struct ctl *ctl, const char *folder,
         return 0;
     }
     if (!load(ctl, from, old, &memory)) {
-        (void)remove(new);
+        (void)unlink(new);
         return 0;
     }
     if (save(to, new, &memory, error) != 0) {
         return -1;
     }
-    (void)remove(old);
+    (void)unlink(old);
     return 0;
 }
 

@@ -141,35 +141,6 @@ STORY(find_asks_a_named_subnet_by_arp,
     expect_found(find, 0, "10.7.7.7", "answers", "null");
 }
 
-STORY(find_hears_one_that_only_sends,
-      "a sensor that sends to an address that nobody has is heard")
-{
-    static const uint8_t head[9] = {0xed, 0xfe, 0xf3, 0xa1, 0xef,
-                                    0xbe, 0x34, 0x12, 8};
-    uint8_t data[52] = {0};
-    const user_bench b = root_bench("10.42.0.1");
-    world_host *far = user_host_new("far");
-    world_interface *its = user_interface(far, "eth0", b.wire, "10.9.9.9/24");
-    world_interface_add(its, user_ip("10.9.9.2"), 24);
-    user_peer *sender = user_peer_new(far, "10.9.9.9", 5517, NULL, NULL);
-    memcpy(data, head, sizeof head);
-    memset(data + 12, 2, sizeof data - 12);
-    /* It has asked for .1 while this host was that. */
-    world_interface_add(b.eth0, user_ip("10.9.9.1"), 24);
-    user_send(sender, user_ip("10.9.9.1"), 5517, data, sizeof data);
-    user_pause_ms(10);
-    world_interface_remove(b.eth0, user_ip("10.9.9.1"));
-    user_tool *find = user_start(b.host, "lumctl find --json");
-    while (!user_ended(find)) {
-        user_send(sender, user_ip("10.9.9.1"), 5517, data, sizeof data);
-        user_pause_ms(50);
-    }
-    user_expect_status(find, DONE);
-    user_expect_equal(user_length(user_out(find), "sensors"), 1);
-    expect_found(find, 0, "10.9.9.9", "sends",
-                 "ip addr add 10.9.9.3/24 dev eth0");
-}
-
 STORY(find_proposes_none_where_none_is_free,
       "where no address is known to be free, none is proposed")
 {

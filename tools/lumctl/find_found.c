@@ -1,9 +1,48 @@
+/* Who was found, and the command by which this host reaches them. */
 #include "find.h"
 
 #include "../common/number.h"
 #include "beside.h"
 
 #include <stdio.h>
+#include <string.h>
+
+/* --- Who was seen --- */
+
+struct find_found *find_entry(struct find_result *r, lum_endpoint host,
+                              const struct host_interface *interface)
+{
+    for (size_t i = 0; i < r->count; i++) {
+        struct find_found *f = &r->found[i];
+        const bool is_port = f->host.port == host.port || f->how == FIND_ARP;
+        if (f->host.address == host.address && is_port &&
+            f->interface == interface) {
+            return f;
+        }
+    }
+    if (r->count == FIND_FOUND_MAX) {
+        r->is_full = true;
+        return NULL;
+    }
+    r->found[r->count] = (struct find_found){
+        .how = FIND_ARP, .host = host, .interface = interface};
+    return &r->found[r->count++];
+}
+
+void find_note_mac(struct find_found *f, const char *mac, bool is_sensor)
+{
+    if (f->mac[0] != '\0' && strcmp(f->mac, mac) != 0) {
+        (void)snprintf(f->other_mac, sizeof f->other_mac, "%s",
+                       is_sensor ? f->mac : mac);
+        if (!is_sensor) {
+            return;
+        }
+    }
+    f->is_mac_of_sensor |= is_sensor;
+    (void)snprintf(f->mac, sizeof f->mac, "%s", mac);
+}
+
+/* --- How to reach them --- */
 
 /* Another interface of this host has an address in the subnet. */
 static bool is_elsewhere(const struct find_plan *plan,
@@ -101,26 +140,22 @@ static uint32_t taken_in(const struct find_result *result, uint32_t network)
     for (size_t i = 0; i < result->count; i++) {
         const struct find_found *f = &result->found[i];
         find_note_taken(&taken, network, f->host.address);
-        taken |= (f->host.address & BESIDE_MASK) == network ? f->sends_to : 0;
     }
     for (size_t i = 0; i < result->beside_count; i++) {
         const struct find_subnet_beside *b = &result->besides[i];
         taken |= b->network == network ? b->taken : 0;
     }
-    for (size_t i = 0; i < result->lost_count; i++) {
-        find_note_taken(&taken, network, result->lost[i]);
-    }
     return taken;
 }
 
-/* One that nobody has as far as was asked; 0: none, or nobody was asked. */
+/* One that nobody has as far as was asked; 0: none, or not all are known. */
 static uint32_t free_address(const struct find_plan *plan,
                              struct find_result *result,
                              const struct find_found *found)
 {
     const struct find_subnet_beside *b = look_up(result, found);
     struct wish wish = {plan, 0};
-    if (b == NULL || !b->is_asked) {
+    if (b == NULL || !b->is_asked || result->is_full) {
         return 0;
     }
     wish.taken = taken_in(result, b->network);
