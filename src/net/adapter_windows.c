@@ -2,7 +2,6 @@
 
 #include "net/adapter.h"
 
-#include <iphlpapi.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,26 +9,34 @@
 /* Enough for some dozens of interfaces; the call says if it is not. */
 #define FIRST_BYTES 16384u
 
-static IP_ADAPTER_ADDRESSES *get_all(void)
+IP_ADAPTER_ADDRESSES *lum_adapter_all(unsigned long *code)
 {
     const ULONG flags = GAA_FLAG_SKIP_ANYCAST | GAA_FLAG_SKIP_MULTICAST |
                         GAA_FLAG_SKIP_DNS_SERVER;
     ULONG bytes = FIRST_BYTES;
     for (int tries = 0; tries < 3; tries++) {
         IP_ADAPTER_ADDRESSES *all = malloc(bytes);
-        const ULONG code =
-            all == NULL
-                ? ERROR_NOT_ENOUGH_MEMORY
-                : GetAdaptersAddresses(AF_INET, flags, NULL, all, &bytes);
-        if (code == NO_ERROR) {
+        *code = all == NULL
+                    ? ERROR_NOT_ENOUGH_MEMORY
+                    : GetAdaptersAddresses(AF_INET, flags, NULL, all, &bytes);
+        if (*code == NO_ERROR) {
             return all;
         }
         free(all);
-        if (code != ERROR_BUFFER_OVERFLOW) {
+        if (*code != ERROR_BUFFER_OVERFLOW) {
             break;
         }
     }
     return NULL;
+}
+
+void lum_adapter_name(const IP_ADAPTER_ADDRESSES *entry,
+                      char out[LUM_ADAPTER_NAME_BYTES])
+{
+    if (WideCharToMultiByte(CP_ACP, 0, entry->FriendlyName, -1, out,
+                            LUM_ADAPTER_NAME_BYTES, NULL, NULL) == 0) {
+        (void)snprintf(out, LUM_ADAPTER_NAME_BYTES, "%lu", entry->IfIndex);
+    }
 }
 
 static uint32_t address_of(const IP_ADAPTER_ADDRESSES *entry, uint32_t wanted)
@@ -50,15 +57,11 @@ static uint32_t address_of(const IP_ADAPTER_ADDRESSES *entry, uint32_t wanted)
     return found;
 }
 
-/* In the code page that arguments of programs have. */
 static lum_adapter describe(const IP_ADAPTER_ADDRESSES *entry, uint32_t wanted)
 {
     lum_adapter out = {.index = entry->IfIndex,
                        .address = address_of(entry, wanted)};
-    if (WideCharToMultiByte(CP_ACP, 0, entry->FriendlyName, -1, out.name,
-                            (int)sizeof out.name, NULL, NULL) == 0) {
-        (void)snprintf(out.name, sizeof out.name, "%lu", out.index);
-    }
+    lum_adapter_name(entry, out.name);
     return out;
 }
 
@@ -66,7 +69,8 @@ static lum_adapter describe(const IP_ADAPTER_ADDRESSES *entry, uint32_t wanted)
 static bool find(const char *name, unsigned long index, uint32_t wanted,
                  lum_adapter *out)
 {
-    IP_ADAPTER_ADDRESSES *all = get_all();
+    unsigned long code = 0;
+    IP_ADAPTER_ADDRESSES *all = lum_adapter_all(&code);
     bool found = false;
     for (const IP_ADAPTER_ADDRESSES *i = all; i != NULL && !found;
          i = i->Next) {
@@ -93,7 +97,8 @@ bool lum_adapter_at(unsigned long index, lum_adapter *out)
 
 void lum_adapter_list(char *out, size_t room)
 {
-    IP_ADAPTER_ADDRESSES *all = get_all();
+    unsigned long code = 0;
+    IP_ADAPTER_ADDRESSES *all = lum_adapter_all(&code);
     size_t used = 0;
     (void)snprintf(out, room, "none");
     for (const IP_ADAPTER_ADDRESSES *i = all; i != NULL && used < room;

@@ -1,37 +1,9 @@
-#include "net/winsock.h"
-
 #include "interfaces.h"
 
-#include <iphlpapi.h>
-#include <stdio.h>
+#include "net/adapter.h"
+
 #include <stdlib.h>
 #include <string.h>
-
-/* Enough for some dozens of interfaces; the call says if it is not. */
-#define FIRST_BYTES 16384u
-#define TRIES       3
-
-/* 0, or a code of the system. */
-static ULONG get_all(IP_ADAPTER_ADDRESSES **out)
-{
-    const ULONG flags = GAA_FLAG_SKIP_ANYCAST | GAA_FLAG_SKIP_MULTICAST |
-                        GAA_FLAG_SKIP_DNS_SERVER;
-    ULONG bytes = FIRST_BYTES;
-    ULONG code = ERROR_BUFFER_OVERFLOW;
-    *out = NULL;
-    for (int i = 0; i < TRIES && code == ERROR_BUFFER_OVERFLOW; i++) {
-        free(*out);
-        *out = malloc(bytes);
-        code = *out == NULL
-                   ? ERROR_NOT_ENOUGH_MEMORY
-                   : GetAdaptersAddresses(AF_INET, flags, NULL, *out, &bytes);
-    }
-    if (code != NO_ERROR) {
-        free(*out);
-        *out = NULL;
-    }
-    return code;
-}
 
 static bool is_ipv4(const IP_ADAPTER_UNICAST_ADDRESS *a)
 {
@@ -50,16 +22,12 @@ static struct interface_address describe_address(
     return out;
 }
 
-/* The name is in the code page that arguments of programs have. */
 static struct host_interface describe(const IP_ADAPTER_ADDRESSES *entry)
 {
     struct host_interface out;
     memset(&out, 0, sizeof out);
     out.index = entry->IfIndex;
-    if (WideCharToMultiByte(CP_ACP, 0, entry->FriendlyName, -1, out.name,
-                            (int)sizeof out.name, NULL, NULL) == 0) {
-        (void)snprintf(out.name, sizeof out.name, "%u", out.index);
-    }
+    lum_adapter_name(entry, out.name);
     out.is_up = entry->OperStatus == IfOperStatusUp;
     out.has_link = out.is_up;
     out.is_loopback = entry->IfType == IF_TYPE_SOFTWARE_LOOPBACK;
@@ -125,8 +93,8 @@ static struct host_interface *collect(const IP_ADAPTER_ADDRESSES *all,
 int interfaces_list(struct host_interface **out, size_t *count,
                     lum_error *error)
 {
-    IP_ADAPTER_ADDRESSES *all = NULL;
-    const ULONG code = get_all(&all);
+    unsigned long code = 0;
+    IP_ADAPTER_ADDRESSES *all = lum_adapter_all(&code);
     *out = NULL;
     *count = 0;
     if (code == ERROR_NO_DATA) {

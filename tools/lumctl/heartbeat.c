@@ -5,7 +5,6 @@
 #include "monitor.h"
 #include "report.h"
 #include "session.h"
-#include "status.h"
 
 #include "lum/base/time.h"
 #include "lum/laser.h"

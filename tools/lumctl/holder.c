@@ -43,24 +43,13 @@ bool holders_can(const struct ctl *ctl, uint32_t address)
     return can;
 }
 
-/* The heartbeats of a shell go on. */
-static bool goes_on(void *owner)
-{
-    struct ctl *ctl = owner;
-    if (lum_cancel_is_raised(ctl->cancel)) {
-        return false;
-    }
-    session_keep_alive(ctl);
-    return true;
-}
-
 void holders_find(struct ctl *ctl, uint32_t address, struct arp_answers *out)
 {
     struct host_interface *all = NULL;
     size_t count = 0;
     char mac[INTERFACE_MAC_TEXT_BYTES];
-    const struct arp_patience patience = {WAIT_NS, AGAIN_NS, MORE_NS, goes_on,
-                                          ctl};
+    const struct arp_patience patience = {WAIT_NS, AGAIN_NS, MORE_NS,
+                                          session_goes_on, ctl};
     *out = (struct arp_answers){0};
     if (interfaces_list(&all, &count, NULL) != 0) {
         return;

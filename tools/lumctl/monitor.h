@@ -64,6 +64,14 @@ bool monitor_is_met(const struct monitor *m);
  * has a hazard, or, with --every or --until hazard, any had. */
 enum exit_status monitor_end(struct monitor *m, enum exit_status status);
 
+/* status.c */
+
+/* Prints a line, or a JSON object, with the time: if has_status is false, the
+ * sensor does not answer. was_up: the line before showed the laser up. False if
+ * nobody reads. */
+bool status_log(const struct ctl *ctl, bool was_up, bool has_status,
+                uint16_t status);
+
 /* sample.c */
 
 /* What a row says, at one time. */

@@ -8,6 +8,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #define RED    "\033[1;31m"
@@ -170,35 +171,18 @@ void report_json_lines(struct json *json, const char *key, const char *text)
     json_close_array(json);
 }
 
-/* Days since 1970 to year, month, day, by eras of 400 years that begin in
- * March. */
-static void civil(int64_t days, int *year, int *month, int *day)
-{
-    const int64_t z = days + 719468;
-    const int64_t era = z / 146097;
-    const int64_t of_era = z % 146097;
-    const int64_t y =
-        (of_era - of_era / 1460 + of_era / 36524 - of_era / 146096) / 365;
-    const int64_t of_year = of_era - (365 * y + y / 4 - y / 100);
-    const int64_t m = (5 * of_year + 2) / 153;
-    *day = (int)(of_year - (153 * m + 2) / 5 + 1);
-    *month = (int)(m < 10 ? m + 3 : m - 9);
-    *year = (int)(y + era * 400 + (m < 10 ? 0 : 1));
-}
-
 struct report_utc report_utc(int64_t utc_ns)
 {
     struct report_utc utc;
     const int64_t ms = utc_ns / 1000000;
-    const int of_day = (int)(ms % 86400000);
-    int year = 0;
-    int month = 0;
-    int day = 0;
-    civil(ms / 86400000, &year, &month, &day);
-    (void)snprintf(utc.text, sizeof utc.text,
-                   "%04d-%02d-%02dT%02d:%02d:%02d.%03dZ", year, month, day,
-                   of_day / 3600000, of_day / 60000 % 60, of_day / 1000 % 60,
-                   of_day % 1000);
+    const time_t second = (time_t)(ms / 1000);
+    struct tm when;
+    memset(&when, 0, sizeof when);
+    (void)gmtime_r(&second, &when);
+    const size_t n =
+        strftime(utc.text, sizeof utc.text, "%Y-%m-%dT%H:%M:%S", &when);
+    (void)snprintf(utc.text + n, sizeof utc.text - n, ".%03dZ",
+                   (int)(ms % 1000));
     return utc;
 }
 

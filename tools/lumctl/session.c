@@ -360,6 +360,16 @@ void session_keep_alive(struct ctl *ctl)
     }
 }
 
+bool session_goes_on(void *owner)
+{
+    struct ctl *ctl = owner;
+    if (lum_cancel_is_raised(ctl->cancel)) {
+        return false;
+    }
+    session_keep_alive(ctl);
+    return true;
+}
+
 /* --- Requests and their ends --- */
 
 enum exit_status session_complain_silence(const struct ctl *ctl, unsigned tries)

@@ -65,6 +65,10 @@ bool session_serve_off(struct ctl *ctl);
  * that it receives are not reported. */
 void session_keep_alive(struct ctl *ctl);
 
+/* The same; false where a signal ended the command. owner: struct ctl. For
+ * struct arp_patience. */
+bool session_goes_on(void *owner);
+
 /* What an answer holds. */
 void session_read_answer(struct ctl *ctl, const lum_sensor_event *event,
                          struct ctl_answer *out);

@@ -150,7 +150,6 @@ static void run_line(struct shell *s, char *text)
     char **words = argv + 1;
     int count = 2;
     enum exit_status status = EXIT_DONE;
-    words_trim(text);
     if (!is_raw_text(text)) {
         count = words_cut(text, words, WORDS_MAX);
     }
@@ -170,14 +169,6 @@ static void run_line(struct shell *s, char *text)
     note_failure(s, status);
 }
 
-static bool is_end(const char *text)
-{
-    char copy[PROMPT_LINE_BYTES];
-    (void)snprintf(copy, sizeof copy, "%s", text);
-    words_trim(copy);
-    return is_end_word(copy);
-}
-
 /* False when the shell is to end. */
 static bool serve_input(struct shell *s)
 {
@@ -189,10 +180,6 @@ static bool serve_input(struct shell *s)
         s->was_left = report_is_terminal(stdin);
         return false;
     }
-    if (event == PROMPT_LINE && is_end(text)) {
-        s->was_left = true;
-        return false;
-    }
     if (event == PROMPT_TOO_LONG) {
         note_failure(s, ctl_complain(EXIT_BAD,
                                      "a line of more than %u bytes "
@@ -201,7 +188,12 @@ static bool serve_input(struct shell *s)
     }
     if (event == PROMPT_LINE) {
         (void)snprintf(copy, sizeof copy, "%s", text);
-        if (copy[strspn(copy, " \t")] != '\0' && copy[0] != '#') {
+        words_trim(copy);
+        if (is_end_word(copy)) {
+            s->was_left = true;
+            return false;
+        }
+        if (copy[0] != '\0' && *text != '#') {
             run_line(s, copy);
         }
         if (interrupt_signal() == SIGINT) {

@@ -1,7 +1,6 @@
-#include "status.h"
+#include "monitor.h"
 
 #include "../common/terminal.h"
-#include "monitor.h"
 #include "report.h"
 #include "session.h"
 

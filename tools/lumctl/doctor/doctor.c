@@ -3,7 +3,6 @@
 #include "doctor.h"
 
 #include "../../common/number.h"
-#include "../session.h"
 
 #include "lum/wire.h"
 
@@ -109,14 +108,4 @@ void doctor_lack(struct doctor *d, enum doctor_need need, const char *why)
             d->lacks[i] = why;
         }
     }
-}
-
-bool doctor_is_cancelled(const struct doctor *d)
-{
-    return lum_cancel_is_raised(d->ctl->cancel);
-}
-
-void doctor_keep_alive(struct doctor *d)
-{
-    session_keep_alive(d->ctl);
 }

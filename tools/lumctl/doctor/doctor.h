@@ -7,6 +7,7 @@
 #include "../../common/interfaces.h"
 #include "../ctl.h"
 #include "../host_route.h"
+#include "../session.h"
 #include "doctor_session.h"
 
 #include "lum/assembler.h"
@@ -141,12 +142,6 @@ void doctor_fix_elsewhere(const struct doctor *d, struct doctor_finding *out);
 /* Marks a need as missing, and all needs after it. why is kept, not copied; an
  * earlier reason stays. */
 void doctor_lack(struct doctor *d, enum doctor_need need, const char *why);
-
-/* Whether a signal ended the run. */
-bool doctor_is_cancelled(const struct doctor *d);
-
-/* Continues the heartbeats of a shell's session during the checks. */
-void doctor_keep_alive(struct doctor *d);
 
 /* Checks of this host: doctor_interface.c, doctor_route.c, doctor_arp.c,
  * doctor_ports.c, doctor_firewall.c, doctor_host.c; or doctor_other.c. */

@@ -2,8 +2,6 @@
  * if so, whether another host is at work with it. */
 #include "doctor.h"
 
-#include "../session.h"
-
 #include "lum/base/time.h"
 #include "lum/laser.h"
 #include "lum/wire.h"
@@ -40,7 +38,7 @@ static void say_other_port(struct doctor *d, uint16_t port,
                  "that its answers are taken for a stranger's: something "
                  "between rewrites ports",
                  d->address, (unsigned)port, (unsigned)d->sensor.port);
-    doctor_keep_alive(d);
+    session_keep_alive(d->ctl);
     if (doctor_answers_at(d, port)) {
         const lum_endpoint there = {d->sensor.address, port};
         doctor_fix(out, "%s doctor", session_ctl(d->ctl, there).text);
@@ -107,7 +105,7 @@ static void say_unanswered(struct doctor *d, int64_t begin_ns,
     if (say_misfit(d, begin_ns, out)) {
         return;
     }
-    doctor_keep_alive(d);
+    session_keep_alive(d->ctl);
     const uint16_t port = doctor_other_port(d);
     if (port != 0) {
         say_other_port(d, port, out);

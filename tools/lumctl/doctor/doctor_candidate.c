@@ -36,7 +36,7 @@ size_t host_candidates(const struct doctor *d,
 static void look(struct doctor *d, struct candidate *c)
 {
     struct arp_answers who;
-    doctor_keep_alive(d);
+    session_keep_alive(d->ctl);
     c->is_sensor = knock_reaches(d->sensor, c->interface->name);
     c->has_neighbour = c->is_sensor;
     if (!c->is_sensor) {
@@ -137,7 +137,7 @@ const struct host_interface *host_elsewhere(struct doctor *d)
     if (only == NULL) {
         return NULL;
     }
-    doctor_keep_alive(d);
+    session_keep_alive(d->ctl);
     const struct host_route route = host_route_find(d->sensor.address, NULL);
     if (route.exists && strcmp(route.interface, only) != 0 &&
         knock_reaches(d->sensor, NULL)) {
@@ -145,7 +145,7 @@ const struct host_interface *host_elsewhere(struct doctor *d)
     }
     for (size_t i = 0; i < d->host.count; i++) {
         const struct host_interface *w = &d->host.all[i];
-        doctor_keep_alive(d);
+        session_keep_alive(d->ctl);
         if (is_usable(w) && !w->is_loopback && strcmp(w->name, only) != 0 &&
             interfaces_subnet(w, d->sensor.address) != NULL &&
             knock_reaches(d->sensor, w->name)) {

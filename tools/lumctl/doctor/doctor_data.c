@@ -71,7 +71,7 @@ static bool take_data(struct doctor *d, lum_error *error)
     unsigned slot = 0;
     while (now < begin + TAKE_NS && !doctor_is_broken(event.kind)) {
         if (now >= begin + (int64_t)slot * SLOT_NS) {
-            doctor_keep_alive(d);
+            session_keep_alive(d->ctl);
             ask_next(d, slot);
             slot++;
         }

@@ -28,9 +28,10 @@ struct fate {
 static void run(struct doctor *d, struct knock *knock, int capture,
                 struct fate *fate)
 {
-    for (int i = 0; i < TRIES && !fate->was_heard && !doctor_is_cancelled(d);
+    for (int i = 0;
+         i < TRIES && !fate->was_heard && !lum_cancel_is_raised(d->ctl->cancel);
          i++) {
-        doctor_keep_alive(d);
+        session_keep_alive(d->ctl);
         const enum knock_answer sent = knock_send(knock);
         fate->was_denied = fate->was_denied || sent == KNOCK_DENIED;
         if (sent != KNOCK_SILENCE) {

@@ -4,7 +4,6 @@
 
 #include "../../common/number.h"
 #include "../beside.h"
-#include "../session.h"
 #include "doctor_capture.h"
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
@@ -21,7 +20,7 @@ bool host_is_asked_for(const struct doctor *d, const struct host_interface *i)
 bool host_spare(struct doctor *d, struct doctor_finding *out)
 {
     if (d->reach == DOCTOR_REACH_UNKNOWN) {
-        doctor_keep_alive(d);
+        session_keep_alive(d->ctl);
         d->reach = knock_reaches(d->sensor, d->ctl->options.interface)
                        ? DOCTOR_REACHED
                        : DOCTOR_UNREACHED;

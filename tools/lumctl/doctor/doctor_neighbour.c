@@ -25,21 +25,11 @@ static int64_t earlier(int64_t a, int64_t b)
     return a < b ? a : b;
 }
 
-static bool goes_on(void *owner)
-{
-    struct doctor *d = owner;
-    if (doctor_is_cancelled(d)) {
-        return false;
-    }
-    doctor_keep_alive(d);
-    return true;
-}
-
 bool neighbours_hear(struct doctor *d, const struct host_interface *on,
                      uint32_t address, struct arp_answers *out)
 {
-    const struct arp_patience patience = {WAIT_NS, AGAIN_NS, MORE_NS, goes_on,
-                                          d};
+    const struct arp_patience patience = {WAIT_NS, AGAIN_NS, MORE_NS,
+                                          session_goes_on, d->ctl};
     return arp_answers_hear(on, address, &patience, out);
 }
 
@@ -58,8 +48,8 @@ static bool is_ours(const struct doctor *d, const char *mac)
 void neighbours_rivals(struct doctor *d, const struct host_interface *on,
                        uint32_t own, struct arp_answers *out)
 {
-    const struct arp_patience patience = {MORE_NS, AGAIN_NS, AGAIN_NS, goes_on,
-                                          d};
+    const struct arp_patience patience = {MORE_NS, AGAIN_NS, AGAIN_NS,
+                                          session_goes_on, d->ctl};
     struct arp_answers who = {0};
     *out = who;
     (void)arp_answers_hear(on, own, &patience, &who);
@@ -125,9 +115,9 @@ const struct host_interface *neighbours_search(struct doctor *d,
     int64_t next = now;
     open_all(d, but, &s);
     while (s.count > 0 && found == NULL && now < end &&
-           !doctor_is_cancelled(d)) {
+           !lum_cancel_is_raised(d->ctl->cancel)) {
         if (now >= next) {
-            doctor_keep_alive(d);
+            session_keep_alive(d->ctl);
             for (size_t i = 0; i < s.count; i++) {
                 (void)arp_ask(s.arps[i], address, NULL);
             }
@@ -163,8 +153,9 @@ enum knock_answer neighbours_probe(struct doctor *d, const char *by,
     enum knock_answer answer = knock_begin(&knock, d->sensor, by);
     *state = neighbours_look_up(hop, on, mac);
     while (answer == KNOCK_SILENCE && *state != ARP_COMPLETE &&
-           lum_time_monotonic_ns() < end && !doctor_is_cancelled(d)) {
-        doctor_keep_alive(d);
+           lum_time_monotonic_ns() < end &&
+           !lum_cancel_is_raised(d->ctl->cancel)) {
+        session_keep_alive(d->ctl);
         answer = knock_hear(&knock, LOOK_MS);
         *state = neighbours_look_up(hop, on, mac);
     }

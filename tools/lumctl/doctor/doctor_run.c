@@ -5,7 +5,6 @@
 #include "../../common/json.h"
 #include "../../common/number.h"
 #include "../report.h"
-#include "../session.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -81,7 +80,7 @@ static void look(struct doctor *d, const struct check *check,
                  struct doctor_finding *out)
 {
     *out = (struct doctor_finding){DOCTOR_UNSEEN, "", ""};
-    doctor_keep_alive(d);
+    session_keep_alive(d->ctl);
     if (d->lacks[check->need] != NULL) {
         doctor_unseen(out, "not looked at: %s", d->lacks[check->need]);
     } else {
@@ -163,7 +162,7 @@ static enum exit_status examine(struct doctor *d)
     struct doctor_finding findings[CHECKS];
     for (size_t i = 0; i < CHECKS; i++) {
         look(d, &checks[i], &findings[i]);
-        if (doctor_is_cancelled(d)) {
+        if (lum_cancel_is_raised(d->ctl->cancel)) {
             return EXIT_FAILED;
         }
         if (!d->ctl->options.json && !print_finding(&checks[i], &findings[i])) {

@@ -3,7 +3,6 @@
 #include "doctor.h"
 
 #include "../report.h"
-#include "../session.h"
 
 #include "lum/laser.h"
 

@@ -84,7 +84,7 @@ bool doctor_is_broken(lum_sensor_event_kind kind)
 
 static void receive(struct doctor *d, int64_t end_ns, lum_sensor_event *event)
 {
-    doctor_keep_alive(d);
+    session_keep_alive(d->ctl);
     lum_sensor_receive(d->session.handle, end_ns, event);
     doctor_note_event(&d->session, event);
 }

@@ -1,8 +1,6 @@
 /* Judges the data that comes while the doctor has the session. */
 #include "doctor.h"
 
-#include "../session.h"
-
 #include "lum/capture/demux.h"
 #include "lum/frame/framer.h"
 #include "lum/wire.h"

@@ -1,3 +1,5 @@
+/* What needs YAML, in builds without it: refusals. */
+#include "ctl.h"
 #include "files.h"
 
 #include <stddef.h>
@@ -32,4 +34,14 @@ int files_load_calibration(const char *path, const struct set_keys *set,
     lum_calibration_default(out);
     return path != NULL ? refuse(path, error)
                         : set_keys_calibration(set, true, out, error);
+}
+
+enum exit_status command_apply(struct ctl *ctl, int count, char **words)
+{
+    (void)ctl;
+    return ctl_complain(EXIT_BAD,
+                        "apply: this lumctl was built without libyaml and does "
+                        "not read '%.40s'; give the settings one by one, or "
+                        "build it with the config library",
+                        count > 1 ? words[1] : "files");
 }
