@@ -7,50 +7,31 @@
 #include <stdio.h>
 #include <string.h>
 
-struct parameter {
-    const char *name;
-    const char *side; /* NULL: it has none */
-    const char *unit; /* after the limits */
-    lum_command_id id;
-};
-
-static const struct parameter table[] = {
-    {"power", NULL, " percent", LUM_COMMAND_POWER},
-    {"threshold", "green", " percent", LUM_COMMAND_THRESHOLD_GREEN},
-    {"threshold", "blue", " percent", LUM_COMMAND_THRESHOLD_BLUE},
-    {"holdoff", NULL, "", LUM_COMMAND_HOLDOFF},
-    {"offset", "green", "", LUM_COMMAND_OFFSET_GREEN},
-    {"offset", "blue", "", LUM_COMMAND_OFFSET_BLUE},
-    {"lines", NULL, "", LUM_COMMAND_LINE_MODE},
-};
-
-#define PARAMETERS (sizeof table / sizeof table[0])
-
-/* All settings except the Y scan, which is a separate command. Otherwise this
- * does not compile. */
-typedef char every_setting_is_here[PARAMETERS == SETTINGS - 1u ? 1 : -1];
-
 static bool has_sides(const char *name)
 {
     return strcmp(name, "threshold") == 0 || strcmp(name, "offset") == 0;
 }
 
-static const struct parameter *find(const char *name, const char *side)
+/* Of a name such as "threshold green"; LUM_COMMANDS: there is none. */
+static lum_command_id find(const char *name)
 {
-    for (size_t i = 0; i < PARAMETERS; i++) {
-        const struct parameter *p = &table[i];
-        if (strcmp(p->name, name) == 0 &&
-            (p->side == NULL || strcmp(p->side, side) == 0)) {
-            return p;
-        }
+    size_t i = 0;
+    while (i < SETTINGS && strcmp(settings[i].name, name) != 0) {
+        i++;
     }
-    return NULL;
+    return i < SETTINGS ? settings[i].id : LUM_COMMANDS;
 }
 
-static void describe(const struct parameter *p, char *out, size_t size)
+static bool is_percent(lum_command_id id)
 {
-    const lum_command_spec *spec = &lum_command_specs[p->id];
-    if (p->id == LUM_COMMAND_LINE_MODE) {
+    return id == LUM_COMMAND_POWER || id == LUM_COMMAND_THRESHOLD_GREEN ||
+           id == LUM_COMMAND_THRESHOLD_BLUE;
+}
+
+static void describe(lum_command_id id, char *out, size_t size)
+{
+    const lum_command_spec *spec = &lum_command_specs[id];
+    if (id == LUM_COMMAND_LINE_MODE) {
         (void)snprintf(out, size, "640 or 64");
     } else if (spec->step > 1) {
         (void)snprintf(out, size, "a whole number from %u to %u in steps of %u",
@@ -58,7 +39,8 @@ static void describe(const struct parameter *p, char *out, size_t size)
                        (unsigned)spec->step);
     } else {
         (void)snprintf(out, size, "a whole number from %u to %u%s",
-                       (unsigned)spec->min, (unsigned)spec->max, p->unit);
+                       (unsigned)spec->min, (unsigned)spec->max,
+                       is_percent(id) ? " percent" : "");
     }
 }
 
@@ -71,29 +53,25 @@ static const char *mode_of(const char *lines)
 }
 
 /* The command's text, if the value is one that it takes. */
-static bool compose(const struct parameter *p, const char *value, char *out,
+static bool compose(lum_command_id id, const char *value, char *out,
                     size_t size)
 {
-    const char *number =
-        p->id == LUM_COMMAND_LINE_MODE ? mode_of(value) : value;
+    const char *number = id == LUM_COMMAND_LINE_MODE ? mode_of(value) : value;
     const char *text = out;
     lum_command command;
     const int n =
-        snprintf(out, size, "%s%c", number, lum_command_specs[p->id].letter);
+        snprintf(out, size, "%s%c", number, lum_command_specs[id].letter);
     size_t left = n > 0 && (size_t)n < size ? (size_t)n : 0;
     return lum_command_parse(&text, &left, &command) == LUM_OK && left == 0;
 }
 
-static enum exit_status set(struct ctl *ctl, const struct parameter *p,
-                            int count, char **words)
+static enum exit_status set(struct ctl *ctl, lum_command_id id,
+                            const char *name, int count, char **words)
 {
     char text[32];
     char allowed[64];
-    char name[32];
     char typed[64];
-    describe(p, allowed, sizeof allowed);
-    (void)snprintf(name, sizeof name, "%s%s%s", p->name,
-                   p->side != NULL ? " " : "", p->side != NULL ? p->side : "");
+    describe(id, allowed, sizeof allowed);
     if (count == 0) {
         return ctl_complain(EXIT_BAD, "%s: a value is missing: %s", name,
                             allowed);
@@ -102,7 +80,7 @@ static enum exit_status set(struct ctl *ctl, const struct parameter *p,
         return ctl_complain(EXIT_BAD, "%s: '%s' is one word too many: %s", name,
                             words[1], allowed);
     }
-    if (!compose(p, words[0], text, sizeof text)) {
+    if (!compose(id, words[0], text, sizeof text)) {
         return ctl_complain(EXIT_BAD, "%s: '%s' is not %s", name, words[0],
                             allowed);
     }
@@ -118,10 +96,13 @@ enum exit_status command_parameter(struct ctl *ctl, int count, char **words)
         return ctl_complain(EXIT_BAD, "%s: which eye? %s green N or %s blue N",
                             words[0], words[0], words[0]);
     }
-    const struct parameter *p = find(words[0], sides ? words[1] : "");
-    if (p == NULL) {
+    char name[32];
+    (void)snprintf(name, sizeof name, "%s%s%.16s", words[0], sides ? " " : "",
+                   sides ? words[1] : "");
+    const lum_command_id id = find(name);
+    if (id == LUM_COMMANDS) {
         return ctl_complain(EXIT_BAD, "%s: '%s' is not an eye: green or blue",
                             words[0], words[1]);
     }
-    return set(ctl, p, count - used, words + used);
+    return set(ctl, id, name, count - used, words + used);
 }

@@ -3,11 +3,10 @@
 #include "../common/host.h"
 #include "../common/json.h"
 #include "../common/number.h"
-#include "holder.h"
 #include "options.h"
 #include "remember.h"
 #include "session.h"
-#include "strand.h"
+#include "set_ip_check.h"
 
 #include "lum/base/time.h"
 
@@ -151,9 +150,9 @@ static void learn_sensor(struct move *m)
 {
     m->sensor = (struct arp_answers){0};
     if (m->new.address != m->old.address &&
-        holders_can(m->ctl, m->old.address)) {
+        set_ip_can_search(m->ctl, m->old.address)) {
         (void)is_alive(m, m->old, 1); /* for the kernel's table */
-        holders_find(m->ctl, m->old.address, &m->sensor);
+        set_ip_search(m->ctl, m->old.address, &m->sensor);
     }
 }
 
@@ -163,9 +162,9 @@ static bool find_other(struct move *m, struct arp_answers *who,
 {
     const char *other = NULL;
     if (m->new.address != m->old.address &&
-        holders_can(m->ctl, m->new.address)) {
-        holders_find(m->ctl, m->new.address, who);
-        other = holders_other(who, &m->sensor);
+        set_ip_can_search(m->ctl, m->new.address)) {
+        set_ip_search(m->ctl, m->new.address, who);
+        other = set_ip_other(who, &m->sensor);
     }
     if (other != NULL) {
         (void)snprintf(mac, INTERFACE_MAC_TEXT_BYTES, "%s", other);
@@ -377,7 +376,7 @@ enum exit_status command_set_ip(struct ctl *ctl, int count, char **words)
             words[1]);
     }
     const enum exit_status status =
-        ctl->options.force ? EXIT_DONE : strand_check(ctl, address);
+        ctl->options.force ? EXIT_DONE : set_ip_check_reach(ctl, address);
     if (status != EXIT_DONE || !ctl->options.dry_run) {
         return status == EXIT_DONE ? move(ctl, address) : status;
     }
