@@ -275,7 +275,7 @@ class Laser(unittest.TestCase):
         # The session; what Python sends has no word for the laser, which it refuses.
         r"\blum_sensor_command\s*\(": {"src/net/sensor.c", "tools/python/lumsdk/_commands.py"},
         # Command TLVs by hand: lumctl's settings, and its texts, which its laser session knows of.
-        r"\blum_tlv_add\s*\([^;]*\bLUM_TLV_COMMAND\b": {"src/net/sensor.c", "tools/lumctl/settings_plan.c", "tools/lumctl/text.c"},
+        r"\blum_tlv_add\s*\([^;]*\bLUM_TLV_COMMAND\b": {"src/net/sensor.c", "tools/lumctl/settings_plan.c", "tools/lumctl/text_command.c"},
     }
     NOISE = re.compile(r'("(?:\\.|[^"\\\n])*")|/\*.*?\*/|//[^\n]*', re.S)
 
@@ -311,7 +311,7 @@ class Laser(unittest.TestCase):
 
     def test_what_only_reads_is_none(self):
         for text in ("if (*text == 'u') {", '/* "u" */ lum_laser_session_want(k, LUM_WANT_ON, now); // lum_sensor_command(', 'printf("%d", d);'):
-            self.assertEqual(self.owners([("tools/lumctl/laser.c", text)]), [])
+            self.assertEqual(self.owners([("tools/lumctl/laser_outcome.c", text)]), [])
 
     def test_each_home_is_one(self):
         files = dict(self.files())

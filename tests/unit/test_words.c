@@ -6,7 +6,7 @@
 #include <cmocka.h>
 
 #include "../tools/common/printable.h"
-#include "../tools/lumctl/words.h"
+#include "../tools/lumctl/line_words.h"
 
 #include <stdio.h>
 

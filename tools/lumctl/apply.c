@@ -1,8 +1,8 @@
 #include "../common/input_files.h"
-#include "report.h"
-#include "session.h"
+#include "ctl_session.h"
 #include "settings_plan.h"
-#include "text.h"
+#include "status_report.h"
+#include "text_command.h"
 
 #include <stdio.h>
 #include <string.h>

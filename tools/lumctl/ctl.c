@@ -1,7 +1,7 @@
 #include "ctl.h"
 
+#include "ctl_session.h"
 #include "remember.h"
-#include "session.h"
 
 #include "lum/base/time.h"
 #include "lum/laser.h"

@@ -4,7 +4,7 @@
 
 #include "../common/terminal.h"
 #include "beside.h"
-#include "session.h"
+#include "ctl_session.h"
 
 #include "lum/base/time.h"
 #include "lum/wire.h"

@@ -2,8 +2,8 @@
 
 #include "../common/number.h"
 #include "beside.h"
-#include "report.h"
-#include "session.h"
+#include "ctl_session.h"
+#include "status_report.h"
 
 #include <stdio.h>
 #include <stdlib.h>

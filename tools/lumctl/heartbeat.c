@@ -1,10 +1,11 @@
 #include "ctl.h"
 
 #include "../common/terminal.h"
-#include "laser.h"
+#include "../common/terminal.h"
+#include "ctl_session.h"
+#include "laser_outcome.h"
 #include "monitor.h"
-#include "report.h"
-#include "session.h"
+#include "status_report.h"
 
 #include "lum/base/time.h"
 #include "lum/laser.h"

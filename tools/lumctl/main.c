@@ -1,7 +1,7 @@
 #include "../common/interrupt.h"
 #include "ctl.h"
+#include "ctl_session.h"
 #include "options.h"
-#include "session.h"
 
 #include <stdlib.h>
 

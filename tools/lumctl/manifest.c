@@ -3,9 +3,9 @@
 
 #include "../common/json.h"
 #include "../common/make_folder.h"
+#include "ctl_session.h"
 #include "file_writer.h"
-#include "report.h"
-#include "session.h"
+#include "status_report.h"
 
 #include "base/claim.h"
 #include "base/crc32.h"

@@ -1,8 +1,8 @@
 #include "monitor.h"
 
 #include "../common/terminal.h"
-#include "report.h"
-#include "session.h"
+#include "ctl_session.h"
+#include "status_report.h"
 
 #include "lum/base/time.h"
 #include "lum/host/laser_name.h"

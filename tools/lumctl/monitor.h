@@ -64,7 +64,7 @@ bool monitor_is_met(const struct monitor *m);
  * has a hazard, or, with --every or --until hazard, any had. */
 enum exit_status monitor_end(struct monitor *m, enum exit_status status);
 
-/* status.c */
+/* status_command.c */
 
 /* Prints a line, or a JSON object, with the time: if has_status is false, the
  * sensor does not answer. was_up: the line before showed the laser up. False if

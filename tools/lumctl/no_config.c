@@ -1,6 +1,6 @@
 /* What needs YAML, in builds without it: refusals. */
+#include "config_files.h"
 #include "ctl.h"
-#include "files.h"
 
 #include <stddef.h>
 

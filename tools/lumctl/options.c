@@ -2,8 +2,8 @@
 
 #include "../common/host.h"
 #include "../common/option_table.h"
+#include "ctl_session.h"
 #include "help.h"
-#include "session.h"
 
 #include "lum/host/yscan.h"
 #include "lum/wire.h"

@@ -1,6 +1,6 @@
 #include "prompt.h"
 
-#include "report.h"
+#include "status_report.h"
 
 #include <stdbool.h>
 #include <stdio.h>

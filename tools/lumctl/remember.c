@@ -2,10 +2,10 @@
 #include "remember.h"
 
 #include "../common/printable.h"
+#include "ctl_session.h"
 #include "refusal.h"
-#include "session.h"
 #include "state_file.h"
-#include "yscan/yscan.h"
+#include "yscan/yscan_table.h"
 
 #include "lum/base/time.h"
 #include "lum/host/command_text.h"

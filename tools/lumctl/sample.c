@@ -1,5 +1,5 @@
 #include "monitor.h"
-#include "report.h"
+#include "status_report.h"
 
 #include "lum/host/laser_name.h"
 #include "lum/laser.h"

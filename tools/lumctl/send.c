@@ -1,8 +1,8 @@
 #include "../common/number.h"
-#include "laser.h"
-#include "report.h"
-#include "session.h"
-#include "text.h"
+#include "ctl_session.h"
+#include "laser_outcome.h"
+#include "status_report.h"
+#include "text_command.h"
 
 #include "lum/command.h"
 

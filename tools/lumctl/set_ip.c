@@ -3,9 +3,9 @@
 #include "../common/host.h"
 #include "../common/json.h"
 #include "../common/number.h"
+#include "ctl_session.h"
 #include "options.h"
 #include "remember.h"
-#include "session.h"
 #include "set_ip_check.h"
 
 #include "lum/base/time.h"

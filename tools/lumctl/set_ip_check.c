@@ -2,8 +2,8 @@
 
 #include "../common/interfaces.h"
 #include "../common/number.h"
+#include "ctl_session.h"
 #include "host_route.h"
-#include "session.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 #include "setting.h"
 
-#include "yscan/yscan.h"
+#include "yscan/yscan_table.h"
 
 const struct setting settings[SETTINGS] = {
     {LUM_COMMAND_LINE_MODE, "lines"},

@@ -4,7 +4,7 @@
 #define LUMCTL_SETTINGS_PLAN_H
 
 #include "ctl.h"
-#include "yscan/yscan.h"
+#include "yscan/yscan_table.h"
 
 #include "lum/config/settings.h"
 

@@ -2,10 +2,10 @@
  * that apply takes. */
 #include "remember.h"
 
-#include "report.h"
-#include "session.h"
+#include "ctl_session.h"
 #include "setting.h"
-#include "yscan/yscan.h"
+#include "status_report.h"
+#include "yscan/yscan_table.h"
 
 #include <inttypes.h>
 #include <stdio.h>

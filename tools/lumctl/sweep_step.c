@@ -1,10 +1,10 @@
-#include "sweep.h"
+#include "sweep_run.h"
 
 #include "../common/frame_watch.h"
 #include "../common/own_address.h"
 #include "../common/terminal.h"
+#include "ctl_session.h"
 #include "remember.h"
-#include "session.h"
 #include "setting.h"
 #include "watch.h"
 

@@ -1,7 +1,7 @@
 #include "ctl.h"
 
-#include "report.h"
-#include "session.h"
+#include "ctl_session.h"
+#include "status_report.h"
 #include "watch.h"
 
 #include "lum/laser.h"

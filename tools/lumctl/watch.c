@@ -1,6 +1,6 @@
 #include "watch.h"
 
-#include "session.h"
+#include "ctl_session.h"
 
 #include "lum/base/time.h"
 

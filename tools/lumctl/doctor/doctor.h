@@ -6,8 +6,8 @@
 
 #include "../../common/interfaces.h"
 #include "../ctl.h"
+#include "../ctl_session.h"
 #include "../host_route.h"
-#include "../session.h"
 #include "doctor_session.h"
 
 #include "lum/assembler.h"

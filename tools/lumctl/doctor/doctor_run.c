@@ -4,7 +4,7 @@
 
 #include "../../common/json.h"
 #include "../../common/number.h"
-#include "../report.h"
+#include "../status_report.h"
 
 #include <errno.h>
 #include <stdio.h>

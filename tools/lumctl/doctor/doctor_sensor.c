@@ -2,7 +2,7 @@
  * host's does, and which hazard of its status to remove first. */
 #include "doctor.h"
 
-#include "../report.h"
+#include "../status_report.h"
 
 #include "lum/laser.h"
 

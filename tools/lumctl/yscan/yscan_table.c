@@ -1,7 +1,7 @@
-#include "yscan.h"
+#include "yscan_table.h"
 
 #include "../../common/terminal.h"
-#include "../files.h"
+#include "../config_files.h"
 #include "yscan_draw.h"
 
 #include <ctype.h>

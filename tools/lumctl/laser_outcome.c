@@ -1,9 +1,9 @@
-#include "laser.h"
+#include "laser_outcome.h"
 
 #include "../common/interrupt.h"
 #include "../common/laser_end.h"
-#include "report.h"
-#include "session.h"
+#include "ctl_session.h"
+#include "status_report.h"
 
 #include "lum/laser.h"
 

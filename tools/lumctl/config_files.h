@@ -1,6 +1,6 @@
 /* Profile and calibration from files, where the config library is there. */
-#ifndef LUMCTL_FILES_H
-#define LUMCTL_FILES_H
+#ifndef LUMCTL_CONFIG_FILES_H
+#define LUMCTL_CONFIG_FILES_H
 
 #include "../common/set_keys.h"
 #include "lum/base/error.h"

@@ -1,10 +1,10 @@
-#include "session.h"
+#include "ctl_session.h"
 
 #include "../common/interrupt.h"
 #include "../common/number.h"
 #include "../common/printable.h"
 #include "../common/terminal.h"
-#include "report.h"
+#include "status_report.h"
 
 #include "lum/base/time.h"
 #include "lum/laser.h"

@@ -1,4 +1,4 @@
-#include "words.h"
+#include "line_words.h"
 
 #include <stdbool.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* What a command text wants of the laser, and what becomes of it. */
-#ifndef LUMCTL_LASER_H
-#define LUMCTL_LASER_H
+#ifndef LUMCTL_LASER_OUTCOME_H
+#define LUMCTL_LASER_OUTCOME_H
 
 #include "ctl.h"
 

@@ -1,6 +1,6 @@
 /* A typed line to words. */
-#ifndef LUMCTL_WORDS_H
-#define LUMCTL_WORDS_H
+#ifndef LUMCTL_LINE_WORDS_H
+#define LUMCTL_LINE_WORDS_H
 
 /* Takes white space off both ends, in place. */
 void words_trim(char *text);

@@ -1,9 +1,9 @@
-#include "sweep.h"
+#include "sweep_run.h"
 
 #include "../common/input_files.h"
-#include "files.h"
-#include "laser.h"
-#include "session.h"
+#include "config_files.h"
+#include "ctl_session.h"
+#include "laser_outcome.h"
 
 #include "base/system.h"
 #include "lum/base/time.h"

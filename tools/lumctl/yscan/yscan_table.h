@@ -1,6 +1,6 @@
 /* The Y-scan table: from the options to the packet. */
-#ifndef LUMCTL_YSCAN_H
-#define LUMCTL_YSCAN_H
+#ifndef LUMCTL_YSCAN_TABLE_H
+#define LUMCTL_YSCAN_TABLE_H
 
 #include "../ctl.h"
 

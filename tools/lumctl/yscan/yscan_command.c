@@ -1,7 +1,7 @@
-#include "yscan.h"
+#include "yscan_table.h"
 
 #include "../remember.h"
-#include "../text.h"
+#include "../text_command.h"
 #include "yscan_shape.h"
 
 #include "lum/command.h"

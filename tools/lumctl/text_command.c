@@ -1,7 +1,7 @@
-#include "text.h"
+#include "text_command.h"
 
-#include "report.h"
-#include "session.h"
+#include "ctl_session.h"
+#include "status_report.h"
 
 #include "lum/command.h"
 #include "lum/host/command_text.h"

@@ -1,4 +1,4 @@
-#include "files.h"
+#include "config_files.h"
 
 #include "../common/input_files.h"
 #include "lum/config/config.h"

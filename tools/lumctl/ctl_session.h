@@ -1,6 +1,6 @@
 /* The session's events, as all commands take them. */
-#ifndef LUMCTL_SESSION_H
-#define LUMCTL_SESSION_H
+#ifndef LUMCTL_CTL_SESSION_H
+#define LUMCTL_CTL_SESSION_H
 
 #include "ctl.h"
 

@@ -1,5 +1,5 @@
 #define _POSIX_C_SOURCE 200809L
-#include "report.h"
+#include "status_report.h"
 
 #include "lum/host/laser_name.h"
 #include "lum/laser.h"

@@ -1,6 +1,6 @@
 /* A sweep: steps of settings in one session, each with a recording. */
-#ifndef LUMCTL_SWEEP_H
-#define LUMCTL_SWEEP_H
+#ifndef LUMCTL_SWEEP_RUN_H
+#define LUMCTL_SWEEP_RUN_H
 
 #include "../common/geometry.h"
 #include "manifest.h"

@@ -1,6 +1,6 @@
 /* The sensor's status in words, and other things for people's eyes. */
-#ifndef LUMCTL_REPORT_H
-#define LUMCTL_REPORT_H
+#ifndef LUMCTL_STATUS_REPORT_H
+#define LUMCTL_STATUS_REPORT_H
 
 #include "../common/json.h"
 

@@ -1,9 +1,9 @@
 /* Command texts and their answers. */
-#ifndef LUMCTL_TEXT_H
-#define LUMCTL_TEXT_H
+#ifndef LUMCTL_TEXT_COMMAND_H
+#define LUMCTL_TEXT_COMMAND_H
 
 #include "ctl.h"
-#include "laser.h"
+#include "laser_outcome.h"
 #include "refusal.h"
 
 /* Checks a text word by word and sends it. As ctl_request(). */
