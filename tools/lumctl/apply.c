@@ -1,3 +1,4 @@
+/* The command apply: settings of a file, sent, and what becomes of each. */
 #include "../common/input_files.h"
 #include "ctl_session.h"
 #include "settings_plan.h"

@@ -1,3 +1,4 @@
+/* The table of commands, and how a command line is run. */
 #include "ctl.h"
 
 #include "../common/host.h"

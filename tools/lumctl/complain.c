@@ -1,3 +1,4 @@
+/* Complaints and notes on standard error. */
 #include "ctl.h"
 
 #include "../common/terminal.h"

@@ -1,3 +1,4 @@
+/* What find has found, for people and as JSON. */
 #include "find.h"
 
 #include "../common/number.h"

@@ -1,3 +1,4 @@
+/* The command heartbeat: owns the session, and shows what comes. */
 #include "ctl.h"
 
 #include "../common/terminal.h"

@@ -1,3 +1,4 @@
+/* The kernel's route by netlink, and its table of neighbours. */
 #define _GNU_SOURCE
 
 #include "host_route.h"

@@ -1,3 +1,4 @@
+/* No route is known on systems other than Linux. */
 #include "host_route.h"
 
 struct host_route host_route_find(uint32_t address, const char *interface)

@@ -1,3 +1,4 @@
+/* The program lumctl. */
 #include "../common/interrupt.h"
 #include "ctl.h"
 #include "ctl_session.h"

@@ -1,3 +1,4 @@
+/* The refusal of sweep in builds that cannot do it. */
 #include "ctl.h"
 
 enum exit_status command_sweep(struct ctl *ctl, int count, char **words)

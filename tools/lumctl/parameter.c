@@ -1,3 +1,4 @@
+/* The commands that set one value, such as power and threshold. */
 #include "ctl.h"
 #include "setting.h"
 

@@ -1,3 +1,4 @@
+/* Standard input without a wait, on POSIX. */
 #define _POSIX_C_SOURCE 200809L
 #include "prompt.h"
 

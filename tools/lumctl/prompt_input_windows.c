@@ -1,3 +1,4 @@
+/* Standard input without a wait, on Windows. */
 #include "prompt.h"
 
 #include <stdbool.h>

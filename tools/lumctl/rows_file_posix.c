@@ -1,3 +1,4 @@
+/* A file that several runs open, on POSIX: flock() keeps them apart. */
 #define _POSIX_C_SOURCE 200809L
 #include "rows_file.h"
 

@@ -1,3 +1,4 @@
+/* A file that several runs open, on Windows: share modes keep them apart. */
 #include "rows_file.h"
 
 #include <errno.h>

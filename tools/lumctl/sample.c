@@ -1,3 +1,4 @@
+/* A row of what is known of a sensor: text, JSON, CSV, Prometheus' page. */
 #include "monitor.h"
 #include "status_report.h"
 

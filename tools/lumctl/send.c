@@ -1,3 +1,4 @@
+/* The commands send, laser and tlv. */
 #include "../common/number.h"
 #include "ctl_session.h"
 #include "laser_outcome.h"

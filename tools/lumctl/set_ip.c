@@ -1,3 +1,4 @@
+/* The command set-ip: another address, and a look where the sensor is. */
 #include "ctl.h"
 
 #include "../common/host.h"

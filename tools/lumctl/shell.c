@@ -1,3 +1,4 @@
+/* The command shell: what is typed, and what the sensor says meanwhile. */
 #include "../common/interrupt.h"
 #include "ctl.h"
 #include "ctl_session.h"

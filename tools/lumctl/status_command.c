@@ -1,3 +1,4 @@
+/* The command status: once, or again and again. */
 #include "monitor.h"
 
 #include "../common/terminal.h"

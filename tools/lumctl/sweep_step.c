@@ -1,3 +1,4 @@
+/* A step of a sweep: sets, settles, records and proves. */
 #include "sweep_run.h"
 
 #include "../common/frame_watch.h"

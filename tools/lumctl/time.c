@@ -1,3 +1,4 @@
+/* The command time: the sensor's clock against this host's. */
 #include "ctl.h"
 
 #include "ctl_session.h"

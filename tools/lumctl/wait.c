@@ -1,3 +1,4 @@
+/* The command wait: until the sensor is as it should be. */
 #include "ctl.h"
 
 #include "ctl_session.h"

@@ -29,7 +29,7 @@ static const char told[] = "limit-after-signal";
 #define OUTPUT_NS (60 * RECORD_S)
 
 /* A dropped recording and the manifest of a sweep, or the last lines of
- * --every, 3 s each (tools/lumctl/sweep_command.c, file_writer.c). */
+ * --every, 3 s each (tools/lumctl/sweep_run.c, file_writer.c). */
 #define FILES_NS (6 * RECORD_S)
 
 /* doctor: each of its checks waits for some answers, two seconds for data

@@ -1,3 +1,4 @@
+/* The command yscan: a field of view, or a shape as a table. */
 #include "yscan_table.h"
 
 #include "../remember.h"

@@ -1,3 +1,4 @@
+/* Elevations from a file, one on each line. */
 #include "yscan_shape.h"
 
 #include "../../common/input_files.h"
