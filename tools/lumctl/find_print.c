@@ -9,18 +9,15 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static const char *const hows[FIND_HOWS] = {
-    [FIND_ARP] = "arp",
-    [FIND_OTHER] = "other",
-    [FIND_SENDS] = "sends",
-    [FIND_ANSWERS] = "answers",
-};
-
-static const char *const meanings[FIND_HOWS] = {
-    [FIND_ARP] = "somebody has this address, perhaps a sensor",
-    [FIND_OTHER] = "sends the magic, but no packet that a sensor sends",
-    [FIND_SENDS] = "sends packets of a sensor",
-    [FIND_ANSWERS] = "answers",
+static const struct {
+    const char *word;
+    const char *meaning;
+} hows[FIND_HOWS] = {
+    [FIND_ARP] = {"arp", "somebody has this address, perhaps a sensor"},
+    [FIND_OTHER] = {"other",
+                    "sends the magic, but no packet that a sensor sends"},
+    [FIND_SENDS] = {"sends", "sends packets of a sensor"},
+    [FIND_ANSWERS] = {"answers", "answers"},
 };
 
 /* By address, then the surest first. */
@@ -47,7 +44,7 @@ static void put_found(struct json *json, const struct find_plan *plan,
     json_open_object(json, NULL);
     json_text(json, "sensor", session_name(f->host).text);
     json_text(json, "interface", name_of(f->interface));
-    json_text(json, "how", hows[f->how]);
+    json_text(json, "how", hows[f->how].word);
     if (f->how == FIND_ANSWERS) {
         json_uint(json, "clock_us", f->clock_us);
     } else {
@@ -138,7 +135,7 @@ static void print_found(const struct find_plan *plan, struct find_result *r,
                        (double)f->round_trip_ns / 1e6);
     }
     (void)printf("%-21s  %-10s  %-17s  %s%s\n", session_name(f->host).text,
-                 name_of(f->interface), f->mac, meanings[f->how], trip);
+                 name_of(f->interface), f->mac, hows[f->how].meaning, trip);
     if (f->other_mac[0] != '\0') {
         print_other(f);
     }

@@ -2,7 +2,6 @@
 #include "ctl.h"
 
 #include "../common/terminal.h"
-#include "../common/terminal.h"
 #include "ctl_session.h"
 #include "laser_outcome.h"
 #include "monitor.h"

@@ -14,37 +14,48 @@
 #define RED    "\033[1;31m"
 #define NORMAL "\033[0m"
 
-#define SERVICE "; power the sensor off and on, then have it serviced"
+#define MIRROR                                                                 \
+    "switch the sensor off and on; if the bit comes back, its mirror drive "   \
+    "is broken"
 
-/* The meaning of a bit, and what to do; "" for a bit without one. */
-static const char *meaning_of(unsigned bit)
+struct report_bit report_bit(unsigned bit)
 {
     switch ((enum lum_laser_bit)(1u << bit)) {
     case LUM_LASER_GALVO_AMP_BX_BAD:
-        return "blue azimuth mirror: its drive is faulty" SERVICE;
+        return (struct report_bit){"blue azimuth mirror: its drive is faulty",
+                                   5, MIRROR};
     case LUM_LASER_GALVO_AMP_BY_BAD:
-        return "blue elevation mirror: its drive is faulty" SERVICE;
+        return (struct report_bit){"blue elevation mirror: its drive is faulty",
+                                   5, MIRROR};
     case LUM_LASER_GALVO_AMP_GX_BAD:
-        return "green azimuth mirror: its drive is faulty" SERVICE;
+        return (struct report_bit){"green azimuth mirror: its drive is faulty",
+                                   5, MIRROR};
     case LUM_LASER_GALVO_AMP_GY_BAD:
-        return "green elevation mirror: its drive is faulty" SERVICE;
+        return (struct report_bit){
+            "green elevation mirror: its drive is faulty", 5, MIRROR};
     case LUM_LASER_HEARTBEAT_TIMEOUT:
-        return "no heartbeat for 3 s; lumdump udp://... or lumctl heartbeat "
-               "sends them";
+        return (struct report_bit){
+            "no heartbeat for 3 s", 0,
+            "lumdump udp://... or lumctl heartbeat sends them"};
     case LUM_LASER_BOARD_OVER_105:
-        return "a board is above 105 degrees; let the sensor cool";
+        return (struct report_bit){"a board is above 105 degrees", 3,
+                                   "switch the sensor off and let it cool"};
     case LUM_LASER_FAN_PWM_BAD:
-        return "the fan does not turn as it should; look whether it is blocked";
+        return (struct report_bit){"the fan does not turn as it should", 4,
+                                   "free the fan, switch the sensor off and "
+                                   "on"};
     case LUM_LASER_HW_SAFETY_BAD:
-        return "the hardware interlock is open; look at the interlock's wiring";
+        return (struct report_bit){"the hardware interlock is open", 2,
+                                   "close the hardware interlock"};
     case LUM_LASER_SYS_ON_SW_OFF:
-        return "the SYS_ON switch is off; switch it on";
+        return (struct report_bit){"the SYS_ON switch is off", 1,
+                                   "turn the SYS_ON switch on"};
     case LUM_LASER_TLV_CMD_OFF:
-        return "switched off by a command";
+        return (struct report_bit){"switched off by a command", 0, ""};
     case LUM_LASER_TLV_CMD_ON:
-        return "switched on by a command";
+        return (struct report_bit){"switched on by a command", 0, ""};
     }
-    return "";
+    return (struct report_bit){"", 0, ""};
 }
 
 bool report_lacks_heartbeats(uint16_t status)
@@ -115,13 +126,13 @@ void report_status(FILE *out, uint16_t status, bool is_owned, bool in_colour)
         if (!has_bit(status, bit)) {
             continue;
         }
-        const char *meaning = meaning_of(bit);
+        const struct report_bit r = report_bit(bit);
         const bool is_red =
             in_colour && is_hazard(bit) && !report_is_idle(status, is_owned);
-        (void)fprintf(out, "  %s%-6s  %-17s%s%s%s\n", is_red ? RED : "",
+        (void)fprintf(out, "  %s%-6s  %-17s%s%s%s%s%s\n", is_red ? RED : "",
                       kind_of(status, is_owned, bit), lum_laser_bit_name(bit),
-                      is_red ? NORMAL : "", *meaning != '\0' ? "  " : "",
-                      meaning);
+                      is_red ? NORMAL : "", *r.meaning != '\0' ? "  " : "",
+                      r.meaning, *r.fix != '\0' ? "; " : "", r.fix);
     }
 }
 

@@ -8,6 +8,15 @@
 #include <stdint.h>
 #include <stdio.h>
 
+/* What a bit of a status means, and what to do; "" where there is nothing. */
+struct report_bit {
+    const char *meaning;
+    unsigned rank; /* of several, the lowest is done first; 0: it is no fault
+                      of the sensor */
+    const char *fix;
+};
+struct report_bit report_bit(unsigned bit);
+
 /* Behind a status: what put a laser down that was up, or what will follow. */
 const char *report_cause(uint16_t status, bool was_up);
 

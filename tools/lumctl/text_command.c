@@ -1,6 +1,7 @@
 #include "text_command.h"
 
 #include "ctl_session.h"
+#include "setting.h"
 #include "status_report.h"
 
 #include "lum/command.h"
@@ -8,25 +9,6 @@
 
 #include <stdio.h>
 #include <string.h>
-
-/* What each command is called where it is refused. */
-static const char *const names[] = {
-    [LUM_COMMAND_LASER_ON] = "laser on",
-    [LUM_COMMAND_LASER_OFF] = "laser off",
-    [LUM_COMMAND_POWER] = "power",
-    [LUM_COMMAND_THRESHOLD_GREEN] = "green threshold",
-    [LUM_COMMAND_THRESHOLD_BLUE] = "blue threshold",
-    [LUM_COMMAND_LINE_MODE] = "line mode (0f: 640 lines, 1f: 64 lines)",
-    [LUM_COMMAND_YSCAN] = "Y scan in degrees",
-    [LUM_COMMAND_HOLDOFF] = "holdoff",
-    [LUM_COMMAND_OFFSET_GREEN] = "green offset",
-    [LUM_COMMAND_OFFSET_BLUE] = "blue offset",
-};
-
-/* Otherwise this does not compile. */
-typedef char
-    every_command_is_here[sizeof names / sizeof names[0] == LUM_COMMANDS ? 1
-                                                                         : -1];
 
 /* LUM_COMMANDS: none has this letter. */
 static lum_command_id find_command(char letter)
@@ -51,8 +33,9 @@ static enum exit_status refuse_value(const char *word, int len)
                        (unsigned)spec->step);
     }
     return ctl_complain(EXIT_BAD, "'%.*s': %s is %u to %u%s", len, word,
-                        names[id], (unsigned)spec->min, (unsigned)spec->max,
-                        steps);
+                        id == LUM_COMMAND_LINE_MODE ? "lines (0f: 640, 1f: 64)"
+                                                    : setting_name(id),
+                        (unsigned)spec->min, (unsigned)spec->max, steps);
 }
 
 static char digit_for(char c)

@@ -130,44 +130,14 @@ void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
 
 /* --- Check: status --- */
 
-/* What to do about a hazard; if there are several, the lowest rank comes
- * first. */
-struct remedy {
-    unsigned rank;
-    const char *fix; /* NULL: nothing to do, it is not a hazard */
-};
-
-static struct remedy remedy_of(unsigned bit)
+/* Of what is to be done about hazards, the first. */
+static struct report_bit first_fix(uint16_t status)
 {
-    switch ((enum lum_laser_bit)(1u << bit)) {
-    case LUM_LASER_SYS_ON_SW_OFF:
-        return (struct remedy){1, "turn the SYS_ON switch on"};
-    case LUM_LASER_HW_SAFETY_BAD:
-        return (struct remedy){2, "close the hardware interlock"};
-    case LUM_LASER_BOARD_OVER_105:
-        return (struct remedy){3, "switch the sensor off and let it cool"};
-    case LUM_LASER_FAN_PWM_BAD:
-        return (struct remedy){4, "free the fan, switch the sensor off and on"};
-    case LUM_LASER_GALVO_AMP_BX_BAD:
-    case LUM_LASER_GALVO_AMP_BY_BAD:
-    case LUM_LASER_GALVO_AMP_GX_BAD:
-    case LUM_LASER_GALVO_AMP_GY_BAD:
-        return (struct remedy){5, "switch the sensor off and on; if the bit "
-                                  "comes back, its mirror drive is broken"};
-    case LUM_LASER_HEARTBEAT_TIMEOUT: /* the checks of the session say it */
-    case LUM_LASER_TLV_CMD_OFF:
-    case LUM_LASER_TLV_CMD_ON:
-        break;
-    }
-    return (struct remedy){UINT_MAX, NULL};
-}
-
-static struct remedy first_remedy(uint16_t status)
-{
-    struct remedy first = {UINT_MAX, NULL};
+    struct report_bit first = {"", UINT_MAX, ""};
     for (unsigned bit = 0; bit < LUM_LASER_BITS; bit++) {
-        const struct remedy r = remedy_of(bit);
-        if (((unsigned)status >> bit & 1u) != 0 && r.rank < first.rank) {
+        const struct report_bit r = report_bit(bit);
+        if (((unsigned)status >> bit & 1u) != 0 && r.rank != 0 &&
+            r.rank < first.rank) {
             first = r;
         }
     }
@@ -177,13 +147,10 @@ static struct remedy first_remedy(uint16_t status)
 static void say_hazard(struct doctor *d, bool is_owned,
                        struct doctor_finding *out)
 {
-    const struct remedy remedy = first_remedy(d->session.status);
     d->has_hazard = true;
     doctor_wrong(out, "hazard, 0x%04x, %s", (unsigned)d->session.status,
                  report_line(d->session.status, is_owned).text);
-    if (remedy.fix != NULL) {
-        doctor_fix(out, "%s", remedy.fix);
-    }
+    doctor_fix(out, "%s", first_fix(d->session.status).fix);
 }
 
 void doctor_check_status(struct doctor *d, struct doctor_finding *out)
