@@ -41,7 +41,7 @@ THIRD_PARTIES = {
     "cairo": ["picture"],
     "libwebsockets": ["lumview"],
     "dds/": ["lumros2"],
-    "editline": ["lumctl"],
+    "editline": [],
     "histedit.h": [],
 }
 # Rooms that a computer's operating system is unknown to; what they may include of the C library.

@@ -50,6 +50,8 @@ const char *yscan_name_calibration(const struct ctl *ctl,
     return out[0] != '\0' ? out : NULL;
 }
 
+/* --- From a shape to elevations --- */
+
 /* The elevations that both eyes see. Complains if there are none. */
 static enum exit_status find_span(const lum_calibration *calibration,
                                   int32_t *min_udeg, int32_t *max_udeg)
@@ -138,6 +140,8 @@ enum exit_status yscan_fill(const lum_yscan_shape *shape,
                           shape->min_udeg == INT32_MIN ? min : shape->min_udeg,
                           shape->max_udeg == INT32_MAX ? max : shape->max_udeg);
 }
+
+/* --- From elevations to what is sent --- */
 
 static enum exit_status complain_line(const lum_eye_calibration *eye,
                                       const char *name, const int32_t *udeg,
