@@ -51,7 +51,6 @@ struct watching {
     bool has_shown;
     bool is_silent;
     uint16_t status;
-    int64_t round_trip_ns; /* of the last poll; 0: not known */
 };
 
 /* Whose heartbeats do not come. */
@@ -93,18 +92,20 @@ static bool redraw(const struct watching *w)
 {
     (void)printf("\033[H\033[J%s  Ctrl-C ends\n",
                  report_utc(lum_time_utc_ns()).text);
-    if (w->is_silent) {
+    if (!w->monitor.answers) {
         (void)printf("%s: does not answer\n",
                      session_name(session_host(w->ctl)).text);
     } else {
         print_status(w->ctl, w->status, session_is_owned(w->ctl, w->status),
-                     w->round_trip_ns);
+                     w->monitor.round_trip_ns);
     }
     return report_flush();
 }
 
-static bool show(struct watching *w, bool is_silent, uint16_t status)
+static bool show(struct watching *w)
 {
+    const bool is_silent = !w->monitor.answers;
+    const uint16_t status = w->monitor.status;
     const bool was_up =
         w->has_shown && !w->is_silent && lum_laser_is_on(w->status);
     const bool is_news =
@@ -120,22 +121,12 @@ static bool show(struct watching *w, bool is_silent, uint16_t status)
 
 static bool show_change(struct watching *w, const lum_sensor_event *event)
 {
-    const bool is_answer = event->kind == LUM_SENSOR_ANSWER;
-    if (event->kind == LUM_SENSOR_NO_ANSWER) {
-        return show(w, true, w->status);
+    if (event->has_status) {
+        w->ctl->has_status = true;
+        w->ctl->status = event->status;
     }
-    if (!is_answer && event->kind != LUM_SENSOR_ALERT) {
-        return true;
-    }
-    w->round_trip_ns = is_answer && event->tries == 1
-                           ? event->received_ns - event->sent_ns
-                           : 0;
-    if (!event->has_status) {
-        return true;
-    }
-    w->ctl->has_status = true;
-    w->ctl->status = event->status;
-    return show(w, false, event->status);
+    return (!event->has_status && event->kind != LUM_SENSOR_NO_ANSWER) ||
+           show(w);
 }
 
 static bool take(void *context, const lum_sensor_event *event)
@@ -161,7 +152,7 @@ static enum exit_status conclude(struct watching *w)
         return EXIT_DONE;
     }
     if (ctl->options.repeat.watch && !w->has_shown) {
-        (void)show(w, true, 0);
+        (void)show(w);
     }
     return session_complain_silence(ctl, 0);
 }

@@ -195,16 +195,6 @@ void doctor_check_arp(struct doctor *d, struct doctor_finding *out);
 void doctor_check_port(struct doctor *d, struct doctor_finding *out);
 void doctor_check_firewall(struct doctor *d, struct doctor_finding *out);
 void doctor_check_mtu(struct doctor *d, struct doctor_finding *out);
-/* A port other than the sensor's from which answers come; 0: none, or not
- * known. */
-uint16_t doctor_other_port(const struct doctor *d);
-/* Counts what comes in by the interface from the sensor to one of our ports,
- * before this host can drop it. -1: this is not possible, and the count is
- * 0. */
-int doctor_count_begin(const struct doctor *d, uint16_t to_port);
-uint64_t doctor_count_end(int counter);
-/* Whether a sensor answers at another port of the address, from that port. */
-bool doctor_answers_at(const struct doctor *d, uint16_t port);
 /* The command that shows packets as they pass. filter: as for tcpdump; why: a
  * comment. */
 void doctor_fix_watch(const struct doctor *d, struct doctor_finding *out,

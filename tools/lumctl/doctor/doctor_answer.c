@@ -1,6 +1,7 @@
 /* Whether the sensor answers requests; if not, how its answers go astray, and
  * if so, whether another host is at work with it. */
 #include "doctor.h"
+#include "doctor_knock.h"
 
 #include "lum/base/time.h"
 #include "lum/laser.h"
@@ -39,8 +40,8 @@ static void say_other_port(struct doctor *d, uint16_t port,
                  "between rewrites ports",
                  d->address, (unsigned)port, (unsigned)d->sensor.port);
     session_keep_alive(d->ctl);
-    if (doctor_answers_at(d, port)) {
-        const lum_endpoint there = {d->sensor.address, port};
+    const lum_endpoint there = {d->sensor.address, port};
+    if (knock_reaches(there, d->ctl->options.interface)) {
         doctor_fix(out, "%s doctor", session_ctl(d->ctl, there).text);
     } else {
         (void)snprintf(filter, sizeof filter, "udp and host %s", d->address);
@@ -106,7 +107,8 @@ static void say_unanswered(struct doctor *d, int64_t begin_ns,
         return;
     }
     session_keep_alive(d->ctl);
-    const uint16_t port = doctor_other_port(d);
+    const uint16_t port =
+        knock_other_port(d->sensor, d->ctl->options.interface);
     if (port != 0) {
         say_other_port(d, port, out);
         return;

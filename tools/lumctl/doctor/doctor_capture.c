@@ -84,11 +84,16 @@ bool capture_saw(int fd, int wait_ms)
 }
 
 /* This includes packets that found no room, so none has to be read. */
-uint64_t capture_count(int fd)
+uint64_t capture_end(int fd)
 {
     struct tpacket_stats stats = {0, 0};
     socklen_t len = sizeof stats;
-    return getsockopt(fd, SOL_PACKET, PACKET_STATISTICS, &stats, &len) == 0
-               ? stats.tp_packets
-               : 0;
+    if (fd < 0 ||
+        getsockopt(fd, SOL_PACKET, PACKET_STATISTICS, &stats, &len) != 0) {
+        stats.tp_packets = 0;
+    }
+    if (fd >= 0) {
+        (void)close(fd);
+    }
+    return stats.tp_packets;
 }

@@ -1,5 +1,5 @@
-/* What comes in by an interface of a Linux host, before any rule can drop it.
- */
+/* What comes in by an interface, before any rule can drop it; nothing on
+ * systems other than Linux. */
 #ifndef LUMCTL_DOCTOR_CAPTURE_H
 #define LUMCTL_DOCTOR_CAPTURE_H
 
@@ -9,14 +9,14 @@
 #include <stdint.h>
 
 /* Opens a capture of what the sensor sends to a UDP port of this host. Returns
- * a descriptor to close(); -1: this is not allowed, or there is no such
+ * a descriptor for capture_end(); -1: this is not allowed, or there is no such
  * interface. */
 int capture_open(const char *interface, lum_endpoint sensor, uint16_t to_port);
 
 /* Whether something came; waits for this time at most. */
 bool capture_saw(int fd, int wait_ms);
 
-/* Number of packets since it was opened, or since the last count. */
-uint64_t capture_count(int fd);
+/* Number of packets since it was opened; closes it. -1 is allowed. */
+uint64_t capture_end(int fd);
 
 #endif

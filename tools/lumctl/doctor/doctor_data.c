@@ -1,6 +1,7 @@
 /* Owns the session for two seconds, hands the data that comes to
  * doctor_stream.c, and says whether any came. */
 #include "doctor.h"
+#include "doctor_capture.h"
 
 #include "../../common/arrival.h"
 
@@ -45,7 +46,9 @@ static int begin_count(const struct doctor *d)
 {
     lum_endpoint local = {0, 0};
     lum_socket_local(lum_sensor_socket(d->session.handle), &local);
-    return doctor_count_begin(d, local.port);
+    return d->route.interface[0] == '\0'
+               ? -1
+               : capture_open(d->route.interface, d->sensor, local.port);
 }
 
 /* Takes what was counted and is still waiting; answers may stand between.
@@ -80,7 +83,7 @@ static bool take_data(struct doctor *d, lum_error *error)
         take_event(d, &event);
         now = lum_time_monotonic_ns();
     }
-    d->stream.came_in = doctor_count_end(counter);
+    d->stream.came_in = capture_end(counter);
     if (!doctor_is_broken(event.kind) && !take_rest(d, &event)) {
         d->stream.came_in = 0;
     }

@@ -10,7 +10,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #define TRIES   6
 #define WAIT_MS 200
@@ -141,8 +140,6 @@ void doctor_check_firewall(struct doctor *d, struct doctor_finding *out)
     struct fate fate = {.may_look = capture >= 0};
     run(d, &knock, capture, &fate);
     conclude(d, &fate, out);
-    if (capture >= 0) {
-        (void)close(capture);
-    }
+    (void)capture_end(capture);
     knock_end(&knock);
 }

@@ -4,12 +4,10 @@
 
 #include "../../common/number.h"
 #include "../beside.h"
-#include "doctor_capture.h"
 #include "doctor_knock.h"
 #include "doctor_neighbour.h"
 
 #include <string.h>
-#include <unistd.h>
 
 bool host_is_asked_for(const struct doctor *d, const struct host_interface *i)
 {
@@ -101,31 +99,4 @@ void doctor_fix_buffer(struct doctor_finding *out)
 {
     doctor_fix(out, "sudo sysctl -w net.core.rmem_max=%u",
                LUM_SOCKET_RECEIVE_BUFFER);
-}
-
-uint16_t doctor_other_port(const struct doctor *d)
-{
-    return knock_other_port(d->sensor, d->ctl->options.interface);
-}
-
-bool doctor_answers_at(const struct doctor *d, uint16_t port)
-{
-    const lum_endpoint there = {d->sensor.address, port};
-    return knock_reaches(there, d->ctl->options.interface);
-}
-
-int doctor_count_begin(const struct doctor *d, uint16_t to_port)
-{
-    return d->route.interface[0] == '\0'
-               ? -1
-               : capture_open(d->route.interface, d->sensor, to_port);
-}
-
-uint64_t doctor_count_end(int counter)
-{
-    const uint64_t n = counter >= 0 ? capture_count(counter) : 0;
-    if (counter >= 0) {
-        (void)close(counter);
-    }
-    return n;
 }
