@@ -1,3 +1,5 @@
+/* The right to write a file, on POSIX: a mark beside it that flock()
+ * locks. */
 #define _DEFAULT_SOURCE /* flock */
 #include "claim.h"
 

@@ -1,3 +1,5 @@
+/* The right to write a file, on Windows: a mark beside it that nobody else
+ * can open for writing. */
 #include "claim.h"
 
 #include "base/claim_mark.h"

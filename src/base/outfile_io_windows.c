@@ -1,3 +1,4 @@
+/* Writes bytes to an output, on Windows. */
 #include "outfile_io.h"
 
 #include <errno.h>

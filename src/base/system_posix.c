@@ -1,3 +1,4 @@
+/* Small facts of a POSIX system. */
 #define _POSIX_C_SOURCE 200809L
 #include "system.h"
 

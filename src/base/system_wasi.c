@@ -1,3 +1,4 @@
+/* Small facts of a WebAssembly host. */
 #include "system.h"
 
 #include <string.h>

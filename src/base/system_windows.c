@@ -1,3 +1,4 @@
+/* Small facts of Windows. */
 #include "system.h"
 
 #include <string.h>

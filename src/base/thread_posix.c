@@ -1,3 +1,4 @@
+/* Starts threads that get no signal, on POSIX. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/thread.h"
 

@@ -1,3 +1,4 @@
+/* Starts threads, and ends their writes, on Windows. */
 #include "base/thread.h"
 
 #include <windows.h>

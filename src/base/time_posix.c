@@ -1,3 +1,4 @@
+/* The clocks of the host, on POSIX. */
 #define _POSIX_C_SOURCE 200809L
 #include "lum/base/time.h"
 

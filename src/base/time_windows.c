@@ -1,3 +1,4 @@
+/* The clocks of the host, on Windows. */
 #include "lum/base/time.h"
 
 #include <windows.h>

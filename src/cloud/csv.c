@@ -1,3 +1,4 @@
+/* The format CSV. */
 #include "text_columns.h"
 #include "writer_internal.h"
 

@@ -1,3 +1,5 @@
+/* The format LAS 1.4: its header, its records of variable length, and
+ * points. */
 #include "le.h"
 #include "writer_internal.h"
 

@@ -1,3 +1,4 @@
+/* The format XYZ: three numbers a line. */
 #include "text_columns.h"
 #include "writer_internal.h"
 

@@ -1,3 +1,4 @@
+/* The keys of a calibration, and the messages for values that clash. */
 #include "keys_internal.h"
 
 #include <string.h>

@@ -1,3 +1,4 @@
+/* The keys of a wire profile, and the messages for values that clash. */
 #include "keys_internal.h"
 
 #include <stdbool.h>

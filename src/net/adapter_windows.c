@@ -1,3 +1,4 @@
+/* Network interfaces of Windows, by their names. */
 #include "net/winsock.h"
 
 #include "net/adapter.h"

@@ -1,3 +1,4 @@
+/* A wait that another thread can end, on Windows. */
 #include "net/sockaddr.h"
 
 #include "net/cancel_handle.h"

@@ -1,3 +1,5 @@
+/* Names that one process at a time holds, on Linux: sockets with abstract
+ * names. */
 #define _GNU_SOURCE
 #include "net/owner_system.h"
 

@@ -1,3 +1,4 @@
+/* Names that one process at a time holds, on POSIX: locked files in /tmp. */
 #define _DEFAULT_SOURCE
 #include "net/owner_system.h"
 

@@ -1,3 +1,4 @@
+/* Names that one process at a time holds, on Windows: mutexes. */
 #include "net/winsock.h"
 
 #include "net/owner_system.h"

@@ -1,3 +1,4 @@
+/* Which program has a process number or a port, on Linux. */
 #define _POSIX_C_SOURCE 200809L
 #include "net/program.h"
 

@@ -1,3 +1,4 @@
+/* Programs on systems that do not say which one has a port. */
 #include "net/program.h"
 
 #include <stdio.h>

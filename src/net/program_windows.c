@@ -1,3 +1,4 @@
+/* Which program has a process number or a UDP port, on Windows. */
 #include "net/winsock.h"
 
 #include "net/program.h"

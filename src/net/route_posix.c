@@ -1,3 +1,4 @@
+/* The interface by which datagrams for an address leave, on POSIX. */
 #define _DEFAULT_SOURCE
 #include "net/route.h"
 #include "net/sockaddr.h"

@@ -1,3 +1,4 @@
+/* The interface by which datagrams for an address leave, on Windows. */
 #include "net/winsock.h"
 
 #include "net/adapter.h"

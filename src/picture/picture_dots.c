@@ -1,3 +1,4 @@
+/* The points that a picture keeps, in bounded memory. */
 #include "picture_internal.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* Draws the scene from above. */
 #include "picture_internal.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* Draws what both eyes see, by azimuth and elevation. */
 #include "picture_internal.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* The colours of a picture, and the scale that explains them. */
 #include "picture_internal.h"
 
 #include <math.h>

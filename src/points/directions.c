@@ -1,3 +1,4 @@
+/* The directions of a line's pixels. */
 #include "arithmetic.h"
 #include "kernels.h"
 

@@ -1,3 +1,4 @@
+/* A calibration and a layout, checked and made ready for projection. */
 #include "lum/points.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* Words to ranges. */
 #include "kernels.h"
 
 /* Computed in double, for columns and samples. */

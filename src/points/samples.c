@@ -1,3 +1,5 @@
+/* Words to samples: points with their range, angles, width and return
+ * numbers. */
 #include "lum/points.h"
 
 #include "columns.h"

@@ -1,3 +1,4 @@
+/* Where the lines of the simulated sensor point. */
 #include "device.h"
 
 #define UDEG 1000000

@@ -1,3 +1,4 @@
+/* Answers of the simulated sensor to commands. */
 #include "device_internal.h"
 
 #include "lum/command.h"

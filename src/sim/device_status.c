@@ -1,3 +1,4 @@
+/* The laser status of the simulated sensor, and how it is told. */
 #include "device_internal.h"
 
 #include "lum/laser.h"

@@ -1,3 +1,5 @@
+/* Chooses the vectors that the processor can run, or those that LUM_CPU
+ * names. */
 #include "../kernels.h"
 
 static const lum_kernels plain = {
