@@ -42,18 +42,18 @@ extern "C" {
 /** 32-bit words of a mark for each pixel. */
 #define LUM_PIXEL_MARK_WORDS ((LUM_LINE_PIXELS + 31u) / 32u)
 
-/** How many slots an assembler takes: open_lines for each eye. */
+/** How many slots an assembler needs: open_lines for each eye. */
 #define LUM_ASSEMBLER_SLOTS(open_lines) (UINT32_C(2) * (open_lines))
 
-/** How many words an assembler takes: those of a line for each slot. */
+/** How many words an assembler needs: those of a line for each slot. */
 #define LUM_ASSEMBLER_WORDS(open_lines, words_per_line)                        \
     (LUM_ASSEMBLER_SLOTS(open_lines) * (words_per_line))
 
-/** How many elements of lum_reach an assembler takes: reorder_lines for each
+/** How many elements of lum_reach an assembler needs: reorder_lines for each
  * eye. */
 #define LUM_ASSEMBLER_REACH(reorder_lines) (UINT32_C(2) * (reorder_lines))
 
-/** gap_us as the protocol has it. */
+/** The protocol's value of gap_us. */
 #define LUM_GAP_US     100000u
 #define LUM_GAP_US_END (UINT32_C(1) << 30) /**< gap_us is below it */
 
@@ -70,21 +70,23 @@ typedef struct lum_assembler_config {
 typedef struct lum_assembly_counters {
     uint64_t stray;                /**< packets far from the stream's clock */
     uint64_t late;                 /**< packets of lines handed out already */
-    uint64_t duplicate;            /**< packets all of which was there */
-    uint64_t conflict;             /**< packets some of which was there */
+    uint64_t duplicate;            /**< packets whose samples had all come
+                                        before */
+    uint64_t conflict;             /**< packets with some samples that had come
+                                        before */
     uint64_t no_room;              /**< packets whose words do not fit */
-    uint64_t refused;              /**< calls that LUM_E_ORDER answered, and
-                                        packets given up: a fault of the caller,
-                                        0 in sound code */
+    uint64_t refused;              /**< calls answered with LUM_E_ORDER, and
+                                        packets given up: errors of the caller,
+                                        0 in correct code */
     uint64_t bad_words;            /**< words of accepted packets skipped */
     uint64_t lines;                /**< lines handed out */
     uint64_t lines_idle;           /**< of them closed as idle */
     uint64_t lines_missing_angles; /**< of them with fewer than 1000 */
-    uint64_t lines_skipped;        /**< line numbers of which no packet came */
+    uint64_t lines_skipped;        /**< line numbers without any packet */
     uint64_t words;                /**< good words of lines handed out */
     uint64_t lost_words;           /**< words known to be lost; may be more */
-    uint64_t frames; /**< distinct frames of lines; before the end, those
-                          of open lines too */
+    uint64_t frames; /**< distinct frames with lines; before the end, with open
+                          lines too */
 } lum_assembly_counters;
 
 /** A line, as handed out. Everything it points to belongs to the assembler and
@@ -96,7 +98,7 @@ typedef struct lum_line {
     const lum_angle *angles; /**< raw, of each pixel; 0 if unmarked */
     const uint32_t *angle_marks; /**< bit p % 32 of word p / 32: pixel p has
                                       angles */
-    const uint32_t *words;       /**< by pixel, then as in their packet */
+    const uint32_t *words;       /**< by pixel, then in packet order */
     uint32_t word_count;         /**< how many */
     uint32_t lost_words;         /**< words known to be lost; may be more */
     uint32_t number;             /**< line number within the frame */
@@ -125,8 +127,8 @@ typedef struct lum_line_slot {
     lum_angle angles[LUM_LINE_PIXELS];          /**< private */
 } lum_line_slot;
 
-/** What is kept of one line of the reach of reordering: storage, private but in
- * size. */
+/** Storage for one line within the reach of reordering. Only its size is
+ * public. */
 typedef struct lum_reach {
     int64_t clock_us; /**< private: of a closed line, by lines.c */
     uint32_t number;  /**< private: of that line, by lines.c */
@@ -142,7 +144,7 @@ typedef struct lum_stream {
     lum_clock clock; /**< private */
 } lum_stream;
 
-/** The same of one eye. Private: only stream.c changes it. */
+/** The clock of one eye's packets. Private: only stream.c changes it. */
 typedef struct lum_eye_stream {
     uint32_t seen;        /**< private: newest_us is a clock */
     int64_t newest_us;    /**< private: largest clock since the last break */
@@ -161,9 +163,9 @@ typedef struct lum_eye_lines {
 
 /** Frame numbering of one eye. Private: only frames.c changes it. */
 typedef struct lum_eye_frames {
-    uint8_t straggling;    /**< private: lines that may yet be of the frame
-                                before, and one */
-    bool begun;            /**< private: frame and top are of a line */
+    uint8_t straggling;    /**< private: lines that may still be of the frame
+                                before, plus 1 */
+    bool begun;            /**< private: frame and top are set */
     bool after_break;      /**< private: the next line begins a frame */
     uint32_t frame;        /**< private: the current one */
     uint32_t top;          /**< private: highest line of it */
@@ -187,7 +189,7 @@ typedef struct lum_frame_span {
     uint32_t highest;   /**< private: of all lines; 0 before the first */
 } lum_frame_span;
 
-/** The packet at hand, and after an event the one that it waits for.
+/** The current packet; after an event, the one that must be pushed again.
  * Private. */
 typedef struct lum_awaited {
     uint8_t step;     /**< private */
@@ -198,8 +200,8 @@ typedef struct lum_awaited {
     int64_t arrival;  /**< private */
 } lum_awaited;
 
-/** One sensor's assembler. Public in size, private in content. All bytes 0 is
- * one that refuses all calls. */
+/** One sensor's assembler. Only its size is public. One with all bytes 0
+ * refuses all calls. */
 typedef struct lum_assembler {
     lum_assembler_config config;         /**< private */
     lum_awaited awaited;                 /**< private */
@@ -218,8 +220,8 @@ typedef struct lum_assembler {
  * what the arrays were made for. Cannot fail. */
 void lum_assembler_config_default(lum_assembler_config *out);
 
-/** The memory of an assembler, and how large it is. It need not be initialised,
- * and belongs to the assembler as long as that is used. */
+/** The memory of an assembler, and how large it is. It need not be initialised.
+ * Do not use it otherwise while the assembler is in use. */
 typedef struct lum_assembler_storage {
     lum_line_slot *slots; /**< of open lines */
     uint32_t *words;      /**< range words of these lines */
@@ -260,10 +262,9 @@ typedef struct lum_assembler_storage {
  * @param layout  the one that packets are decoded with; copied as far as
  * needed.
  * @param storage copied; what it points to is kept, and written only on LUM_OK.
- * @return LUM_OK; LUM_E_VALUE if a constant is outside its range, or the file
- *         that is linked for the layout of packets is made for another one
- *         (docs/firmware-reference.md); LUM_E_SPACE if an array is shorter than config
- *         asks for.
+ * @return LUM_OK; LUM_E_VALUE if a constant is outside its range, or the linked
+ *         layout file is made for another layout (docs/firmware-reference.md);
+ *         LUM_E_SPACE if an array is shorter than config asks for.
  * Linear in open_lines and reorder_lines. */
 LUM_MUST_CHECK lum_result lum_assembler_init(
     lum_assembler *a, const lum_assembler_config *config,
@@ -281,11 +282,11 @@ LUM_MUST_CHECK lum_result lum_assembler_init(
  *         LUM_E_NO_ROOM: dropped and counted.
  *         LUM_E_ORDER: refused and counted, because the packet of the last
  *         event must be pushed first, or lum_assembler_init() was not called.
- *         LUM_E_VALUE: refused, because lum_group_decode() never gives such an
- *         eye, tag or count of samples.
- * The time is linear in the samples of the packet if they are in order and come
- * after all that the line has. Otherwise it is also linear in the words of the
- * line (docs/firmware-reference.md has a bound). */
+ *         LUM_E_VALUE: refused: an eye, tag or count of samples that
+ *         lum_group_decode() never gives.
+ * The time is linear in the packet's samples if they are in order and follow
+ * all samples of the line. Otherwise it is also linear in the words of the line
+ * (docs/firmware-reference.md has a bound). */
 LUM_MUST_CHECK lum_result lum_assembler_push(lum_assembler *a,
                                              const lum_group *group,
                                              int64_t arrival);
@@ -293,7 +294,7 @@ LUM_MUST_CHECK lum_result lum_assembler_push(lum_assembler *a,
 /** Close idle lines: those whose last accepted packet had an arrival below
  * `before`. Without this call a line stays open until packets of newer lines
  * come, however long that takes. Call it until it returns LUM_OK. Later packets
- * of a line that was closed so are dropped as late.
+ * of such a line are dropped as late.
  * @return LUM_LINE_READY; LUM_OK if no line is idle; LUM_E_ORDER, counted, if
  *         the packet of the last event must be pushed first, or
  *         lum_assembler_init() was not called. Linear in open_lines. */

@@ -61,13 +61,13 @@ void lum_calibration_default(lum_calibration *out);
 
 /** Check a calibration's ranges.
  * @param fault may be NULL; gets what is wrong, or LUM_CALIBRATION_FINE.
- * @param eye   may be NULL; gets the eye that is meant, 0 where none is.
+ * @param eye   may be NULL; gets the eye concerned, 0 if none is.
  * @return LUM_OK, or LUM_E_VALUE with the first fault. Reentrant. */
 LUM_MUST_CHECK lum_result
 lum_calibration_check(const lum_calibration *calibration,
                       lum_calibration_fault *fault, unsigned *eye);
 
-/** Smallest time of flight, in units of the lsb, whose range is above zero;
+/** Smallest time of flight, in units of the lsb, that gives a range above zero;
  * words below it give no point.
  * @param calibration checked.
  * @param eye         an ::lum_eye.

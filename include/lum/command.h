@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-/** What can be commanded, in the order of lum_command_specs. */
+/** The commands, in the order of lum_command_specs. */
 typedef enum lum_command_id {
     LUM_COMMAND_LASER_ON,        /**< u */
     LUM_COMMAND_LASER_OFF,       /**< d */

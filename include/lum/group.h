@@ -36,22 +36,22 @@ typedef struct lum_group {
     uint8_t sample_order;        /**< a ::lum_byte_order, of the samples */
 } lum_group;
 
-/** Read a datagram already known to be a data packet by its header, which
- * lum_packet_decode() finds out.
+/** Read a datagram whose header is that of a data packet, which
+ * lum_packet_decode() checks.
  * @param out its samples point into bytes.
  * @return LUM_OK; LUM_E_MALFORMED if it is shorter than its fields or its
- *         samples, has none, has the value of neither eye, has a line, count or
+ *         samples, has no samples, the value of neither eye, a line, count or
  *         index above 2^32 - 1, or angles past the line's last pixel;
  * LUM_E_UNKNOWN_TAG. Constant time. */
 LUM_MUST_CHECK lum_result lum_group_decode(const lum_layout *layout,
                                            const void *bytes, size_t len,
                                            lum_group *out);
 
-/** Write all of a data packet that precedes its samples, and the header.
- * @param out   gets layout's samples offset many bytes, those between fields 0.
+/** Write a data packet up to its samples, header included.
+ * @param out   gets the bytes before the samples; those between fields are 0.
  * @param size  room at out.
  * @param group samples is not read.
- * @param len   gets the bytes written: the samples belong there.
+ * @param len   gets their count: the samples belong at that offset.
  * clock_raw is cut to the width of its field, as the clock itself wraps.
  * @return LUM_OK; LUM_E_SPACE; LUM_E_VALUE if another value does not fit,
  *         the eye or the tag is unknown, num_samples is 0 or angles would pass
@@ -106,7 +106,7 @@ static inline uint32_t lum_word_pixel(uint32_t word)
     return word & LUM_WORD_PIXEL;
 }
 
-/** Whether the word is of a rising edge. */
+/** Whether the word has a rising edge. */
 static inline bool lum_word_is_rising(uint32_t word)
 {
     return (word & LUM_WORD_RISING) != 0;

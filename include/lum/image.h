@@ -1,7 +1,7 @@
 /** @file
- * Where points lie in a picture whose rows and columns lie as the world does.
- * Rows are of equal elevation, the highest first, and columns of equal azimuth,
- * from left to right as one looks forward.
+ * Where points lie in a picture. Its rows have equal elevation, the highest
+ * first, and its columns equal azimuth, from left to right when looking
+ * forward.
  *
  * Angles are seen from the origin of the points, which is that of the sensor:
  * azimuth atan2(y, x), positive to the left; elevation atan2(z, hypot(x, y)).
@@ -50,26 +50,26 @@ typedef struct lum_image_view {
  * (both).
  *
  * An eye gets 800 columns, both 1600: 0.075 degrees, so that lines of 1000
- * pixels leave no column without one where their mirror is fastest. Rows are
- * the lines, rounded up to a multiple of 64, at least 64: a frame that lacks
- * its last lines has the same picture. Cannot fail.
- * @param eyes  others than ::lum_image_eyes mean both.
- * @param lines of an eye; more than ::LUM_IMAGE_PIXELS_MAX have room for count
- *              as those. */
+ * pixels leave no column empty where their mirror is fastest. Rows are the
+ * lines, rounded up to a multiple of 64, at least 64: a frame that lacks its
+ * last lines has the same picture. Cannot fail.
+ * @param eyes  a value other than ::lum_image_eyes means both.
+ * @param lines of an eye; limited so that the pixels are at most
+ *              ::LUM_IMAGE_PIXELS_MAX. */
 void lum_image_view_default(lum_image_view *out, unsigned eyes, uint32_t lines);
 
 /** A view, made ready for lum_image_pixels(). Private: made by
  * lum_image_scale_init(). */
 typedef struct lum_image_scale {
     float left;       /**< private: columns from forward to the left edge */
-    float top;        /**< private: rows from the level to the upper edge */
+    float top;        /**< private: rows from elevation 0 to the upper edge */
     float per_column; /**< private: columns of a radian */
     float per_row;    /**< private: rows of a radian */
     float columns;    /**< private */
     float rows;       /**< private */
     int32_t width;    /**< private: columns */
     int32_t height;   /**< private: rows */
-    bool is_before;   /**< private: nothing of it is behind or steep */
+    bool is_before;   /**< private: no part of it is behind or steep */
 } lum_image_scale;
 
 /** Make a view ready.
@@ -81,14 +81,14 @@ LUM_MUST_CHECK lum_result lum_image_scale_init(lum_image_scale *out,
 /** The pixels that points lie in.
  *
  * Points beyond an edge by at most half a pixel lie in the pixel at the edge,
- * so that noise takes nothing from it. Angles are within 0.0005 degrees. A
- * view that lies before the sensor and within 45 degrees of the level is
- * computed in vectors, another one point by point.
+ * so that noise does not remove them. Angles are exact within 0.0005 degrees. A
+ * view that lies in front of the sensor and within 45 degrees of elevation 0 is
+ * computed in vectors, others point by point.
  * @param x,y,z n numbers each, in any unit.
  * @param out   gets n values: row x columns + column, or ::LUM_IMAGE_NONE for
  *              points outside, without an azimuth (0, 0, z), or with a number
  *              that is not finite.
- * Linear. What is computed in vectors is the same on every processor. */
+ * Linear. Results of vectors are the same on every processor. */
 void lum_image_pixels(const lum_image_scale *scale, const float *x,
                       const float *y, const float *z, size_t n, uint32_t *out);
 

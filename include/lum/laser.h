@@ -33,9 +33,8 @@ enum lum_laser_bit {
 /** Whether the laser is down: any bit of LUM_LASER_ALL_DOWN. */
 bool lum_laser_is_down(uint16_t status);
 
-/** Whether the laser is on: TLV_CMD_ON, and no bit of LUM_LASER_ALL_DOWN. A
- * status that is neither down nor on, such as 0, does not tell: the laser may
- * be on. */
+/** Whether the laser is on: TLV_CMD_ON, and no bit of LUM_LASER_ALL_DOWN. If a
+ * status shows neither down nor on, such as 0, the laser may be on. */
 static inline bool lum_laser_is_on(uint16_t status)
 {
     const unsigned on = LUM_LASER_TLV_CMD_ON;

@@ -1,10 +1,9 @@
 /** @file
  * Lines to points, in float (docs/protocol.md, section 7).
  *
- * x forward, y left, z up, in metres, in the frame of the sensor, or in that
- * which lum_projector_place() names. No heap and
- * no I/O; all state belongs to the caller. Once a projector is made it is only
- * read, so threads may share it. */
+ * x forward, y left, z up, in metres, in the frame of the sensor or that of
+ * lum_projector_place(). No heap and no I/O; all state belongs to the caller. A
+ * projector, once made, is only read, so threads may share it. */
 #ifndef LUM_POINTS_H
 #define LUM_POINTS_H
 
@@ -41,7 +40,7 @@ typedef struct lum_eye_projector {
     float mount[3];           /**< private: metres */
     int32_t min_tof;          /**< private */
     bool narrow;              /**< private: a polynomial reaches all angles */
-    double exact_rotation[9]; /**< private: that the floats are made of */
+    double exact_rotation[9]; /**< private: source of the floats */
     double exact_mount[3];    /**< private: likewise */
 } lum_eye_projector;
 
@@ -54,20 +53,20 @@ typedef struct lum_projector {
 /** Make a projector.
  * @param out         caller-owned; written only on LUM_OK.
  * @param calibration checked here; not kept.
- * @param layout      tells the scale of angles: that of the assembler whose
- *                    lines will be projected; not kept.
+ * @param layout      has the scale of angles: that of the assembler whose lines
+ *                    will be projected; not kept.
  * @return LUM_OK; LUM_E_VALUE as lum_calibration_check(). */
 LUM_MUST_CHECK lum_result lum_projector_init(lum_projector *out,
                                              const lum_calibration *calibration,
                                              const lum_layout *layout);
 
-/** Have the points of a projector in another frame, such as the vehicle's: x y
- * z, the box of a selection and lum_directions_compute() are of that frame
- * then. Range, azimuth and elevation stay those of the eye.
- * @param pose where the projector's frame is in the new one; its quaternion is
- *             of length 1. Composed in double with the mounts of the eyes, so
- *             points are as exact as without it. Placed again, the poses add
- *             up. */
+/** Make a projector give points in another frame, such as the vehicle's: x y z,
+ * the box of a selection and lum_directions_compute() are then in that frame.
+ * Range, azimuth and elevation stay those of the eye.
+ * @param pose where the projector's frame is in the new one; its quaternion has
+ *             length 1. It is composed in double with the mounts of the eyes,
+ *             so points are as exact as without it. A second call composes both
+ *             poses. */
 void lum_projector_place(lum_projector *projector, const lum_pose *pose);
 
 /** A unit vector in the frame of the sensor, padded to 16 bytes. */
@@ -110,10 +109,10 @@ size_t lum_points_compute(const lum_projector *projector, const lum_line *line,
  *         bits. Constant; safe from any thread. */
 const char *lum_points_vectors(void);
 
-/** Count the words of a line that give a point and those that do not, without
- * projecting them.
- * @param rising  gets those that do, of rising edges.
- * @param falling gets those that do, of falling edges.
+/** Count the words of a line that give a point and those that give none,
+ * without projecting them.
+ * @param rising  gets those of rising edges that give a point.
+ * @param falling gets those of falling edges that give a point.
  * @param losses  words without a point are added to it. Linear. */
 void lum_points_count(const lum_projector *projector, const lum_line *line,
                       uint64_t *rising, uint64_t *falling,
@@ -125,8 +124,8 @@ void lum_points_count(const lum_projector *projector, const lum_line *line,
 void lum_points_mark(const lum_projector *projector, const lum_line *line,
                      uint8_t *out);
 
-/** A point with all that is known of it. Frame, eye, line number and timestamp
- * are those of its line. */
+/** A point with all its values. Frame, eye, line number and timestamp are those
+ * of its line. */
 typedef struct lum_sample {
     float x;                    /**< metres, forward */
     float y;                    /**< metres, left */
@@ -142,24 +141,24 @@ typedef struct lum_sample {
     uint8_t pad;                /**< 0 */
 } lum_sample;
 
-/** Which edges are asked for. */
+/** Which edges are requested. */
 typedef enum lum_edges {
-    LUM_EDGES_RISING = 1,  /**< rising alone */
-    LUM_EDGES_FALLING = 2, /**< falling alone */
+    LUM_EDGES_RISING = 1,  /**< only rising */
+    LUM_EDGES_FALLING = 2, /**< only falling */
     LUM_EDGES_BOTH = 3     /**< both */
 } lum_edges;
 
-/** Which returns of a pixel and edge are asked for: among all that it has,
- * before limits of range and box apply. */
+/** Which returns of a pixel and edge are requested, among all of them, before
+ * limits of range and box apply. */
 typedef enum lum_return_choice {
     LUM_RETURNS_ALL,       /**< every one */
     LUM_RETURNS_FIRST,     /**< the first */
     LUM_RETURNS_LAST,      /**< the last */
     LUM_RETURNS_STRONGEST, /**< the widest pulse, the first among equals */
-    LUM_RETURNS_NUMBER     /**< the one of a number */
+    LUM_RETURNS_NUMBER     /**< the one with return_number */
 } lum_return_choice;
 
-/** What is asked for of a line. */
+/** What is requested of a line. */
 typedef struct lum_selection {
     lum_edges edges;           /**< edges */
     lum_return_choice returns; /**< returns */
@@ -181,7 +180,7 @@ typedef struct lum_sample_workspace {
 /** All rising returns, no limits. Cannot fail. */
 void lum_selection_default(lum_selection *out);
 
-/** A line to samples, those that a selection asks for, in the words' order.
+/** A line to samples, those that a selection requests, in the order of words.
  * @param workspace caller-owned; its returns hold line->word_count entries.
  * @param out       room for line->word_count samples.
  * @param losses    words without a point are added, of all edges and returns,

@@ -1,5 +1,5 @@
 /** @file
- * Lines to points, in integers alone (docs/protocol.md, section 7).
+ * Lines to points, in integers only (docs/protocol.md, section 7).
  *
  * For controllers without a floating-point unit: no float, no
  * mathematical library, no division, no heap. x forward, y left, z up, in
@@ -30,9 +30,9 @@ extern "C" {
 /** Units of a coordinate in a millimetre. */
 #define LUM_FIXED_PER_MM 16
 
-/** Raised where a ::lum_fixed_projector that was made elsewhere, as lumtable
- * makes them, would no longer be what lum_fixed_projector_init() makes of the
- * same calibration. */
+/** Raised when a ::lum_fixed_projector that was made elsewhere (by lumtable)
+ * would differ from what lum_fixed_projector_init() makes of the same
+ * calibration. */
 #define LUM_FIXED_PROJECTOR_VERSION 1
 
 /** How raw angles of an axis become angles of 2^-32 turns. Private. */
@@ -54,8 +54,8 @@ typedef struct lum_fixed_eye {
     int32_t axes[3][3];       /**< private: the sensor's, 2^-30 */
 } lum_fixed_eye;
 
-/** How a sensor's samples become points. Once it is made it is only read, so
- * threads and interrupts may share it. */
+/** How a sensor's samples become points. Once made it is only read, so threads
+ * and interrupts may share it. */
 typedef struct lum_fixed_projector {
     lum_fixed_eye eye[LUM_EYES]; /**< private */
 } lum_fixed_projector;
@@ -63,8 +63,8 @@ typedef struct lum_fixed_projector {
 /** Make a projector.
  * @param out         caller-owned; written only on LUM_OK.
  * @param calibration checked here; not kept.
- * @param layout      tells the scale of angles: that of the assembler whose
- *                    lines will be projected; not kept.
+ * @param layout      has the scale of angles: that of the assembler whose lines
+ *                    will be projected; not kept.
  * @return LUM_OK; LUM_E_VALUE as lum_calibration_check(). */
 LUM_MUST_CHECK lum_result lum_fixed_projector_init(
     lum_fixed_projector *out, const lum_calibration *calibration,
@@ -81,13 +81,13 @@ typedef struct lum_fixed_point {
 
 /** Words of a line to points, in their order: all at once, or block by block
  * into a small buffer. Falling edges become points as rising ones do; choose
- * with lum_word_is_rising(point.word). lumdump writes those of rising edges
- * alone.
+ * with lum_word_is_rising(point.word). lumdump writes only those of rising
+ * edges.
  *
  * Points keep the order of words; words without a point are left out and
  * counted. To find the return of each point, go through words and points side
  * by side: if the next point has another word than the current one, the current
- * word has no point. lum_returns_compute() only knows the words that it is
+ * word has no point. lum_returns_compute() sees only the words that it is
  * given: give it whole pixels.
  *
  * @code
@@ -102,10 +102,9 @@ typedef struct lum_fixed_point {
  *
  * In this example first + count must not exceed line->word_count, and a block
  * must begin where a pixel begins (or be the whole line).
- * @param line   as an assembler or a receiver handed it out: the pixels of its
- *               words are below LUM_LINE_PIXELS, which is not checked again
- *               here.
- * @param first  index of the first word; none are taken from behind the end.
+ * @param line   from an assembler or a receiver: the pixels of its words are
+ *               below LUM_LINE_PIXELS, which is not checked here.
+ * @param first  index of the first word; none are taken past the end.
  * @param count  how many words; fewer are taken where the line ends.
  * @param out    room for that many points.
  * @param losses words without a point are added to it; not NULL.

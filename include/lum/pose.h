@@ -3,8 +3,8 @@
  * world.
  *
  * No heap and no I/O; functions on the caller's structs, from any thread. A
- * quaternion is of length 1: lum_pose_normalize() makes it so, and the other
- * functions keep it so up to rounding. */
+ * quaternion has length 1: lum_pose_normalize() ensures that, and the other
+ * functions keep it up to rounding. */
 #ifndef LUM_POSE_H
 #define LUM_POSE_H
 
@@ -24,12 +24,12 @@ typedef struct lum_pose {
 /** The pose of a frame in itself. */
 lum_pose lum_pose_identity(void);
 
-/** The pose Rz(yaw) Ry(pitch) Rx(roll), then + at: as an eye's mount has it.
+/** The pose Rz(yaw) Ry(pitch) Rx(roll), then + at, as for an eye's mount.
  * @param at metres: x, y, z. Angles in degrees, all finite. */
 lum_pose lum_pose_of_angles(const double at[3], double roll_deg,
                             double pitch_deg, double yaw_deg);
 
-/** Make the quaternion one of length 1.
+/** Scale the quaternion to length 1.
  * @return false if a number is not finite or the quaternion is 0; then the pose
  *         is untouched. */
 bool lum_pose_normalize(lum_pose *pose);
@@ -41,10 +41,10 @@ lum_pose lum_pose_compose(const lum_pose *outer, const lum_pose *inner);
 /** Where the fixed frame is in the moving one. */
 lum_pose lum_pose_inverse(const lum_pose *pose);
 
-/** A pose on the path from a to b, along the screw that joins them, that is
- * with constant velocity and constant turn rate: a exp(share log(a^-1 b)), the
- * shorter way round.
- * @param share 0: a, 1: b; below and above it goes on as between them. */
+/** A pose on the path from a to b, along the screw that joins them, with
+ * constant velocity and turn rate: a exp(share log(a^-1 b)), the shorter way
+ * round.
+ * @param share 0: a, 1: b; the path goes on below 0 and above 1. */
 lum_pose lum_pose_between(const lum_pose *a, const lum_pose *b, double share);
 
 /** A pose as a matrix, 3 rows of 4: [R | t], for points as columns. */

@@ -32,15 +32,15 @@ enum lum_byte_order {
     LUM_ORDER_BIG     /**< the highest byte first */
 };
 
-/** Where an unsigned field stands in a data packet. What an initialiser leaves
- * out is 0: a field of {12, 2} has all bits of two bytes, the lower first. */
+/** Where an unsigned field is in a data packet. Members that an initialiser
+ * leaves out are 0: {12, 2} has all bits of two bytes, the lower byte first. */
 typedef struct lum_field {
     uint8_t at;    /**< offset from the packet's first byte, 8..64 */
-    uint8_t bytes; /**< width: 1, 2, 4 or 8; 0 where the field does not exist,
-                        as timestamp and num_samples may */
+    uint8_t bytes; /**< width: 1, 2, 4 or 8; 0: no such field, allowed for
+                        timestamp and num_samples */
     uint8_t order; /**< a ::lum_byte_order */
-    uint8_t low;   /**< the lowest of its bits, 0..63; 0 is the lowest of the
-                        value of these bytes */
+    uint8_t low;   /**< the lowest of its bits, 0..63; 0 is the lowest bit of
+                        the number in these bytes */
     uint8_t bits;  /**< how many; 0: all, and low is 0 */
 } lum_field;
 
@@ -49,8 +49,8 @@ enum lum_group_field {
     LUM_FIELD_TAG,                /**< 2 angles, 3 ranges */
     LUM_FIELD_EYE,                /**< one of lum_profile.eye_values */
     LUM_FIELD_LINE,               /**< line number within the frame */
-    LUM_FIELD_NUM_SAMPLES,        /**< samples in this packet; without it, as
-                                       many as stand in the datagram */
+    LUM_FIELD_NUM_SAMPLES,        /**< samples in this packet; without this
+                                       field, all that the datagram has */
     LUM_FIELD_FIRST_SAMPLE_INDEX, /**< first pixel, or first word */
     LUM_FIELD_TIMESTAMP,          /**< sensor clock, in ticks */
     LUM_GROUP_FIELDS              /**< how many there are */
@@ -96,7 +96,7 @@ typedef struct lum_profile {
                                   packets, 1..::LUM_CLOCK_UNIT_MAX_NS */
 } lum_profile;
 
-/** What is wrong with a profile, for a message to a person. */
+/** What is wrong with a profile. */
 typedef enum lum_profile_fault {
     LUM_PROFILE_FINE,              /**< nothing */
     LUM_PROFILE_DATA_PACKET_TYPE,  /**< above 255, or 5, 6 or 7 */
@@ -129,14 +129,13 @@ typedef enum lum_profile_fault {
 /** Largest clock_unit_ns: 1 s. */
 #define LUM_CLOCK_UNIT_MAX_NS UINT32_C(1000000000)
 
-/** Raised where a ::lum_layout that was made elsewhere, as lumtable makes them,
- * would no longer be what lum_layout_init() makes of the same profile, or code
- * that lumtable made would no longer read packets as it says. */
+/** Raised when a ::lum_layout that was made elsewhere (by lumtable) would
+ * differ from what lum_layout_init() makes of the same profile, or code that
+ * lumtable made would no longer read packets by it. */
 #define LUM_LAYOUT_VERSION 2
 
-/** A profile that has been checked: what decoders and encoders take.
- * Private: set by lum_layout_init() alone, read by everyone, shared by any
- * number of threads. */
+/** A profile that has been checked: what decoders and encoders take. Private:
+ * only lum_layout_init() sets it; any number of threads may read it. */
 typedef struct lum_layout {
     lum_profile profile; /**< the checked profile; do not write */
 } lum_layout;
@@ -149,9 +148,9 @@ void lum_profile_default(lum_profile *out);
  * @param out     caller-owned; written only on LUM_OK.
  * @param profile not kept.
  * @param fault   may be NULL; gets what is wrong, or LUM_PROFILE_FINE.
- * @param index   may be NULL; gets which ::lum_group_field (LUM_GROUP_FIELDS:
- *                the samples), ::lum_eye or
- *                ::lum_tlv_use is meant, 0 where the fault has none.
+ * @param index   may be NULL; gets the ::lum_group_field (LUM_GROUP_FIELDS: the
+ *                samples), ::lum_eye or ::lum_tlv_use concerned, 0 if the fault
+ *                has none.
  * @return LUM_OK, or LUM_E_VALUE with the first fault found.
  * Constant time, reentrant. */
 LUM_MUST_CHECK lum_result lum_layout_init(lum_layout *out,

@@ -1,5 +1,5 @@
 /** @file
- * What every function of the core can answer. */
+ * Results of all functions of the core. */
 #ifndef LUM_RESULT_H
 #define LUM_RESULT_H
 
@@ -35,10 +35,10 @@ typedef enum lum_result {
     LUM_E_UNKNOWN_TAG = -7, /**< a data packet, neither angles nor ranges */
     LUM_E_STRAY = -8,       /**< dropped: its clock is far from the stream's */
     LUM_E_LATE = -9,        /**< dropped: its line has been handed out */
-    LUM_E_DUPLICATE = -10,  /**< dropped: all of it was there already */
-    LUM_E_CONFLICT = -11,   /**< dropped: some of it was there already */
+    LUM_E_DUPLICATE = -10,  /**< dropped: all its samples had come before */
+    LUM_E_CONFLICT = -11,   /**< dropped: some of its samples had come before */
     LUM_E_NO_ROOM = -12,    /**< dropped: the line cannot hold its words */
-    LUM_E_ORDER = -13       /**< refused: another call has to come before */
+    LUM_E_ORDER = -13       /**< refused: another call must come first */
 } lum_result;
 
 #endif

@@ -11,12 +11,12 @@
 extern "C" {
 #endif
 
-/** What a word is among the words of its pixel. */
+/** The place of a word among the words of its pixel. */
 typedef struct lum_return {
     uint16_t number;    /**< from 1, among words of the same edge */
     uint16_t count;     /**< words of the pixel with the same edge */
     uint32_t width_tof; /**< pulse width of a rising word in units of the tof
-                             lsb; 0 where it cannot be known */
+                             lsb; 0 if unknown */
 } lum_return;
 
 /** Number the words of a line.

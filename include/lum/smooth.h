@@ -1,9 +1,9 @@
 /** @file
- * Smoother angles: a Savitzky-Golay filter along each line, azimuth and
- * elevation by themselves (docs/smoothing.md).
+ * Smooths angles: a Savitzky-Golay filter along each line, azimuth and
+ * elevation separately (docs/smoothing.md).
  *
- * A mirror moves smoothly, its encoder reads with noise. Each pixel's angle is
- * taken from the polynomial of least squares through the readings about it.
+ * A mirror moves smoothly, but its encoder has noise. Each pixel's angle is
+ * taken from the least-squares polynomial through the readings around it.
  *
  * @code
  * lum_angle angles[LUM_LINE_PIXELS];
@@ -13,8 +13,8 @@
  * @endcode
  *
  * The functions that take lines (lum/points.h) also take the smoothed one. No
- * heap, no I/O and no libm; all state belongs to the caller. Once a lum_smooth
- * is made it is only read, so threads may share it. */
+ * heap, no I/O and no libm; all state belongs to the caller. A lum_smooth, once
+ * made, is only read, so threads may share it. */
 #ifndef LUM_SMOOTH_H
 #define LUM_SMOOTH_H
 
@@ -58,9 +58,9 @@ LUM_MUST_CHECK lum_result lum_smooth_init(lum_smooth *out, uint32_t window,
  * @param out  LUM_LINE_PIXELS raw angles, rounded to the nearest; may be where
  *             line->angles points. Pixels without angles keep what they have.
  *
- * Pixels that have angles are smoothed run by run: pixels without angles
- * end a run, and pixels beyond them have no influence. Within half a window of
- * a run's end the polynomial of its last whole window is used, so that the ends
+ * Pixels that have angles are smoothed run by run: a pixel without angles ends
+ * a run, and pixels beyond it have no influence. Within half a window of a
+ * run's end the polynomial of its last whole window is used, so that the ends
  * are not pulled inwards. A run shorter than the window is one polynomial; one
  * of order + 1 pixels or fewer stays as it is.
  *

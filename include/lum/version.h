@@ -3,9 +3,9 @@
 #ifndef LUM_VERSION_H
 #define LUM_VERSION_H
 
-#define LUM_VERSION_MAJOR 0 /**< changes where source breaks */
-#define LUM_VERSION_MINOR 1 /**< changes where something is added */
-#define LUM_VERSION_PATCH 0 /**< changes where something is mended */
+#define LUM_VERSION_MAJOR 0 /**< changes when source compatibility breaks */
+#define LUM_VERSION_MINOR 1 /**< changes when something is added */
+#define LUM_VERSION_PATCH 0 /**< changes when something is fixed */
 
 /** Used by LUM_VERSION. */
 #define LUM_VERSION_TEXT(major, minor, patch) #major "." #minor "." #patch

@@ -29,9 +29,9 @@ extern "C" {
 #define LUM_TLV_HEAD_BYTES   4u          /**< type and length of one TLV */
 
 #define LUM_HEARTBEAT_MS     200u  /**< between two: five a second */
-#define LUM_HEARTBEAT_MAX_MS 1000u /**< never further apart */
+#define LUM_HEARTBEAT_MAX_MS 1000u /**< longest allowed time between two */
 
-/** So long after the last heartbeat the sensor ends data and laser. */
+/** Time after the last heartbeat when the sensor stops data and laser. */
 #define LUM_HEARTBEAT_TIMEOUT_MS 3000u
 
 /** Packet types, byte 8 of the header. */
@@ -42,7 +42,7 @@ enum lum_packet_type {
     LUM_TYPE_HEARTBEAT = 8  /**< keeps laser and data alive */
 };
 
-/** Look at a packet's header (section 1).
+/** Read a packet's header (section 1).
  * @param type gets byte 8, known or not.
  * @return LUM_OK; LUM_E_FOREIGN if shorter than 12 bytes or without the
  *         magic; LUM_E_TYPE if a reserved byte is set. */
@@ -98,7 +98,7 @@ typedef struct lum_tlv {
     const uint8_t *value; /**< inside the packet; lives as long as it does */
 } lum_tlv;
 
-/** Where an iteration over a packet's TLVs stands. Only its size is public. */
+/** The state of an iteration over a packet's TLVs. Only its size is public. */
 typedef struct lum_tlv_reader {
     const uint8_t *next; /**< first byte not read */
     size_t left;         /**< bytes from there */

@@ -31,7 +31,7 @@ typedef struct lum_error {
     char text[LUM_ERROR_BYTES]; /**< NUL-terminated; empty: none */
 } lum_error;
 
-/** Set an error's text as printf does; what is too long is cut.
+/** Set an error's text as printf does; longer text is cut.
  * @param error may be NULL.
  * @return -1, so that `return lum_error_set(...)` reads well. */
 LUM_PRINTF(2, 3)

@@ -1,6 +1,6 @@
 /** @file
- * Clocks of the host: one that never goes back, and that of the calendar. Each
- * call is reentrant and cannot fail. */
+ * The host's monotonic clock and its UTC clock. Each call is reentrant and
+ * cannot fail. */
 #ifndef LUM_BASE_TIME_H
 #define LUM_BASE_TIME_H
 

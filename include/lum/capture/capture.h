@@ -4,7 +4,7 @@
  * if the build has zlib, libzstd, liblz4 or libbz2.
  *
  * Only one thread at a time may use a capture or a writer; two of them share
- * nothing. Records are not allocated. Only fragments are: 66 KB for each of at
+ * nothing. Records are not allocated, except fragments: 66 KB for each of at
  * most 64 datagrams that wait for the rest of their fragments. */
 #ifndef LUM_CAPTURE_CAPTURE_H
 #define LUM_CAPTURE_CAPTURE_H
@@ -27,9 +27,8 @@ typedef struct lum_capture lum_capture;
 
 /** Open a capture. Waits for its first interface that can be read, or for the
  * first packet of another interface. In a pcapng file, packets of other
- * interfaces are ::LUM_RECORD_OTHER. Then it may not be known before the end
- * whether any interface can be read; if none could, lum_capture_next() fails
- * there.
+ * interfaces are ::LUM_RECORD_OTHER. If none can be read by the end of the
+ * file, lum_capture_next() fails there.
  * @param path  a file, or "-" for standard input.
  * @param out   gets a capture to be closed with lum_capture_close().
  * @param error gets the message on failure: missing, unreadable, a directory,
@@ -46,14 +45,14 @@ LUM_MUST_CHECK int lum_capture_open_source(lum_source *source,
 /** Open several captures as one stream, for example the files of a rotated
  * recording, or a capture of each network interface. They are read in the order
  * of their first record; if their times overlap, records are ordered by time. A
- * datagram whose fragments are in two files is put together.
+ * datagram whose fragments are in two files is reassembled.
  *
  * The first record of each is read now. After that, a file is open only while
- * it is read, so that thousands may follow each other; a pipe is open from the
- * start. If a file breaks off, the others are still read; also if one has no
- * bytes or ends within its headers, as the last of a rotated recording may.
+ * it is read, so there may be thousands; a pipe is open from the start. If a
+ * file breaks off, is empty or ends within its headers, as the last of a
+ * rotated recording may, the others are still read.
  * @param paths count of them, as for lum_capture_open(); not kept. Each must be
- *              another file: records of one that is named twice come twice.
+ *              a different file: records of a file named twice come twice.
  * @param count at least 1.
  * @param error as for lum_capture_open(), with the name of the file.
  * @return 0, or -1. */
@@ -64,7 +63,8 @@ LUM_MUST_CHECK int lum_capture_open_several(const char *const *paths,
 /** The state of reading one source of a capture. */
 typedef enum lum_capture_end {
     LUM_CAPTURE_UNDER_WAY, /**< it is not at its end yet */
-    LUM_CAPTURE_WHOLE,     /**< it was read to its end, but for damaged parts */
+    LUM_CAPTURE_WHOLE,     /**< it was read to its end, except for damaged
+                                parts */
     LUM_CAPTURE_BROKEN,    /**< the rest could not be read */
     LUM_CAPTURE_UNREAD /**< it could not be opened when its turn came, has no
                             interface that can be read, or all of it is
@@ -79,7 +79,7 @@ typedef struct lum_capture_source {
     int64_t first_ns;    /**< time of the first record; 0 without any */
     int64_t last_ns;     /**< the latest time of a record */
     lum_capture_end end; /**< its state */
-    uint64_t damaged;    /**< parts that were passed over so far, as for
+    uint64_t damaged;    /**< parts skipped so far, as for
                               lum_capture_damaged() */
 } lum_capture_source;
 
@@ -88,39 +88,37 @@ size_t lum_capture_source_count(const lum_capture *capture);
 
 /** A source, in the order of their first records.
  * @param i   below lum_capture_source_count().
- * @param out struct_size is set by the caller; as much of the rest is
- *            overwritten as that holds.
+ * @param out the caller sets struct_size; the members within that size are
+ *            overwritten.
  * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
  *         written. */
 lum_result lum_capture_get_source(const lum_capture *capture, size_t i,
                                   lum_capture_source *out);
 
-/** Read the next record. Of a packet that holds several datagrams, joined by a
- * receiving host (docs/protocol.md, section 9), each comes as a record of its
- * own, ::LUM_RECORD_JOINED.
+/** Read the next record. If a receiving host joined several datagrams into one
+ * packet (docs/protocol.md, section 9), each comes as its own record,
+ * ::LUM_RECORD_JOINED.
  * @return 1 with a record; 0 at the end of the file; -1 if the rest of the file
  *         cannot be read, with the byte and the reason in error. Of several
  *         files, -1 comes after all the others were read to their end. After 0
- *         or -1, the fragments that still waited have been given up: *out then
- *         has only their number, in dropped_fragments. */
+ *         or -1, fragments of incomplete datagrams are given up: *out has only
+ *         their number, in dropped_fragments. */
 LUM_MUST_CHECK int lum_capture_next(lum_capture *capture, lum_record *out,
                                     lum_error *error);
 
-/** Number of parts that could not be read and were passed over so far, of all
- * sources: chunks of MCAP files and bags, blocks of pcapng files, and messages
- * of their own, whose length is known though what they hold is damaged. What
- * follows them is read, so reading ends as if they were not there. A part
- * counts once, also where a file is read again from an earlier place.
+/** Number of damaged parts skipped so far, of all sources: chunks of MCAP files
+ * and bags, blocks of pcapng files, and messages outside chunks. Their length
+ * is known, so reading goes on after them and can end without an error. A part
+ * counts once, even if it is read again after a seek.
  * @param error may be NULL; gets a message with the number, the file, and the
  *              byte and reason of the first. Unchanged if there are none. */
 uint64_t lum_capture_damaged(const lum_capture *capture, lum_error *error);
 
-/** The interface that the last record came from, where the capture names
- * interfaces: those of a pcapng file. What two files or sections call the same
- * is one interface.
+/** The interface that the last record came from; only pcapng files name
+ * interfaces. The same name in two files or sections means the same interface.
  * @return its name, or its number in its section if it has none of 1 to 63
- *         visible ASCII characters; NULL: the capture does not tell. Lives
- *         until the next call of lum_capture_next(). */
+ *         visible ASCII characters; NULL: not known. Lives until the next call
+ *         of lum_capture_next(). */
 const char *lum_capture_interface(const lum_capture *capture);
 
 /** Most comments of a source. */
@@ -143,8 +141,8 @@ size_t lum_capture_comment_count(const lum_capture *capture, size_t source);
 const char *lum_capture_comment(const lum_capture *capture, size_t source,
                                 size_t i, size_t *len);
 
-/** Number of comments that are not among these, because there are too many or
- * there is no memory. */
+/** Number of comments left out of these: there are too many, or there is no
+ * memory. */
 uint64_t lum_capture_comments_left_out(const lum_capture *capture,
                                        size_t source);
 
@@ -157,7 +155,7 @@ void lum_capture_progress(const lum_capture *capture, uint64_t *done,
 /** Close. NULL is allowed. */
 void lum_capture_close(lum_capture *capture);
 
-/** Most interfaces of a capture that is written. */
+/** Most interfaces of a capture writer. */
 #define LUM_CAPTURE_INTERFACES_MAX 16u
 
 /** Formats of captures. */
@@ -202,9 +200,9 @@ typedef struct lum_datagram {
 } lum_datagram;
 
 /** Begin a pcap file that records live data: it gets its name with the first
- * datagram, and then stays even if the recording fails later. A file of that
- * name is then replaced, or emptied if its directory cannot be written; until
- * the first datagram it does not change.
+ * datagram, and then stays even if the recording fails later. An existing file
+ * of that name is unchanged until then; then it is replaced, or emptied if its
+ * directory cannot be written.
  * @param path a file, or "-" for standard output.
  * @return 0, or -1 with the reason in error; errno is EBUSY if another run is
  *         writing a file of that name. */
@@ -213,7 +211,8 @@ LUM_MUST_CHECK int lum_capture_writer_open(const char *path,
                                            lum_error *error);
 
 /** Begin a pcap file that gets its name when it is closed, so that a file of
- * this name is always complete. A file of that name does not change until then.
+ * this name is always complete. An existing file of that name is unchanged
+ * until then.
  * @param path as for lum_capture_writer_open().
  * @return as lum_capture_writer_open(). */
 LUM_MUST_CHECK int lum_capture_writer_open_whole(const char *path,
@@ -223,9 +222,9 @@ LUM_MUST_CHECK int lum_capture_writer_open_whole(const char *path,
 /** Begin a capture, as lum_capture_writer_open() or
  * lum_capture_writer_open_whole().
  * @param options read, with all that it points to, and not kept.
- * @return as lum_capture_writer_open(); errno is EINVAL if there is no such
- *         format, if a pcap file is to have comments, an application or
- *         interfaces, or if there are too many of these or too long ones. */
+ * @return as lum_capture_writer_open(); errno is EINVAL for an unknown format,
+ *         for comments, an application or interfaces in a pcap file, and for
+ *         too many or too long ones. */
 LUM_MUST_CHECK int lum_capture_writer_open_as(
     const char *path, const lum_capture_writer_options *options,
     lum_capture_writer **out, lum_error *error);
@@ -241,7 +240,8 @@ LUM_MUST_CHECK int lum_capture_writer_add(lum_capture_writer *writer,
  * lum_capture_writer_add() takes the first.
  * @param interface its place in lum_capture_writer_options.interfaces; 0 if
  *                  there are none.
- * @return 0, or -1 with the reason in error: also if there is none such. */
+ * @return 0, or -1 with the reason in error: also if there is no such
+ *         interface. */
 LUM_MUST_CHECK int lum_capture_writer_add_from(lum_capture_writer *writer,
                                                size_t interface,
                                                const lum_datagram *datagram,
@@ -257,26 +257,26 @@ uint64_t lum_capture_writer_bytes(const lum_capture_writer *writer);
 LUM_MUST_CHECK int lum_capture_writer_flush(lum_capture_writer *writer,
                                             lum_error *error);
 
-/** Whether the file still has the name that it was given: others may remove or
- * rename it, or its directory, while it is written. Ask twice a second. Writing
- * goes on, and lum_capture_writer_close() fails, too. On Windows nothing is
- * looked at.
- * @return 0, or -1 with what became of the file in error, and where its data
+/** Check whether the file still has its name: others may remove or rename it,
+ * or its directory, while it is written. Call this twice a second. If the name
+ * is lost, writing goes on, and lum_capture_writer_close() fails, too. On
+ * Windows nothing is checked.
+ * @return 0, or -1; error says what happened to the file and where its data
  *         is. */
 LUM_MUST_CHECK int lum_capture_writer_check(const lum_capture_writer *writer,
                                             lum_error *error);
 
 /** Write what is buffered, wait until it is on the disk, give the file its name
  * if it has none yet, and close. A file of lum_capture_writer_open() without a
- * datagram gets no name: it is removed, and one of that name stays as it is.
- * NULL is allowed. A file that others removed while it was written is put back
- * on Linux, by a copy if it has no other link, for as long as that takes: under
- * its name, as NAME.recovered if another file has that or another run writes
- * it, or as NAME.*.part if both are taken or there are no links. That is a
- * failure too; error says which, or that the data is lost.
+ * datagram gets no name: it is removed, and an existing file of that name
+ * stays. NULL is allowed. On Linux, a file that others removed while it was
+ * written is restored: under its name; as NAME.recovered if that name is taken
+ * or another run writes it; as NAME.*.part if both are taken or the file system
+ * has no links. If it has no other link it is copied, however long that takes.
+ * That is a failure too; error has the new name, or says that the data is lost.
  * @return 0, or -1 with the reason in error, ENOENT in errno if the file was
- *         removed or renamed; closed either way. What has no name then is
- *         removed. */
+ *         removed or renamed; closed either way. A file that still has no name
+ *         is removed. */
 LUM_MUST_CHECK int lum_capture_writer_close(lum_capture_writer *writer,
                                             lum_error *error);
 

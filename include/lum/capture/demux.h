@@ -2,10 +2,10 @@
  * Records of a capture, or of a socket, to the lines of each sensor
  * (docs/protocol.md, section 9).
  *
- * A sensor is the address on the side of port 5517, or of
- * lum_demux_options.port, that sent data, and where several interfaces each
- * bring data of their own under one address, the address on its interface. Each
- * has its own assembler. Events are returned as by lum_assembler_push().
+ * A sensor is an address on the side of port 5517 (or lum_demux_options.port)
+ * that sent data. If several interfaces bring different data of one address,
+ * each interface has its own sensor. Each sensor has its own assembler. Events
+ * are returned as by lum_assembler_push().
  *
  * Only one thread at a time may use a demultiplexer. A sensor's assembler is
  * allocated at its first data: about 550 KB with the default constants. */
@@ -28,7 +28,7 @@ extern "C" {
 /** Most sensors in one stream; data of more counts as *other*. */
 #define LUM_DEMUX_SENSORS_MAX 16u
 
-/** A sensor that is known by name, and wanted or left out. It never grows. */
+/** A sensor that the options name, as wanted or left out. It never grows. */
 typedef struct lum_demux_member {
     uint32_t address;         /**< host order */
     const char *interface;    /**< as lum_capture_interface() names it; NULL:
@@ -36,11 +36,11 @@ typedef struct lum_demux_member {
                                    other member names */
     const lum_layout *layout; /**< of its data packets; NULL: that of the
                                    options */
-    bool is_left_out; /**< it is not wanted: its packets are recognised by its
-                           layout, and not assembled */
+    bool is_left_out; /**< not wanted: its packets are recognised by its layout,
+                           but not assembled */
 } lum_demux_member;
 
-/** Most sensors that can be known by name. */
+/** Most members. */
 #define LUM_DEMUX_MEMBERS_MAX 8u
 
 /** Options of a demultiplexer. */
@@ -51,20 +51,18 @@ typedef struct lum_demux_options {
     bool has_sensor; /**< only one sensor is requested: data of others is not
                         assembled, and nothing of theirs is counted */
     uint32_t sensor; /**< its address, host order */
-    uint16_t port;   /**< of sensors, where something between has changed it
-                        (NAT); 0: ::LUM_PORT */
+    uint16_t port;   /**< of sensors, if NAT has changed it; 0: ::LUM_PORT */
     const char
         *sensor_interface; /**< its interface, as lum_capture_interface() names
                          it; NULL: the first sensor of that address */
-    bool records_are_single; /**< no record holds joined datagrams, as those of
-                                  lum_capture_next() and of a live sensor: none
-                                  is looked through for them */
-    const lum_demux_member *members; /**< only these sensors are wanted, but for
-                               those that are left out: data of others is not
-                               assembled, and nothing of theirs is counted. No
-                               two have the same address and interface.
-                               has_sensor does not go with them. NULL: none are
-                               named */
+    bool records_are_single; /**< no record holds joined datagrams, so none is
+                                  searched for them; true of lum_capture_next()
+                                  and of a live sensor */
+    const lum_demux_member *members; /**< the wanted sensors, and those left
+                                          out; data of all others is neither
+                                          assembled nor counted. Each has
+                                          another address or interface. Not with
+                                          has_sensor. NULL: no members */
     size_t member_count;             /**< at most LUM_DEMUX_MEMBERS_MAX */
 } lum_demux_options;
 
@@ -75,17 +73,17 @@ typedef struct lum_demux_counters {
     uint64_t angle_packets;             /**< of the data: angles */
     uint64_t range_packets;             /**< of the data: ranges */
     uint64_t cut_short;                 /**< datagrams captured in part */
-    uint64_t other;                     /**< what is not ours, including
-                                             dropped fragments */
+    uint64_t other;                     /**< everything else, including dropped
+                                             fragments */
     lum_assembly_counters assembly;     /**< of all the sensors' assemblers */
-    uint64_t joined; /**< of the packets: those that came joined with others by
-                          a receiving host */
-    uint64_t out_of_order; /**< packets of data whose records stand behind
-                                later ones, by their times and by the sensor's
-                                clock alike, and were *late* or *stray* for
-                                that, or taken for a jump of the clock; where
-                                fewer stand too early than others behind them,
-                                as many as those */
+    uint64_t joined;       /**< packets that a receiving host had joined with
+                                others */
+    uint64_t out_of_order; /**< data packets whose records stand behind later
+                                ones, by their times and by the sensor's clock,
+                                and so were *late*, *stray* or taken for a jump
+                                of the clock; if only a few records stand too
+                                early, as many of those behind them as are too
+                                early */
 } lum_demux_counters;
 
 /** A demultiplexer. */
@@ -103,20 +101,20 @@ LUM_MUST_CHECK int lum_demux_new(const lum_demux_options *options,
 /** Free it. NULL is allowed. */
 void lum_demux_free(lum_demux *demux);
 
-/** Say from which interface the records come that are pushed next. At first it
- * is not known.
- * @param name as of lum_capture_interface(), copied; NULL: it is not known.
- *             Longer names are cut to 63 bytes. */
+/** Set the interface of the records that are pushed next. At first it is
+ * unknown.
+ * @param name as of lum_capture_interface(), copied; NULL: unknown. Longer
+ *             names are cut to 63 bytes. */
 void lum_demux_set_interface(lum_demux *demux, const char *name);
 
 /** Take a record. A ::LUM_RECORD_DATAGRAM that holds several joined datagrams
- * (docs/protocol.md, section 9) is taken apart. When an address sends data on a
- * second interface, its data is held until it is clear whether that is another
- * sensor's: at most 4096 packets or 8 MiB, and 1 s of their times.
+ * (docs/protocol.md, section 9) is split. When an address sends data on a
+ * second interface, that data is held until it is clear whether it comes from
+ * another sensor: at most 4096 packets or 8 MiB, and 1 s of their times.
  * @param record its time is the arrival that lines are handed out with.
- * @param kind   may be NULL; gets the kind of the datagram if it is one of port
- *               5517 and counted, else LUM_PACKET_KINDS; of several joined ones
- *               that of the last one taken.
+ * @param kind   may be NULL; gets the kind of the datagram if it is of port
+ *               5517 and counted, else LUM_PACKET_KINDS; for joined ones, the
+ *               kind of the last one taken.
  * @return LUM_OK: consumed. LUM_LINE_READY, LUM_FRAME_READY: an event of
  *         lum_demux_current(); push the same record again. LUM_E_SPACE: no
  *         memory for one more sensor. */
@@ -148,8 +146,7 @@ uint32_t lum_demux_address(const lum_demux *demux, size_t i);
 
 /** The interface on which the i-th sensor sent its first data.
  * @param i below lum_demux_sensor_count().
- * @return its name, which lives as long as the demultiplexer is neither pushed
- *         nor freed; NULL: it is not known. */
+ * @return its name, which lives until the next push; NULL: unknown. */
 const char *lum_demux_interface(const lum_demux *demux, size_t i);
 
 /** Whether another sensor has the address of the i-th.
@@ -160,9 +157,9 @@ bool lum_demux_is_shared(const lum_demux *demux, size_t i);
  * ::LUM_INTERFACE_BYTES. */
 #define LUM_SENSOR_NAME_BYTES 80u
 
-/** The name of the i-th sensor: its address, and behind a % its interface if
- * another sensor with this address came before: "10.42.0.37%eth1". It stays the
- * same.
+/** The name of the i-th sensor: its address; if another sensor with this
+ * address came before, also a % and its interface: "10.42.0.37%eth1". It never
+ * changes.
  * @param i   below lum_demux_sensor_count().
  * @param out gets it.
  * @return out. */
@@ -171,23 +168,23 @@ const char *lum_demux_name(const lum_demux *demux, size_t i,
 
 /** Which member the i-th sensor is.
  * @param i below lum_demux_sensor_count().
- * @return its place in lum_demux_options.members; 0 of a sensor that was
- *         requested; -1: it is none. */
+ * @return its place in lum_demux_options.members; 0 for a requested sensor; -1:
+ *         it is no member. */
 int lum_demux_member_of(const lum_demux *demux, size_t i);
 
-/** Whether the i-th sensor is the one that was requested or a member that is
- * not left out, or none was named.
+/** Whether the i-th sensor was requested or is a member that is not left out;
+ * true if the options name none.
  * @param i below lum_demux_sensor_count(). */
 bool lum_demux_is_requested(const lum_demux *demux, size_t i);
 
-/** Whether the last record is of the sensor that was requested, or none was. Of
- * one that is held, it is the best guess. */
+/** Whether the last record is of a requested sensor; true if none was
+ * requested. For a record that is held, a best guess. */
 bool lum_demux_is_wanted(const lum_demux *demux);
 
 /** Counters of the i-th sensor; other is always 0.
  * @param i   below lum_demux_sensor_count().
- * @param out struct_size is set by the caller; as much of the rest is
- *            overwritten as that holds.
+ * @param out the caller sets struct_size; the members within that size are
+ *            overwritten.
  * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
  *         written. */
 lum_result lum_demux_count(const lum_demux *demux, size_t i,
@@ -199,20 +196,20 @@ lum_result lum_demux_count(const lum_demux *demux, size_t i,
  * @return as lum_demux_count(). */
 lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
 
-/** What is odd about a stream, each with its cause and what to do: packets of a
- * G2 that are on another port, in the capture only in part, wrapped in what is
- * not read, or dropped since records stand out of order; and sensors that were
- * left out, as the requested one has their address. Of members: each wanted one
- * that sent no data, and why if that is known, and the sensors that are none.
+/** Warnings about a stream, each with its cause and remedy: packets of a G2
+ * that are on another port, cut by the capture, wrapped in a protocol that is
+ * not read, or dropped because records are out of order; and sensors left out
+ * because they share the requested one's address. With members: each wanted one
+ * that sent no data, with the reason if known, and sensors that are no member.
  * Complete at the end of the stream.
- * @param capture that was read; NULL: the records were others.
- * @param demux   that took them; NULL: none did, and what it counts is left
- *                out.
+ * @param capture the capture that was read; NULL: records of another source.
+ * @param demux   the demultiplexer; NULL: none, and warnings from its counters
+ *                are left out.
  * @param port    without demux, the sensors' port that was read; 0:
  *                ::LUM_PORT.
  * @param i       from 0 on.
  * @param out     gets it: one line, without the capture's name.
- * @return false behind the last: then out is not set. */
+ * @return false after the last: then out is not set. */
 LUM_MUST_CHECK bool lum_capture_remark(const lum_capture *capture,
                                        const lum_demux *demux, uint16_t port,
                                        size_t i, lum_error *out);

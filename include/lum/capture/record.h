@@ -1,6 +1,6 @@
 /** @file
- * Records: datagrams with their time and their ends, from a capture or from
- * elsewhere. */
+ * Records: datagrams with their time and their addresses, from a capture or
+ * another source. */
 #ifndef LUM_CAPTURE_RECORD_H
 #define LUM_CAPTURE_RECORD_H
 
@@ -21,11 +21,10 @@ extern "C" {
 typedef enum lum_record_kind {
     LUM_RECORD_DATAGRAM,  /**< a whole UDP datagram over IPv4 */
     LUM_RECORD_CUT_SHORT, /**< a datagram that the capture has only in part */
-    LUM_RECORD_FRAGMENT,  /**< kept, used up or a repeat; nothing to count
-                             now */
+    LUM_RECORD_FRAGMENT,  /**< stored, used or repeated; counts as nothing */
     LUM_RECORD_OTHER,     /**< anything else */
     LUM_RECORD_JOINED     /**< as LUM_RECORD_DATAGRAM: one of several that a
-                               receiving host had joined; taken apart already */
+                               receiving host had joined; already split */
 } lum_record_kind;
 
 /** A record of a capture. It never grows, because it is filled in for each

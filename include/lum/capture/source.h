@@ -37,8 +37,7 @@ typedef struct lum_source_functions {
     uint64_t total; /**< bytes in all, for the progress of a reading; 0 if
                          that is not known */
     /** Go on reading from another place, for lum_reader_seek_frame() and the
-     * like; also after read returned 0 or -1. NULL: only from the start to the
-     * end.
+     * like; also after read returned 0 or -1. NULL: cannot seek.
      * @param offset from the start, in bytes.
      * @param error  gets the message on failure; never NULL.
      * @return 0, or -1 on failure. */

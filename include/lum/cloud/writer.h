@@ -44,16 +44,16 @@ LUM_MUST_CHECK int lum_format_from_name(const char *name, lum_format *out);
 bool lum_format_needs_count(lum_format format);
 
 /** Whether a file of the format has a message for each frame. Then
- * lum_writer_begin_frame() and lum_writer_end_frame() say more of it than its
- * lines do. */
+ * lum_writer_begin_frame() gives its time, and lum_writer_end_frame() ends it,
+ * even without points. */
 bool lum_format_has_frames(lum_format format);
 
 /** How a format is written, for formats that are libraries of their own. */
 typedef struct lum_format_ops lum_format_ops;
 
-/** What an MCAP file has messages of: frames or lines, datagrams, or datagrams
- * and one of the others. A preset goes with frames. lum_writer_open() refuses
- * any other choice with EINVAL. */
+/** The messages of an MCAP file: frames or lines, or datagrams, or datagrams
+ * and one of the others. A preset needs frames. lum_writer_open() refuses any
+ * other choice with EINVAL. */
 typedef enum lum_mcap_content {
     LUM_MCAP_OF_FRAMES = 1,   /**< a cloud for each frame */
     LUM_MCAP_OF_LINES = 2,    /**< a cloud for each line of it, instead */
@@ -73,14 +73,14 @@ typedef enum lum_mcap_content {
  * in arrays. */
 typedef struct lum_mcap_sensor {
     const char *topic;    /**< of its clouds, such as "/front/points"; not
-                               copied: it lives as long as the file, and as what
-                               lum_writer_mcap_info() gave */
+                               copied: it must live as long as the writer and
+                               what lum_writer_mcap_info() gave */
     const char *frame_id; /**< of its messages, such as "front"; as
                                lum_mcap_options.frame_id, and copied */
-    const lum_pose *pose; /**< where frame_id is in that of the options, which
-                               is written to /tf_static; NULL: is not */
+    const lum_pose *pose; /**< where frame_id is in that of the options, written
+                               to /tf_static; NULL: not written */
     const lum_calibration *calibration; /**< its mounts are written there too;
-                                             NULL: are not */
+                                             NULL: not written */
     const char *calibration_yaml; /**< an attachment, calibration-FRAME_ID.yaml;
                                        NULL or empty: none */
     const char *profile_yaml;     /**< likewise, profile-FRAME_ID.yaml */
@@ -92,7 +92,7 @@ typedef struct lum_mcap_options {
     const char *frame_id; /**< of all messages, 1 to LUM_MCAP_FRAME_ID_MAX
                                bytes; NULL: "luminar" */
     const lum_calibration *calibration; /**< its mounts are written to
-                                             /tf_static; NULL: none are */
+                                             /tf_static; NULL: not written */
     const char *calibration_yaml; /**< an attachment, calibration.yaml; NULL or
                                        empty: none */
     const char *profile_yaml;     /**< likewise, profile.yaml */
@@ -100,9 +100,9 @@ typedef struct lum_mcap_options {
     bool is_growing; /**< a recording: the file has its name from its first
                           chunk on, and stays even if the rest fails */
     unsigned contents; /**< some of ::lum_mcap_content; 0: frames */
-    uint32_t lines;    /**< of a frame: the green eye's rings begin there, and
-                            lines beyond have none; at most
-                            LUM_MCAP_LINES_MAX; 0: as the frames show */
+    uint32_t lines;    /**< of a frame: the green eye's rings begin at this
+                            number, and lines beyond have no ring; at most
+                            LUM_MCAP_LINES_MAX; 0: taken from the frames */
     const lum_mcap_sensor *sensors; /**< sensor_count of them: each has a topic
                             and a frame of its own, and calibration above is not
                             read; NULL: one sensor, with the topic /points */
@@ -134,8 +134,8 @@ typedef enum lum_number_type {
  * arrays. */
 typedef struct lum_writer_extra {
     const char *name;     /**< 1 to LUM_WRITER_EXTRA_NAME_MAX bytes: letters,
-                               digits and _, no digit first; of no other column
-                               and no other extra */
+                               digits and _, no digit first; not the name of
+                               another column or extra */
     lum_number_type type; /**< of its values */
 } lum_writer_extra;
 
@@ -155,12 +155,13 @@ typedef struct lum_writer_options {
     size_t struct_size; /**< sizeof(lum_writer_options) */
     lum_format format;  /**< which */
     bool ascii;         /**< PLY, PCD: text instead of binary */
-    bool utc;           /**< timestamps are microseconds since 1970 UTC and
-                             not of the sensor clock */
-    const struct lum_writer *rehearsal; /**< NULL, or what lum_writer_rehearse()
-                                 gave; it has taken the same lines already.
-                                 Only lum_writer_open() reads it */
-    const lum_projector *projector;     /**< not read any more */
+    bool utc;           /**< timestamps are microseconds since 1970 UTC instead
+                             of the sensor clock */
+    const struct lum_writer *rehearsal; /**< NULL, or a writer of
+                                             lum_writer_rehearse() that has
+                                             taken the same lines. Only
+                                             lum_writer_open() reads it */
+    const lum_projector *projector;     /**< unused */
     const lum_format_ops *picture;      /**< PNG: lum_picture_format(); other
                                              formats ignore it */
     const char *comment; /**< NULL, or more text for the header, for example
@@ -182,10 +183,10 @@ typedef struct lum_writer_options {
                              consumer reads, such as "autoware"
                              (docs/consumers.md), instead of columns; NULL:
                              none. Read as columns is */
-    double origin[3];   /**< LAS: what the samples' coordinates are relative
-                             to, which becomes the file's offset; with voxels,
-                             PLY and PCD name it in a comment. 0 in all other
-                             files, whose comment may say it */
+    double origin[3];   /**< LAS: the origin of the samples' coordinates, which
+                             becomes the file's offset; with voxels, PLY and PCD
+                             name it in a comment. 0 for all other files, whose
+                             comment may name it */
     bool voxels;        /**< CSV, PLY, PCD, LAS: samples are those of a map
                              (lum/map/map.h), with counts and times_ns, and the
                              columns are x, y, z, intensity, timestamp and
@@ -220,19 +221,19 @@ bool lum_format_has_voxels(lum_format format);
 LUM_MUST_CHECK int lum_writer_check_columns(const char *names,
                                             lum_error *error);
 
-/** Check lum_writer_options.extra, and its columns with it.
- * @param format  of the file; LUM_FORMATS: only what all formats ask for.
+/** Check lum_writer_options.extra together with columns.
+ * @param format  of the file; LUM_FORMATS: check only the rules of all formats.
  * @param columns as in the options; may be NULL.
  * @return 0, or -1 with what is wrong, and what would be right, in error: a
- *         name that is not allowed, of another column, or there twice; a type
- *         that the format cannot hold; a format that has no such columns; too
- *         many of them; a wrong name in columns. Then errno is EINVAL. */
+ *         name that is not allowed, repeated, or of another column; a type that
+ *         the format cannot hold; a format that has no such columns; too many
+ *         of them; a wrong name in columns. Then errno is EINVAL. */
 LUM_MUST_CHECK int lum_writer_check_extra(lum_format format,
                                           const char *columns,
                                           const lum_writer_extra *extra,
                                           size_t count, lum_error *error);
 
-/** An unknown timestamp, of a line that did not come; NaN in a PCD. */
+/** The timestamp of a line that did not come; NaN in a PCD. */
 #define LUM_TIMESTAMP_NONE INT64_MIN
 
 /** The samples of one line. */
@@ -307,15 +308,14 @@ LUM_MUST_CHECK int lum_writer_add(lum_writer *writer,
                                   const lum_line_samples *line,
                                   lum_error *error);
 
-/** Frames that begin from now on are of one of lum_mcap_options.sensors; until
- * then they are of the first. The frame before ends. Formats without frames
- * ignore it.
+/** Set which of lum_mcap_options.sensors the following frames are of; at first
+ * it is sensor 0. Ends the current frame. Formats without frames ignore it.
  * @param sensor below their number; 0 if there are none.
  * @return as lum_writer_add(); EINVAL in errno if there is no such sensor. */
 LUM_MUST_CHECK int lum_writer_set_sensor(lum_writer *writer, size_t sensor,
                                          lum_error *error);
 
-/** Begin a frame, whose lines follow; the frame before ends. Formats without
+/** Begin a frame, whose lines follow; ends the current frame. Formats without
  * frames ignore it. Without it a frame of an MCAP file begins with its first
  * line, and its time is that line's timestamp.
  * @param utc_ns its time, nanoseconds since 1970: that of points whose time is
@@ -325,15 +325,15 @@ LUM_MUST_CHECK int lum_writer_begin_frame(lum_writer *writer, int64_t utc_ns,
                                           lum_error *error);
 
 /** End the frame that was begun: it becomes a message, also without points.
- * Formats without frames ignore it, and so does one in which none has begun.
- * Without it a frame ends with a line of another frame, or the file.
+ * Ignored by formats without frames, and if no frame has begun. Without it a
+ * frame ends with a line of another frame, or the file.
  * @return as lum_writer_add(). */
 LUM_MUST_CHECK int lum_writer_end_frame(lum_writer *writer, lum_error *error);
 
-/** How a device is, as diagnostic_msgs has it. */
+/** The level of a status, as in diagnostic_msgs. */
 typedef enum lum_status_level {
-    LUM_STATUS_OK,    /**< as it is to be */
-    LUM_STATUS_WARN,  /**< something is to be looked at */
+    LUM_STATUS_OK,    /**< as it should be */
+    LUM_STATUS_WARN,  /**< something needs attention */
     LUM_STATUS_ERROR, /**< it does not work */
     LUM_STATUS_STALE  /**< nothing is known */
 } lum_status_level;
@@ -344,7 +344,7 @@ typedef struct lum_status_value {
     const char *value; /**< such as "0" */
 } lum_status_value;
 
-/** How something is, at one time. */
+/** The status of something at one time. */
 typedef struct lum_writer_status {
     size_t struct_size;             /**< sizeof(lum_writer_status) */
     int64_t time_ns;                /**< since 1970 UTC */
@@ -356,7 +356,7 @@ typedef struct lum_writer_status {
     size_t count;                   /**< may be 0 */
 } lum_writer_status;
 
-/** Add a status, if the format is MCAP; the others have no place for it.
+/** Add a status, if the format is MCAP; the others ignore it.
  * @param status copied; its texts are not NULL.
  * @return as lum_writer_add(). */
 LUM_MUST_CHECK int lum_writer_add_status(lum_writer *writer,
@@ -368,8 +368,8 @@ LUM_MUST_CHECK int lum_writer_add_status(lum_writer *writer,
 
 /** A topic of an MCAP file. It never grows, because it is used in arrays. */
 typedef struct lum_mcap_topic {
-    const char *name;  /**< such as "/points"; these texts live for ever, but
-                            for lum_mcap_sensor.topic */
+    const char *name;  /**< such as "/points"; static, except for
+                            lum_mcap_sensor.topic */
     const char *type;  /**< such as "sensor_msgs/msg/PointCloud2" */
     const char *qos;   /**< its offered_qos_profiles, YAML */
     uint64_t messages; /**< so far */
@@ -385,8 +385,9 @@ typedef struct lum_mcap_info {
     lum_mcap_topic topics[LUM_MCAP_TOPICS_MAX]; /**< in the file's order */
 } lum_mcap_info;
 
-/** What an MCAP file has, as its index will say: with the frame that was ended
- * last, and all other messages. Not during another call with this writer.
+/** What an MCAP file has so far, as its index will say, with the frame that
+ * ended last and all other messages. Do not call it during another call with
+ * this writer.
  * @param out its struct_size is set by the caller.
  * @return 0, or -1 if it is of another format, or its struct_size is not
  *         set. */
@@ -410,8 +411,8 @@ typedef struct lum_writer_datagram {
 } lum_writer_datagram;
 
 /** Add a datagram, if the file is an MCAP file of ::LUM_MCAP_OF_DATAGRAMS;
- * others have no place for it. It becomes a message at once, also between the
- * lines of a frame (docs/formats.md, "MCAP").
+ * others ignore it. It becomes a message at once, also between the lines of a
+ * frame (docs/formats.md, "MCAP").
  * @param datagram copied.
  * @return as lum_writer_add(); if it is too long, -1 with EINVAL in errno, and
  *         nothing can be added any more. */
@@ -424,23 +425,24 @@ LUM_MUST_CHECK int lum_writer_add_datagram(lum_writer *writer,
 uint64_t lum_writer_bytes(const lum_writer *writer);
 
 /** Begin to write what was added, for an output that is read while it is
- * written; does not wait. A chunk of an MCAP file ends with it. As long as a
- * slow reader has not taken what came before, the rest stays: call again later.
- * If the reader has left, this is reported even if there is nothing to write.
+ * written; does not wait. A chunk of an MCAP file ends with it. If a slow
+ * reader has not yet taken earlier data, the rest stays: call again later. If
+ * the reader has left, this is reported even if there is nothing to write.
  * @return as lum_writer_add(). */
 LUM_MUST_CHECK int lum_writer_flush(lum_writer *writer, lum_error *error);
 
-/** Whether the file still has the name that it was given: others may remove or
- * rename it, or its directory, while it is written. Ask twice a second. Writing
- * goes on, and lum_writer_close() fails, too. On Windows nothing is looked at.
- * While the file's thread is writing a block, this returns what the thread saw
- * after the block before. It looks from the first call on.
- * @return 0, or -1 with what became of the file in error, and where its data
+/** Check whether the file still has its name: others may remove or rename it,
+ * or its directory, while it is written. Call this twice a second. If the name
+ * is lost, writing goes on, and lum_writer_close() fails, too. On Windows
+ * nothing is checked. While the file's thread is writing a block, this returns
+ * what the thread saw after the previous block; it looks only from the first
+ * call on.
+ * @return 0, or -1; error says what happened to the file and where its data
  *         is. */
 LUM_MUST_CHECK int lum_writer_check(lum_writer *writer, lum_error *error);
 
 /** Finish the file, wait until it is on the disk, give it its name, free the
- * writer. A file that others removed while it was written is put back as by
+ * writer. A file that others removed while it was written is restored as by
  * lum_capture_writer_close(), which is a failure too.
  * @return 0, or -1 with the reason in error, for example that the lines differ
  *         from those of the rehearsal, or are fewer than the rows of an

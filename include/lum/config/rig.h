@@ -2,9 +2,9 @@
  * A rig from a YAML file (docs/formats.md): the sensors of a vehicle, each with
  * its calibration and its wire profile.
  *
- * Refused, with file, line, key and what is allowed: all that
- * lum/config/config.h refuses, what lum_rig_check() refuses, and calibrations
- * and profiles that cannot be read. Reentrant. */
+ * These are errors, with file, line, key and what is allowed: all that
+ * lum/config/config.h or lum_rig_check() refuses, and calibrations and profiles
+ * that cannot be read. Reentrant. */
 #ifndef LUM_CONFIG_RIG_H
 #define LUM_CONFIG_RIG_H
 
@@ -36,9 +36,9 @@ typedef struct lum_rig_files {
 } lum_rig_files;
 
 /** Read a rig.
- * @param path  a file, or "-" for standard input. Names of files in it are
- *              relative to its folder, those of "-" to the current one.
- * @param out   caller-owned; nothing in it counts on failure.
+ * @param path  a file, or "-" for standard input. File names in it are relative
+ *              to its folder; in "-", to the current folder.
+ * @param out   caller-owned; not valid on failure.
  * @param error gets the message on failure.
  * @return 0, or -1. */
 LUM_MUST_CHECK int lum_rig_load(const char *path, lum_rig_files *out,

@@ -2,11 +2,10 @@
  * Settings of a sensor from a YAML file (docs/formats.md): what `lumctl apply`
  * sends.
  *
- * Every key may be left out, and what a file does not name is left as it is on
- * the sensor. Refused, with file, line, key and what is allowed: all that
- * lum/config/config.h refuses, and the laser, which no file switches on.
- * Reentrant.
- */
+ * Every key may be left out; a setting that a file does not name stays as it is
+ * on the sensor. These are errors, with file, line, key and what is allowed:
+ * all that lum/config/config.h refuses, and the laser, because no file may
+ * switch it. Reentrant. */
 #ifndef LUM_CONFIG_SETTINGS_H
 #define LUM_CONFIG_SETTINGS_H
 
@@ -28,7 +27,7 @@ extern "C" {
 typedef struct lum_settings {
     bool has[LUM_COMMANDS];       /**< by ::lum_command_id; never the laser's */
     uint16_t value[LUM_COMMANDS]; /**< one that the command's spec allows */
-    bool has_shape;        /**< a Y-scan table; then not LUM_COMMAND_YSCAN */
+    bool has_shape;        /**< a Y-scan table, instead of LUM_COMMAND_YSCAN */
     lum_yscan_shape shape; /**< regions sorted, its limits checked */
 } lum_settings;
 

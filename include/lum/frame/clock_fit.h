@@ -1,5 +1,5 @@
 /** @file
- * The sensor's clock to UTC, from the arrival times of its packets.
+ * Converts the sensor's clock to UTC, by the arrival times of its packets.
  *
  * An arrival stamp says when the host noticed a packet. This is up to
  * milliseconds late, and many packets get one stamp if the system takes them in
@@ -11,24 +11,24 @@
  *
  * What it can and cannot know:
  * - The time that every packet needs at least (the cable, the switch, a line
- *   that is sent after it was measured) cannot be seen in the arrivals, so it
- *   is in the answer. It is not part of the estimated error.
+ *   that is sent after it was measured) cannot be seen in the arrivals. The
+ *   answer includes it, the estimated error does not.
  * - UTC is that of the host's clock. If it is wrong, so is the answer.
- * - Stamps may be rounded, down or up. Their resolution is the largest step
- *   whose multiples they are, of whole microseconds or of halvings of a second.
- *   It is part of the estimated error.
+ * - Stamps may be rounded, down or up. Their resolution is taken as the largest
+ *   step that fits all of them: whole microseconds, or a second divided by a
+ *   power of 2. It is part of the estimated error.
  * - At the beginning little is known, and the estimated error is large: with
  *   stamps in batches of 8 ms it falls below 1 ms within about a second.
- * - An answer is made of what came before it. A later answer for the same
- *   reading may differ, but not by more than their errors.
+ * - An answer uses only what came before it. A later answer for the same
+ *   reading may differ, but by no more than their errors.
  *
- * If a sensor restarts or the host's clock is stepped, this is noticed, and a
- * new fit begins with the drift that is known. Readings before the latest step
- * still use the fit before it. Within a second of a step nobody knows which
- * time is right, and the error is ::LUM_CLOCK_ERROR_UNKNOWN. So it is while
- * arrivals look like a step, and while they stand still. An answer from before
- * a step cannot know of it. If the host's clock is slewed, by up to 500 ppm,
- * the fit follows within the window of 16 s; during this time the error grows.
+ * If a sensor restarts or the host's clock is stepped, a new fit begins; it
+ * keeps the known drift. Readings before the latest step still use the fit
+ * before it. The error is ::LUM_CLOCK_ERROR_UNKNOWN within a second of a step,
+ * while arrivals look like a step, and while they stand still. An answer given
+ * before a step does not consider it. If the host's clock is slewed, by up to
+ * 500 ppm, the fit follows within the window of 16 s; during this time the
+ * error grows.
  *
  * It uses only integers, and is the same on every machine. The memory,
  * 5.5 KB, does not grow. Only one thread at a time may use a fit; two share
@@ -69,7 +69,7 @@ void lum_clock_fit_free(lum_clock_fit *fit);
 /** Forget all, as after lum_clock_fit_new(). */
 void lum_clock_fit_reset(lum_clock_fit *fit);
 
-/** Use from the first reading on what another fit has learned of the same
+/** From the first reading on, use what another fit has learned from the same
  * stream, for example from the first part of a file, read in advance. Readings
  * that the other has taken may be taken again. Nothing is learned from a fit
  * that met a break. */
@@ -79,7 +79,7 @@ void lum_clock_fit_learn(lum_clock_fit *to, const lum_clock_fit *from);
 typedef enum lum_clock_fit_event {
     LUM_CLOCK_FIT_TAKEN,        /**< it went into the fit */
     LUM_CLOCK_FIT_ASIDE,        /**< it contradicts those before: a single one
-                                     is left out, several that agree are a
+                                     is left out, several that agree mean a
                                      restart or a step */
     LUM_CLOCK_FIT_SENSOR_BREAK, /**< the sensor's clock jumped, as when it
                                      restarts: the fit began anew */
@@ -92,17 +92,16 @@ typedef enum lum_clock_fit_event {
  * numbers twice, a few times a second.
  * @param clock_us   the sensor's clock, extended beyond its 32 bits: that of a
  *                   lum_line, or of a packet by lum_clock_extend().
- * @param arrival_ns when the packet that bears it arrived, ns since 1970 UTC.
- */
+ * @param arrival_ns when its packet arrived, ns since 1970 UTC. */
 lum_clock_fit_event lum_clock_fit_add(lum_clock_fit *fit, int64_t clock_us,
                                       int64_t arrival_ns);
 
-/** Look at the arrival of a packet that brings no reading: its digits tell the
- * resolution of the stamps, too. */
+/** Note the arrival of a packet without a reading: it also shows the resolution
+ * of the stamps. */
 void lum_clock_fit_note_stamp(lum_clock_fit *fit, int64_t arrival_ns);
 
-/** An error that is not known, larger than all others: the host's clock was
- * stepped nearby, or its stamps stand still. */
+/** An unknown error, larger than all others: the host's clock was stepped
+ * nearby, or its stamps stand still. */
 #define LUM_CLOCK_ERROR_UNKNOWN INT64_C(9223372036854775807)
 
 /** A moment. It never grows. */
@@ -139,12 +138,12 @@ typedef struct lum_clock_fit_info {
     int32_t drift_error_ppb; /**< its estimated error in both directions */
     int64_t resolution_ns;   /**< of the arrivals, as seen in them; at least
                                   1000 */
-    uint64_t still; /**< those of aside whose arrival was the same as that of
-                         readings long before: stamps stood still */
+    uint64_t still; /**< those of aside that had the same arrival as readings
+                         long before: stamps stood still */
 } lum_clock_fit_info;
 
 /** Read the state of a fit.
- * @param out struct_size is set by the caller; as much of the rest is
+ * @param out the caller sets struct_size; the members within that size are
  *            overwritten.
  * @return LUM_OK; LUM_END before the first reading, then newest_us and what
  *         follows are 0; LUM_E_VALUE if struct_size is not set: then nothing is

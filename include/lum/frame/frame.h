@@ -109,10 +109,10 @@ const uint16_t *lum_frame_uint16s(const lum_frame *frame, lum_column column);
 /** A column of bytes, as lum_frame_floats(). */
 const uint8_t *lum_frame_uint8s(const lum_frame *frame, lum_column column);
 
-/** x, y and z as one array of three rows: x of point i is at [i], y at
- * [spacing + i], z at [2 * spacing + i]. They are the numbers of
- * lum_frame_column(), and each row begins at a multiple of 64 bytes. So
- * whatever takes rows at equal distances can use them without a copy.
+/** x, y and z as one array of three rows: x of point i is at [i], y at [spacing
+ * + i], z at [2 * spacing + i]. They are the numbers of lum_frame_column(), and
+ * each row begins at a multiple of 64 bytes. So code that takes rows at equal
+ * distances needs no copy.
  * @param spacing gets the distance of two rows in numbers, at least
  *                lum_frame_count(); 0 if the frame has no points. Untouched on
  *                NULL.
@@ -120,7 +120,8 @@ const uint8_t *lum_frame_uint8s(const lum_frame *frame, lum_column column);
  *         not NULL if it has them and no points. */
 const float *lum_frame_xyz(const lum_frame *frame, size_t *spacing);
 
-/** When a frame was, by each clock; all 0 if no line came. It never grows. */
+/** The time of a frame, by each clock; all 0 if no line came. It never
+ * grows. */
 typedef struct lum_frame_times {
     int64_t begin_clock_us;   /**< sensor clock of the earliest line */
     int64_t end_clock_us;     /**< sensor clock of the latest line */
@@ -131,18 +132,18 @@ typedef struct lum_frame_times {
                                    from it. 0: the layout has no clock, or no line
                                    came */
     int64_t utc_error_ns;     /**< the estimated error of that time;
-                                   ::LUM_CLOCK_ERROR_UNKNOWN: nobody knows it, as
-                                   near a step of the host's clock */
+                                   ::LUM_CLOCK_ERROR_UNKNOWN: unknown, for
+                                   example near a step of the host's clock */
 } lum_frame_times;
 
-/** What is known of a frame as a whole. */
+/** Facts about a frame as a whole. */
 typedef struct lum_frame_info {
     size_t struct_size;    /**< sizeof(lum_frame_info), set by the caller */
     int64_t number;        /**< frame number */
     uint32_t sensor;       /**< its address, host order */
     bool is_complete;      /**< nothing is known to be missing */
-    bool is_first;         /**< first of its sensor: it was under way when the
-                                stream was joined, and may lack its start */
+    bool is_first;         /**< first of its sensor: the stream may begin inside
+                                it, so it may lack its start */
     bool is_last;          /**< the stream ended with it: it may lack its end */
     lum_frame_times times; /**< when it was */
     uint64_t points;       /**< as lum_frame_count() */
@@ -153,30 +154,30 @@ typedef struct lum_frame_info {
     uint32_t lines_missing_angles;    /**< lines with fewer than 1000 */
     uint64_t lost_words;              /**< range words known to be lost */
     lum_point_losses losses;          /**< words that gave no point */
-    uint64_t points_cut; /**< beyond the most points of a frame, or of lines
-                              beyond its most lines */
-    uint64_t lines_cut;  /**< beyond the most lines of a frame */
-    uint64_t lines_late; /**< lines of earlier frames that came since the frame
-                              before; they are in no frame, because theirs had
-                              been handed out */
-    uint64_t lines_in_pauses; /**< lines that the clock shows to be missing, and
-                                   line numbers do not: whole sweeps, and the
-                                   end of a first one; as far as is known */
-    bool has_pause; /**< the sensor paused inside this frame, or one eye did, or
-                         the frame has a part of another sweep; then it is not
+    uint64_t points_cut; /**< points beyond the frame's limit, or in lines
+                              beyond its limit */
+    uint64_t lines_cut;  /**< lines beyond ::LUM_FRAME_LINES_MAX */
+    uint64_t lines_late; /**< lines that came since the frame before for frames
+                              already handed out; they are in no frame */
+    uint64_t lines_in_pauses; /**< lines missing by the clock, but not by line
+                                   numbers: whole sweeps, and the end of a first
+                                   one; as far as known */
+    bool has_pause; /**< the sensor or one eye paused inside this frame, or the
+                         frame has a part of another sweep; then it is not
                          complete */
-    char sensor_interface[LUM_INTERFACE_BYTES]; /**< of a sensor whose address
-                               another one had before it: its interface; else
-                               empty */
-    uint64_t lines_dark; /**< lines that were handed out before the first one
-                              with a word: if the frame before had no word
-                              either, the laser may have come on inside */
+    char sensor_interface[LUM_INTERFACE_BYTES]; /**< the sensor's interface, if
+                                                     another sensor with its
+                                                     address came before; else
+                                                     empty */
+    uint64_t lines_dark; /**< lines before the first one with a word: if the
+                              frame before had no word either, the laser may
+                              have come on inside */
     uint32_t member; /**< of a rig: 1 + its place in lum_framer_options.members;
                           0: there is no rig */
 } lum_frame_info;
 
 /** Read the info of a frame.
- * @param out struct_size is set by the caller; as much of the rest is
+ * @param out the caller sets struct_size; the members within that size are
  *            overwritten.
  * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
  *         written.
@@ -187,12 +188,12 @@ typedef struct lum_frame_info {
  * @endcode */
 lum_result lum_frame_get_info(const lum_frame *frame, lum_frame_info *out);
 
-/** Where its sensor is on the vehicle, in whose frame x y z are: the pose of
- * its member of a rig (lum_framer_options.members). The identity if there is
- * none: then x y z are in the frame of the sensor. */
+/** Where its sensor is on the vehicle: the pose of its member of a rig
+ * (lum_framer_options.members); x y z are in the vehicle's frame. Without one,
+ * the identity: x y z are in the sensor's frame. */
 lum_pose lum_frame_pose(const lum_frame *frame);
 
-/** Most lines of a frame, of both eyes together; the rest is cut off. */
+/** Most lines of a frame, both eyes together; further lines are cut off. */
 #define LUM_FRAME_LINES_MAX 65536u
 
 /** One line of a frame. */
@@ -211,26 +212,26 @@ typedef struct lum_frame_line {
 /** How many lines it has. */
 size_t lum_frame_line_count(const lum_frame *frame);
 
-/** The i-th line, in the order in which they were complete. The numbers of one
- * eye rise, except if a line was late; lines of the two eyes alternate.
+/** The i-th line, in order of completion. The numbers of one eye rise, except
+ * if a line was late; lines of the two eyes alternate.
  * @param i   below lum_frame_line_count().
  * @param out as for lum_frame_get_info().
- * @return false if there are not so many, or struct_size is not set; then out
- *         is untouched. */
+ * @return false if i is too large or struct_size is not set; then out is
+ *         untouched. */
 bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out);
 
 /** Most rows of an eye that lum_frame_rows() gives. */
 #define LUM_FRAME_ROWS_MAX 8192u
 
-/** Rows of an eye: its highest line number that can be believed, plus 1; 0 if
- * there is none.
+/** Rows of an eye: its highest plausible line number, plus 1; 0 if there is
+ * none.
  *
  * A damaged packet can claim any number. These rows are at most
- * ::LUM_FRAME_ROWS_MAX, so a grid of them can be allocated. The number of a
- * line with all angles is believed. That of another line with points is
- * believed if it is below twice the rows that such lines show in this frame and
- * in the one before, plus 64; where none shows any, if it is below 4096. Points
- * of lines that are not believed are in the frame, but in no row. */
+ * ::LUM_FRAME_ROWS_MAX, so a grid of them can be allocated. A line with all
+ * angles is plausible. Another line with points is plausible if its number is
+ * below twice the rows of lines with all angles, in this frame and the one
+ * before, plus 64; without such lines, if it is below 4096. Points of other
+ * lines are in the frame, but in no row. */
 uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye);
 
 /** Marks a cell of a grid that has no point. */

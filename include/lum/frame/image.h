@@ -1,12 +1,12 @@
 /** @file
- * A frame as a picture that lies as the world does, and back: which point fills
- * each pixel, and the pixel of each point (docs/reader.md).
+ * A frame as an undistorted picture, and back: which point fills each pixel,
+ * and the pixel of each point (docs/reader.md).
  *
  * Raw lines (lum_frame_grid_index()) bend, and every second one is scanned from
  * right to left. In a picture, rows are elevations and columns are azimuths,
  * seen from the sensor's origin (lum/image.h), so that a straight edge is
- * straight. So it is also where lum_frame_pose() has placed the points on a
- * vehicle; lum_image_index() knows no pose, and sees from the points' origin.
+ * straight. This also holds if lum_frame_pose() has placed the points on a
+ * vehicle; lum_image_index() has no pose, and looks from the points' origin.
  *
  * @code
  * lum_image_options options = {.struct_size = sizeof options};
@@ -35,9 +35,9 @@
 extern "C" {
 #endif
 
-/** Which of the points that lie in a pixel fills it. Among equals, the first in
- * the frame does. A frame's points are in the order of their lines, and those
- * of one pixel of a line in the order of their returns. */
+/** Which of the points in a pixel fills it; among equals, the first in the
+ * frame. A frame's points are in the order of their lines, and those of one
+ * pixel of a line in the order of their returns. */
 typedef enum lum_image_choice {
     LUM_IMAGE_NEAREST,  /**< the one with the smallest distance to the origin */
     LUM_IMAGE_FARTHEST, /**< the one with the largest */
@@ -55,8 +55,8 @@ typedef struct lum_image_options {
     lum_image_view view;     /**< what is shown, in how many pixels */
 } lum_image_options;
 
-/** What became of the points of the eyes that were asked for. Their sum is the
- * number of these points. */
+/** What happened to the points of the requested eyes. The sum is the number of
+ * these points. */
 typedef struct lum_image_counts {
     size_t struct_size; /**< sizeof(lum_image_counts), set by the caller */
     uint64_t filled;    /**< fill a pixel */
@@ -64,9 +64,9 @@ typedef struct lum_image_counts {
     uint64_t outside;   /**< lie outside of the view, or have no direction */
 } lum_image_counts;
 
-/** Fill in what a picture of a frame usually is: its eyes, ::LUM_IMAGE_NEAREST,
- * and lum_image_view_default() by lum_frame_rows(), of two eyes the larger one.
- * @param out struct_size is set by the caller; as much of the rest is
+/** Fill in the usual options: these eyes, ::LUM_IMAGE_NEAREST, and
+ * lum_image_view_default() for lum_frame_rows(), the larger one of two eyes.
+ * @param out the caller sets struct_size; the members within that size are
  *            overwritten.
  * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
  *         written. */
@@ -75,18 +75,18 @@ lum_result lum_frame_image_default(const lum_frame *frame, uint32_t eyes,
 
 /** Which point fills each pixel, and where each point lies.
  *
- * A mask on the picture selects points in two ways. Those that fill the pixels:
- * out[p] of each pixel p of the mask. Or all that lie there, also those that
- * lost their pixel to another one: each point i for which pixels[i] is in the
- * mask. A point that fills a pixel lies in it: pixels[out[p]] is p, and of the
- * points that lie in p, out[p] is the one that the choice means. So out[p] is
- * LUM_FRAME_MISSING only where no point lies in p.
+ * A mask on the picture can select points in two ways: those that fill its
+ * pixels, out[p] of each pixel p of the mask; or all that lie there, hidden
+ * ones too: each point i with pixels[i] in the mask. A point that fills a pixel
+ * lies in it: pixels[out[p]] is p, and out[p] is the one that options->choice
+ * takes of the points in p. So out[p] is LUM_FRAME_MISSING only if no point
+ * lies in p.
  *
  * Linear; docs/internals/performance.md says how long it takes.
  * @param out     gets rows x columns indices of points, or LUM_FRAME_MISSING.
  * @param pixels  NULL, or gets for each point of the frame its pixel, or
- *                LUM_FRAME_MISSING for points outside of the view, and of eyes
- *                that were not asked for.
+ *                LUM_FRAME_MISSING for points outside of the view or of other
+ *                eyes.
  * @param counts  NULL, or gets counts; its struct_size is set by the caller.
  * @return LUM_OK; LUM_E_VALUE if the frame lacks x, y, z or what the choice
  *         needs, if eyes, choice or a value of the view is out of its range, or
@@ -107,7 +107,7 @@ LUM_MUST_CHECK lum_result lum_frame_image(const lum_frame *frame,
                                           const uint32_t *index, size_t n,
                                           float *out);
 
-/** Points of anyone, in the order of a frame. */
+/** Any points, in the order of a frame. */
 typedef struct lum_image_points {
     size_t struct_size; /**< sizeof(lum_image_points), set by the caller */
     size_t count;       /**< points, below 2^31 */
@@ -116,16 +116,17 @@ typedef struct lum_image_points {
     const float *z;     /**< metres, up */
     const float *pulse_width; /**< from 0; NULL, except for
                                    ::LUM_IMAGE_STRONGEST */
-    const uint8_t *eye; /**< an ::lum_eye of each; NULL: all are asked for */
+    const uint8_t *eye;       /**< an ::lum_eye of each; NULL: all points are
+                                   requested */
 } lum_image_points;
 
-/** As lum_frame_image_index(), of arrays. */
+/** As lum_frame_image_index(), for arrays. */
 LUM_MUST_CHECK lum_result lum_image_index(const lum_image_points *points,
                                           const lum_image_options *options,
                                           uint32_t *out, uint32_t *pixels,
                                           lum_image_counts *counts);
 
-/** As lum_frame_image(), of an array of count numbers. */
+/** As lum_frame_image(), for an array of count numbers. */
 LUM_MUST_CHECK lum_result lum_image_take(const float *numbers, size_t count,
                                          const uint32_t *index, size_t n,
                                          float *out);

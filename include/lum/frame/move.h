@@ -1,6 +1,6 @@
 /** @file
- * Points that moved while the sensor did: a frame as of one moment, or in the
- * world, by each point's own time (docs/reader.md, "Motion").
+ * Corrects the sensor's motion: a frame as of one moment, or in the world, by
+ * each point's own time (docs/reader.md, "Motion").
  *
  * @code
  * lum_move_options options = {.struct_size = sizeof options,
@@ -10,12 +10,12 @@
  * if (lum_frame_move(frame, &options, x, y, z, &counts, &error) != 0) { ... }
  * @endcode
  *
- * Between two poses the sensor goes along their screw. This is computed at the
- * ends of short pieces of time, and a point's matrix is between those of its
- * piece. For a point up to 100 m away this differs from the screw itself by at
- * most 0.1 mm, beside the rounding of floats: 0.05 mm at 100 m, and where the
- * result is far from 0, a float's step there (0.5 mm at 5 km). Farther points
- * differ by as many times more as they are farther away. */
+ * Between two poses the sensor moves along their screw. This is computed at the
+ * ends of short intervals, and a point's matrix is interpolated within its
+ * interval. For a point up to 100 m away this differs from the screw itself by
+ * at most 0.1 mm, besides the rounding of floats: 0.05 mm at 100 m, and if the
+ * result is far from 0, a float's step there (0.5 mm at 5 km). Beyond 100 m the
+ * difference grows in proportion to the distance. */
 #ifndef LUM_FRAME_MOVE_H
 #define LUM_FRAME_MOVE_H
 
@@ -36,7 +36,8 @@ extern "C" {
 typedef enum lum_move_to {
     LUM_MOVE_TO_START,  /**< as seen from where the sensor was when the frame
                              began */
-    LUM_MOVE_TO_MIDDLE, /**< halfway between its earliest and latest line */
+    LUM_MOVE_TO_MIDDLE, /**< as of halfway between its earliest and latest
+                             line */
     LUM_MOVE_TO_WORLD   /**< into the poses' fixed frame */
 } lum_move_to;
 
@@ -46,12 +47,12 @@ typedef struct lum_move_options {
     const lum_poses *poses; /**< live as long as the call */
     lum_move_to to;         /**< where to */
     bool clamps; /**< a point whose time has no pose is moved by the nearest
-                      one; false: it becomes NaN. It is counted either way */
-    double origin[3]; /**< of the world: this is subtracted from it, before it
-                         is rounded to float; 0 for the others */
+                      pose; false: it becomes NaN. It is counted either way */
+    double origin[3]; /**< LUM_MOVE_TO_WORLD: subtracted from coordinates before
+                           they are rounded to float; else 0 */
 } lum_move_options;
 
-/** What became of points; each call adds to it. It never grows. */
+/** What happened to points; each call adds to it. It never grows. */
 typedef struct lum_move_counts {
     uint64_t points;   /**< all of them */
     uint64_t before;   /**< without a pose: before the first one */
@@ -62,7 +63,7 @@ typedef struct lum_move_counts {
                             to has none */
 } lum_move_counts;
 
-/** Points of all counts that have no pose. */
+/** Sum of the points without a pose. */
 static inline uint64_t lum_move_counts_without(const lum_move_counts *counts)
 {
     return counts->before + counts->after + counts->in_gap + counts->no_time +
@@ -73,10 +74,9 @@ static inline uint64_t lum_move_counts_without(const lum_move_counts *counts)
  * @param frame  with the columns x, y, z and time.
  * @param x,y,z  lum_frame_count() numbers each, metres.
  * @param counts not NULL; its numbers grow.
- * @return 0, or -1 with the reason in error: the frame lacks a column, has no
- *         clock by which the poses' times could be found, options.to is none of
- *         ::lum_move_to, or struct_size is not set; errno is EINVAL. Nothing is
- *         written then.
+ * @return 0, or -1 with the reason in error: the frame lacks a column or the
+ *         poses' clock, options.to is none of ::lum_move_to, or struct_size is
+ *         not set; errno is EINVAL. Nothing is written then.
  *
  * Linear, no heap. Any thread, as long as no two write the same arrays. */
 LUM_MUST_CHECK int lum_frame_move(const lum_frame *frame,
@@ -93,12 +93,13 @@ typedef struct lum_move_points {
     const float *time;  /**< seconds from begin_ns */
     size_t count;       /**< how many */
     int64_t begin_ns;   /**< by the poses' clock */
-    int64_t start_ns; /**< likewise: when the sensor was where points are moved
-                           to; not used for the world */
+    int64_t start_ns;   /**< likewise: the moment that points are moved to; not
+                             used for the world */
 } lum_move_points;
 
-/** As lum_frame_move(), of arrays: options.to says only whether points are
- * moved into the world, or to start_ns. x, y and z are not those of points.
+/** As lum_frame_move(), for arrays: options.to only says whether points are
+ * moved into the world or to start_ns. x, y and z must not be the arrays of
+ * points.
  * @return 0, or -1 with the reason in error: options.to is none of
  *         ::lum_move_to, or a struct_size is not set; errno is EINVAL. */
 LUM_MUST_CHECK int lum_points_move(const lum_move_points *points,

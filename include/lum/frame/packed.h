@@ -4,7 +4,7 @@
  * first pieces already show all of it, coarsely. lumview sends them
  * (docs/look.md).
  *
- * A message is one piece, and says all of its frame. Numbers are
+ * A message is one piece, and also describes its whole frame. Numbers are
  * little-endian; those of 16 bits lie at even places, and messages at multiples
  * of 4.
  *
@@ -19,18 +19,17 @@
  *     36  u8   edges, an enum lum_edges
  *     37  u8   smoothing window, 0: none
  *     38  u8   what that time is, an enum lum_packed_time
- *     39  u8   M, sensors of a rig that it has; 0: no rig. The frame number is
- *              then that of pictures of all, from 1 on
+ *     39  u8   M, sensors of a rig in it; the frame number then counts pictures
+ *              of all of them, from 1 on; 0: no rig
  *     40  u32  lines
  *     44  u32  lost words
  *     48  u32  sensor's address
- *     52  u32  count of frames shown so far, this one included: that of a frame
- *              before the shown one, sent as it was asked for, is below the
- *              shown one's
+ *     52  u32  count of frames shown so far, this one included; of an earlier
+ *              frame, sent on request, below that of the shown one
  *     56  f64  when it was complete, seconds of the monotonic clock
- *     64  f64  seconds by which the time may be off, where it is fitted
- *     72  u32  of the points, those by a second profile, which are the last
- *              ones; 0 without one
+ *     64  f64  seconds by which a fitted time may be off
+ *     72  u32  points by a second profile, the last of all points; 0 without
+ *              one
  *     76  f32  the coarsest step of its coordinates, metres: 2^-9
  *     80  u32  bytes of this message
  *     84  u32  which piece of the frame it is, from 0 on
@@ -52,9 +51,9 @@
  *              u8   pixels of each run
  *              u8   0, up to a multiple of 4 bytes
  *
- * A sensor of a rig: f64 the number of its frame, u32 how many of the points of
- * the frame are its, one sensor's after the other's, u32 its place in the rig's
- * file, from 0 on.
+ * A sensor of a rig: f64 the number of its frame, u32 the number of its points,
+ * which follow those of the sensor before, u32 its place in the rig's file,
+ * from 0 on.
  *
  * A run is up to 4096 points that follow each other in the frame and in one
  * line:
@@ -78,8 +77,8 @@
  * most 63.
  *
  * The pixels of a run are bits, from the lowest bit of a byte to the highest.
- * Each 0 goes on by one pixel, each 1 is a point in the present pixel; what
- * remains of the last point's byte is 0.
+ * Each 0 goes on by one pixel, each 1 is a point in the current pixel; unused
+ * bits of the last byte are 0.
  *
  * All functions only read what they are given and write the caller's memory;
  * any thread. */
@@ -131,7 +130,7 @@ typedef enum lum_packed_time {
                                   fitted to arrivals */
 } lum_packed_time;
 
-/** What a message says of its frame. */
+/** The description of a frame in its messages. */
 typedef struct lum_packed_head {
     size_t struct_size;   /**< sizeof(lum_packed_head), set by the caller */
     int64_t frame;        /**< its number */
@@ -147,14 +146,12 @@ typedef struct lum_packed_head {
     uint8_t time;    /**< what utc_ns is, a ::lum_packed_time */
     uint8_t edges;   /**< a ::lum_edges */
     uint8_t smooth;  /**< smoothing window; 0: none */
-    bool is_rig;     /**< its parts are sensors of a rig; else the second
-                          one, if there is one, are the points by a second
-                          profile */
+    bool is_rig;     /**< its parts are sensors of a rig; else the second part,
+                          if there is one, has the points by a second profile */
 } lum_packed_head;
 
-/** Points of anyone, in the order of a frame: those of a sensor, or by a
- * profile. As parts lie one behind the other, struct_size has to be as this
- * library has it. */
+/** Any points, in the order of a frame: those of a sensor, or by a profile. As
+ * parts form an array, struct_size must be the size that this library has. */
 typedef struct lum_packed_part {
     size_t struct_size;       /**< sizeof(lum_packed_part), set by the caller */
     size_t count;             /**< points */
@@ -173,7 +170,7 @@ typedef struct lum_packed_part {
     uint32_t sensor; /**< of a rig: its place in it, from 0 on */
 } lum_packed_part;
 
-/** The messages of a frame, one behind the other. All bytes 0: none, and no
+/** The messages of a frame, one after the other. All bytes 0: none, and no
  * memory. It never grows. */
 typedef struct lum_packed {
     uint8_t *bytes; /**< of lum_packed_make(); to be given to
@@ -182,8 +179,8 @@ typedef struct lum_packed {
     size_t room;    /**< bytes of that memory */
 } lum_packed;
 
-/** The columns of a frame as points, which live as long as the frame. Number
- * and place in a rig become 0.
+/** The columns of a frame as points, which live as long as the frame. The
+ * members frame and sensor become 0.
  * @param out struct_size is set by the caller.
  * @return LUM_OK; LUM_E_VALUE if the frame lacks one of ::LUM_PACKED_COLUMNS or
  *         struct_size is not set: then nothing is written. */
@@ -191,10 +188,11 @@ LUM_MUST_CHECK lum_result lum_packed_part_of(const lum_frame *frame,
                                              lum_packed_part *out);
 
 /** Make the messages of a frame. Coordinates beyond 2^21 metres, and those that
- * are not finite, become some other ones. Linear, but for a sort of the lines.
+ * are not finite, become arbitrary ones. Linear, except for a sort of the
+ * lines.
  * @param parts one, or two of two profiles, or up to ::LUM_PACKED_PARTS_MAX
  *              sensors of a rig.
- * @param out   what it has is overwritten, and its memory used again or
+ * @param out   its messages are overwritten, and its memory is used again or
  *              enlarged.
  * @return LUM_OK; LUM_E_VALUE if a struct_size is not set, if there are too
  *         many or no parts or too many points; LUM_E_SPACE without memory. Then
@@ -206,9 +204,9 @@ LUM_MUST_CHECK lum_result lum_packed_make(const lum_packed_head *head,
 /** Free the memory; all bytes become 0. */
 void lum_packed_free(lum_packed *packed);
 
-/** Bytes of the message that begins at one of the bytes.
- * @param at where a message begins; packed->len behind the last one.
- * @return 0: there is none any more. */
+/** Bytes of the message that begins at a byte.
+ * @param at where a message begins; packed->len after the last one.
+ * @return 0: there is no other one. */
 size_t lum_packed_piece(const lum_packed *packed, size_t at);
 
 #ifdef __cplusplus

@@ -3,8 +3,8 @@
  * (docs/reader.md, "Motion").
  *
  * Files are text in UTF-8 or ASCII; numbers are separated by blanks, tabs,
- * commas or semicolons, and lines that begin with # are comments. What a file
- * is, its first line with numbers shows:
+ * commas or semicolons, and lines that begin with # are comments. The first
+ * line with numbers shows the format:
  *
  * | format | a line |
  * |---|---|
@@ -35,7 +35,7 @@
 extern "C" {
 #endif
 
-/** By which clock the times are. */
+/** The clock of the times. */
 typedef enum lum_poses_clock {
     LUM_POSES_BY_SIZE, /**< in options: UTC if the first time is above
                             LUM_POSES_UTC_NS, else the sensor's */
@@ -43,8 +43,8 @@ typedef enum lum_poses_clock {
     LUM_POSES_UTC      /**< since 1970 UTC */
 } lum_poses_clock;
 
-/** Times above this are UTC, if nothing says by which clock they are: 10^8 s,
- * that is 1973, or three years after a sensor was switched on. */
+/** Times above this are UTC, if their clock is not given: 10^8 s, that is 1973,
+ * or three years after a sensor was switched on. */
 #define LUM_POSES_UTC_NS INT64_C(100000000000000000)
 
 /** The usual lum_poses_options.gap_ns. */
@@ -53,18 +53,18 @@ typedef enum lum_poses_clock {
 /** The usual lum_poses_options.jump_m. */
 #define LUM_POSES_JUMP_M 100.0
 
-/** A quaternion, or the rows of a rotation, may be this far from length 1; then
- * they are made so. */
+/** A quaternion, or the rows of a rotation, may be this far from length 1; they
+ * are then normalised. */
 #define LUM_POSES_UNIT_ERROR 0.01
 
 /** How poses are taken. All bytes 0 except struct_size are the defaults. */
 typedef struct lum_poses_options {
     size_t struct_size;    /**< sizeof(lum_poses_options) */
     lum_poses_clock clock; /**< of the times */
-    int64_t gap_ns; /**< times between two poses that are farther apart are
-                         outside; above 0, or 0: LUM_POSES_GAP_NS */
-    double jump_m;  /**< the farthest way from a pose to the next one, if that
-                         is no gap, and within 0.1 s; above 0, or 0:
+    int64_t gap_ns; /**< between two poses that are farther apart, times have no
+                         pose; above 0, or 0: LUM_POSES_GAP_NS */
+    double jump_m;  /**< largest distance of two poses that follow each other
+                         without a gap, or lie within 0.1 s; above 0, or 0:
                          LUM_POSES_JUMP_M */
 } lum_poses_options;
 
@@ -76,14 +76,13 @@ typedef struct lum_poses lum_poses;
  * @param times_path of KITTI: a file with a time a line; else NULL.
  * @param options    NULL: the defaults.
  * @param out        written only on success; to be freed by lum_poses_free().
- * @return 0, or -1 with the reason in error, which names the line and says what
- *         would be right: the file cannot be read; it has no poses; a line has
- *         other numbers than the first one, or something else than numbers; a
- *         time is before that of the line above, or the same; times are in
- *         another unit than seconds; a quaternion's length is not 1; poses
- *         are farther apart than jump_m; every two are farther apart in time
- *         than gap_ns; KITTI without times, or with too few or too many; an
- *         option is none of those that it can be (errno is EINVAL). */
+ * @return 0, or -1 with the reason in error, which names the line and the
+ *         remedy: the file cannot be read; it has no poses; a line has another
+ *         count of numbers than the first one, or other text; a time is not
+ *         after that of the line above; times are not in seconds; a
+ *         quaternion's length is not 1; poses are farther apart than jump_m;
+ *         all are farther apart in time than gap_ns; KITTI has no times, or too
+ *         few or too many; an option is invalid (errno is EINVAL). */
 LUM_MUST_CHECK int lum_poses_read(const char *path, const char *times_path,
                                   const lum_poses_options *options,
                                   lum_poses **out, lum_error *error);
@@ -95,7 +94,7 @@ typedef struct lum_poses_text {
     size_t len;       /**< how many */
 } lum_poses_text;
 
-/** As lum_poses_read(), of texts in memory. times: NULL, or those of KITTI. */
+/** As lum_poses_read(), for texts in memory. times: NULL, or those of KITTI. */
 LUM_MUST_CHECK int lum_poses_parse(const lum_poses_text *text,
                                    const lum_poses_text *times,
                                    const lum_poses_options *options,
@@ -103,7 +102,7 @@ LUM_MUST_CHECK int lum_poses_parse(const lum_poses_text *text,
 
 /** Make poses of arrays.
  * @param times_ns count times, rising; copied.
- * @param poses    count poses; copied, and their quaternions made unit.
+ * @param poses    count poses; copied, and their quaternions normalised.
  * @param count    at least 1.
  * @return as lum_poses_read(); the message counts the poses from 0. */
 LUM_MUST_CHECK int lum_poses_new(const int64_t *times_ns, const lum_pose *poses,
@@ -113,7 +112,7 @@ LUM_MUST_CHECK int lum_poses_new(const int64_t *times_ns, const lum_pose *poses,
 /** Free poses; NULL is allowed. */
 void lum_poses_free(lum_poses *poses);
 
-/** What poses are, in short. */
+/** A summary of poses. */
 typedef struct lum_poses_info {
     size_t struct_size;    /**< sizeof(lum_poses_info), set by the caller */
     size_t count;          /**< at least 1 */
@@ -127,7 +126,7 @@ typedef struct lum_poses_info {
     double max[3];         /**< its other corner */
 } lum_poses_info;
 
-/** Read it.
+/** Read the summary.
  * @param out as for lum_frame_get_info().
  * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
  *         written. */
@@ -149,8 +148,8 @@ void lum_poses_get(const lum_poses *poses, size_t i, int64_t *time_ns,
  * @return whether one is. */
 bool lum_poses_origin(const lum_poses *poses, double out[3]);
 
-/** A time this near to that of a pose has a pose, also outside: texts round
- * their times to a microsecond. */
+/** A time this near to a pose's time has that pose, even outside of all: texts
+ * round their times to a microsecond. */
 #define LUM_POSES_SLACK_NS INT64_C(1000)
 
 /** Whether a time has a pose. */
@@ -163,11 +162,11 @@ typedef enum lum_poses_place {
 
 /** The pose of a time, on the screw between its neighbours
  * (lum_pose_between()).
- * @param near 0 at first; the place of the last look-up, from which this one
- *             goes on: times that are near the last one take constant time,
- *             others a binary search. NULL: always search.
- * @param out  the pose; of a time that is outside, the nearest pose. It is the
- *             caller who refuses that or takes it. */
+ * @param near 0 at first; then the place of the last look-up, where this one
+ *             begins: times near the last one take constant time, others a
+ *             binary search. NULL: always search.
+ * @param out  the pose; for a time outside, the nearest pose, which the caller
+ *             may use or refuse. */
 lum_poses_place lum_poses_at(const lum_poses *poses, int64_t time_ns,
                              size_t *near, lum_pose *out);
 
@@ -175,7 +174,7 @@ lum_poses_place lum_poses_at(const lum_poses *poses, int64_t time_ns,
  * near: as for lum_poses_at(). */
 size_t lum_poses_find(const lum_poses *poses, int64_t time_ns, size_t *near);
 
-/** Why poses have none for any time of a capture: both spans, and the unit that
+/** If no time of a capture has a pose, say why: both spans, and the unit that
  * would fit if the times' unit is wrong.
  * @param name     of the poses, for the message.
  * @param from_ns  the capture's first time, by the poses' clock.

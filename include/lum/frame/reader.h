@@ -14,7 +14,7 @@
  * lum_reader_close(reader);
  * @endcode
  *
- * The last frame comes too, also if the source breaks off: first what was read,
+ * The last frame comes too, even if the source breaks off: first what was read,
  * then the error. Only one thread at a time may use a reader. Its memory does
  * not grow with the stream. */
 #ifndef LUM_FRAME_READER_H
@@ -51,15 +51,15 @@ typedef struct lum_reader_options {
     /** Asked every few milliseconds while the reader opens, reads, waits or
      * seeks, in the thread of that call: to stop it, or to show its progress.
      * It must not call functions of this reader, except lum_reader_progress()
-     * once the reader is open. NULL: nobody is asked.
+     * once the reader is open. NULL: no function is called.
      * @return whether to go on; false ends the reading: the call that is under
      *         way and all later ones return -1, with the error "stopped by the
      *         caller". Frames under way are dropped. */
     bool (*go_on)(void *context);
     void *go_on_context; /**< handed to go_on */
-    bool keeps_index; /**< note while reading where frames are, so that they can
-                           be sought fast; takes at most 4 MiB, and about a
-                           hundredth of the time */
+    bool keeps_index; /**< note while reading where frames are, so that seeking
+                           is fast; takes at most 4 MiB, and about 1 % more
+                           time */
 } lum_reader_options;
 
 /** A reader. */
@@ -105,43 +105,44 @@ lum_framer *lum_reader_framer(lum_reader *reader);
 void lum_reader_progress(const lum_reader *reader, uint64_t *done,
                          uint64_t *total);
 
-/** What is odd about the stream, as lum_capture_remark().
+/** Warnings about the stream, as lum_capture_remark().
  * @param i   from 0 on.
  * @param out gets it.
- * @return false behind the last. */
+ * @return false after the last. */
 LUM_MUST_CHECK bool lum_reader_remark(const lum_reader *reader, size_t i,
                                       lum_error *out);
 
-/** As lum_capture_damaged(), of the present reading; 0 of records. */
+/** As lum_capture_damaged(), of the current reading; 0 for records. */
 uint64_t lum_reader_damaged(const lum_reader *reader, lum_error *error);
 
 /** Go to a frame by its place in the order in which frames come, from 0 on:
- * lum_reader_next() or lum_reader_next_frame() gives it next, and then all
- * behind it. They are the same, in each column, line and info, as in a reading
- * from the start; events before it do not come. Frames that were not kept are
- * gone.
+ * lum_reader_next() or lum_reader_next_frame() gives it next, and then all that
+ * follow. They are the same, in each column, line and info, as in a reading
+ * from the start; events before it do not come. Frames that were not kept
+ * become invalid.
  *
- * The time is that of some frames (milliseconds) if the index has an entry
- * before the frame, see lum_reader_options.keeps_index, that of a reading from
- * the present place if it is before the frame, or else of one from the start.
- * A pipe cannot be read again from its start. Several captures read as one, and
+ * This takes as long as reading a few frames (milliseconds) if the index has an
+ * entry before the frame (lum_reader_options.keeps_index); else as reading from
+ * the present place, if that is before the frame, or from the start. A pipe
+ * cannot be read again from its start. Several captures read as one, and
  * compressed ones, have no index: they are opened again. If a sensor has
  * stopped sending or sends its frames rarely, the time is longer.
  *
- * Counters (lum_framer_count(), lum_demux_count()) begin at 0 again, and have
- * a little from before the frame. lum_framer_skip_to() does not apply any more.
- * @param frame if there are not so many, the reading is at its end.
- * @param error may be NULL; gets what is wrong: records that are no capture, a
- *              reader that gives no frames or was stopped, a source that cannot
- *              be read again, no memory.
+ * Counters (lum_framer_count(), lum_demux_count()) begin at 0 again, but
+ * include a little from before the frame. lum_framer_skip_to() does not apply
+ * any more.
+ * @param frame if there are fewer, the reading is at its end.
+ * @param error may be NULL; gets the reason: records that are not of a capture,
+ *              a reader that gives no frames or was stopped, a source that
+ *              cannot be read again, no memory.
  * @return 0, or -1. The work is done by the next reading, with its errors. */
 LUM_MUST_CHECK int lum_reader_seek_frame(lum_reader *reader, uint64_t frame,
                                          lum_error *error);
 
-/** Go to the frame of a sensor that has a number, or to its first with a higher
- * one; as lum_reader_seek_frame().
- * @param sensor its address, host order; of several with one address the first
- *               is meant; to reach another, seek a time.
+/** Go to a sensor's frame with a number, or to its first with a higher one; as
+ * lum_reader_seek_frame().
+ * @param sensor its address, host order; if several share it, the first; to
+ *               reach another, seek a time.
  * @param number 0 to 2^32 - 1. */
 LUM_MUST_CHECK int lum_reader_seek_number(lum_reader *reader, uint32_t sensor,
                                           int64_t number, lum_error *error);
@@ -155,7 +156,7 @@ LUM_MUST_CHECK int lum_reader_seek_time(lum_reader *reader, int64_t utc_ns,
 /** The state of an index. */
 typedef struct lum_reader_index {
     size_t struct_size; /**< sizeof(lum_reader_index), set by the caller */
-    uint64_t frames;    /**< that are known so far, in all */
+    uint64_t frames;    /**< known so far, in all */
     bool is_whole;      /**< there are no more */
     bool is_kept;       /**< entries are made: lum_reader_options.keeps_index,
                              and the source allows it */
@@ -165,7 +166,7 @@ typedef struct lum_reader_index {
 } lum_reader_index;
 
 /** Read the state of the index.
- * @param out struct_size is set by the caller; as much of the rest is
+ * @param out the caller sets struct_size; the members within that size are
  *            overwritten.
  * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
  *         written. */
@@ -175,20 +176,20 @@ lum_result lum_reader_get_index(const lum_reader *reader,
 /** Write the index to a file (docs/formats.md, Index), which gets its name when
  * it is whole.
  * @param path NULL: the capture's name with ".lumindex" behind it.
- * @param error may be NULL; gets what is wrong: there is no index, since it was
- *              not asked for or the source is not one file, or the file cannot
+ * @param error may be NULL; gets the reason: there is no index, because it was
+ *              not requested or the source is not one file; or the file cannot
  *              be written.
  * @return 0, or -1. */
 LUM_MUST_CHECK int lum_reader_save_index(lum_reader *reader, const char *path,
                                          lum_error *error);
 
-/** Use an index that was written. One that is damaged, of another capture, of
- * other options or of another version is not used, and one that knows less than
- * the reader's own is passed over.
+/** Use an index that was written. One that is damaged, or of another capture,
+ * version or other options, is not used; one that knows less than the reader's
+ * own is ignored.
  * @param path  as for lum_reader_save_index().
  * @param error may be NULL; gets why it is not used.
- * @return 1 if it is used or passed over; 0 if there is no such file; -1 if it
- *         is not used. Either way, the reader goes on as before. */
+ * @return 1 if it is used or ignored; 0 if there is no such file; -1 if it is
+ *         not used. Either way, the reader goes on as before. */
 LUM_MUST_CHECK int lum_reader_load_index(lum_reader *reader, const char *path,
                                          lum_error *error);
 

@@ -1,6 +1,6 @@
 /** @file
  * The sensor's clock against the host's (docs/protocol.md, sections 3, 6).
- * Integers alone, reentrant, constant time. */
+ * Integers only, reentrant, constant time. */
 #ifndef LUM_HOST_CLOCK_SYNC_H
 #define LUM_HOST_CLOCK_SYNC_H
 
@@ -13,7 +13,7 @@
 extern "C" {
 #endif
 
-/** Exchanges that an estimate is made of. */
+/** Number of exchanges in an estimate. */
 #define LUM_CLOCK_EXCHANGES 16u
 
 /** A sensor clock further than this from where it was expected was reset. */
@@ -46,14 +46,14 @@ typedef struct lum_clock_estimate {
     int64_t offset_ns;       /**< host less sensor: the best recent exchange,
                                   brought to the last one's time by the drift */
     int64_t error_ns;        /**< bound of its error: half the round trip, the
-                                  sensor's microsecond, and what the drift may
-                                  have been since */
+                                  sensor's microsecond, and the possible drift
+                                  since */
     bool has_drift;          /**< two exchanges far enough apart */
     int32_t drift_ppb;       /**< billionths by which the host's clock runs
                                   faster than the sensor's */
     int32_t drift_error_ppb; /**< bound of its error */
     uint32_t exchanges;      /**< since the last reset, all counted */
-    uint32_t resets;         /**< times the sensor's clock began anew */
+    uint32_t resets;         /**< times the sensor's clock was reset */
 } lum_clock_estimate;
 
 /** Begin; nothing is known. Cannot fail. */
@@ -64,12 +64,11 @@ void lum_clock_sync_init(lum_clock_sync *out);
  * apart.
  * @param sent_ns     host time just before the request left.
  * @param received_ns host time just after the answer came; the sensor stamped
- *                    in between. Same clock in every call, which never goes
- *                    back.
+ *                    in between. The same monotonic clock in every call.
  * @param clock_us    the sensor's 32-bit clock in the answer.
- * @return LUM_OK; LUM_E_VALUE if received_ns is before sent_ns or more than
- *         an hour after it. A clock that was reset begins the estimate anew,
- *         with this exchange as its first. */
+ * @return LUM_OK; LUM_E_VALUE if received_ns is before sent_ns or more than an
+ *         hour after it. After a reset of the clock, the estimate begins anew
+ *         with this exchange. */
 LUM_MUST_CHECK lum_result lum_clock_sync_add(lum_clock_sync *sync,
                                              int64_t sent_ns,
                                              int64_t received_ns,

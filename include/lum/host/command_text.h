@@ -13,12 +13,12 @@
 extern "C" {
 #endif
 
-/** Read the first command of a text and step over it and the one space that
- * parts it from the next.
- * @param text  at *text begin *len characters; both move behind the command on
+/** Read the first command of a text; step over it and the one space before the
+ * next.
+ * @param text  at *text begin *len characters; both move past the command on
  *              LUM_OK, and stay otherwise.
- * @return LUM_OK; LUM_END if *len is 0; LUM_E_MALFORMED if no command stands
- *         there (a sign, a leading zero, a space too many, an unknown letter);
+ * @return LUM_OK; LUM_END if *len is 0; LUM_E_MALFORMED if there is no command
+ *         (a sign, a leading zero, an extra space, an unknown letter);
  *         LUM_E_VALUE if its value is outside the table. */
 LUM_MUST_CHECK lum_result lum_command_parse(const char **text, size_t *len,
                                             lum_command *out);

@@ -1,8 +1,7 @@
 /** @file
- * Calibrations and wire profiles, set and read key by key as texts: what YAML
- * files, command lines and other languages have in common. docs/protocol.md,
- * section 8, lists the keys of a profile, calib/typical.yaml has those of a
- * calibration.
+ * Calibrations and wire profiles, set and read key by key as texts, for YAML
+ * files, command lines and other languages. docs/protocol.md, section 8, lists
+ * the keys of a profile, calib/typical.yaml has those of a calibration.
  *
  * @code
  * lum_keys keys;
@@ -13,8 +12,8 @@
  * }
  * @endcode
  *
- * Each value is checked when it is set, all of them together when they are
- * taken. Freestanding and reentrant; nothing is allocated or kept. */
+ * Each value is checked when it is set; all of them are checked together when
+ * they are taken. Freestanding and reentrant; nothing is allocated or kept. */
 #ifndef LUM_HOST_KEYS_H
 #define LUM_HOST_KEYS_H
 
@@ -29,16 +28,16 @@
 extern "C" {
 #endif
 
-/** Bytes that every key fits, its NUL included. */
+/** Bytes that hold any key, with its NUL. */
 #define LUM_KEY_BYTES 48
 
-/** Bytes that every value's text fits, its NUL included. */
+/** Bytes that hold any value's text, with its NUL. */
 #define LUM_KEY_VALUE_BYTES 40
 
 /** Bytes of a message, its NUL included. */
 #define LUM_KEY_MESSAGE_BYTES 384
 
-/** Bytes that the text of lum_keys_write() fits, its NUL included. */
+/** Bytes that hold the text of lum_keys_write(), with its NUL. */
 #define LUM_KEYS_WRITE_BYTES 2048
 
 /** Most values of a set of keys. */
@@ -50,18 +49,18 @@ typedef struct lum_key_value {
     uint32_t place; /**< where it was set; 0: it was not */
 } lum_key_value;
 
-/** The keys of a calibration or of a wire profile with their values. About
- * 640 bytes, caller-owned, freely copied. Private: read and written by the
- * functions below alone. */
+/** The keys of a calibration or of a wire profile with their values. About 640
+ * bytes, caller-owned, freely copied. Private: only the functions below read
+ * and write it. */
 typedef struct lum_keys {
     uint8_t kind;                       /**< what they are keys of */
-    uint8_t is_default;                 /**< they began with the defaults */
+    uint8_t is_default;                 /**< they started from the defaults */
     lum_key_value values[LUM_KEYS_MAX]; /**< by index */
 } lum_keys;
 
 /** Why a value is refused. */
 typedef struct lum_key_refusal {
-    char key[LUM_KEY_BYTES];          /**< whose value; empty: of none */
+    char key[LUM_KEY_BYTES];          /**< the key; empty: no key */
     uint32_t place;                   /**< where it was set; 0: nowhere */
     char text[LUM_KEY_MESSAGE_BYTES]; /**< what is wrong, and what would be
                                            right; one line for a person */
@@ -78,7 +77,7 @@ typedef enum lum_key_kind {
                                   as "[0, 14]" */
 } lum_key_kind;
 
-/** What there is to say about a key. */
+/** The description of a key. */
 typedef struct lum_key {
     const char *name;                /**< such as "eyes.blue.mount.x_m" */
     lum_key_kind kind;               /**< what its value may be */
@@ -92,7 +91,7 @@ typedef struct lum_key {
 
 /** The keys of a calibration.
  * @param out   caller-owned, overwritten.
- * @param start where they begin; NULL: at the defaults. Not kept. */
+ * @param start their first values; NULL: the defaults. Not kept. */
 void lum_keys_of_calibration(lum_keys *out, const lum_calibration *start);
 
 /** The keys of a wire profile. As lum_keys_of_calibration(). */
@@ -101,8 +100,9 @@ void lum_keys_of_profile(lum_keys *out, const lum_profile *start);
 /** Set a value.
  * @param key   a path such as "group.line.at".
  * @param value as it would stand in a YAML file, such as "14" or "none".
- * @param place where it comes from, such as a line's number; messages about
- *              several values blame the one with a place. From 1 on.
+ * @param place where it comes from, such as a line's number, from 1 on; a
+ *              message about several values names the place of one that has a
+ *              place.
  * @param why   may be NULL; written only on failure.
  * @return LUM_OK; LUM_E_TYPE if there is no such key or it has no value;
  *         LUM_E_VALUE if its value is not allowed, or place is 0. On failure
@@ -123,7 +123,7 @@ LUM_MUST_CHECK lum_result lum_keys_get(const lum_keys *keys, const char *key,
 LUM_MUST_CHECK lum_result lum_keys_describe(const lum_keys *keys, size_t i,
                                             lum_key *out);
 
-/** Take the calibration that was set, once all its values are checked together.
+/** Check all values together, and take the calibration.
  * @param out written only on LUM_OK.
  * @param why may be NULL; written only on failure.
  * @return LUM_OK; LUM_E_TYPE if the keys are of a profile; LUM_E_VALUE. */
@@ -131,8 +131,8 @@ LUM_MUST_CHECK lum_result lum_keys_calibration(const lum_keys *keys,
                                                lum_calibration *out,
                                                lum_key_refusal *why);
 
-/** Take the wire profile that was set; what it returns, lum_layout_init()
- * accepts. As lum_keys_calibration(). */
+/** Check all values together, and take the wire profile, which
+ * lum_layout_init() then accepts. As lum_keys_calibration(). */
 LUM_MUST_CHECK lum_result lum_keys_profile(const lum_keys *keys,
                                            lum_profile *out,
                                            lum_key_refusal *why);

@@ -12,13 +12,13 @@
 extern "C" {
 #endif
 
-/** The manual's name of a bit, BIT_10 and so on where it has none.
+/** The manual's name of a bit; without one, BIT_10 and so on.
  * @param bit 0..15.
  * @return a static string; NULL if bit is above 15. */
 const char *lum_laser_bit_name(unsigned bit);
 
-/** What a status tells of the laser: "down", "up", or "may be up" where it
- * tells neither. A static string. */
+/** The laser's state by a status: "down", "up", or "may be up" if it shows
+ * neither. A static string. */
 const char *lum_laser_status_name(uint16_t status);
 
 /** Room for the names of all bits with two bytes between them, and a NUL. */

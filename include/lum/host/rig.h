@@ -1,7 +1,7 @@
 /** @file
  * A rig: the sensors of a vehicle, by name, address and place. Set key by key
- * as texts, by what YAML files, command lines and other languages have in
- * common (docs/formats.md has the keys).
+ * as texts, for YAML files, command lines and other languages (docs/formats.md
+ * has the keys).
  *
  * @code
  * lum_rig rig;
@@ -80,14 +80,14 @@ LUM_MUST_CHECK lum_result lum_rig_set(lum_rig *rig, const char *key,
                                       const char *value, lum_key_refusal *why);
 
 /** Set a value of a sensor.
- * @param i     which one, from 0 on; rig->count adds one.
+ * @param i     which one, from 0 on; i == rig->count adds one.
  * @param key   "name", "address", "interface", "pose.x_m" and the others of a
- *              pose; "calibration" and "profile", which are checked to be names
- *              of files, and not kept.
- * @param value as it would stand in a YAML file. An address may have its
- *              interface behind a '%'.
- * @param why   may be NULL; written only on failure: its key is such as
- *              "sensors.2.pose.x_m", its place i + 1.
+ *              pose; "calibration" and "profile", which must be names of files
+ *              and are not kept.
+ * @param value as it would stand in a YAML file. An address may be followed by
+ *              '%' and its interface.
+ * @param why   may be NULL; written only on failure, with a key such as
+ *              "sensors.2.pose.x_m" and the place i + 1.
  * @return as lum_rig_set(); LUM_E_SPACE if i is not below LUM_RIG_SENSORS_MAX,
  *         or above rig->count. */
 LUM_MUST_CHECK lum_result lum_rig_set_sensor(lum_rig *rig, size_t i,
@@ -95,8 +95,8 @@ LUM_MUST_CHECK lum_result lum_rig_set_sensor(lum_rig *rig, size_t i,
                                              lum_key_refusal *why);
 
 /** Check all values together: there is a sensor, each has a name and an
- * address, no two have the same name (nor the vehicle's frame it), and those
- * that share an address have other interfaces.
+ * address, names differ from each other and from the vehicle's frame, and
+ * sensors that share an address differ in interface.
  * @param why may be NULL; written only on failure; its place is the sensor's
  *            number from 1 on, 0: none.
  * @return LUM_OK, or LUM_E_VALUE. */

@@ -1,10 +1,10 @@
 /** @file
- * How to distribute the lines of a Y-scan over elevations, and the table of raw
- * values that makes (docs/protocol.md, sections 4, 6, 7).
+ * Distributes the lines of a Y-scan over elevations, and makes the table of raw
+ * values (docs/protocol.md, sections 4, 6, 7).
  *
  * Distributions are in integers: millionths of a degree, the eye's own
- * elevation, line 0 uppermost. They are strictly falling where the span has
- * room for it. Linear in n, reentrant, no allocation. */
+ * elevation, line 0 uppermost. They strictly fall if the span has room for
+ * that. Linear in n, reentrant, no allocation. */
 #ifndef LUM_HOST_YSCAN_PLAN_H
 #define LUM_HOST_YSCAN_PLAN_H
 
@@ -27,8 +27,8 @@ extern "C" {
 typedef struct lum_yscan_region {
     int32_t min_udeg; /**< lower end */
     int32_t max_udeg; /**< upper end, above min */
-    uint32_t weight;  /**< share of the lines, 1..1000000, as against the other
-                           regions */
+    uint32_t weight;  /**< share of the lines relative to other regions,
+                           1..1000000 */
 } lum_yscan_region;
 
 /** Lines at equal distances, each in the middle of an equal part of the span.
@@ -41,15 +41,15 @@ LUM_MUST_CHECK lum_result lum_yscan_uniform(int32_t min_udeg, int32_t max_udeg,
  * densest at center, and as many lines within sigma of it as a normal
  * distribution has there.
  * @param sigma_udeg 10000..90000000.
- * @return LUM_OK; LUM_E_VALUE for what is out of range, a center outside min to
- *         max, n out of range. */
+ * @return LUM_OK; LUM_E_VALUE if a value or n is out of range, or center is
+ *         outside min to max. */
 LUM_MUST_CHECK lum_result lum_yscan_gaussian(int32_t min_udeg, int32_t max_udeg,
                                              int32_t center_udeg,
                                              int32_t sigma_udeg,
                                              int32_t *out_udeg, size_t n);
 
-/** Lines by regions of interest, even within each; shares are rounded so that
- * they add up, every region gets at least one line.
+/** Lines by regions of interest, at equal distances within each. Shares are
+ * rounded so that they add up; every region gets at least one line.
  * @param regions count of them, from the uppermost down, without overlap.
  * @return LUM_OK; LUM_E_VALUE if they overlap or are out of order, a weight is
  *         out of range, count is 0 or above LUM_YSCAN_REGIONS_MAX or n. */
@@ -64,9 +64,9 @@ typedef enum lum_yscan_kind {
     LUM_YSCAN_REGIONS   /**< lum_yscan_regions() */
 } lum_yscan_kind;
 
-/** A distribution by its parameters, whatever the number of lines. */
+/** The parameters of a distribution, for any number of lines. */
 typedef struct lum_yscan_shape {
-    lum_yscan_kind kind; /**< says which of the others count */
+    lum_yscan_kind kind; /**< decides which other members are used */
     int32_t min_udeg;    /**< uniform, gaussian; INT32_MIN: the span's */
     int32_t max_udeg;    /**< uniform, gaussian; INT32_MAX: the span's */
     int32_t center_udeg; /**< gaussian */
@@ -75,10 +75,10 @@ typedef struct lum_yscan_shape {
     lum_yscan_region regions[LUM_YSCAN_REGIONS_MAX]; /**< uppermost first */
 } lum_yscan_shape;
 
-/** Lines as a shape has them.
+/** Lines distributed by a shape.
  * @param span_min_udeg stands in for an open lower end.
  * @param span_max_udeg stands in for an open upper end.
- * @return as the function that does it; LUM_E_VALUE for an unknown kind. */
+ * @return as the function of its kind; LUM_E_VALUE for an unknown kind. */
 LUM_MUST_CHECK lum_result lum_yscan_make(const lum_yscan_shape *shape,
                                          int32_t span_min_udeg,
                                          int32_t span_max_udeg,
@@ -93,7 +93,7 @@ int32_t lum_yscan_elevation(const lum_eye_calibration *eye,
  * table (docs/protocol.md, sections 4, 6, 7).
  * @param udeg  n elevations that never turn: all falling or all rising; equal
  *              neighbours are allowed.
- * @param at    may be NULL; gets the index of the first that is at fault.
+ * @param at    may be NULL; gets the index of the first wrong one.
  * The span's upper end, 32768 in raw, becomes 32767.
  * @return LUM_OK; LUM_E_VALUE if one is outside the span or turns, or cannot be
  *         expressed in 16 bits with the layout's angle_lsb. */

@@ -13,10 +13,10 @@
  * }
  * @endcode
  *
- * Nothing is taken from the capture but its datagrams and their times. The
- * answer is the same on every machine. It takes at most 64 MB and, of 20,000
- * datagrams, seconds at most. Only one thread at a time may use an inference;
- * two share nothing. */
+ * Only the datagrams of the capture and their times are used. The answer is the
+ * same on every machine. It takes at most 64 MB and, for 20,000 datagrams,
+ * seconds at most. Only one thread at a time may use an inference; two share
+ * nothing. */
 #ifndef LUM_INFER_INFER_H
 #define LUM_INFER_INFER_H
 
@@ -33,7 +33,7 @@
 extern "C" {
 #endif
 
-/** Most datagrams that are looked at. */
+/** Most datagrams that are examined. */
 #define LUM_INFER_PACKETS_MAX 20000u
 
 /** An inference under way. */
@@ -42,25 +42,25 @@ typedef struct lum_infer lum_infer;
 /** Options of an inference. */
 typedef struct lum_infer_options {
     size_t struct_size;   /**< sizeof(lum_infer_options), set by the caller */
-    uint32_t packets_max; /**< datagrams to look at, at most
-                               ::LUM_INFER_PACKETS_MAX; 0: that many */
+    uint32_t packets_max; /**< datagrams to examine, at most
+                               ::LUM_INFER_PACKETS_MAX, which 0 means */
     bool has_sensor;      /**< only one sensor is requested */
     uint32_t sensor;      /**< its address, host order */
-    uint16_t port;        /**< of sensors, where something between has changed
-                             it (NAT); 0: ::LUM_PORT */
+    uint16_t port;        /**< of sensors, if NAT has changed it; 0:
+                               ::LUM_PORT */
 } lum_infer_options;
 
-/** What came of an inference. */
+/** The result of an inference. */
 typedef enum lum_infer_verdict {
-    LUM_INFER_FOUND,       /**< one reading explains the packets, and no other
-                                one that gives other points does as well */
+    LUM_INFER_FOUND,       /**< one reading explains the packets better than
+                                every other one that gives other points */
     LUM_INFER_UNSURE,      /**< a reading was found, but another one that gives
                                 other points is about as good (the margin is
                                 below ::LUM_INFER_MARGIN_SURE), or too many
-                                packets or lines do not fit: the text says
-                                which */
-    LUM_INFER_TOO_LITTLE,  /**< there is too little to tell: the text says what
-                                is missing */
+                                packets or lines do not fit: the text says which
+                                of these */
+    LUM_INFER_TOO_LITTLE,  /**< too little data to decide: the text says what is
+                                missing */
     LUM_INFER_NOTHING_FITS /**< no reading explains the packets: the text says
                                 which identity of the manual fails */
 } lum_infer_verdict;
@@ -91,8 +91,8 @@ typedef enum lum_infer_key {
 /** What was found out about one key. It never grows. */
 typedef struct lum_infer_finding {
     lum_infer_key key;                   /**< which */
-    bool is_told;                        /**< the packets tell it; false: it is
-                                              kept at the default */
+    bool is_told;                        /**< the packets determine it; false:
+                                              it keeps the default */
     const char *name;                    /**< of the key, such as "group.tag";
                                               a constant */
     char value[LUM_INFER_TEXT_BYTES];    /**< as it stands in the YAML, such as
@@ -100,43 +100,42 @@ typedef struct lum_infer_finding {
     char evidence[LUM_INFER_TEXT_BYTES]; /**< why, in one line */
     char equal[LUM_INFER_TEXT_BYTES];    /**< what fits equally well; empty:
                                               nothing does */
-    char look[LUM_INFER_TEXT_BYTES];     /**< the look that decides; empty:
-                                              none is needed */
+    char look[LUM_INFER_TEXT_BYTES];     /**< how to check it; empty: no check
+                                              is needed */
 } lum_infer_finding;
 
 /** From this margin on, a reading is ::LUM_INFER_FOUND. */
 #define LUM_INFER_MARGIN_SURE 2.0
 
-/** What was pushed. packets, other_type, control, foreign, cut_short, left_out
- * and elsewhere are all of it, joined datagrams taken apart. It is the last
- * member of the answer, and grows with that. */
+/** What was pushed: the sum of packets, other_type, control, foreign,
+ * cut_short, left_out and elsewhere, with joined datagrams split. It is the
+ * last member of the answer, and grows with that. */
 typedef struct lum_infer_counts {
-    uint32_t packets;    /**< datagrams that were looked at: ours by their
-                              magic, of the data's packet type */
-    uint32_t other_type; /**< ours, that may be data, but not of the data's
+    uint32_t packets;    /**< datagrams that were examined: with the magic, of
+                              the data's packet type */
+    uint32_t other_type; /**< with the magic, maybe data, but not of the data's
                               type, or not 0 in bytes 9 to 11; all of them if
                               none has samples */
-    uint32_t control;    /**< heartbeats, commands and answers, and whatever is
-                              a header alone */
+    uint32_t control;    /**< heartbeats, commands and answers, and bare
+                              headers */
     uint32_t foreign;    /**< to or from port 5517, without the magic */
     uint32_t cut_short;  /**< datagrams that the capture has in part */
-    uint32_t left_out;   /**< datagrams of further sensors than 16, or pushed
-                              after it had enough */
-    uint32_t elsewhere;  /**< of another port or sensor than was requested, or
-                              no datagram; lumdump and Python, which push
-                              nothing of another interface, add that */
+    uint32_t left_out;   /**< datagrams of sensors beyond 16, or pushed after it
+                              had enough */
+    uint32_t elsewhere;  /**< of another port or sensor than requested, or no
+                              datagram; lumdump and Python add those of another
+                              interface, which they do not push */
     uint32_t joined;     /**< datagrams that came joined with others by a
                               receiving host, until it had enough */
-    uint32_t sensors;    /**< addresses that sent what was looked at */
-    bool is_full;        /**< it had enough; the capture may have more, and
-                              what came behind is in left_out and elsewhere
-                              alone */
+    uint32_t sensors;    /**< addresses that sent the examined datagrams */
+    bool is_full;        /**< it had enough; later datagrams are only in
+                              left_out and elsewhere */
 } lum_infer_counts;
 
 /** The answer. Filled in by lum_infer_solve(). */
 typedef struct lum_infer_result {
     size_t struct_size; /**< sizeof(lum_infer_result), set by the caller */
-    lum_infer_verdict verdict;  /**< what came of it */
+    lum_infer_verdict verdict;  /**< the result */
     bool has_profile;           /**< profile is set: found or unsure */
     lum_profile profile;        /**< the best reading, valid */
     bool has_second;            /**< second is set */
@@ -147,8 +146,8 @@ typedef struct lum_infer_result {
                                      (docs/protocol.md, "The margin") */
     lum_infer_key margin_key;   /**< the key that it is of */
     uint32_t fit;               /**< of counts.packets, those that the profile
-                                     decodes, and whose samples are what their
-                                     tag says where there are enough to tell */
+                                     decodes and whose samples agree with their
+                                     tag, if there are enough to tell */
     char text[LUM_ERROR_BYTES]; /**< one line: what was found, what is missing,
                                      or which identity fails */
     size_t finding_count;       /**< of findings; 0 without a profile */
@@ -165,8 +164,9 @@ typedef struct lum_infer_result {
 LUM_MUST_CHECK int lum_infer_create(const lum_infer_options *options,
                                     lum_infer **out, lum_error *error);
 
-/** Take a record of a capture; several joined datagrams are taken apart, as by
- * lum_demux_push(). What is not a datagram to or from its port does no harm.
+/** Take a record of a capture; joined datagrams are split, as by
+ * lum_demux_push(). Records that are not a datagram to or from its port do no
+ * harm.
  * @param record not kept; as much of its payload as is needed is copied.
  * @param error  may be NULL; gets the message on failure: there is no memory.
  * @return 1: more are wanted; 0: it has enough, and further datagrams are only
@@ -175,8 +175,8 @@ LUM_MUST_CHECK int lum_infer_push(lum_infer *infer, const lum_record *record,
                                   lum_error *error);
 
 /** Find the layout of what was pushed. May be called again after more.
- * @param out   struct_size is set by the caller; as much of the rest is
- *              overwritten as that holds.
+ * @param out   the caller sets struct_size; the members within that size are
+ *              overwritten.
  * @param error may be NULL; gets the message on failure: struct_size is not
  *              set, or there is no memory.
  * @return 0: a profile, found or unsure; 1: none, and the text of the result
@@ -187,11 +187,11 @@ LUM_MUST_CHECK int lum_infer_solve(lum_infer *infer, lum_infer_result *out,
 /** Free it. NULL is allowed. */
 void lum_infer_free(lum_infer *infer);
 
-/** Bytes that every text of lum_infer_write_yaml() fits, the NUL included. */
+/** Bytes that hold any text of lum_infer_write_yaml(), with its NUL. */
 #define LUM_INFER_YAML_BYTES 16384
 
-/** The profile as YAML, each key below the evidence for it as comments. It
- * loads as it is.
+/** The profile as YAML, with the evidence for each key as comments above it. It
+ * can be loaded as it is.
  * @param result of lum_infer_solve(), with a profile.
  * @param out    room bytes, NUL-terminated if room is not 0; what does not fit
  *               is left out.

@@ -1,7 +1,6 @@
 /** @file
- * A way to end waits from outside: from another thread, or from a signal
- * handler. One cancel may end the waits of any number of sockets and sensors.
- */
+ * Ends waits from another thread or a signal handler. One cancel may end the
+ * waits of any number of sockets and sensors. */
 #ifndef LUM_NET_CANCEL_H
 #define LUM_NET_CANCEL_H
 
@@ -31,7 +30,7 @@ void lum_cancel_free(lum_cancel *cancel);
  * any thread; keeps errno. NULL is allowed. */
 void lum_cancel_raise(lum_cancel *cancel);
 
-/** Whether it is raised. NULL is not. Any thread. */
+/** Whether it is raised; NULL never is. Any thread. */
 bool lum_cancel_is_raised(const lum_cancel *cancel);
 
 /** Lower it again. */

@@ -3,9 +3,9 @@
  *
  * The session's heartbeats are sent only inside the reader's calls: if a
  * program stops reading, the sensor switches its laser off after 3 s. Between
- * two of the reader's calls nobody else may receive from the session: records
- * that the reader has not seen yet would be overwritten. Requests can go over
- * another session meanwhile, one that does not own the sensor.
+ * two of the reader's calls no other code may receive from the session: it
+ * would overwrite records that the reader has not seen yet. Send requests over
+ * another session, one that does not own the sensor.
  *
  * @code
  * lum_live_options live = {.struct_size = sizeof live, .sensor = sensor};
@@ -47,17 +47,17 @@ typedef struct lum_live_options {
      * @return whether to go on; false ends the stream. */
     bool (*on_event)(void *context, const lum_sensor_event *event);
     void *context;    /**< handed to on_event */
-    uint32_t data_ms; /**< on_event gets a DATAGRAMS event too, where the last
-                           was so long ago or longer; 0: none */
+    uint32_t data_ms; /**< on_event also gets a DATAGRAMS event, at most once in
+                           this time; 0: none */
 } lum_live_options;
 
 /** Make a source of all datagrams that come from the sensor from now on. It
  * ends after the duration, when the session's cancel is raised, or when
- * on_event says so. lum_reader_options.go_on is asked at least every 50 ms,
- * also while nothing comes; heartbeats go on meanwhile. It fails if the socket
- * fails, if the sensor is silent, and if nothing came in the whole duration.
- * The laser stays as it is: while it is off, lines come without words.
- * lum_sensor_count() has what the system dropped.
+ * on_event returns false. lum_reader_options.go_on is asked at least every 50
+ * ms, also while nothing comes; heartbeats go on meanwhile. It fails if the
+ * socket fails, if the sensor is silent, and if nothing came in the whole
+ * duration. The laser stays as it is: while it is off, lines come without
+ * words. lum_sensor_count() counts what the system dropped.
  * @param options read and not kept, except for the sensor and the context.
  * @param out     its struct_size is set by the caller; to be given to
  *                lum_reader_open(), or closed by its own close.

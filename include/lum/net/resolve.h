@@ -13,16 +13,16 @@ extern "C" {
 #endif
 
 /** The IPv4 address of a host, by the system's resolver (hosts file, DNS, mDNS
- * where it is set up). Waits for the network where it has to, as long as the
- * resolver's own limits say; an address a.b.c.d is taken as it stands and waits
- * for nothing. Of several addresses the first is taken.
+ * where it is set up). It may wait for the network, up to the resolver's own
+ * limits; an address a.b.c.d is taken as it is, without waiting. Of several
+ * addresses the first is taken.
  * @param host    a.b.c.d, four numbers from 0 to 255 without leading zeros, or
- *                a name such as `localhost`; no port. Shorter or other numbers
- *                are no address and no name.
+ *                a name such as `localhost`; no port. Other forms of numbers
+ *                are errors.
  * @param address host order; written on success.
- * @param error   gets the message: what is neither address nor name, an IPv6
- *                address, a name that is not known, or has no IPv4 address, or
- *                cannot be looked up now.
+ * @param error   gets the message on failure: not an address or a name, an IPv6
+ *                address, a name that is unknown, has no IPv4 address or cannot
+ *                be looked up now.
  * @return 0, or -1. Any thread. */
 LUM_MUST_CHECK int lum_resolve(const char *host, uint32_t *address,
                                lum_error *error);

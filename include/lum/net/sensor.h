@@ -31,7 +31,7 @@
 extern "C" {
 #endif
 
-/** Between heartbeats, and how close and far apart they may be. */
+/** Time between heartbeats, and its limits. */
 #define LUM_SENSOR_HEARTBEAT_MS     LUM_HEARTBEAT_MS
 #define LUM_SENSOR_HEARTBEAT_MIN_MS 10u                  /**< closest */
 #define LUM_SENSOR_HEARTBEAT_MAX_MS LUM_HEARTBEAT_MAX_MS /**< furthest */
@@ -43,7 +43,7 @@ extern "C" {
 #define LUM_SENSOR_SILENCE_MS 3000u
 
 /** If the application makes no call for this long while a request is under way,
- * and so sends no heartbeats either, the request is not sent any more, and ends
+ * and so sends no heartbeats either, the request is not sent again, and ends
  * with NO_ANSWER unless its answer has come. */
 #define LUM_SENSOR_STALE_MS      2000u
 #define LUM_SENSOR_REQUEST_BYTES 1472u /**< longest request */
@@ -53,14 +53,16 @@ typedef struct lum_sensor_options {
     size_t struct_size;         /**< sizeof(lum_sensor_options), which
                                      lum_sensor_options_default() sets */
     lum_endpoint sensor;        /**< who it is */
-    const char *interface_name; /**< reach it there; NULL: as the routes say */
-    lum_layout layout;          /**< numbers of TLVs, order of addresses */
+    const char *interface_name; /**< the interface to reach it; NULL: by the
+                                     routes */
+    lum_layout layout;          /**< for numbers of TLVs and order of
+                                     addresses */
     bool owns;                  /**< send heartbeats, get data */
-    uint32_t heartbeat_ms;      /**< between heartbeats, 10..1000 */
-    uint32_t timeout_ms;        /**< of one try of a request, at least 1 */
-    uint32_t retries;           /**< further tries */
+    uint32_t heartbeat_ms;      /**< time between heartbeats, 10..1000 */
+    uint32_t timeout_ms;        /**< of one attempt of a request, at least 1 */
+    uint32_t retries;           /**< further attempts */
     size_t receive_buffer;      /**< as lum_socket_options */
-    bool has_sequence;          /**< else requests begin at a random number */
+    bool has_sequence;          /**< false: requests begin at a random number */
     uint32_t sequence;          /**< of the first request */
     lum_cancel *cancel;         /**< ends waits, and while it is raised no
                                      heartbeat is sent; may be NULL; kept */
@@ -71,8 +73,8 @@ typedef struct lum_sensor_options {
 typedef enum lum_sensor_event_kind {
     LUM_SENSOR_IDLE,      /**< the deadline passed */
     LUM_SENSOR_CANCELLED, /**< the cancel was raised */
-    LUM_SENSOR_DATAGRAMS, /**< owner: what came from the sensor, of any kind,
-                               answers among it: to be recorded or decoded */
+    LUM_SENSOR_DATAGRAMS, /**< owner: datagrams of any kind from the sensor,
+                               answers too, to be recorded or decoded */
     LUM_SENSOR_ANSWER,    /**< the TLV answer to the request under way */
     LUM_SENSOR_TIME,      /**< the answer to a time request */
     LUM_SENSOR_NO_ANSWER, /**< the request was given up after its last try */
@@ -147,21 +149,21 @@ static inline void lum_sensor_options_default(lum_sensor_options *out)
  * @param out     gets it on LUM_NET_OK; to be ended with lum_sensor_close().
  * @param error   gets the message otherwise.
  * @return LUM_NET_OK; LUM_NET_BUSY when another program of this host owns the
- *         sensor, named in error with its process number; LUM_NET_DENIED;
+ *         sensor, error has its name and process number; LUM_NET_DENIED;
  *         LUM_NET_FAILED, also for options that are not allowed. */
 LUM_MUST_CHECK lum_net_result lum_sensor_open(const lum_sensor_options *options,
                                               lum_sensor **out,
                                               lum_error *error);
 
 /** Whether a session of this host, of this program or of another, owns a
- * sensor, even if it does not send heartbeats as it should. The answer is true
+ * sensor, even if it does not send heartbeats as it should. The answer holds
  * only for this moment: an owner can come or go at any time. A session that
  * begins during the call is not refused because of it.
  * @param sensor         who it is.
- * @param interface_name as lum_sensor_options; NULL: as the routes say.
+ * @param interface_name as lum_sensor_options; NULL: by the routes.
  * @param who            gets a sentence that names the owner's program and
  *                       process when the sensor is owned; may be NULL.
- * @return false also when the system does not tell. */
+ * @return false also if the system cannot say. */
 bool lum_sensor_is_owned(lum_endpoint sensor, const char *interface_name,
                          lum_error *who);
 
@@ -173,26 +175,27 @@ void lum_sensor_close(lum_sensor *sensor);
  * @param deadline_ns monotonic (lum/base/time.h); a time that has passed takes
  *                    what is there without a wait.
  * @param out         overwritten.
- * Constant memory. After LUM_SENSOR_FAILED only lum_sensor_close() is left. */
+ * Constant memory. After LUM_SENSOR_FAILED only lum_sensor_close() is
+ * allowed. */
 void lum_sensor_receive(lum_sensor *sensor, int64_t deadline_ns,
                         lum_sensor_event *out);
 
 /** Wait until lum_sensor_receive() of one of several sessions has something to
- * do: a datagram, a heartbeat, a resend. Call it for all of them then, with a
+ * do: a datagram, a heartbeat, a resend. Then call it for all of them, with a
  * deadline of 0.
  * @param count    at most LUM_SOCKET_WAIT_MAX.
  * @param extra_fd as lum_socket_wait(); -1 for none.
  * @param cancel   may be NULL.
- * @return as lum_socket_wait(); LUM_NET_OK when something is to be done. */
+ * @return as lum_socket_wait(); LUM_NET_OK when one has something to do. */
 LUM_MUST_CHECK lum_net_result lum_sensor_wait_any(lum_sensor *const *sensors,
                                                   size_t count, int extra_fd,
                                                   const lum_cancel *cancel,
                                                   int64_t deadline_ns);
 
-/** Begin a TLV request; its TLVs are sent with the session's next sequence
- * number, again on every timeout, until lum_sensor_receive() returns ANSWER or
- * NO_ANSWER. Every command of the protocol sets an absolute state, so a repeat
- * is harmless.
+/** Begin a TLV request. Its TLVs are sent with the session's next sequence
+ * number, and again after every timeout, until lum_sensor_receive() returns
+ * ANSWER or NO_ANSWER. Every command of the protocol sets an absolute state, so
+ * a repeat is harmless.
  * @param tlvs len bytes of encoded TLVs, copied; 0: a status poll.
  * @return LUM_OK; LUM_E_SPACE if it would exceed LUM_SENSOR_REQUEST_BYTES;
  *         LUM_E_VALUE while another request is under way. */
@@ -215,9 +218,9 @@ bool lum_sensor_is_waiting(const lum_sensor *sensor);
 /** Forget the request under way; its answer will count as late. */
 void lum_sensor_give_up(lum_sensor *sensor);
 
-/** Send a set IP packet (section 2); there is no answer. Whether this host will
- * reach the sensor there is for the caller to know: `lumctl set-ip` refuses
- * this host's own addresses, broadcast ones, and those without a route.
+/** Send a set IP packet (section 2); there is no answer. The caller must make
+ * sure that this host can reach the new address: `lumctl set-ip` refuses this
+ * host's own addresses, broadcast ones, and those without a route.
  * @return LUM_NET_OK: it left; LUM_NET_FAILED, also for an address that cannot
  *         be a sensor's. */
 LUM_MUST_CHECK lum_net_result lum_sensor_set_ip(lum_sensor *sensor,
@@ -225,18 +228,18 @@ LUM_MUST_CHECK lum_net_result lum_sensor_set_ip(lum_sensor *sensor,
                                                 lum_error *error);
 
 /** Counters up to now.
- * @param out struct_size is set by the caller; as much of the rest is
- *            overwritten as that holds.
+ * @param out the caller sets struct_size; the members within that size are
+ *            overwritten.
  * @return LUM_OK; LUM_E_VALUE if struct_size is not set: then nothing is
  *         written. */
 lum_result lum_sensor_count(lum_sensor *sensor, lum_sensor_counters *out);
 
-/** Datagrams with the magic that must come from one other address, and none
- * from the sensor among them, for lum_sensor_moved_to(). */
+/** Datagrams with the magic that must come from one other address, with none
+ * from the sensor in between, for lum_sensor_moved_to(). */
 #define LUM_SENSOR_MOVED_COUNT 8u
 
-/** Whether the sensor seems to have got another address: a sensor whose address
- * is changed continues to send to the same host until 3 s after the last
+/** Whether the sensor seems to have another address now: a sensor whose address
+ * was changed continues to send to the same host until 3 s after the last
  * heartbeat. The session stays with the old address and sends its heartbeats
  * there.
  * @param out where datagrams come from instead; written when true.

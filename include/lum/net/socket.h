@@ -1,7 +1,6 @@
 /** @file
- * UDP over IPv4 for the sensor's packets: many datagrams a call, the time at
- * which each came, and what the kernel had to drop (docs/protocol.md,
- * section 1).
+ * UDP over IPv4 for the sensor's packets: many datagrams a call, their arrival
+ * times, and a count of what the kernel dropped (docs/protocol.md, section 1).
  *
  * POSIX or Winsock. If a system lacks recvmmsg(), sendmmsg(), kernel time
  * stamps or drop counts, the same calls work without them: one datagram at a
@@ -40,7 +39,7 @@ extern "C" {
 /** Most sockets of one wait. */
 #define LUM_SOCKET_WAIT_MAX 32u
 
-/** How calls that wait or that may be refused end. */
+/** Results of calls that wait or that may be refused. */
 typedef enum lum_net_result {
     LUM_NET_OK = 0,        /**< done */
     LUM_NET_TIMEOUT = 1,   /**< the deadline passed first */
@@ -61,20 +60,21 @@ typedef struct lum_endpoint {
 typedef struct lum_socket_options {
     size_t struct_size;         /**< sizeof(lum_socket_options) */
     lum_endpoint local;         /**< 0.0.0.0: any address; port 0: any port */
-    const char *interface_name; /**< send and receive only on it; NULL: as the
-                                routes say */
+    const char *interface_name; /**< send and receive only on it; NULL: by the
+                                     routes */
     size_t receive_buffer; /**< bytes of payload to buffer in the kernel; 0: the
                                 system's default */
-    bool takes_joined;     /**< the kernel may hand out several datagrams of one
-                                size at once, which takes less time at high rates;
-                                all have the time of the first. A receive gives up
-                                to LUM_SOCKET_JOINED_BATCH then, and what is dropped
-                                may be more than was counted: see
+    bool takes_joined;     /**< the kernel may join several datagrams of one
+                                size, which takes less time at high rates; all
+                                have the time of the first. Then a receive gives
+                                up to LUM_SOCKET_JOINED_BATCH, and more may be
+                                dropped than is counted: see
                                 lum_socket_joined() */
     bool sends_joined;     /**< hand over several datagrams of one size as one
-                                message, where Linux can cut it: less time at high
-                                rates. They leave the host as they are, but a
-                                packet tap on it (tcpdump) sees them as one */
+                                message, if Linux can split it: less time at
+                                high rates. They leave the host singly, but a
+                                packet capture on it (tcpdump) sees them as
+                                one */
 } lum_socket_options;
 
 /** A UDP socket. */
@@ -84,7 +84,7 @@ typedef struct lum_socket lum_socket;
  */
 typedef struct lum_received {
     const uint8_t *bytes; /**< payload; lives until the socket's next receive */
-    size_t len;           /**< bytes there are of it */
+    size_t len;           /**< its bytes here */
     lum_endpoint from;    /**< who sent it */
     int64_t utc_ns;       /**< when the kernel received it, ns since 1970 UTC */
     bool cut_short;       /**< it was longer than LUM_SOCKET_BYTES */
@@ -133,7 +133,7 @@ LUM_MUST_CHECK lum_net_result lum_socket_wait(lum_socket *const *sockets,
                                               const lum_cancel *cancel,
                                               int64_t deadline_ns);
 
-/** Take what is there; does not wait.
+/** Receive the datagrams that have come; does not wait.
  * @param out   gets an array that lives until the next receive, in order of
  *              arrival; the caller may reorder and overwrite it.
  * @param count gets how many, 0..LUM_SOCKET_BATCH, or
@@ -167,8 +167,8 @@ lum_socket_send_batch(lum_socket *socket, const lum_outgoing *datagrams,
 uint64_t lum_socket_drops(lum_socket *socket);
 
 /** Datagrams that came joined with others, also from other interfaces; 0 if
- * takes_joined was not set.
- * Those that it drops joined it counts as one. */
+ * takes_joined was not set. The kernel counts joined datagrams that it drops as
+ * one. */
 uint64_t lum_socket_joined(const lum_socket *socket);
 
 /** Whether the system counts such drops; if not, the count is always 0. */

@@ -34,17 +34,16 @@ typedef struct lum_picture_options {
     uint32_t height;           /**< likewise; 0: 1200 */
     const char *title;         /**< where the points come from, such as the name
                                     of a file; NULL: nothing. Copied, and cut
-                                    where it is too long; what is not ASCII
-                                    becomes ? */
+                                    where it is too long; non-ASCII becomes ? */
     const char *note;          /**< which points they are, and how they were
                                     made; likewise */
     const lum_pose *pose;      /**< NULL, or where the sensor is in the frame of
-                                    the points: what both eyes see is drawn as
+                                    the points: the image of both eyes is drawn
                                     from there. Copied */
 } lum_picture_options;
 
 /** The format, for lum_writer_options.picture. Its title has the number of the
- * frame too, and its time if lum_writer_begin_frame() told one after 1970.
+ * frame too, and its time if lum_writer_begin_frame() gave one after 1970.
  * @return the same at each call, never NULL. Thread-safe. */
 const lum_format_ops *lum_picture_format(void);
 
