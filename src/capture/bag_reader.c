@@ -5,7 +5,7 @@
 #include "bag_packets.h"
 #include "chunk.h"
 #include "datagram_packet.h"
-#include "pcap_internal.h"
+#include "pcap.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -263,19 +263,22 @@ uint64_t lum_capture_damaged(const lum_capture *capture, lum_error *error)
 
 size_t lum_capture_comment_count(const lum_capture *capture, size_t source)
 {
-    return lum_comments_count(lum_merge_comments(capture->files, source));
+    return lum_merge_comments(capture->files, source)->count;
 }
 
 const char *lum_capture_comment(const lum_capture *capture, size_t source,
                                 size_t i, size_t *len)
 {
-    return lum_comments_get(lum_merge_comments(capture->files, source), i, len);
+    const lum_comment *comment =
+        &lum_merge_comments(capture->files, source)->list[i];
+    *len = comment->len;
+    return comment->text;
 }
 
 uint64_t lum_capture_comments_left_out(const lum_capture *capture,
                                        size_t source)
 {
-    return lum_comments_left_out(lum_merge_comments(capture->files, source));
+    return lum_merge_comments(capture->files, source)->left_out;
 }
 
 bool lum_capture_remark(const lum_capture *capture, const lum_demux *demux,

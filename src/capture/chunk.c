@@ -1,7 +1,7 @@
 #include "chunk.h"
 
 #include "base/crc32.h"
-#include "pcap_internal.h"
+#include "pcap.h"
 #include "unpack.h"
 
 #include <stdlib.h>

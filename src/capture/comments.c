@@ -1,23 +1,10 @@
 #include "comments.h"
 
-#include "lum/capture/capture.h"
 #include "mcap_records.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* A NUL follows it. */
-struct comment {
-    char *text;
-    size_t len;
-};
-
-struct lum_comments {
-    struct comment list[LUM_CAPTURE_COMMENTS_MAX];
-    size_t count;
-    uint64_t left_out;
-};
 
 lum_comments *lum_comments_new(void)
 {
@@ -42,7 +29,7 @@ void lum_comments_rewind(lum_comments *comments)
 static bool has(const lum_comments *comments, const void *text, size_t len)
 {
     for (size_t i = 0; i < comments->count; i++) {
-        const struct comment *c = &comments->list[i];
+        const lum_comment *c = &comments->list[i];
         if (c->len == len && memcmp(c->text, text, len) == 0) {
             return true;
         }
@@ -63,24 +50,7 @@ void lum_comments_add(lum_comments *comments, const void *text, size_t len)
     }
     memcpy(copy, text, len);
     copy[len] = '\0';
-    comments->list[comments->count++] = (struct comment){copy, len};
-}
-
-size_t lum_comments_count(const lum_comments *comments)
-{
-    return comments->count;
-}
-
-const char *lum_comments_get(const lum_comments *comments, size_t i,
-                             size_t *len)
-{
-    *len = comments->list[i].len;
-    return comments->list[i].text;
-}
-
-uint64_t lum_comments_left_out(const lum_comments *comments)
-{
-    return comments->left_out;
+    comments->list[comments->count++] = (lum_comment){copy, len};
 }
 
 /* --- Those of an MCAP file of this project --- */

@@ -4,11 +4,23 @@
 #ifndef LUM_CAPTURE_COMMENTS_H
 #define LUM_CAPTURE_COMMENTS_H
 
+#include "lum/capture/capture.h"
+
 #include <stddef.h>
 #include <stdint.h>
 
+/** A comment; a NUL follows it. */
+typedef struct lum_comment {
+    char *text;
+    size_t len;
+} lum_comment;
+
 /** Comments of one file. */
-typedef struct lum_comments lum_comments;
+typedef struct lum_comments {
+    lum_comment list[LUM_CAPTURE_COMMENTS_MAX];
+    size_t count;
+    uint64_t left_out; /**< those without room */
+} lum_comments;
 
 /** @return NULL without memory. */
 lum_comments *lum_comments_new(void);
@@ -21,13 +33,6 @@ void lum_comments_rewind(lum_comments *comments);
 
 /** Add a copy of one that is not there yet. Counted where there is no room. */
 void lum_comments_add(lum_comments *comments, const void *text, size_t len);
-
-/** As lum_capture_comment_count(), lum_capture_comment() and
- * lum_capture_comments_left_out(). */
-size_t lum_comments_count(const lum_comments *comments);
-const char *lum_comments_get(const lum_comments *comments, size_t i,
-                             size_t *len);
-uint64_t lum_comments_left_out(const lum_comments *comments);
 
 /** Hand out the documents of a record of metadata, each as a text. Of others'
  * records, and of damaged ones, there are none.

@@ -208,7 +208,7 @@ lum_result lum_demux_give_held(lum_demux *demux)
         }
     }
     if (r < 0) {
-        lum_queue_put_back(demux->trials.queue);
+        demux->trials.queue->next--; /* it stays */
     } else if (!demux->packet.is_pending) {
         end_waiting(demux);
     }

@@ -332,11 +332,6 @@ lum_result lum_demux_give(lum_demux *demux, lum_demux_entry *entry,
 
 /* --- What is known --- */
 
-uint16_t lum_demux_port(const lum_demux *demux)
-{
-    return demux->options.port;
-}
-
 const lum_assembler *lum_demux_current(const lum_demux *demux)
 {
     return &demux->current->assembly->assembler;
@@ -415,14 +410,6 @@ lum_demux_mixture lum_demux_mixed(const lum_demux *demux)
 int lum_demux_member_of(const lum_demux *demux, size_t i)
 {
     return member_of(demux, lum_demux_sensor_at(demux, i));
-}
-
-bool lum_demux_leaves_out(const lum_demux *demux, size_t i)
-{
-    const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
-    return demux->options.has_sensor && !is_asked_for(demux, sensor) &&
-           lum_demux_find_member(&demux->members, sensor->address, "", false) !=
-               LUM_DEMUX_NO_MEMBER;
 }
 
 bool lum_demux_is_wanted(const lum_demux *demux)

@@ -14,13 +14,6 @@ void lum_demux_pack_options(const lum_demux *demux, lum_pack *pack);
  * others with its address. */
 const char *lum_demux_further(const lum_demux *demux, size_t sensor);
 
-/** Whether the i-th sensor has the address that was requested, without an
- * interface, and another one with it was taken. */
-bool lum_demux_leaves_out(const lum_demux *demux, size_t i);
-
-/** The sensors' port. */
-uint16_t lum_demux_port(const lum_demux *demux);
-
 /** Forget all sensors and counters, as after lum_demux_new(). */
 void lum_demux_restart(lum_demux *demux);
 

@@ -8,17 +8,6 @@
 /* Records of a link type that is not read which are looked at. */
 #define LOOKS_MAX 1000u
 
-struct lum_input {
-    lum_source *source;
-    lum_pcap *reader;
-    uint64_t records;
-    uint32_t link_type; /* of the first interface that is supported; else of the
-                           first one */
-    /* Without an interface that is read: */
-    size_t hidden_at;     /* lum_link_find_hidden() of a packet; 0: of none */
-    uint32_t hidden_link; /* the link type of that */
-};
-
 /* Whether there is a first byte; a directory gives its error here. 1: there is
  * none. */
 static int check_start(lum_source *source, lum_error *error)
@@ -166,7 +155,7 @@ void lum_input_close(lum_input *input)
 
 static bool has_link(const lum_input *in)
 {
-    return lum_pcap_has_wanted(in->reader);
+    return in->reader->has_wanted;
 }
 
 static bool is_all_damaged(const lum_input *in)
@@ -198,16 +187,6 @@ int lum_input_next(lum_input *input, lum_pcap_record *out, lum_error *error)
                          (unsigned long long)input->records, reason.text);
 }
 
-uint64_t lum_input_damaged(const lum_input *input, const char **first)
-{
-    return lum_pcap_damaged(input->reader, first);
-}
-
-bool lum_input_can_seek(const lum_input *input)
-{
-    return lum_pcap_can_seek(input->reader);
-}
-
 int lum_input_pack(lum_input *input, lum_pack *pack, lum_error *error)
 {
     lum_error reason = {""};
@@ -230,14 +209,4 @@ int lum_input_pack(lum_input *input, lum_pack *pack, lum_error *error)
 bool lum_input_is_unread(const lum_input *input)
 {
     return !has_link(input) || is_all_damaged(input);
-}
-
-const char *lum_input_name(const lum_input *input)
-{
-    return input->source->name;
-}
-
-void lum_input_progress(const lum_input *input, uint64_t *done, uint64_t *total)
-{
-    lum_source_progress(input->source, done, total);
 }

@@ -8,7 +8,16 @@
 #include "pcap.h"
 
 /** An open capture file. */
-typedef struct lum_input lum_input;
+typedef struct lum_input {
+    lum_source *source;
+    lum_pcap *reader;
+    uint64_t records;
+    uint32_t link_type; /* of the first interface that is supported; else of the
+                           first one */
+    /* Without an interface that is read: */
+    size_t hidden_at;     /* lum_link_find_hidden() of a packet; 0: of none */
+    uint32_t hidden_link; /* the link type of that */
+} lum_input;
 
 /** Open. Waits for the first interface that can be read, or a packet of
  * another.
@@ -30,12 +39,6 @@ void lum_input_close(lum_input *input);
 LUM_MUST_CHECK int lum_input_next(lum_input *input, lum_pcap_record *out,
                                   lum_error *error);
 
-/** As lum_pcap_damaged(). */
-uint64_t lum_input_damaged(const lum_input *input, const char **first);
-
-/** Whether it can go on from another place. */
-bool lum_input_can_seek(const lum_input *input);
-
 /** Its place, in either direction; as lum_capture_pack(). */
 LUM_MUST_CHECK int lum_input_pack(lum_input *input, lum_pack *pack,
                                   lum_error *error);
@@ -43,12 +46,5 @@ LUM_MUST_CHECK int lum_input_pack(lum_input *input, lum_pack *pack,
 /** Whether nothing of it could be read: no interface that can be was described,
  * or all was damaged. */
 bool lum_input_is_unread(const lum_input *input);
-
-/** Its name in messages; lives as long as the input. */
-const char *lum_input_name(const lum_input *input);
-
-/** As lum_source_progress(). */
-void lum_input_progress(const lum_input *input, uint64_t *done,
-                        uint64_t *total);
 
 #endif

@@ -1,7 +1,7 @@
 #include "mcap_messages.h"
 
 #include "mcap_records.h"
-#include "pcap_internal.h"
+#include "pcap.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #include "comments.h"
 #include "datagram_packet.h"
 #include "mcap_records.h"
-#include "pcap_internal.h"
+#include "pcap.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 #include "mcap_records.h"
 
-#include "pcap_internal.h"
+#include "pcap.h"
 #include "unpack.h"
 
 #include <stdlib.h>

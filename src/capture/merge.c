@@ -125,12 +125,12 @@ static int probe(struct part *p, lum_go_on *go_on, lum_error *error)
     if (opened < 0) {
         return lum_error_set(error, "%s", later.text);
     }
-    const char *name = lum_input_name(p->input);
+    const char *name = p->input->source->name;
     p->name = lum_text_copy(name);
     if (p->name == NULL) {
         return refuse_for_memory(name, error);
     }
-    lum_input_progress(p->input, &done, &p->total);
+    lum_source_progress(p->input->source, &done, &p->total);
     if (p->total == 0 || strcmp(p->path, "-") == 0) {
         p->path = NULL;
     }
@@ -231,7 +231,7 @@ void lum_merge_close(lum_merge *merge)
 bool lum_merge_can_seek(const lum_merge *merge)
 {
     return merge->count == 1 && merge->parts[0].input != NULL &&
-           lum_input_can_seek(merge->parts[0].input);
+           lum_pcap_can_seek(merge->parts[0].input->reader);
 }
 
 int lum_merge_pack(lum_merge *merge, lum_pack *pack, lum_error *error)
@@ -263,7 +263,7 @@ static void note_broken(lum_merge *m, const lum_error *error)
 static void note_damage(lum_merge *m, struct part *p)
 {
     const char *first = "";
-    p->damaged = lum_input_damaged(p->input, &first);
+    p->damaged = lum_pcap_damaged(p->input->reader, &first);
     if (p->damaged != 0 && m->damaged == NULL) {
         m->damaged = p;
         (void)lum_error_set(&m->damage, "%s", first);
@@ -273,7 +273,7 @@ static void note_damage(lum_merge *m, struct part *p)
 static void end_part(lum_merge *m, struct part *p, lum_capture_end end)
 {
     if (p->input != NULL) {
-        lum_input_progress(p->input, &p->done, &p->total);
+        lum_source_progress(p->input->source, &p->done, &p->total);
     }
     if (p->input != NULL && !lum_merge_can_seek(m)) {
         note_damage(m, p);
@@ -391,7 +391,8 @@ size_t lum_merge_count(const lum_merge *merge)
 
 static uint64_t damaged_of(const struct part *p, const char **first)
 {
-    return p->input != NULL ? lum_input_damaged(p->input, first) : p->damaged;
+    return p->input != NULL ? lum_pcap_damaged(p->input->reader, first)
+                            : p->damaged;
 }
 
 void lum_merge_get(const lum_merge *merge, size_t i, lum_capture_source *out)
@@ -453,7 +454,7 @@ void lum_merge_progress(const lum_merge *merge, uint64_t *done, uint64_t *total)
         uint64_t read = p->done;
         uint64_t bytes = p->total;
         if (p->input != NULL) {
-            lum_input_progress(p->input, &read, &bytes);
+            lum_source_progress(p->input->source, &read, &bytes);
         }
         *done += read;
         *total += bytes;

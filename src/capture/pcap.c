@@ -1,4 +1,4 @@
-#include "pcap_internal.h"
+#include "pcap.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -28,12 +28,6 @@ void lum_pcap_take_options(lum_pcap *reader, lum_pcap_option_taker *take,
 {
     reader->take_option = take;
     reader->option_context = context;
-}
-
-const lum_pcap_interface *lum_pcap_interface_at(const lum_pcap *reader,
-                                                uint32_t index)
-{
-    return &reader->interfaces[index];
 }
 
 int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out, lum_error *error)
@@ -73,11 +67,6 @@ bool lum_pcap_can_seek(const lum_pcap *reader)
 {
     return reader->mcap == NULL && reader->bag == NULL &&
            lum_source_can_seek(reader->source);
-}
-
-bool lum_pcap_has_wanted(const lum_pcap *reader)
-{
-    return reader->has_wanted;
 }
 
 /* --- What could not be read --- */

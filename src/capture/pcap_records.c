@@ -1,4 +1,4 @@
-#include "pcap_internal.h"
+#include "pcap.h"
 
 enum {
     FILE_HEADER_BYTES = 24,

@@ -6,7 +6,7 @@
 #ifndef LUM_CAPTURE_PCAPNG_SECTIONS_H
 #define LUM_CAPTURE_PCAPNG_SECTIONS_H
 
-#include "pcap_internal.h"
+#include "pcap.h"
 
 /* Types of blocks that are read. */
 enum {

@@ -376,13 +376,23 @@ static bool say_members(const lum_demux *demux, size_t *n, lum_error *out)
 
 /* --- All of them --- */
 
+/* Whether it has the address that was requested, without an interface, and
+ * another one with it was taken. */
+static bool is_left_out(const lum_demux *demux, size_t i)
+{
+    const lum_demux_entry *sensor = lum_demux_sensor_at(demux, i);
+    return demux->options.has_sensor && !lum_demux_is_requested(demux, i) &&
+           lum_demux_find_member(&demux->members, sensor->address, "", false) !=
+               LUM_DEMUX_NO_MEMBER;
+}
+
 /* The n-th sensor too many of the address that was asked for. */
 static bool say_shared(const lum_demux *demux, size_t *n, lum_error *out)
 {
     const size_t count = demux != NULL ? lum_demux_sensor_count(demux) : 0;
     char name[LUM_SENSOR_NAME_BYTES];
     for (size_t k = 0; k < count; k++) {
-        if (lum_demux_leaves_out(demux, k) && (*n)-- == 0) {
+        if (is_left_out(demux, k) && (*n)-- == 0) {
             (void)lum_error_set(out,
                                 "several sensors have this address, and the "
                                 "first one was taken: name the other as %s "
@@ -404,7 +414,7 @@ bool lum_remarks_get(const lum_remarks *remarks, const lum_demux *demux,
     if (demux != NULL) {
         (void)lum_demux_total(demux, &total);
         mixture = lum_demux_mixed(demux);
-        port = lum_demux_port(demux);
+        port = demux->options.port;
     }
     if ((demux != NULL && say_members(demux, &n, out)) ||
         say_shared(demux, &n, out) || (say_order(counters, out) && n-- == 0)) {

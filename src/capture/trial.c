@@ -440,8 +440,3 @@ bool lum_queue_take(lum_queue *queue, lum_record *out, size_t *way)
     *way = h->way;
     return true;
 }
-
-void lum_queue_put_back(lum_queue *queue)
-{
-    queue->next--;
-}

@@ -182,7 +182,4 @@ bool lum_queue_is_full(const lum_queue *queue);
  * @return false: there is none. */
 bool lum_queue_take(lum_queue *queue, lum_record *out, size_t *way);
 
-/** The one that was taken out last stays. */
-void lum_queue_put_back(lum_queue *queue);
-
 #endif

@@ -126,17 +126,8 @@ bool lum_frame_get_line(const lum_frame *frame, size_t i, lum_frame_line *out)
     if (i >= frame->row_count) {
         return false;
     }
-    const lum_line_row *row = &frame->store.rows[i];
-    const lum_frame_line line = {.struct_size = sizeof line,
-                                 .clock_us = row->clock_us,
-                                 .arrival_ns = row->arrival_ns,
-                                 .number = row->number,
-                                 .first_point = row->first_point,
-                                 .point_count = row->point_count,
-                                 .lost_words = row->lost_words,
-                                 .angle_count = row->angle_count,
-                                 .eye = row->eye};
-    return lum_sized_fill(out, &line, sizeof line);
+    return lum_sized_fill(out, &frame->store.rows[i],
+                          sizeof frame->store.rows[i]);
 }
 
 /* From here on, only the numbers of lines with all angles are believed. */
@@ -156,7 +147,7 @@ uint32_t lum_frame_rows(const lum_frame *frame, unsigned eye)
     uint32_t rows = 0;
     const uint32_t limit = find_limit(frame, eye);
     for (size_t i = 0; i < frame->row_count; i++) {
-        const lum_line_row *row = &frame->store.rows[i];
+        const lum_frame_line *row = &frame->store.rows[i];
         const bool is_believed = row->angle_count == LUM_LINE_PIXELS ||
                                  (row->point_count > 0 && row->number < limit);
         if (row->eye == eye && is_believed && row->number >= rows &&
@@ -256,14 +247,15 @@ size_t lum_frame_make_points(const lum_frame_part *part,
 static void add_row(lum_frame *frame, const lum_line *line, size_t points)
 {
     frame->store.rows[frame->row_count++] =
-        (lum_line_row){.clock_us = line->clock_us,
-                       .arrival_ns = line->arrival,
-                       .number = line->number,
-                       .first_point = (uint32_t)frame->count,
-                       .point_count = (uint32_t)points,
-                       .lost_words = line->lost_words,
-                       .angle_count = line->angle_count,
-                       .eye = line->eye};
+        (lum_frame_line){.struct_size = sizeof(lum_frame_line),
+                         .clock_us = line->clock_us,
+                         .arrival_ns = line->arrival,
+                         .number = line->number,
+                         .first_point = (uint32_t)frame->count,
+                         .point_count = (uint32_t)points,
+                         .lost_words = line->lost_words,
+                         .angle_count = line->angle_count,
+                         .eye = line->eye};
 }
 
 static void add_up(lum_frame_info *info, const lum_frame_part *part)

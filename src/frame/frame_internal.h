@@ -39,24 +39,12 @@ typedef struct lum_column_array {
     size_t room; /* numbers */
 } lum_column_array;
 
-/* One line of the table. */
-typedef struct lum_line_row {
-    int64_t clock_us;
-    int64_t arrival_ns;
-    uint32_t number;
-    uint32_t first_point;
-    uint32_t point_count;
-    uint32_t lost_words;
-    uint16_t angle_count;
-    uint8_t eye;
-} lum_line_row;
-
 /* The arrays of a frame, which pass from one to another. */
 typedef struct lum_frame_store {
     lum_column_array columns[LUM_COLUMN_COUNT];
     void *xyz; /* the block of x, y and z, which have no own; NULL: the frame
                   lacks one of them */
-    lum_line_row *rows;
+    lum_frame_line *rows;
     int64_t *scratch; /* as many as rows have room */
     size_t row_room;
 } lum_frame_store;

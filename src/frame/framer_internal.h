@@ -118,9 +118,7 @@ void lum_draft_drop(lum_draft *draft);
 /* The same of all whose number is below one. */
 void lum_drafts_drop_below(lum_drafts *drafts, int64_t number);
 
-/* --- Frames a second: pace.c --- */
-
-/* Of one sensor; zero before the first line. */
+/* Frames a second of one sensor; zero before the first line. */
 typedef struct lum_pace {
     bool has_frame;
     bool has_begin;
@@ -130,13 +128,7 @@ typedef struct lum_pace {
     int64_t last_ns; /* when the newest began */
 } lum_pace;
 
-/* A line of a frame, whose first packet came at a time. */
-void lum_pace_take(lum_pace *pace, int64_t frame, int64_t time_ns);
-
-/* 0: no whole frame came. */
-double lum_pace_rate(const lum_pace *pace);
-
-/* --- Lines under way when a stream is joined or left: under_way.c --- */
+/* --- Lines under way when a stream is joined or left: sensor_stream.c --- */
 
 /* Of one sensor; zero before the first line. The counters of losses include
  * what such a line lacks, although nothing was lost. */

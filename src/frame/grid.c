@@ -77,7 +77,7 @@ static bool is_empty(const struct grid *g, uint32_t row)
 }
 
 /* The points of a line stand by pixel. */
-static void put_line(const struct grid *g, const lum_line_row *line)
+static void put_line(const struct grid *g, const lum_frame_line *line)
 {
     const uint16_t *pixels = g->frame->store.columns[LUM_COLUMN_PIXEL].at;
     const size_t row = cells_of_row(g) * line->number;
@@ -104,7 +104,7 @@ static bool put_grid(const struct grid *g)
         put_missing(g, i);
     }
     for (size_t i = 0; i < g->frame->row_count; i++) {
-        const lum_line_row *line = &g->frame->store.rows[i];
+        const lum_frame_line *line = &g->frame->store.rows[i];
         if (line->eye == g->eye && line->number < g->rows &&
             is_empty(g, line->number)) {
             put_line(g, line);

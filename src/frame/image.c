@@ -264,7 +264,7 @@ lum_result lum_frame_image_index(const lum_frame *frame,
         return LUM_E_VALUE;
     }
     for (size_t i = 0; i < frame->row_count; i++) {
-        const lum_line_row *line = &frame->store.rows[i];
+        const lum_frame_line *line = &frame->store.rows[i];
         add_of_eye(&p, line->first_point, line->point_count, line->eye);
     }
     count(&p, counts);

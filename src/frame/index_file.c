@@ -2,7 +2,7 @@
 
 #include "base/outfile.h"
 #include "base/sized.h"
-#include "capture/source_file.h"
+#include "capture/source_internal.h"
 #include "framer_state.h"
 
 #include <errno.h>
@@ -19,52 +19,35 @@ static const char suffix[] = ".lumindex";
 
 /* --- What it is an index of --- */
 
-/* All bytes, or -1. */
-static int read_all(int fd, uint8_t *to, size_t len, lum_error *error)
+static int add_sum(lum_source *s, uint64_t from, size_t len, lum_index_key *key,
+                   lum_error *error)
 {
-    while (len > 0) {
-        const int64_t got = lum_source_file_read(fd, to, len, error);
-        if (got <= 0) {
-            return got < 0 ? -1 : lum_error_set(error, "it has become shorter");
-        }
-        to += got;
-        len -= (size_t)got;
-    }
-    return 0;
-}
-
-static int sum_ends(int fd, uint8_t *buffer, lum_index_key *key,
-                    lum_error *error)
-{
-    const size_t len = key->bytes < END_BYTES ? (size_t)key->bytes : END_BYTES;
-    if (read_all(fd, buffer, len, error) != 0) {
+    if (lum_source_seek(s, from, error) != 0) {
         return -1;
     }
-    key->ends = lum_index_sum(0, buffer, len);
-    if (lum_source_file_seek(fd, key->bytes - len, error) != 0 ||
-        read_all(fd, buffer, len, error) != 0) {
-        return -1;
+    if (!lum_source_has(s, len)) {
+        return lum_error_set(error, "%s",
+                             s->has_failed ? s->error.text
+                                           : "it has become shorter");
     }
-    key->ends = lum_index_sum(key->ends, buffer, len);
+    key->ends = lum_index_sum(key->ends, s->at, len);
     return 0;
 }
 
 static int sum_capture(const char *path, lum_index_key *key, lum_error *error)
 {
-    lum_error reason = {""};
+    lum_source *s = NULL;
+    lum_error reason = {"it is empty"};
     int result = -1;
-    const int fd = lum_source_file_open(path);
-    uint8_t *buffer = malloc(END_BYTES);
-    if (fd < 0 || buffer == NULL) {
-        (void)lum_error_set(&reason, "%s", strerror(fd < 0 ? errno : ENOMEM));
-    } else {
-        key->bytes = lum_source_file_bytes(fd);
-        result = sum_ends(fd, buffer, key, &reason);
+    if (lum_source_open(path, &s, error) != 0) {
+        return -1;
     }
-    if (fd >= 0) {
-        lum_source_file_close(fd);
+    key->bytes = s->functions.total;
+    const size_t len = key->bytes < END_BYTES ? (size_t)key->bytes : END_BYTES;
+    if (lum_source_can_seek(s) && add_sum(s, 0, len, key, &reason) == 0) {
+        result = add_sum(s, key->bytes - len, len, key, &reason);
     }
-    free(buffer);
+    lum_source_close(s);
     return result == 0 ? 0
                        : lum_error_set(error, "%s: cannot be read: %s", path,
                                        reason.text);
@@ -138,32 +121,6 @@ int lum_reader_save_index(lum_reader *reader, const char *path,
     return result;
 }
 
-/* 1; 0: there is none; -1. */
-static int read_file(const char *name, uint8_t **bytes, size_t *len,
-                     lum_error *error)
-{
-    const int fd = lum_source_file_open(name);
-    if (fd < 0) {
-        return errno == ENOENT ? 0
-                               : lum_error_set(error, "%s", strerror(errno));
-    }
-    const uint64_t size = lum_source_file_bytes(fd);
-    int result = -1;
-    if (size > FILE_BYTES_MAX) {
-        (void)lum_error_set(error, "it is too long for an index");
-    } else {
-        *len = (size_t)size;
-        *bytes = malloc(*len + 1u);
-        if (*bytes == NULL) {
-            (void)lum_error_set(error, "%s", strerror(ENOMEM));
-        } else {
-            result = read_all(fd, *bytes, *len, error) == 0 ? 1 : -1;
-        }
-    }
-    lum_source_file_close(fd);
-    return result;
-}
-
 /* The one that knows more. */
 static void use(struct place *p, lum_index *index)
 {
@@ -176,24 +133,40 @@ static void use(struct place *p, lum_index *index)
     lum_index_clear(worse);
 }
 
-static int load_file(lum_reader *r, const char *name, lum_error *error)
+static int load(lum_reader *r, lum_source *s, lum_error *error)
 {
     lum_index_key key = {0, 0, 0};
     lum_index index = {.stride = 1};
+    const uint64_t size = s->functions.total;
+    if (size > FILE_BYTES_MAX) {
+        return lum_error_set(error, "it is too long for an index");
+    }
+    if (!lum_source_has(s, (size_t)size)) {
+        return lum_error_set(error, "it cannot be read");
+    }
+    if (find_key(r, &key, error) != 0 ||
+        lum_index_read(&index, &key, s->at, (size_t)size, error) != 0) {
+        return -1;
+    }
+    use(&r->place, &index);
+    return 1;
+}
+
+/* 1; 0: there is none; -1. */
+static int load_file(lum_reader *r, const char *name, lum_error *error)
+{
     lum_error reason = {""};
-    uint8_t *bytes = NULL;
-    size_t len = 0;
-    int result = read_file(name, &bytes, &len, &reason);
-    if (result > 0 &&
-        (find_key(r, &key, &reason) != 0 ||
-         lum_index_read(&index, &key, bytes, len, &reason) != 0)) {
-        result = -1;
+    lum_source *s = NULL;
+    int result = -1;
+    if (lum_source_open(name, &s, NULL) == 0) {
+        result = load(r, s, &reason);
+        lum_source_close(s);
+    } else if (errno == ENOENT) {
+        return 0;
+    } else {
+        (void)lum_error_set(&reason, "%s", strerror(errno));
     }
-    free(bytes);
-    if (result > 0) {
-        use(&r->place, &index);
-    }
-    return result >= 0
+    return result > 0
                ? result
                : lum_error_set(error, "%s: is not used: %s", name, reason.text);
 }

@@ -401,7 +401,7 @@ bool lum_frame_reserve_row(lum_frame *frame)
         return true;
     }
     const size_t room = store->row_room > 0 ? 2u * store->row_room : ROWS_MIN;
-    lum_line_row *rows = realloc(store->rows, room * sizeof *rows);
+    lum_frame_line *rows = realloc(store->rows, room * sizeof *rows);
     if (rows == NULL) {
         return false;
     }

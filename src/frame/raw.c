@@ -165,26 +165,23 @@ void lum_raw_store_add(lum_raw_store *store, const lum_projector *projector,
     first[store->line_count] = at + line->word_count;
 }
 
-void lum_raw_store_look(const lum_raw_store *store, lum_frame_raw *out)
-{
-    out->line_count = store->line_count;
-    out->first_word = store->first_word.at;
-    out->words = store->words.at;
-    out->gives_point = store->gives_point.at;
-    out->angles = store->angles.at;
-    out->angle_marks = store->marks.at;
-    out->packet_count = store->packet_count;
-    out->packets = store->packets.at;
-    out->lines_without_packets = store->lines_without_packets;
-    out->places = store->has_places ? store->places.at : NULL;
-}
-
 lum_result lum_frame_get_raw(const lum_frame *frame, lum_frame_raw *out)
 {
-    lum_frame_raw raw = {.struct_size = sizeof raw};
-    if (frame->raw == NULL) {
+    const lum_raw_store *s = frame->raw;
+    if (s == NULL) {
         return LUM_E_VALUE;
     }
-    lum_raw_store_look(frame->raw, &raw);
+    const lum_frame_raw raw = {.struct_size = sizeof raw,
+                               .line_count = s->line_count,
+                               .first_word = s->first_word.at,
+                               .words = s->words.at,
+                               .gives_point = s->gives_point.at,
+                               .angles = s->angles.at,
+                               .angle_marks = s->marks.at,
+                               .packet_count = s->packet_count,
+                               .packets = s->packets.at,
+                               .lines_without_packets =
+                                   s->lines_without_packets,
+                               .places = s->has_places ? s->places.at : NULL};
     return lum_sized_fill(out, &raw, sizeof raw) ? LUM_OK : LUM_E_VALUE;
 }

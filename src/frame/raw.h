@@ -57,7 +57,4 @@ bool lum_raw_store_reserve(lum_raw_store *store, const lum_line *line,
 void lum_raw_store_add(lum_raw_store *store, const lum_projector *projector,
                        const lum_line *line, const lum_raw_list *packets);
 
-/* As lum_frame_get_raw(), but for struct_size. */
-void lum_raw_store_look(const lum_raw_store *store, lum_frame_raw *out);
-
 #endif

@@ -18,7 +18,7 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static int64_t line_ns(const lum_line_row *row, bool has_clock)
+static int64_t line_ns(const lum_frame_line *row, bool has_clock)
 {
     const int64_t us = row->clock_us;
     if (!has_clock) {
@@ -34,12 +34,12 @@ static int64_t line_ns(const lum_line_row *row, bool has_clock)
  * lost lines. 0: not known. */
 static int64_t find_period_ns(const lum_frame *frame, bool has_clock)
 {
-    const lum_line_row *before[LUM_EYES] = {NULL, NULL};
+    const lum_frame_line *before[LUM_EYES] = {NULL, NULL};
     int64_t *periods = frame->store.scratch;
     size_t n = 0;
     for (size_t i = 0; i < frame->row_count; i++) {
-        const lum_line_row *b = &frame->store.rows[i];
-        const lum_line_row *a = before[b->eye];
+        const lum_frame_line *b = &frame->store.rows[i];
+        const lum_frame_line *a = before[b->eye];
         before[b->eye] = b;
         if (a != NULL && b->number > a->number &&
             line_ns(b, has_clock) > line_ns(a, has_clock)) {
@@ -62,7 +62,7 @@ static void set_times(lum_frame *frame, bool has_clock, int64_t begin_ns)
     const int64_t period_ns = find_period_ns(frame, has_clock);
     float *times = frame->store.columns[LUM_COLUMN_TIME].at;
     for (size_t i = 0; i < frame->row_count; i++) {
-        const lum_line_row *row = &frame->store.rows[i];
+        const lum_frame_line *row = &frame->store.rows[i];
         lum_motion_times(times + row->first_point, row->point_count,
                          line_ns(row, has_clock) - begin_ns, period_ns);
     }
@@ -72,7 +72,7 @@ uint32_t lum_frame_whole_rows(const lum_frame *frame, unsigned eye)
 {
     uint32_t rows = 0;
     for (size_t i = 0; i < frame->row_count; i++) {
-        const lum_line_row *row = &frame->store.rows[i];
+        const lum_frame_line *row = &frame->store.rows[i];
         if (row->eye == eye && row->angle_count == LUM_LINE_PIXELS &&
             row->number >= rows && row->number < LUM_FRAME_LINES_MAX) {
             rows = row->number + 1u;
@@ -90,7 +90,7 @@ static uint32_t count_missing(const lum_frame *frame, unsigned eye,
     uint32_t came = 0;
     size_t n = 0;
     for (size_t i = 0; i < frame->row_count; i++) {
-        const lum_line_row *row = &frame->store.rows[i];
+        const lum_frame_line *row = &frame->store.rows[i];
         if (row->eye == eye && row->number < end) {
             numbers[n++] = row->number;
         }
@@ -132,10 +132,10 @@ static int64_t find_times(lum_frame *frame, bool has_clock)
     if (frame->row_count == 0) {
         return 0;
     }
-    const lum_line_row *first = frame->store.rows;
-    const lum_line_row *last = frame->store.rows;
+    const lum_frame_line *first = frame->store.rows;
+    const lum_frame_line *last = frame->store.rows;
     for (size_t i = 1; i < frame->row_count; i++) {
-        const lum_line_row *row = &frame->store.rows[i];
+        const lum_frame_line *row = &frame->store.rows[i];
         first =
             line_ns(row, has_clock) < line_ns(first, has_clock) ? row : first;
         last = line_ns(row, has_clock) > line_ns(last, has_clock) ? row : last;

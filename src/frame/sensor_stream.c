@@ -48,6 +48,31 @@ void lum_sensor_stream_free(lum_sensor_stream *s)
     }
 }
 
+/* A line of a frame, whose first packet came at a time. */
+static void take_pace(lum_pace *p, int64_t frame, int64_t time_ns)
+{
+    if (p->has_frame && frame <= p->frame) {
+        return;
+    }
+    if (p->has_frame && !p->has_begin) {
+        p->has_begin = true;
+        p->first = frame;
+        p->first_ns = time_ns;
+    }
+    p->has_frame = true;
+    p->frame = frame;
+    p->last_ns = time_ns;
+}
+
+/* Frames a second; 0: no whole frame came. */
+static double rate_of(const lum_pace *p)
+{
+    return p->has_begin && p->last_ns > p->first_ns
+               ? (double)(p->frame - p->first) /
+                     ((double)(p->last_ns - p->first_ns) * 1e-9)
+               : 0.0;
+}
+
 void lum_sensor_stream_take(lum_sensor_stream *s, const lum_line *line,
                             bool is_decided)
 {
@@ -56,7 +81,7 @@ void lum_sensor_stream_take(lum_sensor_stream *s, const lum_line *line,
         s->has_joined = true;
         s->joined = line->frame;
     }
-    lum_pace_take(&s->pace, line->frame, line->arrival);
+    take_pace(&s->pace, line->frame, line->arrival);
     lum_pause_take(&s->pause, line, is_decided);
     if (s->clock != NULL) {
         (void)lum_clock_fit_add(s->clock, line->clock_us, line->arrival);
@@ -143,6 +168,43 @@ void lum_sensor_stream_seal(lum_framer *f, lum_sensor_stream *s,
     s->done = draft->number;
 }
 
+/* --- Lines under way when a stream is joined or left --- */
+
+static void count(lum_under_way *all, const lum_under_way *line,
+                  const lum_under_way *instead_of)
+{
+    all->lines += line->lines - instead_of->lines;
+    all->words += line->words - instead_of->words;
+    all->no_angle += line->no_angle - instead_of->no_angle;
+}
+
+void lum_under_way_take(lum_under_way_state *u, const lum_line *line,
+                        uint64_t no_angle)
+{
+    lum_under_way *last = &u->last[line->eye];
+    const lum_under_way lacks = {
+        .lines = line->angle_count < LUM_LINE_PIXELS ? 1u : 0u,
+        .words = line->lost_words,
+        .no_angle = no_angle};
+    if (!u->has_joined[line->eye]) {
+        u->has_joined[line->eye] = true;
+        count(&u->counts, &lacks, &(lum_under_way){.lines = 0});
+    } else if (u->is_leaving) {
+        count(&u->counts, &lacks, last);
+        *last = lacks;
+    }
+}
+
+void lum_under_way_leave(lum_under_way_state *u)
+{
+    u->is_leaving = true;
+}
+
+void lum_under_way_join(lum_under_way_state *u)
+{
+    *u = (lum_under_way_state){.counts = u->counts};
+}
+
 /* --- What is known of a sensor --- */
 
 /* NULL: no line of it came. */
@@ -172,7 +234,7 @@ lum_result lum_framer_count(const lum_framer *framer, size_t sensor,
         counters.paused_us = s->pause.counts.paused_us;
         counters.lines_in_pauses = s->pause.counts.lines;
         counters.stray_at_breaks = count_stray(framer, sensor);
-        counters.frames_per_second = lum_pace_rate(&s->pace);
+        counters.frames_per_second = rate_of(&s->pace);
     }
     return lum_sized_fill(out, &counters, sizeof counters) ? LUM_OK
                                                            : LUM_E_VALUE;

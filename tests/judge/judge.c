@@ -101,8 +101,7 @@ static bool is_same_time(const struct both *b, const lum_pcap_record *r,
         return true; /* it cuts times to the host's */
     }
     return b->is_pcapng ? is_same_pcapng_time(
-                              r->time_ns, t,
-                              lum_pcap_interface_at(b->ours, r->interface))
+                              r->time_ns, t, &b->ours->interfaces[r->interface])
                         : is_same_pcap_time(r->time_ns, t);
 }
 

@@ -518,7 +518,7 @@ static void each_interface_has_its_link_and_limits(void **state)
         assert_int_equal(record.interface, 2 - i);
         assert_int_equal(record.link_type, links[2 - i]);
     }
-    assert_int_equal(lum_pcap_interface_at(r.reader, 2)->snap, 200);
+    assert_int_equal(r.reader->interfaces[2].snap, 200);
     expect_end(&r);
     free(im.bytes);
 }
