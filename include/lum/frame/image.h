@@ -1,6 +1,6 @@
 /** @file
- * A frame as an undistorted picture, and back: which point fills each pixel,
- * and the pixel of each point (docs/reader.md).
+ * A frame as a picture, and back: which point fills each pixel, and the pixel
+ * of each point (docs/reader.md).
  *
  * Raw lines (lum_frame_grid_index()) bend, and every second one is scanned from
  * right to left. In a picture, rows are elevations and columns are azimuths,
