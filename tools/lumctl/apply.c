@@ -48,24 +48,23 @@ static void print_json(const struct ctl *ctl, const struct settings_plan *plan,
     json_end_line(&json);
 }
 
-static void print_text(const struct ctl *ctl, const struct settings_plan *plan,
-                       size_t refused)
+static void print_text(const struct ctl *ctl, const struct settings_plan *plan)
 {
     char what[64];
     plan_print(stdout, plan);
     (void)snprintf(what, sizeof what, "%u of %u settings done",
-                   (unsigned)(plan->count - refused), (unsigned)plan->count);
+                   (unsigned)(plan->count - plan->refused),
+                   (unsigned)plan->count);
     text_print_answer(ctl, what, &plan->answer);
 }
 
 static enum exit_status finish(const struct ctl *ctl,
                                const struct settings_plan *plan)
 {
-    const size_t refused = plan_count_refused(plan);
     if (ctl->options.json) {
-        print_json(ctl, plan, refused == 0 && !plan->has_unnamed);
+        print_json(ctl, plan, plan->refused == 0 && !plan->has_unnamed);
     } else {
-        print_text(ctl, plan, refused);
+        print_text(ctl, plan);
     }
     return plan_judge(plan);
 }

@@ -141,6 +141,7 @@ static void read_answer(struct settings_plan *plan, size_t first, size_t end)
                                ? yscan_is_refused(debug)
                                : refusal_find(item->command, debug, &refusal) &&
                                      refusal.names[0] != '\0';
+        plan->refused += item->is_refused;
         gather(all, item->command);
     }
     (void)refusal_find(all, debug, &refusal);
@@ -248,38 +249,26 @@ enum exit_status plan_send(struct ctl *ctl, struct settings_plan *plan)
 
 /* --- What came of it --- */
 
-static size_t list_refused(const struct settings_plan *plan, char *names,
-                           size_t size)
+static void list_refused(const struct settings_plan *plan, char *names,
+                         size_t size)
 {
-    size_t count = 0;
     size_t n = 0;
     names[0] = '\0';
     for (size_t i = 0; i < plan->count; i++) {
         const struct plan_item *item = &plan->items[i];
         if (item->is_refused && n < size) {
             n += (size_t)snprintf(names + n, size - n, "%s%s (%s)",
-                                  count != 0 ? ", " : "", item->setting,
+                                  n != 0 ? ", " : "", item->setting,
                                   item->command);
         }
-        count += item->is_refused;
     }
-    return count;
-}
-
-size_t plan_count_refused(const struct settings_plan *plan)
-{
-    size_t count = 0;
-    for (size_t i = 0; i < plan->count; i++) {
-        count += plan->items[i].is_refused;
-    }
-    return count;
 }
 
 enum exit_status plan_judge(const struct settings_plan *plan)
 {
     char names[512];
-    const size_t refused = list_refused(plan, names, sizeof names);
-    if (refused > 0) {
+    list_refused(plan, names, sizeof names);
+    if (plan->refused > 0) {
         return ctl_complain(EXIT_FAILED,
                             "%s: the sensor names in its answer, and so "
                             "refused: %s",

@@ -29,6 +29,7 @@ struct settings_plan {
     struct yscan_table table;
     bool has_answer;
     struct ctl_answer answer; /* the last */
+    size_t refused;           /* items */
     bool has_unnamed; /* something was refused that no item is named by */
 };
 
@@ -42,9 +43,6 @@ enum exit_status plan_send(struct ctl *ctl, struct settings_plan *plan);
 
 /* A row for each. */
 void plan_print(FILE *out, const struct settings_plan *plan);
-
-/* How many were refused. */
-size_t plan_count_refused(const struct settings_plan *plan);
 
 /* After plan_send(): EXIT_DONE, or EXIT_FAILED if anything was refused, with a
  * complaint of what. */

@@ -101,13 +101,6 @@ struct doctor_host {
                          "10.42.0.37/24 dev eth0"; empty: 127/8 */
 };
 
-/* Whether a sensor answers by the kernel's route. */
-enum doctor_reach {
-    DOCTOR_REACH_UNKNOWN,
-    DOCTOR_REACHED,
-    DOCTOR_UNREACHED
-};
-
 struct doctor {
     struct ctl *ctl;
     lum_endpoint sensor;
@@ -118,7 +111,6 @@ struct doctor {
     bool has_hazard;
     bool is_local;    /* the sensor's address is one of this host's */
     bool was_refused; /* the host there says that no program listens */
-    enum doctor_reach reach;
     struct doctor_host host;
     struct host_route route; /* to the sensor (doctor_route.c) */
     uint32_t next_hop;       /* of it */

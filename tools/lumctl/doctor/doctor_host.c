@@ -17,13 +17,8 @@ bool host_is_asked_for(const struct doctor *d, const struct host_interface *i)
 
 bool host_spare(struct doctor *d, struct doctor_finding *out)
 {
-    if (d->reach == DOCTOR_REACH_UNKNOWN) {
-        session_keep_alive(d->ctl);
-        d->reach = knock_reaches(d->sensor, d->ctl->options.interface)
-                       ? DOCTOR_REACHED
-                       : DOCTOR_UNREACHED;
-    }
-    if (d->reach != DOCTOR_REACHED) {
+    session_keep_alive(d->ctl);
+    if (!knock_reaches(d->sensor, d->ctl->options.interface)) {
         return false;
     }
     out->result = DOCTOR_NOTE;
