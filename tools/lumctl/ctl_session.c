@@ -402,24 +402,21 @@ enum exit_status session_finish(struct ctl *ctl, lum_sensor_event *out)
 {
     const bool was_due = is_off_due(ctl); /* by the request itself */
     for (;;) {
-        switch (session_wait(ctl, lum_time_monotonic_ns() + LOOK_NS, out)) {
-        case LUM_SENSOR_ANSWER:
-        case LUM_SENSOR_TIME:
+        const lum_sensor_event_kind kind =
+            session_wait(ctl, lum_time_monotonic_ns() + LOOK_NS, out);
+        if (kind == LUM_SENSOR_ANSWER || kind == LUM_SENSOR_TIME) {
             return EXIT_DONE;
-        case LUM_SENSOR_NO_ANSWER:
+        }
+        if (kind == LUM_SENSOR_NO_ANSWER) {
             return session_complain_silence(ctl, out->tries);
-        case LUM_SENSOR_CANCELLED:
+        }
+        if (kind == LUM_SENSOR_CANCELLED) {
             lum_sensor_give_up(ctl->sensor);
             return ctl_complain(EXIT_FAILED, "interrupted: whether the sensor "
                                              "got the request is not known");
-        case LUM_SENSOR_FAILED:
+        }
+        if (kind == LUM_SENSOR_FAILED) {
             return ctl_complain(EXIT_FAILED, "%s", out->error.text);
-        case LUM_SENSOR_IDLE:
-        case LUM_SENSOR_DATAGRAMS:
-        case LUM_SENSOR_ALERT:
-        case LUM_SENSOR_LINK:
-        default:
-            break;
         }
         if (!was_due && is_off_due(ctl)) {
             return yield_to_off(ctl);

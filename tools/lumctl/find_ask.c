@@ -272,16 +272,6 @@ static enum exit_status ask_found(struct search *s)
     return status;
 }
 
-static enum exit_status ask_besides(struct search *s)
-{
-    struct find_result *r = s->out;
-    enum exit_status status = EXIT_DONE;
-    for (size_t i = 0; i < r->beside_count && status == EXIT_DONE; i++) {
-        status = ask_beside(s, &r->besides[i]);
-    }
-    return status;
-}
-
 /* --- Asking again --- */
 
 /* Using an address of another device would cut that device off the network, so
@@ -296,7 +286,9 @@ static enum exit_status ask_again(struct search *s)
     for (unsigned pass = 0; pass < passes && has_any && status == EXIT_DONE;
          pass++) {
         status = pass < AGAIN_PASSES ? ask_found(s) : EXIT_DONE;
-        status = status == EXIT_DONE ? ask_besides(s) : status;
+        for (size_t i = 0; i < r->beside_count && status == EXIT_DONE; i++) {
+            status = ask_beside(s, &r->besides[i]);
+        }
         if (status == EXIT_DONE) {
             status = listen_until(s, lum_time_monotonic_ns() + AGAIN_NS);
         }

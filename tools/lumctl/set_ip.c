@@ -62,26 +62,16 @@ static bool await_time(struct ctl *ctl, lum_sensor *sensor, lum_error *error)
     if (lum_sensor_request_time(sensor) != LUM_OK) {
         return false;
     }
-    for (;;) {
+    do {
         session_keep_alive(ctl);
         lum_sensor_receive(sensor, lum_time_monotonic_ns() + SLOT_NS, &event);
-        switch (event.kind) {
-        case LUM_SENSOR_TIME:
-            return true;
-        case LUM_SENSOR_NO_ANSWER:
-        case LUM_SENSOR_CANCELLED:
-        case LUM_SENSOR_FAILED:
-            return false;
-        case LUM_SENSOR_LINK:
-            *error = event.is_up ? *error : event.error;
-            break;
-        case LUM_SENSOR_IDLE:
-        case LUM_SENSOR_DATAGRAMS:
-        case LUM_SENSOR_ANSWER:
-        case LUM_SENSOR_ALERT:
-            break;
+        if (event.kind == LUM_SENSOR_LINK && !event.is_up) {
+            *error = event.error;
         }
-    }
+    } while (
+        event.kind != LUM_SENSOR_TIME && event.kind != LUM_SENSOR_NO_ANSWER &&
+        event.kind != LUM_SENSOR_CANCELLED && event.kind != LUM_SENSOR_FAILED);
+    return event.kind == LUM_SENSOR_TIME;
 }
 
 /* Whether somebody answers a timestamp there. */

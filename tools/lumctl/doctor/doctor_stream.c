@@ -44,23 +44,6 @@ static void take_line(struct doctor_stream *s, const lum_line *line)
     s->lost_words += line->lost_words;
 }
 
-static void take_event(struct doctor *d, lum_framer_event event)
-{
-    switch (event) {
-    case LUM_FRAMER_LINE:
-        take_line(&d->stream, lum_framer_line(d->stream.framer));
-        break;
-    case LUM_FRAMER_FAILED:
-        d->stream.lacks_memory = true;
-        break;
-    case LUM_FRAMER_NONE:
-    case LUM_FRAMER_FRAME:
-    case LUM_FRAMER_FRAME_END:
-    default: /* not requested */
-        break;
-    }
-}
-
 /* On the sensor's side, the port is the one that all sensors have, whatever
  * port a relay uses. */
 static void take_data(struct doctor *d, const lum_received *datagram,
@@ -76,8 +59,11 @@ static void take_data(struct doctor *d, const lum_received *datagram,
     lum_framer_event event = LUM_FRAMER_NONE;
     do {
         event = lum_framer_push(d->stream.framer, &record, NULL);
-        take_event(d, event);
+        if (event == LUM_FRAMER_LINE) {
+            take_line(&d->stream, lum_framer_line(d->stream.framer));
+        }
     } while (event != LUM_FRAMER_NONE && event != LUM_FRAMER_FAILED);
+    d->stream.lacks_memory |= event == LUM_FRAMER_FAILED;
     lum_demux_counters counters = {.struct_size = sizeof counters};
     lum_demux_total(lum_framer_demux(d->stream.framer), &counters);
     d->stream.assembly = counters.assembly;
