@@ -1,7 +1,7 @@
 #include "source_internal.h"
 
 #include "base/sized.h"
-#include "base/text.h"
+#include "base/text_copy.h"
 
 #include <errno.h>
 #include <stdlib.h>

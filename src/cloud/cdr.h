@@ -5,7 +5,7 @@
 #ifndef LUM_CLOUD_CDR_H
 #define LUM_CLOUD_CDR_H
 
-#include "bytes.h"
+#include "buffer.h"
 
 #include <stdbool.h>
 

@@ -9,7 +9,7 @@
 #ifndef LUM_CLOUD_MCAP_FILE_H
 #define LUM_CLOUD_MCAP_FILE_H
 
-#include "bytes.h"
+#include "buffer.h"
 #include "mcap_pack.h"
 #include "sink.h"
 

@@ -5,7 +5,7 @@
 #define LUM_CLOUD_MCAP_PACK_H
 
 #include "base/crc32.h"
-#include "bytes.h"
+#include "buffer.h"
 
 /** Most threads of a packer. */
 #define LUM_MCAP_THREADS_MAX 4u

@@ -4,7 +4,7 @@
 #ifndef LUM_CLOUD_MCAP_RIG_H
 #define LUM_CLOUD_MCAP_RIG_H
 
-#include "bytes.h"
+#include "buffer.h"
 #include "mcap_file.h"
 
 #include "lum/base/error.h"

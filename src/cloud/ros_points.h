@@ -5,7 +5,7 @@
 #ifndef LUM_CLOUD_ROS_POINTS_H
 #define LUM_CLOUD_ROS_POINTS_H
 
-#include "bytes.h"
+#include "buffer.h"
 #include "extras.h"
 #include "presets.h"
 

@@ -1,6 +1,6 @@
 #include "reader_internal.h"
 
-#include "base/text.h"
+#include "base/text_copy.h"
 #include "capture/capture_internal.h"
 
 #include <stdlib.h>

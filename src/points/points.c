@@ -1,5 +1,5 @@
+#include "coordinates.h"
 #include "kernels.h"
-#include "lanes.h"
 
 #include <string.h>
 

@@ -3,8 +3,8 @@
 #include "lum/points.h"
 
 #include "columns.h"
+#include "coordinates.h"
 #include "kernels.h"
-#include "lanes.h"
 
 void lum_selection_default(lum_selection *out)
 {

@@ -7,7 +7,7 @@
 
 #include "support.h"
 
-#include "config/sweep.h"
+#include "config/sweep_plan.h"
 
 #include <stdio.h>
 #include <stdlib.h>

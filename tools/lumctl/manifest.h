@@ -7,7 +7,7 @@
 #include "recorder.h"
 #include "settings_plan.h"
 
-#include "config/sweep.h"
+#include "config/sweep_plan.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -3,7 +3,7 @@
 #include "../common/make_folder.h"
 #include "base/outfile.h"
 #include "base/system.h"
-#include "cloud/bytes.h"
+#include "cloud/buffer.h"
 
 #include <errno.h>
 #include <inttypes.h>

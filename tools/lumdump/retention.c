@@ -5,7 +5,7 @@
 #include "base/claim.h"
 #include "base/claim_mark.h"
 #include "base/outfile.h"
-#include "base/text.h"
+#include "base/text_copy.h"
 #include "ledger.h"
 #include "numbered.h"
 

@@ -1,8 +1,8 @@
 /** @file
  * A plan of steps from a YAML file: what `lumctl sweep` does (docs/formats.md).
  * Internal. */
-#ifndef LUM_CONFIG_SWEEP_H
-#define LUM_CONFIG_SWEEP_H
+#ifndef LUM_CONFIG_SWEEP_PLAN_H
+#define LUM_CONFIG_SWEEP_PLAN_H
 
 #include "lum/base/error.h"
 #include "lum/config/settings.h"

@@ -1,4 +1,4 @@
-#include "base/text.h"
+#include "base/text_copy.h"
 
 #include <stdlib.h>
 #include <string.h>

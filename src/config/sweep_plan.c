@@ -1,4 +1,4 @@
-#include "sweep.h"
+#include "sweep_plan.h"
 
 #include "host/keys_internal.h"
 #include "settings_keys.h"

@@ -1,8 +1,8 @@
 /** @file
  * A point's coordinates, four numbers at once where the compiler can. Internal
  * to points. */
-#ifndef LUM_POINTS_LANES_H
-#define LUM_POINTS_LANES_H
+#ifndef LUM_POINTS_COORDINATES_H
+#define LUM_POINTS_COORDINATES_H
 
 #include "lum/points.h"
 

@@ -2,8 +2,8 @@
  * Bytes in memory that grow, and little-endian numbers, texts and lengths into
  * them. Without memory nothing is added any more, and failed says so: ask once
  * at the end. Internal to cloud. */
-#ifndef LUM_CLOUD_BYTES_H
-#define LUM_CLOUD_BYTES_H
+#ifndef LUM_CLOUD_BUFFER_H
+#define LUM_CLOUD_BUFFER_H
 
 #include <stdbool.h>
 #include <stddef.h>
