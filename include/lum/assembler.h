@@ -260,7 +260,7 @@ typedef struct lum_assembler_storage {
  * @param a       caller-owned; written only on LUM_OK.
  * @param config  copied.
  * @param layout  the one that packets are decoded with; copied as far as
- * needed.
+ *                needed.
  * @param storage copied; what it points to is kept, and written only on LUM_OK.
  * @return LUM_OK; LUM_E_VALUE if a constant is outside its range, or the linked
  *         layout file is made for another layout (docs/firmware-reference.md);

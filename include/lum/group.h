@@ -60,7 +60,7 @@ LUM_MUST_CHECK lum_result lum_group_encode(const lum_layout *layout,
                                            const lum_group *group, void *out,
                                            size_t size, size_t *len);
 
-/** An angle sample: where the mirror stood for a pixel's rising edge. */
+/** An angle sample: the mirror's position at a pixel's rising edge. */
 typedef struct lum_angle {
     int16_t azimuth;   /**< raw; positive to the left */
     int16_t elevation; /**< raw; positive up */

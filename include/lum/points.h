@@ -120,7 +120,7 @@ void lum_points_count(const lum_projector *projector, const lum_line *line,
 
 /** Mark the words of a line that give a point.
  * @param out a byte for each word of the line: 1 if its pixel has angles and
- * its range is above 0, else 0. Linear. */
+ *            its range is above 0, else 0. Linear. */
 void lum_points_mark(const lum_projector *projector, const lum_line *line,
                      uint8_t *out);
 

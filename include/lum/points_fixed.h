@@ -109,7 +109,7 @@ typedef struct lum_fixed_point {
  * @param out    room for that many points.
  * @param losses words without a point are added to it; not NULL.
  * @return how many points were written. Linear; reentrant. The direction of a
- * pixel is computed once for its words that follow each other. */
+ *         pixel is computed once for its words that follow each other. */
 size_t lum_points_fixed_compute(const lum_fixed_projector *projector,
                                 const lum_line *line, uint32_t first,
                                 uint32_t count, lum_fixed_point *out,

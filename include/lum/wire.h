@@ -62,7 +62,7 @@ bool lum_address_is_host(uint32_t address);
 
 /** Write a set IP packet (section 2).
  * @param address host order.
- * @return LUM_OK; LUM_E_VALUE where lum_address_is_host() is false. */
+ * @return LUM_OK; LUM_E_VALUE if lum_address_is_host() is false. */
 LUM_MUST_CHECK lum_result lum_set_ip_encode(uint8_t out[LUM_SET_IP_BYTES],
                                             const lum_layout *layout,
                                             uint32_t address);

@@ -1,5 +1,5 @@
 /** @file
- * How functions of the hosted layers say what went wrong. */
+ * How functions of the hosted layers report errors. */
 #ifndef LUM_BASE_ERROR_H
 #define LUM_BASE_ERROR_H
 
@@ -25,8 +25,8 @@ extern "C" {
 /** Longest message, its NUL included. */
 #define LUM_ERROR_BYTES 512
 
-/** A message for a person: what was wrong, where, and what would be right; one
- * line, no newline at its end. Caller-owned. It never grows. */
+/** A message for a person: what was wrong, where, and the remedy; one line, no
+ * newline at its end. Caller-owned. It never grows. */
 typedef struct lum_error {
     char text[LUM_ERROR_BYTES]; /**< NUL-terminated; empty: none */
 } lum_error;

@@ -78,12 +78,11 @@ typedef struct lum_demux_counters {
     lum_assembly_counters assembly;     /**< of all the sensors' assemblers */
     uint64_t joined;       /**< packets that a receiving host had joined with
                                 others */
-    uint64_t out_of_order; /**< data packets whose records stand behind later
+    uint64_t out_of_order; /**< data packets whose records come after later
                                 ones, by their times and by the sensor's clock,
                                 and so were *late*, *stray* or taken for a jump
-                                of the clock; if only a few records stand too
-                                early, as many of those behind them as are too
-                                early */
+                                of the clock; if a few records come too early,
+                                as many of those after them */
 } lum_demux_counters;
 
 /** A demultiplexer. */

@@ -192,11 +192,13 @@ typedef struct lum_writer_options {
                              columns are x, y, z, intensity, timestamp and
                              points, or what LAS has of these */
     const lum_writer_extra *extra; /**< CSV, PLY, PCD, LAS, MCAP: extra_count
-                             more columns, whose values lum_line_samples.extra
-                             has; copied. PNG reads one that is named label.
-                             They stand behind those of the format, or where
-                             columns names them, and are left out if columns
-                             does not; not with a preset or voxels */
+                                        more columns, whose values
+                                        lum_line_samples.extra has; copied. PNG
+                                        reads one that is named label. They
+                                        follow those of the format, or have the
+                                        places that columns gives them; if
+                                        columns does not name them, they are
+                                        left out. Not with a preset or voxels */
     size_t extra_count;            /**< at most LUM_WRITER_EXTRA_MAX; 0: none */
     const struct lum_picture_options *drawing; /**< PNG: how it is drawn
                              (lum/picture/picture.h); NULL: the defaults. Read
@@ -209,10 +211,10 @@ bool lum_mcap_can_compress(void);
 /** Whether lum_writer_options.columns can choose the columns of a format. */
 bool lum_format_has_columns(lum_format format);
 
-/** Whether lum_writer_options.preset goes with a format. */
+/** Whether a format supports lum_writer_options.preset. */
 bool lum_format_has_presets(lum_format format);
 
-/** Whether lum_writer_options.voxels goes with a format. */
+/** Whether a format supports lum_writer_options.voxels. */
 bool lum_format_has_voxels(lum_format format);
 
 /** Check names for lum_writer_options.columns.
@@ -224,10 +226,10 @@ LUM_MUST_CHECK int lum_writer_check_columns(const char *names,
 /** Check lum_writer_options.extra together with columns.
  * @param format  of the file; LUM_FORMATS: check only the rules of all formats.
  * @param columns as in the options; may be NULL.
- * @return 0, or -1 with what is wrong, and what would be right, in error: a
- *         name that is not allowed, repeated, or of another column; a type that
- *         the format cannot hold; a format that has no such columns; too many
- *         of them; a wrong name in columns. Then errno is EINVAL. */
+ * @return 0, or -1 with what is wrong, and the remedy, in error: a name that is
+ *         not allowed, repeated, or of another column; a type that the format
+ *         cannot hold; a format that has no such columns; too many of them; a
+ *         wrong name in columns. Then errno is EINVAL. */
 LUM_MUST_CHECK int lum_writer_check_extra(lum_format format,
                                           const char *columns,
                                           const lum_writer_extra *extra,
@@ -248,8 +250,7 @@ typedef struct lum_line_samples {
     const float *times;        /**< of each sample, seconds from the beginning
                                     of its frame, as ::LUM_COLUMN_TIME; only for
                                     files with a column "time", else NULL */
-    const uint32_t *counts;    /**< of voxels: points that each stands for;
-                                    EINVAL if NULL */
+    const uint32_t *counts;    /**< of voxels: points in each; EINVAL if NULL */
     const int64_t *times_ns;   /**< of voxels: the time of each, as
                                     timestamp_us, but nanoseconds; EINVAL if
                                     NULL */

@@ -3,11 +3,11 @@
  *
  * An arrival stamp says when the host noticed a packet. This is up to
  * milliseconds late, and many packets get one stamp if the system takes them in
- * batches. The sensor's clock has no such jitter, but its own zero and rate. So
- * the two are fitted: no packet arrives before it was sent, so the true time of
- * a clock reading lies on a line below all arrivals. The fit keeps the earliest
- * arrival of each eighth of a second, for the last 16 s, and lays the line
- * under them.
+ * batches. The sensor's clock has no such jitter, but its own zero and rate.
+ * The fit combines both: no packet arrives before it was sent, so the true
+ * times of clock readings lie on a line below all arrivals. The fit keeps the
+ * earliest arrival of each eighth of a second, for the last 16 s, and lays the
+ * line under them.
  *
  * What it can and cannot know:
  * - The time that every packet needs at least (the cable, the switch, a line

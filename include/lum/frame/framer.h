@@ -3,9 +3,9 @@
  * is for programs that get records one at a time, for example from a socket.
  * For a file, use a lum_reader (lum/frame/reader.h): a framer with its source.
  *
- * A framer keeps a demultiplexer, and for each sensor the frames under way.
- * There are no callbacks: an event is returned before the record is consumed,
- * and the caller pushes the same record again:
+ * A framer has a demultiplexer, and the unfinished frames of each sensor. There
+ * are no callbacks: an event is returned before the record is consumed, and the
+ * caller pushes the same record again:
  *
  * @code
  * lum_framer_event event;
@@ -271,7 +271,7 @@ typedef struct lum_framer_counters {
     lum_under_way under_way;  /**< no losses */
     double frames_per_second; /**< of whole frames, by arrival; 0: not known */
     uint64_t lines_missing;   /**< sum of lum_frame_info.lines_missing of the
-                                   frames that the options select, also where
+                                   frames that the options select, even if
                                    frames are not wanted */
     uint64_t missing_under_way; /**< of lines_missing: in frames in which the
                                      stream began or ended. They are not known
@@ -321,7 +321,7 @@ const lum_clock_fit *lum_framer_clock(const lum_framer *framer, size_t sensor);
 /** From the first line on, use what another framer has learned of the clocks in
  * the same stream, for example from the first part of a file, read in advance.
  * @param framer has taken nothing yet.
- * @param from   had the same options, except for what is wanted.
+ * @param from   had the same options, except for wants.
  * @return 0, or -1 without memory. */
 LUM_MUST_CHECK int lum_framer_learn_clocks(lum_framer *framer,
                                            const lum_framer *from);

@@ -47,7 +47,7 @@ typedef enum lum_image_choice {
     LUM_IMAGE_LAST       /**< the last in the frame */
 } lum_image_choice;
 
-/** What is asked for. */
+/** What is requested. */
 typedef struct lum_image_options {
     size_t struct_size; /**< sizeof(lum_image_options), set by the caller */
     uint32_t eyes;      /**< one of ::lum_image_eyes */

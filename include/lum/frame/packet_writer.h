@@ -43,9 +43,9 @@ typedef struct lum_packet_writer_options {
     size_t struct_size;       /**< sizeof(lum_packet_writer_options) */
     const lum_layout *layout; /**< of the packets; NULL: lum_layout_default() */
     const lum_capture_writer_options *file; /**< format and comments; NULL:
-                                               pcap. The file gets its name when
-                                               it is closed, whatever is_whole
-                                                 says */
+                                                 pcap. The file gets its name
+                                                 when it is closed; is_whole is
+                                                 ignored */
 } lum_packet_writer_options;
 
 /** A line to be written. All bytes 0 except struct_size are an empty line. */
@@ -110,10 +110,10 @@ LUM_MUST_CHECK int lum_packet_writer_open(
 /** Add a line.
  * @param line read, with all that it points to, and not kept.
  * @return 0, or -1 with the reason in error, and nothing of the line is
- * written: an eye or a word that is none, words that are not ordered by pixel,
- * a value that the profile's field cannot hold, a clock that the profile's
- *         cannot tell from another one, more words of a pixel than a packet can
- *         hold, or there is no memory. Linear. */
+ *         written: an invalid eye or word, words that are not ordered by pixel,
+ *         a value that the profile's field cannot hold, a clock that the
+ *         profile's field cannot distinguish from another one, more words of a
+ *         pixel than a packet can hold, or there is no memory. Linear. */
 LUM_MUST_CHECK int lum_packet_writer_add(lum_packet_writer *writer,
                                          const lum_raw_line *line,
                                          lum_error *error);
@@ -141,7 +141,7 @@ LUM_MUST_CHECK int lum_packet_writer_flush(lum_packet_writer *writer,
 /** Write all remaining packets, give the file its name, and close. NULL is
  * allowed.
  * @return 0, or -1 with the reason in error, and there is no file; closed
- * either way. */
+ *         either way. */
 LUM_MUST_CHECK int lum_packet_writer_close(lum_packet_writer *writer,
                                            lum_error *error);
 

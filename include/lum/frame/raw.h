@@ -19,7 +19,7 @@
 extern "C" {
 #endif
 
-/** Most bytes behind the last sample of a packet that are kept. */
+/** Most bytes after the last sample of a packet that are kept. */
 #define LUM_RAW_TAIL_MAX 16u
 
 /** Most samples of a line's packets of ranges whose places are kept. */
@@ -40,7 +40,7 @@ typedef struct lum_raw_packet {
     uint8_t head[LUM_GROUP_HEAD_MAX]; /**< the bytes before its first sample, as
                                            they came, then 0: a sensor may send
                                            more than the profile's fields */
-    uint8_t tail[LUM_RAW_TAIL_MAX];   /**< the bytes behind its last sample */
+    uint8_t tail[LUM_RAW_TAIL_MAX];   /**< the bytes after its last sample */
     uint32_t tail_bytes; /**< how many these are; 0: none, or more than
                               LUM_RAW_TAIL_MAX: then none are kept */
 } lum_raw_packet;

@@ -175,7 +175,7 @@ lum_result lum_reader_get_index(const lum_reader *reader,
 
 /** Write the index to a file (docs/formats.md, Index), which gets its name when
  * it is whole.
- * @param path NULL: the capture's name with ".lumindex" behind it.
+ * @param path NULL: the capture's name with ".lumindex" appended.
  * @param error may be NULL; gets the reason: there is no index, because it was
  *              not requested or the source is not one file; or the file cannot
  *              be written.

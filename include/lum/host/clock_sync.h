@@ -37,8 +37,8 @@ typedef struct lum_clock_sync {
     uint32_t resets;                                /**< private */
 } lum_clock_sync;
 
-/** What is known of a sensor's clock. Host times are of whatever clock the
- * exchanges were timed with. */
+/** What is known of a sensor's clock. Host times are by the clock that timed
+ * the exchanges. */
 typedef struct lum_clock_estimate {
     int64_t clock_us;        /**< the last reading, extended from the first
                                   exchange's raw value on, over any number of
@@ -59,9 +59,8 @@ typedef struct lum_clock_estimate {
 /** Begin; nothing is known. Cannot fail. */
 void lum_clock_sync_init(lum_clock_sync *out);
 
-/** Take an exchange (section 3). The host's clock tells how often the
- * sensor's clock has wrapped since the last one, so exchanges may be any time
- * apart.
+/** Take an exchange (section 3). The host's clock shows how often the sensor's
+ * clock has wrapped since the last one, so exchanges may be any time apart.
  * @param sent_ns     host time just before the request left.
  * @param received_ns host time just after the answer came; the sensor stamped
  *                    in between. The same monotonic clock in every call.

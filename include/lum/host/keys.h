@@ -62,8 +62,8 @@ typedef struct lum_keys {
 typedef struct lum_key_refusal {
     char key[LUM_KEY_BYTES];          /**< the key; empty: no key */
     uint32_t place;                   /**< where it was set; 0: nowhere */
-    char text[LUM_KEY_MESSAGE_BYTES]; /**< what is wrong, and what would be
-                                           right; one line for a person */
+    char text[LUM_KEY_MESSAGE_BYTES]; /**< what is wrong, and the remedy; one
+                                           line for a person */
 } lum_key_refusal;
 
 /** What a key's value may be. */
@@ -82,7 +82,7 @@ typedef struct lum_key {
     const char *name;                /**< such as "eyes.blue.mount.x_m" */
     lum_key_kind kind;               /**< what its value may be */
     const char *unit;                /**< such as "deg"; empty: none */
-    const char *words[3];            /**< the words, NULL behind the last */
+    const char *words[3];            /**< the words, NULL after the last */
     char min[LUM_KEY_VALUE_BYTES];   /**< smallest number; empty: none */
     char max[LUM_KEY_VALUE_BYTES];   /**< largest number; empty: none */
     char allowed[128];               /**< all that is allowed, for a person */

@@ -26,7 +26,7 @@ const char *lum_laser_status_name(uint16_t status);
 
 /** The names of the bits that are set, such as "HW_SAFETY_BAD TLV_CMD_OFF";
  * "none" without any.
- * @param between stands between two names.
+ * @param between text between two names.
  * @param out     room bytes; the text is cut to room - 1, and ends with a NUL.
  * @param room    at least 1.
  * @return out. */

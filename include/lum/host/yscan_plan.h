@@ -76,16 +76,16 @@ typedef struct lum_yscan_shape {
 } lum_yscan_shape;
 
 /** Lines distributed by a shape.
- * @param span_min_udeg stands in for an open lower end.
- * @param span_max_udeg stands in for an open upper end.
+ * @param span_min_udeg used for an open lower end.
+ * @param span_max_udeg used for an open upper end.
  * @return as the function of its kind; LUM_E_VALUE for an unknown kind. */
 LUM_MUST_CHECK lum_result lum_yscan_make(const lum_yscan_shape *shape,
                                          int32_t span_min_udeg,
                                          int32_t span_max_udeg,
                                          int32_t *out_udeg, size_t n);
 
-/** Elevation that a raw value stands for (docs/protocol.md, section 7), the
- * eye's own, saturated at 32 bits. Cannot fail. */
+/** Elevation of a raw value (docs/protocol.md, section 7), as seen from the
+ * eye, saturated at 32 bits. Cannot fail. */
 int32_t lum_yscan_elevation(const lum_eye_calibration *eye,
                             const lum_layout *layout, int16_t raw);
 

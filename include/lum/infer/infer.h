@@ -95,7 +95,7 @@ typedef struct lum_infer_finding {
                                               it keeps the default */
     const char *name;                    /**< of the key, such as "group.tag";
                                               a constant */
-    char value[LUM_INFER_TEXT_BYTES];    /**< as it stands in the YAML, such as
+    char value[LUM_INFER_TEXT_BYTES];    /**< as written in the YAML, such as
                                               "{at: 12, bytes: 2}" */
     char evidence[LUM_INFER_TEXT_BYTES]; /**< why, in one line */
     char equal[LUM_INFER_TEXT_BYTES];    /**< what fits equally well; empty:

@@ -19,9 +19,9 @@ extern "C" {
 /** What happened, or is true. The numbers never change; new ones follow the
  * last. */
 typedef enum lum_news_kind {
-    LUM_NEWS_LASER_UP = 1,     /**< asked for, and a status shows it up */
+    LUM_NEWS_LASER_UP = 1,     /**< requested, and a status shows it up */
     LUM_NEWS_LASER_FELL,       /**< it was up, and is down */
-    LUM_NEWS_LASER_REFUSED,    /**< asked for, and it stays down */
+    LUM_NEWS_LASER_REFUSED,    /**< requested, and it stays down */
     LUM_NEWS_LASER_UNSEEN,     /**< the answer to "on" has no status */
     LUM_NEWS_LASER_UNANSWERED, /**< "on" has no answer */
     LUM_NEWS_LASER_HELD_UP,    /**< the program was held up while it asked */
@@ -95,7 +95,7 @@ const char *lum_news_name(lum_news_kind kind);
 /** Its weight; INFO if there is none with this number. */
 lum_news_weight lum_news_weigh(lum_news_kind kind);
 
-/** Whether it tells why lines have no ranges: the laser is down. */
+/** Whether it explains why lines have no ranges: the laser is down. */
 bool lum_news_is_dark(lum_news_kind kind);
 
 /** Why the laser is down, to be put after the names of the bits: ": ..." if no
