@@ -42,7 +42,7 @@ typedef struct lum_group {
  * @return LUM_OK; LUM_E_MALFORMED if it is shorter than its fields or its
  *         samples, has no samples, the value of neither eye, a line, count or
  *         index above 2^32 - 1, or angles past the line's last pixel;
- * LUM_E_UNKNOWN_TAG. Constant time. */
+ *         LUM_E_UNKNOWN_TAG. Constant time. */
 LUM_MUST_CHECK lum_result lum_group_decode(const lum_layout *layout,
                                            const void *bytes, size_t len,
                                            lum_group *out);
