@@ -99,7 +99,7 @@ def test_one_table_alone_says_how_good_a_calibration_is():
     """It is measured anew now and then: no other text may promise what it does not hold."""
     page = (TOP / "docs/calibrate-accuracy.md").read_text()
     manual = " ".join((TOP / "docs/man/lumcal.1").read_text().split())
-    assert "are meant to be within one of it, and 95 of 100 within two" in manual and "docs/calibrate-accuracy.md" in manual
+    assert "should be within one of it, and 95 % within two" in manual and "docs/calibrate-accuracy.md" in manual
     prose = {"calibrate-accuracy.md": "\n".join(line for line in page.splitlines() if not line.startswith("|")), "manual": manual,
              "help": _arguments.HELP, "eyes": _arguments.HELP_EYES,
              **{name: (TOP / name).read_text() for name in ("README.md", "docs/start.md", "docs/calibrate.md")}}
