@@ -1,5 +1,5 @@
 /** @file
- * What turns samples of one sensor into geometry, in integer units
+ * The values that turn samples of one sensor into geometry, in integer units
  * (docs/protocol.md, section 7). */
 #ifndef LUM_CALIBRATION_H
 #define LUM_CALIBRATION_H

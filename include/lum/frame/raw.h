@@ -1,5 +1,5 @@
 /** @file
- * What a frame was made of: the words, angles and packets of its lines, as they
+ * The raw data of a frame: the words, angles and packets of its lines, as they
  * came. A framer keeps them only if lum_framer_options.keeps_raw is set;
  * without it they cost nothing.
  *
