@@ -60,9 +60,10 @@ typedef struct lum_demux_options {
                                   and of a live sensor */
     const lum_demux_member *members; /**< the wanted sensors, and those left
                                           out; data of all others is neither
-                                          assembled nor counted. Each has
-                                          another address or interface. Not with
-                                          has_sensor. NULL: no members */
+                                          assembled nor counted. No two have
+                                          both address and interface in common.
+                                          Not with has_sensor. NULL: no
+                                          members */
     size_t member_count;             /**< at most LUM_DEMUX_MEMBERS_MAX */
 } lum_demux_options;
 
