@@ -83,6 +83,13 @@ endfunction()
 function(lum_tool name)
   lum_program(${name} ${ARGN})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+  if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/help.txt)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS help.txt)
+    file(READ help.txt text HEX)
+    string(REGEX REPLACE "(..)" "0x\\1," text "${text}")
+    file(CONFIGURE OUTPUT help.c CONTENT "extern const char help_text[];\nconst char help_text[] = {${text}0};\n")
+    target_sources(${name} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/help.c)
+  endif()
 endfunction()
 
 # lum_tested_by(ROOM TARGET...): what `script/test ROOM` builds: the target tests-ROOM.

@@ -190,7 +190,7 @@ class Changes(unittest.TestCase):
         "a key of a rig": [(r"\bLUM_RIG_(?:INTERFACE|YAW)\b", SOURCES)],
         "a key of a sweep's plan": [(r"\bRECORD_FRAMES\b|\brecord_frames\b", SOURCES)],
         "an option of lumctl": [(r"\bOWN_FORCE\b", SOURCES)],
-        "an option of lumdump": [(r'"receive-buffer"|\bvalues_take_receive_buffer\b', SOURCES)],
+        "an option of lumdump": [(r'"frame-id"|\bvalues_take_frame_id\b', SOURCES)],
         "an option of lumsim": [(r'"boot-status"|\bboot_status\b', SOURCES)],
         "an option of lumview, lumtable, lumros2": [(r"\bno-open\b", SOURCES)],
         "a check of the doctor": [(r"\bdoctor_check_(?:clock|mtu)\b", SOURCES)],

@@ -38,6 +38,45 @@ bool number_parse_real(const char *text, double min, double max, double *out)
     return true;
 }
 
+/* Units and what one of them is. */
+struct unit {
+    const char *name;
+    double factor;
+};
+
+static bool parse_quantity(const char *text, const struct unit *units,
+                           double min, double max, double *out)
+{
+    char number[32];
+    const size_t len = strspn(text, "0123456789.");
+    while (units->name != NULL && strcmp(units->name, text + len) != 0) {
+        units++;
+    }
+    if (units->name == NULL || len >= sizeof number) {
+        return false;
+    }
+    (void)snprintf(number, sizeof number, "%.*s", (int)len, text);
+    const bool is_number = number_parse_real(number, 0, 1e12, out);
+    *out *= units->factor;
+    return is_number && *out >= min && *out <= max;
+}
+
+bool number_parse_size(const char *text, double min, double max, double *out)
+{
+    static const struct unit sizes[] = {
+        {"B", 1},         {"kB", 1e3},         {"MB", 1e6},
+        {"GB", 1e9},      {"TB", 1e12},        {"KiB", 1024},
+        {"MiB", 1048576}, {"GiB", 1073741824}, {NULL, 0}};
+    return parse_quantity(text, sizes, min, max, out);
+}
+
+bool number_parse_time(const char *text, double min, double max, double *out)
+{
+    static const struct unit times[] = {
+        {"s", 1e9}, {"min", 60e9}, {"h", 3600e9}, {"d", 86400e9}, {NULL, 0}};
+    return parse_quantity(text, times, min, max, out);
+}
+
 /* 0..255 in decimal without leading zeros. Returns its digits, 0: none. */
 static size_t read_part(const char *text, uint32_t *out)
 {

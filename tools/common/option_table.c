@@ -198,6 +198,26 @@ static bool take_number(const struct option_spec *s, const char *text,
     return true;
 }
 
+static bool take_size(const struct option_spec *s, const char *text,
+                      void *options)
+{
+    double bytes = 0.0;
+    if (!number_parse_size(text, s->low, s->high, &bytes)) {
+        return false;
+    }
+    store(s, options, (int64_t)bytes);
+    return true;
+}
+
+static void show(const struct option_spec *s)
+{
+    if (s->show != NULL) {
+        s->show();
+    } else {
+        (void)fputs(s->text, stdout);
+    }
+}
+
 static bool take(const struct option_spec *s, const char *text, void *options,
                  lum_error *why)
 {
@@ -213,11 +233,13 @@ static bool take(const struct option_spec *s, const char *text, void *options,
     case OPTION_WHOLE:
     case OPTION_REAL:
         return take_number(s, text, options);
+    case OPTION_SIZE:
+        return take_size(s, text, options);
     case OPTION_CALL:
-        return s->call(options, text, why);
+        return s->call((uint8_t *)options + s->at, text, why);
     case OPTION_SHOW:
     default:
-        s->show();
+        show(s);
         return true;
     }
 }

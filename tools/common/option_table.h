@@ -6,6 +6,7 @@
 #define LUM_TOOLS_OPTION_TABLE_H
 
 #include "lum/base/error.h"
+#include "lum/version.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -23,7 +24,9 @@ enum option_kind {
                      a bool */
     OPTION_WHOLE, /* a whole number from min to max, into an integer */
     OPTION_REAL,  /* a number from low to high, into a double */
-    OPTION_CALL   /* calls a function with its text */
+    OPTION_SIZE,  /* bytes from low to high, with a unit, into an unsigned
+                     integer */
+    OPTION_CALL   /* calls a function with its field and its text */
 };
 
 /* A word that an option takes, and its number; the last has no text. */
@@ -45,9 +48,11 @@ struct option_spec {
     double low;
     double high;
     const struct option_word *words;
-    /* False: why says the reason, or is empty for "'TEXT' is not ALLOWED". */
-    bool (*call)(void *options, const char *text, lum_error *why);
-    void (*show)(void);
+    /* Without a field it gets the options. False: why says the reason, or is
+     * empty for "'TEXT' is not ALLOWED". */
+    bool (*call)(void *field, const char *text, lum_error *why);
+    void (*show)(void); /* NULL: the text is shown */
+    const char *text;
     const char *value;   /* what it takes, for --help; may be NULL */
     const char *allowed; /* of a value; NULL: as its kind says */
     const char *help;    /* what it does, for --help; may be NULL */
@@ -56,6 +61,19 @@ struct option_spec {
 /* The field of an option. */
 #define OPTION_INTO(type, field)                                               \
     .at = offsetof(type, field), .size = sizeof(((type *)NULL)->field)
+
+/* What help.txt of the tool's folder says. */
+extern const char help_text[];
+
+/* Of each tool, at the end of its table. */
+#define OPTION_HELP                                                            \
+    {                                                                          \
+        "help", .letter = 'h', .kind = OPTION_SHOW, .text = help_text          \
+    }
+#define OPTION_VERSION(program)                                                \
+    {                                                                          \
+        "version", .kind = OPTION_SHOW, .text = program " " LUM_VERSION "\n"   \
+    }
 
 struct option_table {
     const char *program; /* begins each message */

@@ -106,8 +106,9 @@ static bool refuse_value(const lum_key_refusal *refusal, lum_error *why)
     return false;
 }
 
-bool set_keys_add(struct set_keys *keys, const char *text, lum_error *why)
+bool set_keys_add(void *to, const char *text, lum_error *why)
 {
+    struct set_keys *keys = to;
     lum_keys known;
     lum_key_refusal of_calibration;
     lum_key_refusal of_profile;

@@ -28,9 +28,9 @@ struct set_keys {
     size_t count;
 };
 
-/* Add KEY=VALUE; the text is kept. False: it is refused; why says the reason,
- * or is empty where it is not of this form. */
-bool set_keys_add(struct set_keys *keys, const char *text, lum_error *why);
+/* Add KEY=VALUE to a struct set_keys; the text is kept. False: it is refused;
+ * why says the reason, or is empty where it is not of this form. */
+bool set_keys_add(void *to, const char *text, lum_error *why);
 
 /* The first of a kind; NULL: there is none. */
 const char *set_keys_first(const struct set_keys *keys, bool is_of_profile);

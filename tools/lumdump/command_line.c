@@ -3,14 +3,12 @@
 #include "command_line.h"
 
 #include "../common/host.h"
-#include "../common/option_table.h"
+#include "../common/ring.h"
 #include "../common/source_url.h"
 
-#include "help.h"
 #include "lum/map/map.h"
 #include "lum/net/socket.h"
 #include "lum/picture/picture.h"
-#include "lum/version.h"
 #include "rig.h"
 #include "row_threads.h"
 #include "rules.h"
@@ -61,18 +59,6 @@ static const struct option_word edges[] = {{"rising", LUM_EDGES_RISING},
                                            {"both", LUM_EDGES_BOTH},
                                            {NULL, 0}};
 
-static void show_help(void)
-{
-    (void)fputs(help_output, stdout);
-    (void)fputs(help_rest, stdout);
-    (void)fputs(help_examples, stdout);
-}
-
-static void show_version(void)
-{
-    (void)puts("lumdump " LUM_VERSION);
-}
-
 static bool take_output(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
@@ -97,30 +83,30 @@ static const struct option_spec specs[] = {
     {"output", .letter = 'o', CALL(take_output)},
     {"quiet", .letter = 'q', FLAG(quiet)},
     {"format", WORD(formats, format)},
-    {"rotate", CALL(values_take_rotation),
+    {"rotate", CALL(values_take_limit), INTO(files.rotation),
      .allowed = "a size of 10kB or more, such as 100MB or 1GB, or a time of 1s "
                 "or more, such as 60s or 10min"},
-    {"keep", CALL(values_take_keep),
+    {"keep", CALL(values_take_limit), INTO(files.keep),
      .allowed =
          "a size of 10kB or more, such as 50GB, or a time of 1s or more, "
          "such as 2h or 7d"},
     {"ascii", FLAG(cloud.ascii)},
     {"comments", FLAG(cloud.comments)},
-    {"columns", CALL(values_take_columns)},
-    {"preset", CALL(values_take_preset)},
-    {"check-preset", CALL(values_take_check_preset)},
+    {"columns", CALL(values_take_columns), INTO(cloud)},
+    {"preset", CALL(values_take_preset), INTO(cloud.preset)},
+    {"check-preset", CALL(values_take_preset), INTO(instead.check_preset)},
     {"voxel", .kind = OPTION_REAL, INTO(cloud.voxel), .low = LUM_MAP_VOXEL_MIN,
      .high = LUM_MAP_VOXEL_MAX},
     {"organized", FLAG(cloud.organized)},
     {"colour", WORD(colours, cloud.picture.colour),
      HAS(cloud.picture.has_colour)},
-    {"size", CALL(values_take_size),
+    {"size", CALL(values_take_size), INTO(cloud.picture),
      .allowed = "WIDTHxHEIGHT in pixels, each from 640 to 8000, such as "
                 "3200x2400"},
-    {"mcap", CALL(values_take_mcap),
+    {"mcap", CALL(values_take_mcap), INTO(mcap.contents),
      .allowed = "frames, lines or packets, or packets with one of the others, "
                 "such as frames,packets"},
-    {"frame-id", CALL(values_take_frame_id),
+    {"frame-id", CALL(values_take_frame_id), INTO(mcap.frame_id),
      .allowed = "a name of 1 to 200 bytes, such as luminar"},
     {"lines", .kind = OPTION_WHOLE, INTO(mcap.lines), .min = 1,
      .max = LUM_MCAP_LINES_MAX},
@@ -134,34 +120,35 @@ static const struct option_spec specs[] = {
     {"interface", TEXT(live.interface), .allowed = "the name of an interface"},
     {"threads", .kind = OPTION_WHOLE, INTO(points.threads), .min = 1,
      .max = ROW_THREADS_MAX},
-    {"buffer", CALL(values_take_buffer),
-     .allowed = "a size from 128KiB to 64GB, such as 256MB"},
-    {"receive-buffer", CALL(values_take_receive_buffer),
+    {"buffer", .kind = OPTION_SIZE, INTO(live.buffer), .low = RING_BYTES_MIN,
+     .high = 64e9, .allowed = "a size from 128KiB to 64GB, such as 256MB"},
+    {"receive-buffer", .kind = OPTION_SIZE, INTO(live.receive_buffer),
+     .low = 65536, .high = 1e9,
      .allowed = "a size from 64KiB to 1GB, such as 256MiB"},
-    {"sensor", CALL(values_take_sensor), HAS(sensor.is_chosen),
+    {"sensor", TEXT(sensor.text), HAS(sensor.is_chosen),
      .allowed = SENSOR_ALLOWED ", or the name of a rig's sensor"},
     {"port", .kind = OPTION_WHOLE, INTO(sensor.port), .min = 1,
      .max = UINT16_MAX},
     {"eye", WORD(eyes, choice.eyes)},
     {"edge", WORD(edges, choice.points.edges)},
-    {"return", CALL(values_take_return),
+    {"return", CALL(values_take_return), INTO(choice.points),
      .allowed = "all, first, last, strongest or a number from 1"},
-    {"frames", CALL(values_take_frames),
+    {"frames", CALL(values_take_frames), INTO(choice),
      .allowed = "FIRST:LAST, numbers from 1 such as 10:20 or 10:, or whole:N"},
-    {"range", CALL(values_take_range),
+    {"range", CALL(values_take_range), INTO(choice.points),
      .allowed = "MIN:MAX in metres, such as 2:80"},
-    {"box", CALL(values_take_box),
+    {"box", CALL(values_take_box), INTO(choice.points),
      .allowed = "XMIN:XMAX,YMIN:YMAX,ZMIN:ZMAX in metres, such as "
                 "0:50,-10:10,:4"},
     {"incomplete", WORD(keeps, choice.drop_incomplete)},
     {"packets", WORD(packets, choice.all_packets), HAS(choice.has_packets)},
-    {"duration", CALL(values_take_duration),
+    {"duration", CALL(values_take_duration), INTO(choice.duration_ns),
      .allowed = "a number of seconds above 0"},
     {"calibration", TEXT(config.calibration)},
     {"profile", TEXT(config.profile)},
     {"rig", TEXT(config.rig), .allowed = "the name of a file of a rig"},
-    {"set", CALL(values_take_set), .allowed = SET_KEYS_ALLOWED},
-    {"smooth", CALL(values_take_smooth),
+    {"set", CALL(set_keys_add), INTO(config.set), .allowed = SET_KEYS_ALLOWED},
+    {"smooth", CALL(values_take_smooth), INTO(points),
      .allowed = "0 for off, an odd number of pixels up to 63, such as 31, or "
                 "WINDOW:ORDER, the order from 0 to 5 and below the window, "
                 "such as 31:2"},
@@ -170,8 +157,8 @@ static const struct option_spec specs[] = {
     {"pose-times", TEXT(points.motion.times),
      .allowed = "the name of a file with a time a line"},
     {"to", WORD(places, points.motion.to), HAS(points.motion.has_to)},
-    {"help", .letter = 'h', .kind = OPTION_SHOW, .show = show_help},
-    {"version", .kind = OPTION_SHOW, .show = show_version},
+    OPTION_HELP,
+    OPTION_VERSION("lumdump"),
 };
 
 /* --- Formats and sources --- */
@@ -320,7 +307,7 @@ static void choose_live(struct options *o)
     o->sensor.address = o->live.address.address;
 }
 
-enum parsed command_line_read(int argc, char **argv, struct options *out)
+enum option_end command_line_read(int argc, char **argv, struct options *out)
 {
     static const struct option_table table = {
         "lumdump", "lumdump --help", specs, sizeof specs / sizeof specs[0],
@@ -335,33 +322,34 @@ enum parsed command_line_read(int argc, char **argv, struct options *out)
     const enum option_end end =
         option_table_read(&table, argc, argv, out, &result);
     if (end != OPTIONS_READ) {
-        return end == OPTIONS_SHOWN ? PARSED_DONE : PARSED_BAD;
+        return end;
     }
     if (!take_sources(result.count, argv + 1, out)) {
-        return PARSED_BAD;
+        return OPTIONS_REFUSED;
     }
     if (!take_sensor(out)) {
-        return PARSED_BAD;
+        return OPTIONS_REFUSED;
     }
     if (out->instead.check_preset != NULL) {
-        return rules_allow_check(&table, &result) ? PARSED_RUN : PARSED_BAD;
+        return rules_allow_check(&table, &result) ? OPTIONS_READ
+                                                  : OPTIONS_REFUSED;
     }
     if (out->instead.infer) {
-        return rules_allow_infer(out, &table, &result) ? PARSED_RUN
-                                                       : PARSED_BAD;
+        return rules_allow_infer(out, &table, &result) ? OPTIONS_READ
+                                                       : OPTIONS_REFUSED;
     }
     if (!take_rig(out) || !find_formats(out)) {
-        return PARSED_BAD;
+        return OPTIONS_REFUSED;
     }
     rig_choose_time(out);
     if (!rules_allow(out)) {
-        return PARSED_BAD;
+        return OPTIONS_REFUSED;
     }
     if (out->is_live) {
         choose_live(out);
     }
     note_filters(&result, out);
-    return PARSED_RUN;
+    return OPTIONS_READ;
 }
 
 void command_line_free(struct options *options)

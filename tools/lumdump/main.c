@@ -311,14 +311,14 @@ static enum exit_status run(struct options *o)
     return status;
 }
 
-static enum exit_status act(enum parsed parsed, struct options *options)
+static enum exit_status act(enum option_end end, struct options *options)
 {
-    switch (parsed) {
-    case PARSED_DONE:
+    switch (end) {
+    case OPTIONS_SHOWN:
         return conclude_stdout();
-    case PARSED_BAD:
+    case OPTIONS_REFUSED:
         return EXIT_BAD;
-    case PARSED_RUN:
+    case OPTIONS_READ:
     default:
         if (options->instead.check_preset != NULL) {
             return check_preset_run(options);

@@ -44,11 +44,11 @@ int main(int argc, char **argv)
 {
     static struct options options;
     switch (options_parse(argc, argv, &options)) {
-    case PARSED_DONE:
+    case OPTIONS_SHOWN:
         return fflush(stdout) == 0 ? EXIT_DONE : EXIT_FAILED;
-    case PARSED_BAD:
+    case OPTIONS_REFUSED:
         return EXIT_BAD;
-    case PARSED_RUN:
+    case OPTIONS_READ:
     default:
         break;
     }

@@ -2,6 +2,7 @@
 #ifndef LUMROS2_OPTIONS_H
 #define LUMROS2_OPTIONS_H
 
+#include "../common/option_table.h"
 #include "topics.h"
 
 #include <stdbool.h>
@@ -20,15 +21,6 @@ struct options {
     bool verbose;
 };
 
-enum parsed {
-    PARSED_RUN,
-    PARSED_DONE, /* help or version was printed */
-    PARSED_BAD   /* the reason was said */
-};
-
-/* What --help says. */
-extern const char help_text[];
-
-enum parsed options_parse(int argc, char **argv, struct options *out);
+enum option_end options_parse(int argc, char **argv, struct options *out);
 
 #endif

@@ -28,8 +28,16 @@ bool names_is(const char *text)
     return is_name && *at == '\0' && strlen(text) < NAMES_BYTES / 2u;
 }
 
-bool names_add_remap(struct names *names, const char *text, lum_error *why)
+bool names_take_prefix(void *names, const char *text, lum_error *why)
 {
+    (void)why;
+    ((struct names *)names)->prefix = text;
+    return names_is(text);
+}
+
+bool names_add_remap(void *to, const char *text, lum_error *why)
+{
+    struct names *names = to;
     char from[NAMES_BYTES];
     const char *sign = strstr(text, ":=");
     if (names->remap_count == NAMES_REMAPS_MAX) {
@@ -136,8 +144,9 @@ static bool take_kind(const char *text, enum qos_kind *out)
     return false;
 }
 
-bool qos_add(struct qos *qos, const char *text, lum_error *why)
+bool qos_add(void *to, const char *text, lum_error *why)
 {
+    struct qos *qos = to;
     const char *sign = strchr(text, '=');
     struct qos_rule rule = {.topic = text};
     if (sign == NULL) {

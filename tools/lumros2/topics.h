@@ -31,8 +31,10 @@ struct names {
  * a digit, with / between them and perhaps before the first. */
 bool names_is(const char *text);
 
-/* Takes "FROM:=TO". False: why says the reason, if it is not its form. */
-bool names_add_remap(struct names *names, const char *text, lum_error *why);
+/* Take a namespace, or add "FROM:=TO", of a command line to a struct names.
+ * False: why says the reason, if it is not its form. */
+bool names_take_prefix(void *names, const char *text, lum_error *why);
+bool names_add_remap(void *to, const char *text, lum_error *why);
 
 /* The topic by which a topic of the file is published, such as /left/points.
  * Names that ROS 2 has once for all nodes, such as /tf_static, stay without the
@@ -74,9 +76,9 @@ struct qos {
     "sensor, reliable or latched, or TOPIC=sensor, TOPIC=reliable, "           \
     "TOPIC=latched"
 
-/* Takes a KIND or TOPIC=KIND. False: why says the reason, if it is not its
- * form. */
-bool qos_add(struct qos *qos, const char *text, lum_error *why);
+/* Add a KIND or TOPIC=KIND to a struct qos. False: why says the reason, if it
+ * is not its form. */
+bool qos_add(void *to, const char *text, lum_error *why);
 
 /* Of a topic as it is published. Without rules, /tf_static is latched and
  * others are reliable, which readers of either kind take. */

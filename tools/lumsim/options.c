@@ -6,7 +6,6 @@
 #include "../common/option_table.h"
 #include "files.h"
 #include "lum/laser.h"
-#include "lum/version.h"
 #include "lum/wire.h"
 #include "moving.h"
 #include "rig.h"
@@ -37,17 +36,6 @@
 
 static const struct option_word clocks[] = {
     {"sensor", 0}, {"utc", 1}, {NULL, 0}};
-
-static void show_help(void)
-{
-    (void)fputs(options_help_outputs, stdout);
-    (void)fputs(options_help_scene, stdout);
-}
-
-static void show_version(void)
-{
-    (void)puts("lumsim " LUM_VERSION);
-}
 
 /* --- Values --- */
 
@@ -103,12 +91,6 @@ static bool take_truth(void *options, const char *text, lum_error *why)
     }
     *path = text;
     return text[0] != '\0';
-}
-
-static bool take_set(void *options, const char *text, lum_error *why)
-{
-    struct options *o = options;
-    return set_keys_add(&o->set, text, why);
 }
 
 static bool take_interface(void *options, const char *text, lum_error *why)
@@ -229,7 +211,8 @@ static const struct option_spec specs[] = {
     {"rig", .group = ALL, TEXT(rig.path)},
     {"calibration", .group = DRIVE | ALONE, TEXT(calibration)},
     {"profile", .group = ALL | ALONE, TEXT(profile)},
-    {"set", .group = ALL | ALONE, CALL(take_set), .allowed = SET_KEYS_ALLOWED},
+    {"set", .group = ALL | ALONE, CALL(set_keys_add), INTO(set),
+     .allowed = SET_KEYS_ALLOWED},
     {"address", .group = ALL | ALONE, CALL(take_address), .allowed = HOST},
     {"port", .group = LIVE, WHOLE(live.port, 1, UINT16_MAX)},
     {"interface", .group = LIVE, CALL(take_interface),
@@ -248,9 +231,8 @@ static const struct option_spec specs[] = {
      .allowed = HOST ", or 10.42.0.37%eth1"},
     {"sensor-port", .group = MODE_REPLAY,
      WHOLE(replay.sensor.port, 1, UINT16_MAX)},
-    {"help", .letter = 'h', .kind = OPTION_SHOW, .group = ALL,
-     .show = show_help},
-    {"version", .kind = OPTION_SHOW, .group = ALL, .show = show_version},
+    OPTION_HELP,
+    OPTION_VERSION("lumsim"),
 };
 
 #define SPECS (sizeof specs / sizeof specs[0])

@@ -124,8 +124,4 @@ LUM_PRINTF(1, 2) bool complain(const char *format, ...);
  * Returns -1 when the run may begin, else the exit status. */
 int options_parse(int argc, char **argv, struct options *out);
 
-/* What --help prints, in two parts. */
-extern const char options_help_outputs[];
-extern const char options_help_scene[];
-
 #endif

@@ -52,12 +52,12 @@ int main(int argc, char **argv)
     lum_layout layout;
     lum_fixed_projector projector;
     lum_error error = {""};
-    const enum parsed parsed = options_parse(argc, argv, &options);
-    if (parsed != PARSED_RUN) {
-        if (parsed == PARSED_DONE && fflush(stdout) != 0) {
+    const enum option_end parsed = options_parse(argc, argv, &options);
+    if (parsed != OPTIONS_READ) {
+        if (parsed == OPTIONS_SHOWN && fflush(stdout) != 0) {
             return EXIT_FAILED;
         }
-        return parsed == PARSED_DONE ? EXIT_DONE : EXIT_BAD;
+        return parsed == OPTIONS_SHOWN ? EXIT_DONE : EXIT_BAD;
     }
     if (load(&options, &layout, &projector, &error) != 0) {
         return complain(&error, EXIT_BAD);

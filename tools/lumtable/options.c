@@ -1,8 +1,6 @@
 #include "options.h"
 
 #include "../common/input_files.h"
-#include "../common/option_table.h"
-#include "lum/version.h"
 
 #include <stdarg.h>
 #include <stdbool.h>
@@ -10,21 +8,6 @@
 #include <string.h>
 
 #define LETTERS "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-
-static void show_help(void)
-{
-    (void)fputs(help_text, stdout);
-}
-
-static void show_version(void)
-{
-    (void)puts("lumtable " LUM_VERSION);
-}
-
-static bool take_set(void *options, const char *text, lum_error *why)
-{
-    return set_keys_add(&((struct options *)options)->set, text, why);
-}
 
 /* What follows it makes it no keyword. */
 static bool take_name(void *options, const char *text, lum_error *why)
@@ -42,15 +25,16 @@ static const struct option_spec specs[] = {
     {"layout", .kind = OPTION_FLAG, INTO(is_layout)},
     {"profile", .kind = OPTION_TEXT, INTO(profile)},
     {"calibration", .kind = OPTION_TEXT, INTO(calibration)},
-    {"set", .kind = OPTION_CALL, .call = take_set, .allowed = SET_KEYS_ALLOWED},
+    {"set", .kind = OPTION_CALL, .call = set_keys_add, INTO(set),
+     .allowed = SET_KEYS_ALLOWED},
     {"name", .kind = OPTION_CALL, .call = take_name,
      .allowed = "a name in C: a letter, then letters, digits and _, 40 at "
                 "most"},
-    {"help", .letter = 'h', .kind = OPTION_SHOW, .show = show_help},
-    {"version", .kind = OPTION_SHOW, .show = show_version},
+    OPTION_HELP,
+    OPTION_VERSION("lumtable"),
 };
 
-LUM_PRINTF(1, 2) static enum parsed refuse(const char *format, ...)
+LUM_PRINTF(1, 2) static enum option_end refuse(const char *format, ...)
 {
     va_list arguments;
     (void)fputs("lumtable: ", stderr);
@@ -58,24 +42,24 @@ LUM_PRINTF(1, 2) static enum parsed refuse(const char *format, ...)
     (void)vfprintf(stderr, format, arguments);
     va_end(arguments);
     (void)fputc('\n', stderr);
-    return PARSED_BAD;
+    return OPTIONS_REFUSED;
 }
 
 /* A calibration and a name are of tables alone. */
-static enum parsed check_layout(const struct options *o)
+static enum option_end check_layout(const struct options *o)
 {
     const char *key = set_keys_first(&o->set, false);
     if (o->calibration != NULL || o->name != NULL) {
         return refuse("--layout: --%s goes with tables alone; leave it out",
                       o->calibration != NULL ? "calibration" : "name");
     }
-    return key == NULL ? PARSED_RUN
+    return key == NULL ? OPTIONS_READ
                        : refuse("--layout: '%s' is of a calibration, which "
                                 "goes with tables alone",
                                 key);
 }
 
-static enum parsed check(int words, char **argv, const struct options *o)
+static enum option_end check(int words, char **argv, const struct options *o)
 {
     const struct input_file inputs[] = {{o->calibration, "--calibration"},
                                         {o->profile, "--profile"}};
@@ -88,23 +72,17 @@ static enum parsed check(int words, char **argv, const struct options *o)
                                &why) != 0) {
         return refuse("%s", why.text);
     }
-    return o->is_layout ? check_layout(o) : PARSED_RUN;
+    return o->is_layout ? check_layout(o) : OPTIONS_READ;
 }
 
-enum parsed options_parse(int argc, char **argv, struct options *out)
+enum option_end options_parse(int argc, char **argv, struct options *out)
 {
     static const struct option_table table = {
         "lumtable", "lumtable --help", specs, sizeof specs / sizeof specs[0],
         false};
     struct option_result result;
     *out = (struct options){.output = "-"};
-    switch (option_table_read(&table, argc, argv, out, &result)) {
-    case OPTIONS_SHOWN:
-        return PARSED_DONE;
-    case OPTIONS_REFUSED:
-        return PARSED_BAD;
-    case OPTIONS_READ:
-    default:
-        return check(result.count, argv, out);
-    }
+    const enum option_end end =
+        option_table_read(&table, argc, argv, out, &result);
+    return end == OPTIONS_READ ? check(result.count, argv, out) : end;
 }

@@ -2,6 +2,7 @@
 #ifndef LUMTABLE_OPTIONS_H
 #define LUMTABLE_OPTIONS_H
 
+#include "../common/option_table.h"
 #include "../common/set_keys.h"
 
 #include <stdbool.h>
@@ -17,15 +18,6 @@ struct options {
     bool is_layout;          /* code instead of constants */
 };
 
-enum parsed {
-    PARSED_RUN,
-    PARSED_DONE, /* help or version was printed */
-    PARSED_BAD   /* the reason was said */
-};
-
-/* What --help says. */
-extern const char help_text[];
-
-enum parsed options_parse(int argc, char **argv, struct options *out);
+enum option_end options_parse(int argc, char **argv, struct options *out);
 
 #endif
