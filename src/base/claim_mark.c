@@ -156,8 +156,8 @@ int lum_claim_refuse_foreign(const char *path, const char *shown,
 {
     errno = EEXIST;
     return lum_error_set(error,
-                         "%s: cannot be written while %s is there, which would "
-                         "mark that it is being written: rename that one, or "
-                         "choose another name",
+                         "%s: cannot be written while %s exists, "
+                         "because that name marks it as being written: rename "
+                         "that one, or choose another name",
                          shown, path);
 }

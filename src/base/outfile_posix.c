@@ -80,7 +80,7 @@ static int settle(lum_outfile *file, lum_error *error)
         return refuse_busy(file, error);
     }
     if (fstat(file->fd, &status) != 0) {
-        return lum_outfile_fail(file, errno, "cannot look at it", error);
+        return lum_outfile_fail(file, errno, "cannot get its status", error);
     }
     file->device = status.st_dev;
     file->inode = status.st_ino;
@@ -306,7 +306,7 @@ static int put_back(const lum_outfile *file, lum_error *error)
         (void)fail_put_back(file, name, error);
     } else if (has_link) {
         (void)fail_removed(
-            file, "; its data has another name, which is not known", error);
+            file, "; its data now has an unknown name", error);
     } else {
         (void)fail_gone(file, code, error);
     }
@@ -419,8 +419,8 @@ int lum_outfile_system_open(lum_outfile *file, lum_outfile_kind kind,
     }
     if (stat(path, &status) != 0) {
         if (lstat(path, &status) == 0) {
-            return lum_outfile_fail(file, ENOENT,
-                                    "is a link that leads nowhere", error);
+            return lum_outfile_fail(file, ENOENT, "is a link to a missing file",
+                                    error);
         }
         file->path = strdup(path);
         return make(file, kind, NULL, error);
@@ -494,7 +494,7 @@ int lum_outfile_finish(lum_outfile *file, lum_error *error)
     lum_outfile_release(file);
     const int code = file->path != NULL ? lum_system_sync(fd) : 0;
     if (code != 0) {
-        return lum_outfile_fail(file, code, "cannot bring it to the disk",
+        return lum_outfile_fail(file, code, "cannot write it to the disk",
                                 error);
     }
     if (recover(file, error) != 0) {

@@ -226,7 +226,7 @@ int lum_outfile_finish(lum_outfile *file, lum_error *error)
     const int fd = file->fd;
     if (file->path != NULL && !FlushFileBuffers((HANDLE)_get_osfhandle(fd))) {
         return lum_outfile_fail(file, code_of(GetLastError()),
-                                "cannot bring it to the disk", error);
+                                "cannot write it to the disk", error);
     }
     file->fd = -1;
     if (_close(fd) != 0) {

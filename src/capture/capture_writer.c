@@ -190,8 +190,8 @@ static int check_options(const char *path, const lum_capture_writer_options *o,
     const bool has_text = o->application != NULL || o->comment_count > 0;
     const bool is_pcap = o->format == LUM_CAPTURE_PCAP;
     if (o->format != LUM_CAPTURE_PCAP && o->format != LUM_CAPTURE_PCAPNG) {
-        (void)lum_error_set(error, "%s: there is no format %u of captures",
-                            path, (unsigned)o->format);
+        (void)lum_error_set(error, "%s: %u is not a format of captures", path,
+                            (unsigned)o->format);
     } else if (is_pcap && has_text) {
         (void)lum_error_set(error, "%s: a pcap file has no comments", path);
     } else if (is_pcap && o->interface_count > 0) {
@@ -331,8 +331,8 @@ int lum_capture_writer_add_from(lum_capture_writer *writer, size_t interface,
 {
     if (interface >= writer->interface_count) {
         return lum_error_set(error,
-                             "%s: interface %zu of %zu; right is one "
-                             "from 0 to %zu",
+                             "%s: interface %zu "
+                             "of %zu; use 0 to %zu",
                              writer->out.name, interface,
                              writer->interface_count,
                              writer->interface_count - 1u);

@@ -79,13 +79,13 @@ static lum_unpacker *find_unpacker(const lum_pcap *r, const lum_chunk_head *h,
         unpacker = lum_unpack_named(h->compression, &library);
     }
     if (unpacker == NULL && library == NULL) {
-        (void)lum_pcap_fail(r, error,
-                            "a chunk is compressed by %s, which is not read",
-                            h->compression);
+        (void)lum_pcap_fail(
+            r, error, "a chunk is compressed by %s, which is not supported",
+            h->compression);
     } else if (unpacker == NULL) {
         (void)lum_pcap_fail(r, error,
-                            "a chunk is compressed by %s, and this build has "
-                            "no %s: %s makes a file that can be read",
+                            "a chunk is compressed by %s, and "
+                            "this build has no %s: %s makes a readable file",
                             h->compression, library, h->remedy);
     }
     return unpacker;
@@ -109,8 +109,8 @@ static int check_lengths(const lum_pcap *r, const lum_chunk_head *h,
     const uint64_t most = h->unpacked > h->packed ? h->unpacked : h->packed;
     if (most > LUM_CHUNK_RECORDS_MAX) {
         (void)lum_pcap_fail(r, error,
-                            "a chunk of %llu bytes; at most %lu can be read: "
-                            "%s makes a file that can be read",
+                            "a chunk of %llu bytes; at most "
+                            "%lu can be read: %s makes a readable file",
                             (unsigned long long)most,
                             (unsigned long)LUM_CHUNK_RECORDS_MAX, h->remedy);
         return LUM_PCAP_DAMAGED;
@@ -187,8 +187,8 @@ static int unpack_all(const lum_pcap *r, const lum_source_functions *f,
                             reason.text);
     } else {
         (void)lum_pcap_fail(r, error,
-                            "a chunk does not unpack to the %zu bytes that it "
-                            "says",
+                            "a chunk does not unpack to the "
+                            "%zu bytes it declares",
                             bytes);
     }
     return LUM_PCAP_DAMAGED;

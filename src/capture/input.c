@@ -182,7 +182,7 @@ int lum_input_next(lum_input *input, lum_pcap_record *out, lum_error *error)
         input->records += (uint64_t)got;
         return got;
     }
-    return lum_error_set(error, "%s: cannot be read on after record %llu: %s",
+    return lum_error_set(error, "%s: cannot be read beyond record %llu: %s",
                          input->source->name,
                          (unsigned long long)input->records, reason.text);
 }

@@ -61,7 +61,7 @@ static int differs(const lum_mcap_messages *m, const char *what, unsigned id,
                    lum_error *error)
 {
     return lum_pcap_fail(m->place, error,
-                         "%s %u is described again, as another one", what, id);
+                         "%s %u is described twice, differently", what, id);
 }
 
 static int no_memory(const lum_mcap_messages *m, lum_error *error)

@@ -64,8 +64,8 @@ bool lum_mcap_is_text(lum_bytes_at text, const char *wanted)
 static int too_short(const lum_mcap_records *m, const char *what,
                      lum_error *error)
 {
-    (void)lum_pcap_fail(m->reader, error,
-                        "a %s is shorter than what it says it has", what);
+    (void)lum_pcap_fail(m->reader, error, "a %s is shorter than it declares",
+                        what);
     return LUM_PCAP_DAMAGED;
 }
 
@@ -172,8 +172,8 @@ static int next_in_chunk(lum_mcap_records *m, lum_mcap_record *out,
     if (left < RECORD_HEAD || load_le64(at + 1) > left - RECORD_HEAD) {
         m->chunk_at = all.len;
         (void)lum_pcap_fail(m->reader, error,
-                            "a record of a chunk is longer than "
-                            "what is left of the chunk");
+                            "a record of a "
+                            "chunk is longer than the rest of the chunk");
         return LUM_PCAP_DAMAGED;
     }
     const struct raw raw = {at[0], at + RECORD_HEAD, load_le64(at + 1)};
@@ -336,8 +336,8 @@ static int take_statistics(const lum_mcap_records *m, const struct raw *raw,
     const uint64_t messages = load_le64(r->source->at + RECORD_HEAD);
     if (messages != m->messages && r->damaged == 0) {
         return lum_pcap_fail(r, error,
-                             "%llu messages were there, but its statistics "
-                             "count %llu",
+                             "%llu messages were read, but "
+                             "its statistics count %llu",
                              (unsigned long long)m->messages,
                              (unsigned long long)messages);
     }
@@ -387,7 +387,7 @@ static int take_footer(lum_mcap_records *m, const struct raw *raw,
     lum_source_take(s, MAGIC_BYTES);
     m->has_ended = true;
     if (lum_source_has(s, 1)) {
-        return lum_pcap_fail(r, error, "there are bytes behind its footer");
+        return lum_pcap_fail(r, error, "bytes follow its footer");
     }
     return LUM_PCAP_ENDED;
 }
@@ -405,8 +405,8 @@ static int next_in_file(lum_mcap_records *m, lum_mcap_record *out,
         return s->left != 0 || s->has_failed
                    ? lum_pcap_fail_cut(r, "record", 0, error)
                    : lum_pcap_fail(r, error,
-                                   "the file ends without a footer: it is cut "
-                                   "short, or was not written to its end");
+                                   "the file ends without a footer: it "
+                                   "was cut short or never finished");
     }
     struct raw raw = {s->at[0], NULL, load_le64(s->at + 1)};
     switch (raw.opcode) {

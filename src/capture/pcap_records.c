@@ -130,7 +130,7 @@ int lum_pcap_records_begin(lum_pcap *reader, lum_error *error)
     if (s->left < 4 || !read_magic(r, s->at)) {
         return s->has_failed
                    ? lum_error_set(error, "%s", s->error.text)
-                   : lum_error_set(error, "it does not begin as one does");
+                   : lum_error_set(error, "it does not begin like one");
     }
     if (!is_whole) {
         return lum_pcap_fail_cut(r, "file header", FILE_HEADER_BYTES, error);

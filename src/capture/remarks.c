@@ -125,14 +125,15 @@ static bool say_port(const lum_remarks *r, uint16_t port, lum_error *out)
         (void)snprintf(rest, sizeof rest, ", and %" PRIu64 " from others",
                        more);
     }
-    (void)lum_error_set(out,
-                        "%" PRIu64 " packet%s of a G2 came from UDP port %u%s, "
-                        "but only port %u is read: something between has "
-                        "changed the port (NAT); read %s with lumdump --port "
-                        "%u, --sensor-port %u of lumview and lumsim, port=%u "
-                        "in Python and ROS",
-                        most, most == 1 ? "" : "s", other, rest, (unsigned)port,
-                        most == 1 ? "it" : "them", other, other, other);
+    (void)lum_error_set(
+        out,
+        "%" PRIu64 " packet%s of a G2 came from UDP port %u%s, "
+        "but only port %u is read: a device on the "
+        "way has changed the port (NAT); read %s with lumdump --port "
+        "%u, --sensor-port %u of lumview and lumsim, port=%u "
+        "in Python and ROS",
+        most, most == 1 ? "" : "s", other, rest, (unsigned)port,
+        most == 1 ? "it" : "them", other, other, other);
     return true;
 }
 
@@ -186,9 +187,8 @@ static bool say_order(const lum_demux_counters *counters, lum_error *out)
         return false;
     }
     (void)lum_error_set(out,
-                        "%" PRIu64
-                        " packets stand out of order in the capture by "
-                        "their times, too far to be put together: reordercap "
+                        "%" PRIu64 " packets are too far out of "
+                        "order in the capture to be put together: reordercap "
                         "IN OUT sorts a pcap or pcapng file",
                         counters->out_of_order);
     return true;
@@ -216,18 +216,18 @@ static bool find_mixture(const lum_demux_counters *counters,
     }
     if (mixture->contradicting != 0) {
         (void)lum_error_set(out,
-                            "two sensors seem to be taken for one, and frames "
-                            "to have points of both: %" PRIu32 " of %" PRIu32
-                            " packets that were looked at do not fit to those "
-                            "next to them in time",
+                            "two sensors seem to be read as one, "
+                            "so that frames have points of both: %" PRIu32
+                            " of %" PRIu32 " packets examined do not "
+                            "fit their neighbours in time",
                             mixture->contradicting, mixture->compared);
         return true;
     }
     if (counters->out_of_order < OUT_OF_ORDER_MIN &&
         is_much(counters->assembly.late, counters)) {
         (void)lum_error_set(out,
-                            "%" PRIu64 " packets are late, behind newer lines "
-                            "of their sensor, and are not used",
+                            "%" PRIu64 " packets came after newer "
+                            "lines of their sensor and are not used",
                             counters->assembly.late);
         return true;
     }
@@ -318,9 +318,9 @@ static void say_absent(const lum_demux *demux, const lum_demux_known *member,
     out->text[0] = '\0';
     add_name(out, "the rig's sensor ", member->address, member->interface);
     if (copy != NULL) {
-        add_name(out, " is no sensor of its own: its data is that of ",
+        add_name(out, " is not another sensor: its data duplicates that of ",
                  copy->sensor->address, copy->sensor->interface);
-        add_text(out, " once more; leave one of them out of the rig");
+        add_text(out, "; leave one of them out of the rig");
         return;
     }
     add_text(out, " sent no data; ");
@@ -328,7 +328,7 @@ static void say_absent(const lum_demux *demux, const lum_demux_known *member,
         add_sensors(demux, *member->interface != '\0', out);
     } else {
         add_name(out, "", other->address, "");
-        add_text(out, " did, but on which interface is not known: record with "
+        add_text(out, " did, on an unknown interface: record with "
                       "dumpcap -i eth0 -i eth1 -w out, whose pcapng files name "
                       "them, or leave the interface out of the rig");
     }

@@ -67,9 +67,9 @@ static int check_name(const lum_extras *before, lum_format format,
     if (n == 0 || n > LUM_WRITER_EXTRA_NAME_MAX ||
         strspn(name, LETTERS DIGITS) != n || strspn(name, LETTERS) == 0) {
         return lum_error_set(error,
-                             "'%.40s' cannot be the name of a column; use 1 to "
-                             "%u letters of ASCII, digits and _, a letter or _ "
-                             "first",
+                             "'%.40s' cannot be the name of a column; use "
+                             "1 to %u ASCII letters, digits and _, "
+                             "not a digit first",
                              name, LUM_WRITER_EXTRA_NAME_MAX);
     }
     if (is_taken(format, name)) {
@@ -106,9 +106,9 @@ static int check_type(lum_format format, const lum_writer_extra *extra,
     }
     if (!has_type(format, &lum_number_types[extra->type])) {
         return lum_error_set(error,
-                             "the column %s is of integers of 64 bits, which "
-                             "this format does not have; use integers of 32 "
-                             "bits or float64, or write csv or las",
+                             "the column %s has 64-bit integers, "
+                             "which this format lacks; use 32-bit "
+                             "integers or float64, or write csv or las",
                              extra->name);
     }
     return 0;
@@ -127,12 +127,12 @@ static int take(lum_extras *out, lum_format format,
                 const lum_writer_extra *extra, size_t count, lum_error *error)
 {
     if (count > 0 && !has_extras(format)) {
-        return lum_error_set(error, "this format has no columns of one's own; "
-                                    "csv, ply, pcd, las and mcap have");
+        return lum_error_set(error, "this format takes no extra "
+                                    "columns; csv, ply, pcd, las and mcap do");
     }
     if (count > LUM_WRITER_EXTRA_MAX) {
-        return lum_error_set(error, "%zu columns of one's own; at most %u",
-                             count, LUM_WRITER_EXTRA_MAX);
+        return lum_error_set(error, "%zu extra columns; at most %u", count,
+                             LUM_WRITER_EXTRA_MAX);
     }
     for (size_t i = 0; i < count; i++) {
         if (check_name(out, format, extra[i].name, error) != 0 ||

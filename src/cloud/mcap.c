@@ -62,11 +62,10 @@ static int keep_contents(const lum_writer *writer, state *s,
     }
     errno = EINVAL;
     return lum_error_set(error, "%s: %s", lum_sink_name(writer->sink),
-                         !is_known
-                             ? "contents that MCAP does not have; frames, "
-                               "lines and datagrams are possible"
+                         !is_known ? "contents that MCAP does "
+                                     "not have; use frames, lines or datagrams"
                          : writer->preset != NULL
-                             ? "a preset is of whole frames: choose these"
+                             ? "a preset needs whole frames: choose frames"
                              : "a cloud is of a frame or of a line, not both");
 }
 
@@ -300,7 +299,7 @@ void lum_writer_foresee(lum_writer *writer, const lum_line_samples *line)
 static int not_foreseen(const lum_writer *writer, lum_error *error)
 {
     errno = EINVAL;
-    return lum_error_set(error, "%s: other points came than were foreseen",
+    return lum_error_set(error, "%s: the points differ from those announced",
                          lum_sink_name(writer->sink));
 }
 

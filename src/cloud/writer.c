@@ -59,8 +59,8 @@ static int check_voxels(const lum_writer *writer, const lum_line_samples *line,
     }
     errno = EINVAL;
     return lum_error_set(error,
-                         "%s: samples of voxels need counts and times_ns, "
-                         "and lack them",
+                         "%s: samples of voxels lack "
+                         "counts or times_ns",
                          lum_sink_name(writer->sink));
 }
 
@@ -72,8 +72,8 @@ static int check_extra(const lum_writer *writer, const lum_line_samples *line,
     }
     errno = EINVAL;
     return lum_error_set(error,
-                         "%s: the file has columns of one's own, and the line "
-                         "lacks their values: extra is NULL",
+                         "%s: the file has extra columns, "
+                         "but the line's extra is NULL",
                          lum_sink_name(writer->sink));
 }
 

@@ -96,7 +96,7 @@ static int choose_voxels(lum_writer *writer, const char *path, bool has_preset,
                       error);
     }
     if (!lum_format_has_voxels(writer->options.format)) {
-        return refuse(path, "voxels are of CSV, PLY, PCD and LAS", error);
+        return refuse(path, "voxels need CSV, PLY, PCD or LAS", error);
     }
     if (writer->ops != &lum_las_ops) {
         writer->has_chosen = true;
@@ -112,8 +112,8 @@ static int choose_preset(lum_writer *writer, const char *path, lum_error *error)
     writer->options.preset = NULL;
     if (writer->extras.count > 0 && (name != NULL || writer->options.voxels)) {
         return refuse(path,
-                      "presets and voxels have no columns of one's own: leave "
-                      "out extra, or them",
+                      "presets and voxels take no extra columns: leave "
+                      "out extra, or the preset or voxels",
                       error);
     }
     if (writer->options.voxels) {
@@ -126,7 +126,7 @@ static int choose_preset(lum_writer *writer, const char *path, lum_error *error)
         return refuse(path, "a preset and columns exclude each other", error);
     }
     if (!lum_format_has_presets(writer->options.format)) {
-        return refuse(path, "presets are of CSV, PLY, PCD and MCAP", error);
+        return refuse(path, "presets need CSV, PLY, PCD or MCAP", error);
     }
     writer->has_chosen = true;
     writer->preset = lum_preset_find(name, &why);

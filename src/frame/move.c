@@ -326,7 +326,7 @@ static int take_options(const lum_move_options *given, lum_move_options *out,
         out->to != LUM_MOVE_TO_WORLD) {
         errno = EINVAL;
         return lum_error_set(
-            error, "moving: the option to is %d; right is one of lum_move_to",
+            error, "moving: the option to is %d; use a value of lum_move_to",
             (int)out->to);
     }
     return 0;
@@ -392,7 +392,7 @@ int lum_frame_move(const lum_frame *frame, const lum_move_options *options,
     if (points.count > 0 && info.times.begin_utc_ns == 0) {
         return lum_error_set(
             error, "the frame has no clock: by the profile its packets have no "
-                   "timestamps, so its points have no poses; right is a "
+                   "timestamps, so its points have no poses; use a "
                    "profile with the field timestamp");
     }
     find_moments(&info.times, o.poses, o.to, &points);

@@ -141,8 +141,8 @@ static int refuse_field(const reader *r, size_t i, lum_error *error)
     shown[n] = '\0';
     errno = EINVAL;
     return lum_error_set(error,
-                         "%.250s: line %zu: '%s' is no number; right is such "
-                         "as 12.5 or 1.25e1",
+                         "%.250s: line %zu: '%s' is not a number "
+                         "such as 12.5 or 1.25e1",
                          r->name, r->line, shown);
 }
 
@@ -173,8 +173,8 @@ static int refuse_unit(const reader *r, size_t i, double value,
     const lum_unit_names may = lum_unit_names_of(value, find_step(r, i, value));
     errno = EINVAL;
     return lum_error_set(error,
-                         "%.250s: line %zu: the time %.0f looks like %s; right "
-                         "is seconds, or a CSV column %s",
+                         "%.250s: line %zu: the time %.0f looks like %s; "
+                         "use seconds, or a CSV column %s",
                          r->name, r->line, value, may.units, may.columns);
 }
 
@@ -191,8 +191,8 @@ static int take_time(const reader *r, size_t i, int exponent, int64_t *out,
     }
     if (!lum_decimal_whole(&d, exponent, out)) {
         return refuse(r, error,
-                      "the time is too large for nanoseconds in 64 bits; right "
-                      "is the unit that the column's name tells");
+                      "the time is too large for nanoseconds in 64 bits; "
+                      "use the unit in the column's name");
     }
     return 0;
 }
@@ -278,8 +278,8 @@ static int refuse_names(const parser *p, int lacks)
     errno = EINVAL;
     return lum_error_set(
         p->error,
-        "%.250s: line %zu: %s%s; right are numbers (TUM: t x y z qx qy qz qw; "
-        "KITTI: 12 of a matrix), or above those of a CSV their names: "
+        "%.250s: line %zu: %s%s; use numbers (TUM: t x y z qx qy qz qw; "
+        "KITTI: 12 of a matrix), or a CSV with a line of names: "
         "t,x,y,z,qx,qy,qz,qw",
         p->lines.name, p->lines.line,
         lacks < 0 ? "names a column twice" : "has names, but lacks ",
@@ -328,9 +328,9 @@ static int find_format(parser *p)
         errno = EINVAL;
         return lum_error_set(
             p->error,
-            "%.250s: line %zu has %zu values; right are 8 (TUM: t x y z qx qy "
-            "qz qw), 12 (KITTI: 3 rows of 4), or a line above with their names "
-            "(CSV: t,x,y,z,qx,qy,qz,qw)",
+            "%.250s: line %zu has %zu values; use 8 (TUM: t x y z qx qy "
+            "qz qw), 12 (KITTI: 3 rows of 4), or a CSV with a line of "
+            "names (t,x,y,z,qx,qy,qz,qw)",
             r->name, r->line, r->count);
     }
     return 0;
@@ -408,8 +408,8 @@ static int take_matrix(const parser *p, lum_pose *out)
     }
     if (!(error_of_rows(m) <= 2.0 * LUM_POSES_UNIT_ERROR)) {
         return refuse(&p->lines, p->error,
-                      "the first three columns are no rotation; right are rows "
-                      "of length 1, square to each other, right-handed");
+                      "the first three columns are not a rotation; use "
+                      "right-handed rows of length 1, square to each other");
     }
     for (size_t i = 0; i < 3u; i++) {
         out->at[i] = m[4u * i + 3u];
@@ -430,12 +430,11 @@ static int take_time_of_matrix(const parser *p, int64_t *out)
         errno = EINVAL;
         return lum_error_set(p->error,
                              "%.200s has fewer times than %.200s has poses: "
-                             "line %zu has none; right is one for each",
+                             "line %zu has none; use one for each",
                              p->times->name, p->lines.name, p->lines.line);
     }
     if (p->times->count != 1u) {
-        return refuse(p->times, p->error,
-                      "right is one time, and nothing else");
+        return refuse(p->times, p->error, "use one time alone");
     }
     return take_time(p->times, 0, 9, out, p->error);
 }
@@ -454,7 +453,7 @@ static int take_pose(parser *p)
             "%zu%s",
             r->name, r->line, r->count, p->format.fields,
             r->at == r->end ? ": was the file cut short?"
-                            : ": right is as many in each");
+                            : ": use the same number in each");
     }
     const int result =
         p->format.is_matrix
@@ -484,7 +483,7 @@ static int check_times(const parser *p)
     }
     return next_data(p->times)
                ? refuse(p->times, p->error,
-                        "there are more times than poses; right is one for "
+                        "there are more times than poses; use one for "
                         "each")
                : 0;
 }

@@ -93,8 +93,9 @@ static int begin_seek(lum_reader *r, lum_error *error)
                                     "one was opened on records");
     }
     if (!lum_framer_gives(r->framer, 0)) {
-        return lum_error_set(error, "a reader that gives no frames cannot "
-                                    "seek one; lum_framer_options.wants");
+        return lum_error_set(
+            error, "a reader that gives no "
+                   "frames cannot seek one; see lum_framer_options.wants");
     }
     lum_place_begin(r);
     return 0;
@@ -106,7 +107,7 @@ static int fail_to_restart(const lum_reader *r, lum_error *error)
     (void)lum_capture_get_source(r->capture, 0, &source);
     return lum_error_set(error,
                          "%s: cannot be read again from its start; only "
-                         "frames behind the present one can be sought",
+                         "later frames can be sought",
                          source.name);
 }
 

@@ -418,7 +418,7 @@ static void refuse_overlap(const refusal *r, lum_key_refusal *why)
 
 static void refuse_samples(const refusal *r, lum_key_refusal *why)
 {
-    static const char rule[] = "; samples come behind every field";
+    static const char rule[] = "; samples come after all fields";
     const culprit s = {path_of(SAMPLES), place_of(r, SAMPLES)};
     const culprit f = field_culprit(r, r->index);
     const unsigned last = last_byte(r->profile->group[r->index]);

@@ -156,8 +156,8 @@ static void of_eye(const lum_infer_state *state, lum_infer_finding *f)
     const lum_infer_reading *best = &state->readings.best;
     f->is_told = !best->is_one_eye;
     if (best->is_one_eye) {
-        say(f->evidence, "lines rise by 1 without any field that tells two "
-                         "eyes apart: one eye alone is seen");
+        say(f->evidence, "lines rise by 1 and no field "
+                         "tells two eyes apart: only one eye is seen");
         say_rival(f, eye, "reading with two eyes");
         say(f->equal, "every other byte that is always the same");
         say(f->look, "record both eyes");
@@ -229,7 +229,7 @@ static void say_equal_clock(const lum_infer_state *state, lum_infer_finding *f)
     if (lum_infer_share_bits(state->clock.equal, clock)) {
         say(f->equal,
             ", since the further bytes do not change; a recording of more than "
-            "%.1f s tells",
+            "%.1f s shows whether they do",
             4294967296e-9 * (double)state->clock.unit_ns);
     }
 }
@@ -311,9 +311,9 @@ static void of_eye_values(const lum_infer_state *state, lum_infer_finding *f)
         (unsigned)best->eye_value[1]);
     say(f->evidence, "%s",
         best->is_one_eye
-            ? "one eye alone is seen; its name is not in the packets"
-            : "the packets have both values, and not which is called blue: "
-              "the lower one, as in the default");
+            ? "only one eye is seen; its name is not in the packets"
+            : "the packets do not say which value is blue: the "
+              "lower one is taken, as in the default");
     say(f->equal, "{blue: %u, green: %u}", (unsigned)best->eye_value[1],
         (unsigned)best->eye_value[0]);
     say(f->look, "lumview with both profiles side by side: with the right one, "
@@ -506,7 +506,7 @@ static void find_doubt(const lum_infer_state *state,
         say(doubt, "the line number rises at only %.1f %% of lines",
             percent(line));
     } else if (state->readings.lines < LINES_SURE) {
-        say(doubt, "%zu lines can be chance: record %u or more",
+        say(doubt, "%zu lines are too few to be sure: record %u or more",
             state->readings.lines, LINES_SURE);
     } else if (state->clock.unread_at > 0) {
         say(doubt, "byte %u may be a clock", state->clock.unread_at);
@@ -529,7 +529,7 @@ static void judge(const lum_infer_state *state, lum_infer_result *out)
         (unsigned)out->fit, (unsigned)out->counts.packets, out->margin,
         keys[out->margin_key].name, doubt[0] == '\0' ? "" : "; unsure: ", doubt,
         state->readings.best.is_one_eye
-            ? "; one eye alone is seen, so the place of group.eye is not told"
+            ? "; only one eye is seen, so the place of group.eye is unknown"
             : "");
 }
 

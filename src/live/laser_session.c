@@ -212,7 +212,7 @@ void lum_laser_session_lend(lum_laser_session *session, int64_t now_ns)
 
 static void tell_text(lum_laser_session *k, const lum_tlv *tlv)
 {
-    static const char more[] = " (more of this is not told)";
+    static const char more[] = " (further ones are not shown)";
     lum_news news = make(k, LUM_NEWS_TEXT, 0);
     size_t len = 0;
     k->texts++;

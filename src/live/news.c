@@ -85,10 +85,10 @@ static const entry entries[LUM_NEWS_END] = {
      "another host may own it now; {ctl} doctor finds out more"},
     {"back", WARN, "data from {sensor} again, after {seconds} s without", ""},
     {"moved", ERROR,
-     "the data comes from {to} now, not from {sensor}: the sensor has got that "
-     "address, so its data is not taken and ends within 3 s",
+     "the data comes from {to} now, not from {sensor}: the sensor now has that "
+     "address, so its data is not used and ends within 3 s",
      "end this session, and begin one with {to}"},
-    {"restarted", WARN, "{sensor} was restarted: its clock began anew",
+    {"restarted", WARN, "{sensor} was restarted: its clock began again",
      "its settings are lost; when it is safe, run {ctl} laser on"},
     {"unheard", WARN,
      "{sensor} sends data, but does not answer when asked for its status",
@@ -100,7 +100,8 @@ static const entry entries[LUM_NEWS_END] = {
      "{sensor} answers so late that its answers cannot be used",
      "{ctl} doctor finds out how late"},
     {"no-status", WARN,
-     "{sensor} answers without a status, so nothing shows its laser", PROFILE},
+     "{sensor} answers without a status, so the state of its laser is unknown",
+     PROFILE},
     {"link-down", WARN, "sending to {sensor} fails: {text}; it is retried",
      "{ctl} doctor finds out why"},
     {"link-up", WARN, "sending to {sensor} works again", ""},
@@ -110,8 +111,8 @@ static const entry entries[LUM_NEWS_END] = {
     {"ended-unknown", ERROR,
      "{sensor}: laser off was not answered: " LAST_HEARTBEAT, POWER},
     {"ended-unseen", ERROR,
-     "{sensor}: laser off was answered without a status TLV, so nothing shows "
-     "it off: " LAST_HEARTBEAT,
+     "{sensor}: laser off was answered without a status TLV, so it is not "
+     "confirmed off: " LAST_HEARTBEAT,
      PROFILE},
     {"ended-in-effect", ERROR,
      "{sensor}: LASER ON IS STILL IN EFFECT after laser off: the laser comes "

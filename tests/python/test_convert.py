@@ -739,13 +739,13 @@ def test_an_interruption_does_not_wait_for_what_is_written(frames, tmp_path, mon
     ("a.npy", {"columns": ["x", "colour"]}, "'colour' is not a column; columns are x, y, z"),
     ("a.bin", {"columns": ["x"]}, "columns does not go with the format bin; it goes with csv, ply, pcd, parquet"),
     ("a.npy", {"ascii": True}, "ascii does not go with the format npy; it goes with ply, pcd"),
-    ("a.npy", {"time": "gps"}, 'time is \'gps\'; right is "sensor", "utc", "arrival"'),
+    ("a.npy", {"time": "gps"}, 'time is \'gps\'; use "sensor", "utc", "arrival"'),
     ("a.csv", {"colour": "height"}, "--colour goes with png output only"),
     ("a.png", {"size": (10, 10)}, "from 640 to 8000"),
     ("a.npy", {"rotate": "1GB"}, "rotate does not go with the format npy"),
     ("a.csv", {"compression": "zstd"}, "compression does not go with the format csv"),
     ("a.csv", {"preset": "argoverse2"}, "preset does not go with the format csv"),
-    ("a.npy", {"returns": "some"}, "returns is 'some'; right is"),
+    ("a.npy", {"returns": "some"}, "returns is 'some'; use"),
     ("{utc_ns}.csv", {}, "use %04d, the number of the frame"),
     ("-", {"format": "csv"}, "standard output, which convert"),
     ("a.ply", {"comments": True}, "comments"),
@@ -766,7 +766,7 @@ def test_wrong_options_are_refused(drive, tmp_path, monkeypatch, name, options, 
     (3, "a.npy", {}, "a source is given as int"),
     ([1, 2], "a.npy", {}, "a source in a list is 1"),
     (iter([1]), "a.npy", {}, "gives int and not frames"),
-    ("drive", 7, {}, "the destination is 7; right is a path or a URL"),
+    ("drive", 7, {}, "the destination is 7; use a path or a URL"),
     ("drive", "a.npy", {"colums": "x"}, "there is no option colums"),
 ])
 def test_wrong_types_are_refused(tmp_path, monkeypatch, source, name, options, said):
@@ -804,11 +804,11 @@ def test_sources_and_places_that_are_not_there(drive, tmp_path, kind):
 def test_a_capture_that_breaks_off(drive, tmp_path, kind):
     cut = tmp_path / "cut.pcap"
     cut.write_bytes(drive.read_bytes()[:drive.stat().st_size * 3 // 5])
-    with pytest.warns(lumsdk.CaptureWarning, match="cut.pcap: cannot be read on after record"):
+    with pytest.warns(lumsdk.CaptureWarning, match="cut.pcap: cannot be read beyond record"):
         made = lumsdk.convert(cut, tmp_path / f"a.{kind}")
     assert made["truncated"] and made["points"] > 0
     os.unlink(tmp_path / f"a.{kind}")
-    with pytest.raises(lumsdk.CaptureError, match="cannot be read on after record"):
+    with pytest.raises(lumsdk.CaptureError, match="cannot be read beyond record"):
         lumsdk.convert(cut, tmp_path / f"a.{kind}", broken="raise")
     assert left_in(tmp_path) == ["cut.pcap"]
 
@@ -841,7 +841,7 @@ def test_two_sensors_with_one_address(make_capture, tmp_path):
         assert [len(frame) for frame in lumsdk.open(pair, sensor=names[0])] == alone[0]
     with pytest.raises(lumsdk.CaptureError, match="no data of 10.42.0.37%eth2 in it, but of 10.42.0.37 10.42.0.37%eth1"):
         list(lumsdk.open(pair, sensor="10.42.0.37%eth2"))
-    with pytest.raises(lumsdk.OptionError, match="right is an address such as"):
+    with pytest.raises(lumsdk.OptionError, match="use an address such as"):
         lumsdk.open(pair, sensor="10.42.0.37%")
     with pytest.raises(lumsdk.OptionError, match="choose one by sensor=: 10.42.0.37 10.42.0.37%eth1"):
         lumsdk.convert(pair, tmp_path / "a.npy", columns=["x", "sensor"])

@@ -120,7 +120,7 @@ def test_a_grid_of_the_only_eye_needs_no_name(path):
     ({"column": "range", "eye": "red"}, ValueError, "eye is 'red'"),
     ({"column": "colour", "eye": "blue"}, KeyError, "there is no column 'colour'"),
     ({"column": "x", "eye": "blue", "returns": 0}, ValueError, "from 1"),
-    ({"column": "x", "eye": "blue", "returns": "last"}, TypeError, "right is a whole number"),
+    ({"column": "x", "eye": "blue", "returns": "last"}, TypeError, "use a whole number"),
     ({"column": "x", "eye": "blue", "lines": -1}, ValueError, "from 0"),
 ])
 def test_a_grid_tells_what_is_wrong(frame, arguments, kind, said):

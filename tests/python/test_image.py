@@ -108,11 +108,11 @@ def test_points_outside_are_told(frames):
 
 
 @pytest.mark.parametrize("arguments, said", [
-    ({"eye": "red"}, 'eye is \'red\'; right is "blue", "green", "both"'),
-    ({"returns": "second"}, 'returns is \'second\'; right is "nearest"'),
-    ({"rows": 0}, "rows is 0; right is a whole number from 1"),
-    ({"columns": 1.5}, "columns is 1.5; right is a whole number"),
-    ({"view": (1, 2, 3)}, "right is four numbers in degrees: left, right, top, bottom"),
+    ({"eye": "red"}, 'eye is \'red\'; use "blue", "green", "both"'),
+    ({"returns": "second"}, 'returns is \'second\'; use "nearest"'),
+    ({"rows": 0}, "rows is 0; use a whole number from 1"),
+    ({"columns": 1.5}, "columns is 1.5; use a whole number"),
+    ({"view": (1, 2, 3)}, "use four numbers in degrees: left, right, top, bottom"),
     ({"view": (-60, 60, 3, -17)}, "the view of -60, 60, 3, -17 degrees in 64 rows and 1600 columns cannot be"),
     ({"rows": 1 << 20, "columns": 1 << 20}, "at most 268435456 pixels"),
 ])

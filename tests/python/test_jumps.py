@@ -100,7 +100,7 @@ def test_what_is_no_time_is_told(source, time, kind, said):
 
 @pytest.mark.parametrize("index", ["3", 1.5, None, (1, 2), slice("a", None)])
 def test_what_is_no_place_is_told(source, index):
-    with pytest.raises(TypeError, match="right is a whole number, its place in the stream"):
+    with pytest.raises(TypeError, match="use a whole number, its place in the stream"):
         source[index]
 
 

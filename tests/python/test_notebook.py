@@ -61,7 +61,7 @@ def test_colours_are_of_what_is_asked_for(frame, colour):
     assert made != frame.to_png(size=(1000, 750))
 
 
-@pytest.mark.parametrize("options, says", [({"colour": "red"}, "right is one of range, height, pulse_width, label"),
+@pytest.mark.parametrize("options, says", [({"colour": "red"}, "use one of range, height, pulse_width, label"),
                                            ({"colour": "label"}, "there is no column 'label'"),
                                            ({"size": (639, 800)}, "each from 640 to 8000"), ({"size": (800,)}, "width, height")])
 def test_what_cannot_be_drawn_is_refused(frame, options, says):

@@ -191,47 +191,47 @@ LINES = np.array([(0, 0, 0, 2), (1, 0, 2, 3)], [("number", "u4"), ("eye", "u1"),
 
 
 @pytest.mark.parametrize("call, said", [
-    (lambda: small()[np.ones(4, bool)], r"a mask of the shape \(4,\); right is \(5,\)"),
-    (lambda: small()[np.ones((5, 1), bool)], r"a mask of the shape \(5, 1\); right is \(5,\)"),
-    (lambda: small()[[3, 1]], r"right is frame\[numpy.sort\(places\)\]"),
-    (lambda: small()[[0, 5]], "5 is no point of the frame; right is 0 to 4"),
+    (lambda: small()[np.ones(4, bool)], r"a mask of the shape \(4,\); use \(5,\)"),
+    (lambda: small()[np.ones((5, 1), bool)], r"a mask of the shape \(5, 1\); use \(5,\)"),
+    (lambda: small()[[3, 1]], r"use frame\[numpy.sort\(places\)\]"),
+    (lambda: small()[[0, 5]], "5 is no point of the frame; use 0 to 4"),
     (lambda: small()[[-1, 2]], "-1 in an image_index"),
     (lambda: small()[np.array([2**63], "u8")], "9223372036854775808 is no point"),
-    (lambda: small()[np.zeros(5, "u1")], r"all 0 or 1, of type uint8; right is .*mask.astype\(bool\)"),
-    (lambda: small()[::-1], r'right is a step from 1, or frame\["x"\]\[::-1\]'),
+    (lambda: small()[np.zeros(5, "u1")], r"all 0 or 1, of type uint8; use .*mask.astype\(bool\)"),
+    (lambda: small()[::-1], r'use a step from 1, or frame\["x"\]\[::-1\]'),
     (lambda: small().with_columns(x=np.zeros(5)), r"x is a column that frames have by themselves: replace\(x=...\) sets it"),
     (lambda: small().with_columns(timestamp=np.zeros(5)), "a column that tables and files make .*; leave it out"),
     (lambda: small().with_columns(lines=np.zeros(5)), "an argument of Frame.from_arrays"),
     (lambda: small().with_columns({"my label": np.zeros(5)}), "'my label' cannot be the name"),
     (lambda: small().with_columns({"l" * 32: np.zeros(5)}), "at most 31 letters"),
-    (lambda: small().with_columns(label=np.zeros(4)), "label has 4 values; right are 5"),
-    (lambda: small().with_columns(label=np.zeros((5, 2))), r"the shape \(5, 2\); right is \(n,\)"),
-    (lambda: small().replace(y=np.zeros(6, "f4")), "y has 6 values; right are 5"),
+    (lambda: small().with_columns(label=np.zeros(4)), "label has 4 values; use 5"),
+    (lambda: small().with_columns(label=np.zeros((5, 2))), r"the shape \(5, 2\); use \(n,\)"),
+    (lambda: small().replace(y=np.zeros(6, "f4")), "y has 6 values; use 5"),
     (lambda: small().replace(y=np.full(5, 0.1)), r'y: 0.1 at 0 cannot be .* float32; right: y.astype\("float32"\), which rounds'),
-    (lambda: small().replace(xyz=np.zeros((5, 2))), r"the shape \(5, 2\); right is \(n, 3\)"),
-    (lambda: small().replace(xyz=np.zeros((5, 3)), x=np.zeros(5)), "right is xyz, or x, y and z"),
+    (lambda: small().replace(xyz=np.zeros((5, 2))), r"the shape \(5, 2\); use \(n, 3\)"),
+    (lambda: small().replace(xyz=np.zeros((5, 3)), x=np.zeros(5)), "use xyz, or x, y and z"),
     (lambda: small().replace({"y": np.zeros(5)}, y=np.zeros(5)), "y is given twice"),
     (lambda: small().replace(line=np.full(5, -1)), "line: -1 at 0 cannot be .* from 0 to 4294967295"),
     (lambda: small().replace(line=np.full(5, -1, "i4")), "line: -1 at 0 cannot be"),
-    (lambda: small().replace(pixel=np.full(5, 1000)), "pixel: 1000 at 0; right is 0 to 999"),
+    (lambda: small().replace(pixel=np.full(5, 1000)), "pixel: 1000 at 0; use 0 to 999"),
     (lambda: small(lines=LINES, line=np.zeros(5, "u4")), "tell other numbers than the lines"),
     (lambda: small(lines=LINES).replace(line=np.arange(5, dtype="u4")), "points 0 and 1 are of one line .* and have 0 and 1"),
-    (lambda: small(lines=LINES[:1]), "they have 2 points; right are 5"),
-    (lambda: small(lines=LINES[::-1]), "line 0 begins at point 2; right is 0"),
-    (lambda: small(lines=np.arange(5)), "right is a structured array such as Frame.lines"),
-    (lambda: small(pixel=np.zeros(5, "u2")).grid("pixel", "blue", lines=-1), "right is a whole number from 0"),
+    (lambda: small(lines=LINES[:1]), "they have 2 points; use 5"),
+    (lambda: small(lines=LINES[::-1]), "line 0 begins at point 2; use 0"),
+    (lambda: small(lines=np.arange(5)), "use a structured array such as Frame.lines"),
+    (lambda: small(pixel=np.zeros(5, "u2")).grid("pixel", "blue", lines=-1), "use a whole number from 0"),
     (lambda: small(pixel=np.zeros(5, "u2")).grid("x"), "has no lines, so there is no grid of it"),
-    (lambda: small().image("x", eye="blue"), 'right is eye="both"'),
+    (lambda: small().image("x", eye="blue"), 'use eye="both"'),
     (lambda: small(label=np.arange(5) + 2**24).image("label"), "whole numbers up to 16777216"),
     (lambda: _table.value(small(), "timestamp"), "leave out the column timestamp"),
     (lambda: MADE(rnage=np.zeros(5)), "no column rnage; is it range?"),
-    (lambda: MADE(x=[0], y=[0, 1]), "y has 2 values; right are 1, one a point, as x has them"),
-    (lambda: MADE(), "right is at least one"),
+    (lambda: MADE(x=[0], y=[0, 1]), "y has 2 values; use 1, one a point, as x has them"),
+    (lambda: MADE(), "use at least one"),
     (lambda: MADE(line=[1, 2, 1], eye=[0, 0, 0]), r"points 0 and 2 are of line 1.*numpy.lexsort\(\(line, eye\)\)"),
-    (lambda: MADE(x=[0], sensor="front"), 'right is its address, such as "10.42.0.37"'),
-    (lambda: MADE(x=[0], time=np.float32([3e38])), "time: 3e.38 at 0; right are seconds"),
-    (lambda: MADE(x=[0], number=-1), "number is -1; right is a whole number from 0"),
-    (lambda: MADE(x=[0], number=2**31), "right is a whole number from 0 to 2147483647"),
+    (lambda: MADE(x=[0], sensor="front"), 'use its address, such as "10.42.0.37"'),
+    (lambda: MADE(x=[0], time=np.float32([3e38])), "time: 3e.38 at 0; use seconds"),
+    (lambda: MADE(x=[0], number=-1), "number is -1; use a whole number from 0"),
+    (lambda: MADE(x=[0], number=2**31), "use a whole number from 0 to 2147483647"),
 ])
 def test_what_is_not_right_says_what_is(call, said):
     with pytest.raises(ValueError, match=said):
@@ -240,13 +240,13 @@ def test_what_is_not_right_says_what_is(call, said):
 
 @pytest.mark.parametrize("call, said", [
     (lambda: small()[3], r"frame\[i:i \+ 1\] is the frame of one point"),
-    (lambda: small()[np.ma.masked_less(np.arange(5), 2)], r"a masked array; right is .*filled\(False\)"),
+    (lambda: small()[np.ma.masked_less(np.arange(5), 2)], r"a masked array; use .*filled\(False\)"),
     (lambda: small()[["x", "y"]], "not list of type <U1"),
     (lambda: small()[1.5], "takes a column's name, a mask, a slice, or an array of places, not float"),
-    (lambda: small().with_columns(label=["a"] * 5), "right are bool, integers, or floats"),
+    (lambda: small().with_columns(label=["a"] * 5), "use bool, integers, or floats"),
     (lambda: small().with_columns(label=np.zeros(5, "c16")), "values of type complex128"),
     (lambda: small().with_columns(label=np.ma.masked_less(np.arange(5), 2)), "a masked array"),
-    (lambda: MADE([1, 2]), "right is a mapping"),
+    (lambda: MADE([1, 2]), "use a mapping"),
     (lambda: np.asarray(small(), "f4"), r"not one array of float32: frame.xyz"),
 ])
 def test_what_is_no_array_of_numbers_says_what_is(call, said):
@@ -335,7 +335,7 @@ def test_a_frame_is_made_of_what_the_package_made(kind, make_capture, tmp_path):
     assert MADE(given, number=7, sensor="10.0.0.9", clock_us=5).number == 7
     assert MADE(frame.to_arrow(columns="all")) == MADE(frame.to_arrow(columns="all").to_pandas())
     both = np.concatenate([lumsdk.open(path)[i].to_arrow(["x", "frame"]).to_pandas()["frame"] for i in (0, 1)])
-    with pytest.raises(lumsdk.OptionError, match=r'points of 1 and of 2; right are those of one frame, .*rows\["frame"\] == 1'):
+    with pytest.raises(lumsdk.OptionError, match=r'points of 1 and of 2; use those of one frame, .*rows\["frame"\] == 1'):
         MADE(x=np.zeros(len(both)), frame=both)
 
 
@@ -351,7 +351,7 @@ def test_a_part_of_rows_begins_where_their_frame_began(time, make_capture, tmp_p
         assert made.info["begin_clock_us"] == (frame.info["begin_clock_us"] if time == "sensor" else frame.utc_ns // 1000)
     assert MADE(later).utc_ns == (0 if time == "sensor" else frame.utc_ns // 1000 * 1000)
     rows["timestamp"][0] = -5
-    with pytest.raises(lumsdk.OptionError, match="timestamp is -5; right is a whole number"):
+    with pytest.raises(lumsdk.OptionError, match="timestamp is -5; use a whole number"):
         MADE(rows)
 
 
@@ -490,7 +490,7 @@ def test_messages_are_those_of_lumdump_and_have_columns_of_ones_own(make_capture
     [frame] = lumsdk.open(path, columns="all")
     poses = lumsdk.Poses(np.array([0.0, 1e3]), np.tile(np.eye(4), (2, 1, 1)), clock="sensor", gap=1e4, jump=1e6)
     own = frame.with_columns(label=frame["pixel"].astype("i8"), near=frame["range"] < 9, x2=frame["x"].astype("f8"))
-    with pytest.raises(lumsdk.OptionError, match=r"frame 1 is in the world, unlike the first one; right are frames that to_world"):
+    with pytest.raises(lumsdk.OptionError, match=r"frame 1 is in the world, unlike the first one; use frames that to_world"):
         lumsdk.convert([own, own.to_world(poses)], tmp_path / "c.mcap")
     lumsdk.convert([own, own.deskew(poses)], tmp_path / "c.mcap")
     for _, found in of_mcap(tmp_path / "c.mcap"):
@@ -540,7 +540,7 @@ def test_polars_takes_a_frame(own):
 def test_numpy_takes_a_frame_as_records(own):
     records = np.asarray(own)
     assert records.dtype.names == own.columns and all(np.array_equal(records[name], own[name]) for name in own.columns)
-    with pytest.raises(ValueError, match="right is copy=None"):
+    with pytest.raises(ValueError, match="use copy=None"):
         own.__array__(copy=False)
 
 

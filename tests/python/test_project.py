@@ -57,9 +57,9 @@ def test_points_from_far_outside_do_not_fold_back_into_the_picture():
     (dict(K=np.eye(4)), "K has the shape"), (dict(K=np.zeros((3, 3))), "fx and fy above 0"),
     (dict(T=np.eye(3)), "T has the shape"), (dict(T=2 * np.eye(4)), "no rotation"), (dict(T=np.diag([1.0, 1, -1, 1])), "no rotation"),
     (dict(distortion=(1, 2, 3)), "3 numbers"), (dict(size=(0, 5)), "width, height"), (dict(size=5), "width, height"),
-    (dict(size="ab"), "right are numbers"), (dict(size=(np.nan, 5)), "width, height"), (dict(size=(1, 2, 3)), "width, height"),
-    (dict(K="ab"), "K is 'ab'; right are numbers"), (dict(distortion="ab"), "right are numbers"),
-    (dict(T=np.vstack([np.eye(4)[:3], np.full((1, 4), 5)])), r"last row of T is .*; right is \[0, 0, 0, 1\]"), (dict(T=np.full((4, 4), np.nan)), "finite"),
+    (dict(size="ab"), "use numbers"), (dict(size=(np.nan, 5)), "width, height"), (dict(size=(1, 2, 3)), "width, height"),
+    (dict(K="ab"), "K is 'ab'; use numbers"), (dict(distortion="ab"), "use numbers"),
+    (dict(T=np.vstack([np.eye(4)[:3], np.full((1, 4), 5)])), r"last row of T is .*; use \[0, 0, 0, 1\]"), (dict(T=np.full((4, 4), np.nan)), "finite"),
 ])
 def test_what_is_not_right_is_refused(given, text):
     with pytest.raises(lumsdk.OptionError, match=text):

@@ -140,7 +140,7 @@ def test_a_frame_that_is_not_raw_says_so(capture, tmp_path):
         frame = next(iter(source))
     with pytest.raises(lumsdk.OptionError, match="has no raw part: open the capture with raw=True"):
         print(frame.angles)
-    with pytest.raises(lumsdk.OptionError, match=r"frame 1: it has no column 'tof'; right is a frame of open\(raw=True\)"):
+    with pytest.raises(lumsdk.OptionError, match=r"frame 1: it has no column 'tof'; use a frame of open\(raw=True\)"):
         lumsdk.write_capture(tmp_path / "out.pcap", [frame])
     assert not list(tmp_path.iterdir())
 
@@ -268,7 +268,7 @@ def test_frames_of_a_rig_have_the_addresses_of_their_sensors(make_capture, tmp_p
     lumsdk.write_capture(out, lumsdk.open(path, raw=True, rig=rig))
     assert packets_of(out) == packets_of(path) and points_of(out) == points_of(path)
     [made] = list(lumsdk.sync(lumsdk.open(path, raw=True, rig=rig)))[:1]
-    with pytest.raises(lumsdk.OptionError, match=r"the points of several sensors, front; right are .*frames.values\(\)"):
+    with pytest.raises(lumsdk.OptionError, match=r"the points of several sensors, front; use .*frames.values\(\)"):
         lumsdk.write_capture(out, made.joined())
 
 
@@ -303,21 +303,21 @@ def test_a_capture_is_made_up_from_nothing(tmp_path):
 
 
 @pytest.mark.parametrize(("line", "said"), [
-    ({"tof": np.full(1000, 600_000)}, "tof is 600000; right is a whole number from -524288 to 524287"),
+    ({"tof": np.full(1000, 600_000)}, "tof is 600000; use a whole number from -524288 to 524287"),
     ({"tof": np.full(1000, 0.5)}, "tof has the type float64, or values that are not whole"),
-    ({"pixel": np.arange(1, 1001)}, "pixel is 1000; right is a whole number from 0 to 999"),
-    ({"pixel": np.arange(999, -1, -1)}, "pixel 998 stands behind pixel 999"),
-    ({"pixel": np.arange(5)}, r"pixel has the shape \(5,\); right is \(1000,\)"),
-    ({"angles": np.zeros((1000, 2), "i4") + 40_000}, "angles is 40000; right is a whole number from -32768 to 32767"),
-    ({"angles": np.zeros((10, 2), "i2")}, r"angles has the shape \(10, 2\); right is \(1000, 2\)"),
+    ({"pixel": np.arange(1, 1001)}, "pixel is 1000; use a whole number from 0 to 999"),
+    ({"pixel": np.arange(999, -1, -1)}, "pixel 998 follows pixel 999"),
+    ({"pixel": np.arange(5)}, r"pixel has the shape \(5,\); use \(1000,\)"),
+    ({"angles": np.zeros((1000, 2), "i4") + 40_000}, "angles is 40000; use a whole number from -32768 to 32767"),
+    ({"angles": np.zeros((10, 2), "i2")}, r"angles has the shape \(10, 2\); use \(1000, 2\)"),
     ({"number": 70_000}, "its line number is 70000; the profile's field of 16 bits holds at most 65535"),
-    ({"eye": "red"}, "eye is 'red'; right is \"blue\" or \"green\""),
-    ({"arrival_ns": -1}, "arrival_ns is -1; right is a whole number from 0"),
-    ({"place": np.arange(1000) - 1}, "place is -1; right is a whole number from 0 to 65535"),
-    ({"place": [0]}, r"place has the shape \(1,\); right is \(1000,\)"),
-    ({"sensor": "here"}, "sensor is 'here'; right is an address"),
-    ({"packets": 5}, "line 3 of the blue eye: packets has the fields of no structured array; right are clock_raw, arrival_ns"),
-    ({"packets": np.zeros(1, [("line", "u4")])}, "packets has the fields line; right are clock_raw, arrival_ns"),
+    ({"eye": "red"}, "eye is 'red'; use \"blue\" or \"green\""),
+    ({"arrival_ns": -1}, "arrival_ns is -1; use a whole number from 0"),
+    ({"place": np.arange(1000) - 1}, "place is -1; use a whole number from 0 to 65535"),
+    ({"place": [0]}, r"place has the shape \(1,\); use \(1000,\)"),
+    ({"sensor": "here"}, "sensor is 'here'; use an address"),
+    ({"packets": 5}, "line 3 of the blue eye: packets has the fields of no structured array; use clock_raw, arrival_ns"),
+    ({"packets": np.zeros(1, [("line", "u4")])}, "packets has the fields line; use clock_raw, arrival_ns"),
 ])
 def test_what_a_packet_cannot_hold_is_refused(tmp_path, line, said):
     with pytest.raises(lumsdk.OptionError, match=said):
@@ -339,7 +339,7 @@ def test_frames_of_two_profiles_are_refused(capture, make_capture, tmp_path):
 
 def test_a_clock_that_the_profile_cannot_tell_is_refused(capture, tmp_path):
     short = lumsdk.Profile({"group": {"timestamp": {"at": 20, "bytes": 1}}})
-    with pytest.raises(lumsdk.OptionError, match="the profile's clock of 8 bits tells less than 128 us"):
+    with pytest.raises(lumsdk.OptionError, match="the profile's clock of 8 bits needs less than 128 us"):
         rewrite(capture, tmp_path / "out.pcap", profile=short)
 
 
@@ -538,9 +538,9 @@ def test_with_raw_gives_a_frame_what_it_lacks(raw_frame, tmp_path):
         lumsdk.write_capture(tmp_path / "one.pcap", [raw_frame])
         lumsdk.write_capture(tmp_path / "two.pcap", [again])
     assert (tmp_path / "one.pcap").read_bytes() == (tmp_path / "two.pcap").read_bytes()
-    with pytest.raises(lumsdk.OptionError, match=r"angles has the shape \(3, 1000, 2\); right is"):
+    with pytest.raises(lumsdk.OptionError, match=r"angles has the shape \(3, 1000, 2\); use"):
         raw_frame.with_raw(np.zeros((3, 1000, 2), "i2"))
-    with pytest.raises(lumsdk.OptionError, match="packets: line is 4000; right is a place in frame.lines"):
+    with pytest.raises(lumsdk.OptionError, match="packets: line is 4000; use a place in frame.lines"):
         wrong = raw_frame.packets.copy()
         wrong["line"][0] = 4000
         raw_frame.with_raw(raw_frame.angles, packets=wrong)

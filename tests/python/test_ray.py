@@ -266,7 +266,7 @@ class TestRefusals:
         ({"progress": print}, TypeError, "Ray shows"),
         ({"retruns": "last"}, TypeError, "did you mean returns"),
         ({"returns": "none"}, lumsdk.OptionError, "strongest"),
-        ({"paths": 7}, TypeError, "right is a path"),
+        ({"paths": 7}, TypeError, "use a path"),
         ({"paths": []}, lumsdk.CaptureError, "no capture is named")])
     def test_wrong_arguments_say_what_is_right(self, local, drives, arguments, error, text):
         with pytest.raises(error, match=text):

@@ -141,11 +141,11 @@ A = {"name": "a", "address": "1.2.3.4"}
 @pytest.mark.parametrize(("value", "kind", "said"), [
     (5, TypeError, "a rig is a path, a text of YAML, a mapping, a list"),
     ([], lumsdk.OptionError, "the rig: sensors: missing; a rig has 1 to 8"),
-    ({"front": {"address": "1.2.3.4"}}, lumsdk.OptionError, "'front' is not a key of it; right are version, frame, sensors, and"),
-    ([5], TypeError, "the rig: sensors.1 is 5; right is a mapping"),
+    ({"front": {"address": "1.2.3.4"}}, lumsdk.OptionError, "'front' is not a key of it; use version, frame, sensors, and"),
+    ([5], TypeError, "the rig: sensors.1 is 5; use a mapping"),
     ([{}], lumsdk.OptionError, "the rig: sensors.1: has no keys"),
-    ({"sensors": A}, TypeError, "right is a list of mappings"),
-    ({"frame": None, "sensors": [A]}, TypeError, "'frame': right is a text"),
+    ({"sensors": A}, TypeError, "use a list of mappings"),
+    ({"frame": None, "sensors": [A]}, TypeError, "'frame': use a text"),
     ({"frames": "x", "sensors": [A]}, lumsdk.OptionError, "unknown key 'frames'; did you mean 'frame'"),
     ([A, A], lumsdk.OptionError, "the rig: sensors.2.name: another sensor has this name"),
     ([{**A, "address": 5}], lumsdk.OptionError, "sensors.1.address: '5' is not an IPv4 address"),
@@ -155,10 +155,10 @@ A = {"name": "a", "address": "1.2.3.4"}
     ([{**A, "profile": 5}], TypeError, "the rig: sensors.1.profile: a profile is a path"),
     ([{**A, "pose": {"x_m": float("nan")}}], lumsdk.OptionError, "sensors.1.pose.x_m: 'nan' is not a decimal number"),
     ([{**A, "pose.x_m": 1, "pose": {"x_m": 2}}], lumsdk.OptionError, "sensors.1.pose.x_m: repeated"),
-    ([{**A, "pose": np.eye(3)}], lumsdk.OptionError, r"sensors.1.pose: it is not a pose; right is a mapping of x_m, .* or a \(4, 4\)"),
-    ([{**A, "pose": np.diag([1, 1, 1.001, 1])}], lumsdk.OptionError, "sensors.1.pose: the first three columns are no rotation"),
+    ([{**A, "pose": np.eye(3)}], lumsdk.OptionError, r"sensors.1.pose: it is not a pose; use a mapping of x_m, .* or a \(4, 4\)"),
+    ([{**A, "pose": np.diag([1, 1, 1.001, 1])}], lumsdk.OptionError, "sensors.1.pose: the first three columns are not a rotation"),
     ([{**A, "pose": np.diag([1, 1, -1, 1])}], lumsdk.OptionError, "are no rotation"),
-    ([{**A, "name": f"a{i}", "address": f"1.2.3.{i}"} for i in range(9)], lumsdk.OptionError, "it has 9 sensors; right are 1 to 8"),
+    ([{**A, "name": f"a{i}", "address": f"1.2.3.{i}"} for i in range(9)], lumsdk.OptionError, "it has 9 sensors; use 1 to 8"),
 ])
 def test_what_a_mapping_says_wrong_is_told(value, kind, said):
     with pytest.raises(kind, match=said):
@@ -303,7 +303,7 @@ def test_what_does_not_go_with_a_rig_is_refused(drive, rig, tmp_path):
     for name, value in (("calibration", FRONT), ("profile", BACK), ("set", {"tof_lsb_ps": 12})):
         with pytest.raises(lumsdk.OptionError, match=f"{name} does not go with rig, which has a calibration and a profile for each"):
             lumsdk.open(drive, rig=rig, **{name: value})
-    with pytest.raises(lumsdk.OptionError, match="sensor is '10.42.0.37'; right is one of the rig: front, left, back"):
+    with pytest.raises(lumsdk.OptionError, match="sensor is '10.42.0.37'; use one of the rig: front, left, back"):
         lumsdk.open(drive, rig=rig, sensor="10.42.0.37")
     with lumsdk.open(drive, rig=rig) as source, pytest.raises(lumsdk.OptionError, match=r"source.rig\[\"front\"\].calibration"):
         source.calibration

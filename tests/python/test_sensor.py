@@ -505,7 +505,7 @@ def test_a_sensor_that_restarts_is_told():
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
             for _ in itertools.islice(frames, 200):
-                if any("its clock began anew" in str(w.message) for w in told):
+                if any("its clock began again" in str(w.message) for w in told):
                     break
         assert "restarted" in [getattr(w.message, "news", "") for w in told]
 
@@ -577,11 +577,11 @@ def test_settings_arrive(simulated):
     (lambda s: s.lines(65), "lines: 65 is not 640 or 64"),
     (lambda s: s.threshold("red", 1), "threshold: 'red' is not an eye"),
     (lambda s: s.send("50q"), "'50q' is not a command"),
-    (lambda s: s.send("101p"), "'101p': right is 0 to 100"),
+    (lambda s: s.send("101p"), "'101p': use 0 to 100"),
     (lambda s: s.send("u"), r"switched by laser_on\(\)"),
     (lambda s: s.tlv((70000, b"")), "a type from 0 to 65535"),
     (lambda s: s.tlv((9, b"x" * 2000)), "do not fit a packet"),
-    (lambda s: s.frames(duration=0), "duration is 0; right is a number of seconds above 0"),
+    (lambda s: s.frames(duration=0), "duration is 0; use a number of seconds above 0"),
     (lambda s: s.frames(set={"group.line.at": 15}), "the profile is that of the session|set"),
     (lambda s: s.frames(returns="best"), "returns is 'best'")])
 def test_what_is_not_allowed_is_refused(simulated, call, says):
@@ -592,9 +592,9 @@ def test_what_is_not_allowed_is_refused(simulated, call, says):
 @pytest.mark.parametrize(("call", "says"), [
     (lambda s: s.power("50"), "power: '50' is not a whole number"),
     (lambda s: s.power(True), "power: True is not a whole number"),
-    (lambda s: s.send(b"50p"), "right is a text"),
+    (lambda s: s.send(b"50p"), "use a text"),
     (lambda s: s.tlv(5), "a TLV is a pair"),
-    (lambda s: s.frames(duration="5"), "duration is '5', of type str; right is a number of seconds"),
+    (lambda s: s.frames(duration="5"), "duration is '5', of type str; use a number of seconds"),
     (lambda s: s.frames(profile="x.yaml"), "the profile is that of the session"),
     (lambda s: s.frames(progress=print), "it is for captures"),
     (lambda s: s.frames(rig="rig.yaml"), r"move xyz by rig\[name\].pose"),
@@ -633,7 +633,7 @@ def test_the_clock_is_told(simulated):
     ("10.42.0.37:x", lumsdk.OptionError, "the port is not a number from 1 to 65535"),
     ("10.42.0", lumsdk.SensorError, "10.42.0"), ("256.1.1.1", lumsdk.SensorError, "256"),
     ("fe80::1", lumsdk.SensorError, "IPv4"), ("255.255.255.255", lumsdk.OptionError, "no sensor can have this address"),
-    ("0.0.0.1", lumsdk.OptionError, "no sensor can have this address"), (37, TypeError, "right is HOST or HOST:PORT")])
+    ("0.0.0.1", lumsdk.OptionError, "no sensor can have this address"), (37, TypeError, "use HOST or HOST:PORT")])
 def test_a_wrong_host_is_told(host, kind, says):
     with pytest.raises(kind, match=says):
         lumsdk.Sensor(host)

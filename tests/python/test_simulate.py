@@ -93,7 +93,7 @@ def test_a_rig_is_simulated(tmp_path):
     assert (tmp_path / "b.pcapng").read_bytes() == (tmp_path / "a.pcapng").read_bytes()
     with pytest.raises(TypeError, match="a rig is a path, a text of YAML, a mapping"):
         lumsdk.simulate(frames=1, rig=5)
-    with pytest.raises(lumsdk.OptionError, match=r"'a' has an interface, and a pcap file .*; right is"):
+    with pytest.raises(lumsdk.OptionError, match=r"'a' has an interface, and a pcap file .*; use"):
         lumsdk.simulate(frames=1, rig=rig)
 
 
@@ -127,7 +127,7 @@ def test_a_capture_that_cannot_be_written_raises(tmp_path):
 
 
 def test_wrong_types_tell_what_would_be_right():
-    with pytest.raises(TypeError, match="right is a path, or None for bytes"):
+    with pytest.raises(TypeError, match="use a path, or None for bytes"):
         lumsdk.simulate(3)
     with pytest.raises(TypeError, match="rate is .*, of type list"):
         lumsdk.simulate(rate=[10])
@@ -168,7 +168,7 @@ def test_a_fault_happens_when_it_is_asked_for():
         sim.wait_for(lambda: sim.events("fault"))
         sim.cue(2)
         assert sim.wait_for(lambda: sim.events("fault")[1:])[0]["ends"]
-        with pytest.raises(lumsdk.OptionError, match="right is 1 or 2"):
+        with pytest.raises(lumsdk.OptionError, match="use 1 or 2"):
             sim.cue(3)
     with pytest.raises(lumsdk.ClosedError):
         sim.cue(1)

@@ -174,8 +174,8 @@ def test_a_set_is_a_mapping():
 
 @pytest.mark.parametrize(("arguments", "kind", "said"), [
     (([], "1"), TypeError, "tolerance is '1'"), (([], -1), lumsdk.OptionError, "tolerance is -1"),
-    (([], float("nan")), lumsdk.OptionError, "tolerance is nan"), (([], 1, "front"), TypeError, "right is a list of names"),
-    (([], 1, 5), TypeError, "sensors is 5; right is a list"), (([], 1, [5]), TypeError, "right is a list of names"),
+    (([], float("nan")), lumsdk.OptionError, "tolerance is nan"), (([], 1, "front"), TypeError, "use a list of names"),
+    (([], 1, 5), TypeError, "sensors is 5; use a list"), (([], 1, [5]), TypeError, "use a list of names"),
     ((3,), TypeError, "a source is given as int"), ((["drive.pcap"],), TypeError, "gives str and not frames")])
 def test_what_is_wrong_is_told(arguments, kind, said):
     with pytest.raises(kind, match=said):
@@ -246,7 +246,7 @@ def test_a_set_where_frames_are_taken_says_what_is_right(tmp_path):
         with pytest.raises(TypeError, match=r"frames.joined\(\) is one frame of all its points, and frames.values\(\)"):
             call()
     for source in "drive.pcapng", tmp_path:
-        with pytest.raises(TypeError, match=r"right is a Source: lumsdk.sync\(lumsdk.open\("):
+        with pytest.raises(TypeError, match=r"use a Source: lumsdk.sync\(lumsdk.open\("):
             lumsdk.sync(source)
     assert not list(tmp_path.iterdir())
 

@@ -208,7 +208,7 @@ def test_what_is_not_right_is_refused_before_anything_is_read(captures):
             ([[]], {}, lumsdk.OptionError, "a capture is an empty list"), ("no-*.pcap", {}, lumsdk.CaptureError, "no file has such a name"),
             (captures, {"columns": ["rnage"]}, lumsdk.OptionError, "did you mean 'range'"),
             (captures, {"progress": print}, TypeError, "progress is not an option here"),
-            (captures, {"transform": 5}, TypeError, "right is a function of a lumsdk.Frame")):
+            (captures, {"transform": 5}, TypeError, "use a function of a lumsdk.Frame")):
         with pytest.raises(kind, match=said):
             Frames(given, **options)
     frames = Frames([[captures[0], captures[1]], captures[0]], transform=count)

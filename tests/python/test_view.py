@@ -272,11 +272,11 @@ def test_what_is_too_large_is_refused(capture, frame, monkeypatch):
     for module in (_view, _shown):
         monkeypatch.setattr(module, "MOST_BYTES", 1 << 20)
     for given in (capture, capture.read_bytes(), io.BytesIO(capture.read_bytes())):
-        with pytest.raises(lumsdk.OptionError, match="a page, which holds at most 1 MB; right is some of its frames"):
+        with pytest.raises(lumsdk.OptionError, match="a page, which holds at most 1 MB; use some of its frames"):
             lumsdk.view(given, browser=False)
-    with pytest.raises(lumsdk.OptionError, match="right is at most 1 of them"):
+    with pytest.raises(lumsdk.OptionError, match="use at most 1 of them"):
         lumsdk.view([frame[::2], frame[::2]], browser=False)
-    with pytest.raises(lumsdk.OptionError, match="right is a part of its points"):
+    with pytest.raises(lumsdk.OptionError, match="use a part of its points"):
         lumsdk.view(frame, browser=False)
 
 
@@ -289,7 +289,7 @@ def test_a_live_sensor_is_for_lumview(given):
 
 
 @pytest.mark.parametrize("given, options, says", [
-    ([], {}, "no frame"), (np.zeros((5, 2)), {}, r"right is \(n, 3\)"), (object(), {}, "cannot be shown"),
+    ([], {}, "no frame"), (np.zeros((5, 2)), {}, r"use \(n, 3\)"), (object(), {}, "cannot be shown"),
     (np.full((2, 3), 3e6), {}, "subtract an origin"), (np.zeros((2, 3)), {"range": "1:2"}, "options of captures"),
     (np.zeros((2, 3)), {"height": 5}, "from 100 to 10000"), (np.zeros((2, 3)), {"height": 500.0}, "from 100 to 10000"),
     (np.zeros((2, 3)), {"height": True}, "from 100 to 10000")])

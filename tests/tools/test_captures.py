@@ -484,7 +484,7 @@ class Port(Case):
                             (second + third, f"{len(second)} packets of a G2 came from UDP port 5600, and 3 from others,")):
             said = run("lumdump", self.folder.write("two.pcap", pcap(plain + extra))).stderr
             self.assertIn(told, said)
-            self.assertIn("but only port 5517 is read: something between has changed the port (NAT); read them with lumdump --port 5600", said)
+            self.assertIn("but only port 5517 is read: a device on the way has changed the port (NAT); read them with lumdump --port 5600", said)
 
     def test_other_ports_of_what_is_read_are_not_told(self):
         packets = list(line([word(2000, 1)] * 20))
@@ -607,7 +607,7 @@ class Order(Case):
                 self.assertGreater(got["out_of_order"], 0.9 * (got["late"] + got["stray"]))
                 said = run("lumdump", path).stderr
                 self.assertEqual(said.count("reordercap IN OUT"), 1)
-                self.assertIn(f"{got['out_of_order']} packets stand out of order in the capture by their times", said)
+                self.assertIn(f"{got['out_of_order']} packets are too far out of order in the capture", said)
                 if shutil.which("reordercap") is not None:
                     made = self.folder / "sorted.pcap"
                     subprocess.run(["reordercap", path, made], check=True, capture_output=True)
@@ -637,7 +637,7 @@ class Damage(Case):
         source = self.folder.write("damaged.pcapng", data)
         r = run("lumdump", source, "-o", "-", "--format", "csv")
         self.assertEqual(r.returncode, 0, r.stderr)
-        for part in ("cannot be read on after record", *parts):
+        for part in ("cannot be read beyond record", *parts):
             self.assertIn(part, r.stderr)
         return r.stdout.count("\n") - 1
 
@@ -785,7 +785,7 @@ class DamagedParts(Case):
         made = self.folder.write("damaged.bag", data[:at] + b"\xff\xff\xff\x7f" + data[at + 4:])
         r = run("lumdump", made, "--json")
         self.assertEqual((r.returncode, json.loads(r.stdout)["damaged"]), (0, 1))
-        self.assertIn("of a chunk is longer than what is left of the chunk", r.stderr)
+        self.assertIn("of a chunk is longer than the rest of the chunk", r.stderr)
         self.assertGreater(json.loads(r.stdout)["records"], summary(source)["records"] * 3 // 4)
 
 
@@ -829,7 +829,7 @@ class Bag(Case):
 
     def test_what_is_not_read_is_told(self):
         for name, data, says in (
-                ("a.bag", bag_maker.bag(self.whole().read_bytes(), b"xz"), "a chunk is compressed by xz, which is not read"),
+                ("a.bag", bag_maker.bag(self.whole().read_bytes(), b"xz"), "a chunk is compressed by xz, which is not supported"),
                 ("b.bag", b"#ROSBAG V2.0\n", "it has no messages of lumsdk_ros/Packets"),
                 ("c.bag", b"#ROSBAG V1.2\n" + bytes(100), "a pcap, pcapng, MCAP or bag file is expected")):
             r = run("lumdump", self.folder.write(name, data))

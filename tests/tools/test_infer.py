@@ -509,7 +509,7 @@ class Named(Case):
     def test_words_that_cannot_be_name_it(self):
         source = self.capture("version: 1\ngroup: {samples: 28}\n")
         wrong = self.folder.write("p.yaml", "version: 1\ngroup: {samples: 25}\n")
-        self.assertRegex(run("lumdump", source, "--profile", wrong).stderr, f"range words cannot be.*: lumdump {source} --infer")
+        self.assertRegex(run("lumdump", source, "--profile", wrong).stderr, f"range words are impossible.*: lumdump {source} --infer")
 
     def test_lines_that_all_lack_angles_name_it(self):
         """The count of samples and the line are exchanged: short packets, which decode."""

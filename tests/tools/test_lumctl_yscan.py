@@ -407,7 +407,7 @@ class Apply(Case):
     def test_a_file_at_fault_is_refused_and_nothing_sent(self):
         sensor = Sensor(self)
         for text, says in (("power: 101", "s.yaml:1: power: '101' is out of range; allowed: 0 to 100"),
-                           ("power: 5\nlaser: on", "s.yaml:2: laser: a file does not switch a laser"),
+                           ("power: 5\nlaser: on", "s.yaml:2: laser: a file cannot switch the laser"),
                            ("powr: 5", "did you mean 'power'?"),
                            ("power: 5\npower: 5", "s.yaml:2: power: repeated"),
                            ("yscan: {shape: uniform, max_deg: 4}", "4 degrees is outside"),

@@ -251,7 +251,7 @@ class Options(unittest.TestCase):
 
     def test_what_cannot_be_is_refused_with_what_is_right(self):
         for arguments, says in [
-                (("-o", "a.pcap"), r"'front' has an interface, and a pcap file .*; right is .* ends in \.pcapng"),
+                (("-o", "a.pcap"), r"'front' has an interface, and a pcap file .*; use .* ends in \.pcapng"),
                 (("-o", "-"), "a pcap file has no names of interfaces"),
                 (("--calibration", "left.yaml"), "--calibration does not go with --rig, whose file says that of each"),
                 (("--profile", "left.yaml"), "--profile does not go with --rig"),
@@ -268,12 +268,12 @@ class Options(unittest.TestCase):
                 (("--truth", "%s.yaml"), "--truth: left.yaml is the calibration, which this run reads"),
                 (("--rig", "crossed.yaml", "--truth", "%s.yaml"), "--truth: rear.yaml is the calibration, which this run reads"),
                 (("--labels", "%s.npy", "-o", "left.npy"), "has an interface"),
-                (("--path", "short.txt", "--frames", 5), r"last 0\.5 s, and 5 frames 0\.59\d+ s; right is --frames 4"),
+                (("--path", "short.txt", "--frames", 5), r"last 0\.5 s, and 5 frames 0\.59\d+ s; use --frames 4"),
                 (("--scene", "room", "--pose", "3.2,0,0,0,0,0"),
                  "--rig: the sensor 'front', with --pose: the blue eye would be outside the room"),
                 (("--rig", "low.yaml", "--scene", "room"),
                  r"'a', with its pose on a vehicle that stands at 0,0,0 \(or use --pose\): the blue eye would be"),
-                (("--path", "loop"), "--path: loop: cannot be read: .*; right is straight, circle, eight, stop-and-go or"),
+                (("--path", "loop"), "--path: loop: cannot be read: .*; use straight, circle, eight, stop-and-go or"),
                 (("--scene", "room", "--path", "circle", "--pose", "0,0,1.2,0,0,0"), "--path and --pose"),
                 (("--interface", "lo"), "is for a sensor on the network; it does not go with -o")]:
             with self.subTest(arguments):

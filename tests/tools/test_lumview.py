@@ -824,15 +824,15 @@ class Arguments(unittest.TestCase):
                 (["--speed", "1", "udp://127.0.0.1"], "--speed goes with a capture, not with a sensor"),
                 (["--paused", "udp://127.0.0.1"], "--paused goes with a capture, not with a sensor"),
                 (["--sensor", "1.2.3.4", "udp://127.0.0.1"], "--sensor goes with a capture, not with a sensor"),
-                (["udp://255.255.255.255"], "udp://255.255.255.255: no sensor can have this address; right is udp://HOST or "
+                (["udp://255.255.255.255"], "udp://255.255.255.255: no sensor can have this address; use udp://HOST or "
                  "udp://HOST:PORT, such as udp://10.42.0.37"),
-                (["udp://"], "udp://: the host is missing; right is udp://HOST or udp://HOST:PORT, such as udp://10.42.0.37"),
+                (["udp://"], "udp://: the host is missing; use udp://HOST or udp://HOST:PORT, such as udp://10.42.0.37"),
                 (["127.0.0.1"], "127.0.0.1: there is no such file; a sensor is named as udp://127.0.0.1"),
                 (["a", "udp:/127.0.0.1:5517"], "udp:/127.0.0.1:5517: there is no such file; a sensor is named as "
                  "udp://127.0.0.1:5517")):
             self.assertEqual(self.refused(*arguments), message)
         for url in ("udp://", "udp://host.invalid", "udp://1.2.3", "udp://1.2.3.4:0", "udp://1.2.3.4:65536", "udp://1.2.3.4/"):
-            self.assertIn("right is udp://HOST or udp://HOST:PORT", self.refused(url))
+            self.assertIn("use udp://HOST or udp://HOST:PORT", self.refused(url))
 
     def test_a_configuration_that_is_wrong_is_told(self):
         folder = Folder(self)
@@ -864,7 +864,7 @@ class Arguments(unittest.TestCase):
         with open(good[1], "rb+") as out:
             r = subprocess.run([BIN / "lumview", "--no-open", "--json", *good], stdout=out, stderr=subprocess.PIPE, timeout=PATIENCE_S)
         self.assertEqual((r.returncode, r.stderr), (2, b"lumview: standard output is the source itself, which this run reads: "
-                                                       b"lead it elsewhere\n"))
+                                                       b"redirect it elsewhere\n"))
 
     def test_help_and_version(self):
         r = run("lumview", "--help")
@@ -1221,7 +1221,7 @@ class Several(Case):
         parts[1].write_bytes(parts[1].read_bytes()[:-10])
         self.serve("--speed", "100", sources=parts)
         end = self.browser().status(lambda s: s["state"] == "ended")
-        self.assertRegex(end["message"], rf"^{re.escape(str(parts[1]))}: cannot be read on after record \d+")
+        self.assertRegex(end["message"], rf"^{re.escape(str(parts[1]))}: cannot be read beyond record \d+")
         self.assertEqual(end["packets"], len(self.records) - 1)
 
     def test_what_is_to_be_said_is_said_together(self):

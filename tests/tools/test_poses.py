@@ -189,8 +189,8 @@ class Poses(unittest.TestCase):
 
     def test_what_is_wrong_is_refused(self):
         out = self.folder / "no.ply"
-        for text, message in ((tum(shift_s=500), "its poses are of 504.990 to 505.300 s of the sensor's clock, the points of"),
-                              (tum(scale=1000), "if the times are milliseconds, turn them into seconds"),
+        for text, message in ((tum(shift_s=500), "its poses are from 504.990 to 505.300 s of the sensor's clock, the points from"),
+                              (tum(scale=1000), "if the times are milliseconds, convert them to seconds"),
                               (tum(shift_s=1.7e9), "UTC"),
                               ("", "has no poses; at least one is needed")):
             self.poses.write_text(text)

@@ -301,7 +301,7 @@ class Rig(unittest.TestCase):
         self.assertIn("no data of top (10.42.0.40) in it", done.stderr)
         (self.at / "none.yaml").write_text("version: 1\nsensors:\n  - {name: front, address: 10.42.0.37%eth0}\n")
         done = self.dump("-o", self.folder / "a.csv", status=1, source=self.alone["front"], rig="none.yaml")  # a pcap file
-        self.assertIn("on which interface is not known: record with", done.stderr)
+        self.assertIn("did, on an unknown interface: record with", done.stderr)
         self.assertEqual(self.folder.names(), [])
 
     def test_without_a_rig_it_says_what_one_would_do(self):

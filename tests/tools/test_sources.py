@@ -170,7 +170,7 @@ class Several(Case):
         parts[1].write_bytes(data[:-10])
         r = run("lumdump", *parts, "--json")
         self.assertEqual(r.returncode, 0)
-        self.assertRegex(r.stderr, r"warning: .*r-0002\.pcap: cannot be read on after record \d+")
+        self.assertRegex(r.stderr, r"warning: .*r-0002\.pcap: cannot be read beyond record \d+")
         got = summary(*parts)
         self.assertTrue(got["truncated"])
         self.assertEqual([p["end"] for p in got["sources"]], ["whole", "broken off", "whole", "whole"])

@@ -105,7 +105,7 @@ class Voxels(unittest.TestCase):
         far.write_text("".join(f"{min(times) - 0.1 + i * 0.05} 1e12 {i} 0 0 0 0 1\n" for i in range(20)))
         r = self.dump("--poses", far, "--voxel", SIZE, "-o", made, status=2)
         self.assertRegex(r.stderr, "--voxel: no point is left for the map: all [0-9]{5,} are farther from 0 than 8\\.59e.05 km, "
-                         "where voxels of 0.4 m end; right are poses in metres")
+                         "where voxels of 0.4 m end; use poses in metres")
         self.assertFalse(made.exists())
         edge = SIZE * 2 ** 31 - 12
         far.write_text("".join(f"{min(times) - 0.1 + i * 0.05} {edge} {i} 0 0 0 0 1\n" for i in range(20)))

@@ -579,10 +579,10 @@ static const struct damage {
 } damages[] = {
     {put_garbage, "lz4", 1},
     {put_bz2_garbage, "bz", 1},
-    {put_unknown, "compressed by zstd, which is not read", 1},
+    {put_unknown, "compressed by zstd, which is not supported", 1},
     {put_no_name, "compressed by ?", 1},
     {put_too_large, "at most 67108864 can be read: rosbag decompress", 1},
-    {put_overrun, "longer than what is left of the chunk", 1},
+    {put_overrun, "longer than the rest of the chunk", 1},
     {put_overrun_packed, "lz4", 1},
     {put_no_type, "a record without a type", 2}};
 
@@ -632,7 +632,7 @@ static void a_damaged_chunk_is_passed_over(void **state)
             expect_damage(&bag, left[0], 3, d->says);
         } else if (d->put == put_overrun_packed && lum_unpack_lz4 != NULL) {
             expect_damage(&bag, left[i % 3u], 1,
-                          "longer than what is left of the chunk");
+                          "longer than the rest of the chunk");
         } else {
             expect_damage(&bag, left[i % 3u], d->count, d->says);
         }

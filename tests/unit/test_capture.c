@@ -493,7 +493,7 @@ static void an_impossible_record_length_is_a_read_error(void **state)
     for (int64_t i = 0; i < 3; i++) {
         expect_golden(c, INT64_C(1000000000) * (100 + i) + 5000);
     }
-    expect_read_error(c, "after record 3");
+    expect_read_error(c, "beyond record 3");
 }
 
 static void snap_length_cuts_short(void **state)

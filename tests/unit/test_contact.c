@@ -72,10 +72,10 @@ static const char *const golden[] = {
     "10.42.0.37 --interface eth0 doctor finds out more",
     "back, warning: data from 10.42.0.37 again, after 3.3 s without",
     "moved, error: the data comes from 10.42.0.99:6000 now, not from "
-    "10.42.0.37: the sensor has got that address, so its data is not taken "
-    "and ends within 3 s; end this session, and begin one with "
+    "10.42.0.37: the sensor now has that address, so its data is not "
+    "used and ends within 3 s; end this session, and begin one with "
     "10.42.0.99:6000",
-    "restarted, warning: 10.42.0.37 was restarted: its clock began anew; its "
+    "restarted, warning: 10.42.0.37 was restarted: its clock began again; its "
     "settings are lost; when it is safe, run lumctl --host 10.42.0.37 "
     "--interface eth0 laser on",
     "unheard, warning: 10.42.0.37 sends data, but does not answer when asked "
@@ -87,8 +87,8 @@ static const char *const golden[] = {
     "late-answers, warning: 10.42.0.37 answers so late that its answers "
     "cannot be used; lumctl --host 10.42.0.37 --interface eth0 doctor finds "
     "out how late",
-    "no-status, warning: 10.42.0.37 answers without a status, so nothing "
-    "shows its laser; correct tlv.status in the profile: it says 2",
+    "no-status, warning: 10.42.0.37 answers without a status, so the state "
+    "of its laser is unknown; correct tlv.status in the profile: it says 2",
     "link-down, warning: sending to 10.42.0.37 fails: a text; it is retried; "
     "lumctl --host 10.42.0.37 --interface eth0 doctor finds out why",
     "link-up, warning: sending to 10.42.0.37 works again",
@@ -100,7 +100,7 @@ static const char *const golden[] = {
     "because the heartbeats have ended; make sure by lumctl --host "
     "10.42.0.99:6000 --interface eth0 laser off, or cut its power",
     "ended-unseen, error: 10.42.0.37: laser off was answered without a status "
-    "TLV, so nothing shows it off: it MAY BE ON or come on by itself; a "
+    "TLV, so it is not confirmed off: it MAY BE ON or come on by itself; a "
     "working sensor switches it off within 3 s, because the heartbeats have "
     "ended; correct tlv.status in the profile: it says 2",
     "ended-in-effect, error: 10.42.0.37: LASER ON IS STILL IN EFFECT after "

@@ -329,10 +329,10 @@ static void what_cannot_be_is_refused_with_what_can(void **state)
     one.name = "ring";
     refuse(LUM_FORMAT_MCAP, NULL, &one, 1, "give yours another name");
     refuse(LUM_FORMATS, NULL, twice, 3, "two columns have the name a");
-    refuse(LUM_FORMAT_XYZ, NULL, all, 1, "csv, ply, pcd, las and mcap have");
-    refuse(LUM_FORMAT_PLY, NULL, all, 9, "integers of 32 bits or float64");
-    refuse(LUM_FORMAT_PCD, NULL, all, 10, "integers of 32 bits or float64");
-    refuse(LUM_FORMAT_MCAP, NULL, all, 9, "integers of 32 bits or float64");
+    refuse(LUM_FORMAT_XYZ, NULL, all, 1, "csv, ply, pcd, las and mcap do");
+    refuse(LUM_FORMAT_PLY, NULL, all, 9, "32-bit integers or float64");
+    refuse(LUM_FORMAT_PCD, NULL, all, 10, "32-bit integers or float64");
+    refuse(LUM_FORMAT_MCAP, NULL, all, 9, "32-bit integers or float64");
     refuse(LUM_FORMAT_CSV, "x,q", all, 2, "edge, time, a, b");
     refuse(LUM_FORMATS, NULL, all, 33, "at most 32");
 }
@@ -345,11 +345,11 @@ static void a_preset_and_voxels_have_none(void **state)
     lum_error error = {""};
     o.preset = "kitti";
     assert_int_equal(lum_writer_open(path, &o, &writer, &error), -1);
-    assert_non_null(strstr(error.text, "leave out extra, or them"));
+    assert_non_null(strstr(error.text, "leave out extra, or the preset"));
     o.preset = NULL;
     o.voxels = true;
     assert_int_equal(lum_writer_open(path, &o, &writer, &error), -1);
-    assert_non_null(strstr(error.text, "leave out extra, or them"));
+    assert_non_null(strstr(error.text, "leave out extra, or the preset"));
 }
 
 static void a_line_without_values_is_refused(void **state)
@@ -363,7 +363,7 @@ static void a_line_without_values_is_refused(void **state)
     assert_int_equal(lum_writer_open(path, &o, &writer, &error), 0);
     assert_int_equal(lum_writer_add(writer, &bare, &error), -1);
     assert_int_equal(errno, EINVAL);
-    assert_non_null(strstr(error.text, "lacks their values"));
+    assert_non_null(strstr(error.text, "the line's extra is NULL"));
     lum_writer_abort(writer);
 }
 

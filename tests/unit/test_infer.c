@@ -661,7 +661,7 @@ static void too_few_lines_to_exclude_chance_are_unsure(void **state)
         send_middle(&m, lines[i]);
         solve(&m, &r, 0);
         assert_int_equal(r.verdict, LUM_INFER_UNSURE);
-        assert_non_null(strstr(r.text, "lines can be chance"));
+        assert_non_null(strstr(r.text, "lines are too few to be sure"));
         check_profile(&m, &r.profile);
         end(&m);
     }
@@ -1147,7 +1147,7 @@ static void one_eye_alone_is_said(void **state)
     send_frames(&m, 2, 64);
     solve(&m, &r, 0);
     assert_int_equal(r.verdict, LUM_INFER_FOUND);
-    assert_non_null(strstr(r.text, "one eye alone is seen"));
+    assert_non_null(strstr(r.text, "only one eye is seen"));
     assert_false(r.findings[LUM_INFER_EYE].is_told);
     assert_non_null(strstr(r.findings[LUM_INFER_EYE].look, "both eyes"));
     check_profile(&m, &r.profile);

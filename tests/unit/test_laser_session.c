@@ -687,7 +687,7 @@ static void texts_of_the_sensor_are_told_up_to_a_limit(void **state)
         assert_int_equal(strlen(news.text), i == 1 ? 228 : i < 20 ? 5 : 5 + 27);
         assert_memory_equal(news.text, "?~? ?", 5);
         assert_string_equal(news.text + (i < 20 ? strlen(news.text) : 5),
-                            i < 20 ? "" : " (more of this is not told)");
+                            i < 20 ? "" : " (further ones are not shown)");
     }
     say(LUM_SENSOR_ALERT, "more", 4, 1);
     (void)take_news(NOTHING);

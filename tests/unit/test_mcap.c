@@ -1202,7 +1202,7 @@ static void points_that_were_not_foreseen_are_refused(void **state)
             assert_int_equal(lum_writer_end_frame(writer, &error), -1);
         }
         assert_int_equal(errno, EINVAL);
-        assert_non_null(strstr(error.text, "than were foreseen"));
+        assert_non_null(strstr(error.text, "differ from those announced"));
         lum_writer_abort(writer);
         assert_false(exists());
     }

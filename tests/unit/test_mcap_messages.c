@@ -357,12 +357,12 @@ static void another_description_is_refused(void **state)
     put_channels(&im);
     put_channel(&im, CLOUDS, 1, "/other", "cdr");
     end_file(&im);
-    expect_error(&im, "channel 3 is described again, as another one");
+    expect_error(&im, "channel 3 is described twice, differently");
     im = begin_file();
     put_channels(&im);
     put_schema(&im, 2, "std_msgs/msg/String");
     end_file(&im);
-    expect_error(&im, "schema 2 is described again, as another one");
+    expect_error(&im, "schema 2 is described twice, differently");
 }
 
 static void memory_for_names_is_bounded(void **state)
@@ -443,7 +443,7 @@ static void short_records_are_passed_over(void **state)
         put_channel(&im, 0, 0, "/a", "cdr");
         put_record(&im, bad[i].opcode, bad[i].len);
         end_file(&im);
-        expect_damage(&im, 1, "is shorter than what it says it has");
+        expect_damage(&im, 1, "is shorter than it declares");
     }
 }
 

@@ -458,14 +458,14 @@ static void a_file_of_nothing_else_is_refused(void **state)
         const char *text;
     } bad[] = {
         {{"", 1, 0, 0}, "its check sum is wrong"},
-        {{"gzip", 0, 0, 0}, "by gzip, which is not read"},
+        {{"gzip", 0, 0, 0}, "by gzip, which is not supported"},
         {{"a\033b", 0, 0, 0}, "by a?b, which"},
         {{"0123456789012345678901234567890123", 0, 0, 0}, "a name of 34 bytes"},
         {{"", 0, 5, 0}, "an uncompressed chunk of 5 bytes has"},
-        {{"", 0, 0, 100000}, "a chunk is shorter than what it says it has"},
+        {{"", 0, 0, 100000}, "a chunk is shorter than it declares"},
         {{"", 0, UINT64_MAX, 0}, "at most 67108864 can be read: mcap "},
         {{"", 0, (UINT64_C(64) << 20) + 1u, 0}, "at most 67108864 can be read"},
-        {{"", 0, 0, UINT64_MAX}, "a chunk is shorter than what it says it has"},
+        {{"", 0, 0, UINT64_MAX}, "a chunk is shorter than it declares"},
     };
     (void)state;
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
@@ -571,11 +571,11 @@ static const struct damage {
                {put_shorter, "a chunk "},
                {put_longer, "a chunk "},
                {put_too_large, "at most 67108864 can be read: mcap "},
-               {put_unknown, "by zstE, which is not read"},
-               {put_bad_length, "shorter than what it says it has"},
-               {put_stub, "shorter than what it says it has"},
-               {put_overrun, "longer than what is left of the chunk"},
-               {put_rubbish, "longer than what is left of the chunk"}};
+               {put_unknown, "by zstE, which is not supported"},
+               {put_bad_length, "shorter than it declares"},
+               {put_stub, "shorter than it declares"},
+               {put_overrun, "longer than the rest of the chunk"},
+               {put_rubbish, "longer than the rest of the chunk"}};
 
 #define DAMAGES (sizeof damages / sizeof damages[0])
 
@@ -729,7 +729,7 @@ static void records_shorter_than_their_fields_are_passed_over(void **state)
         const struct outcome o = outcome_of(im.bytes, im.len);
         expect_records(&o, "1");
         assert_int_equal(o.damaged, 1);
-        expect_text(o.first, "shorter than what it says it has");
+        expect_text(o.first, "shorter than it declares");
         free(im.bytes);
     }
 }
@@ -748,7 +748,7 @@ static void bytes_behind_the_end_are_not_passed_over(void **state)
     (void)state;
     image im = sample(&packings[0]);
     put_int(&im, 0, 1);
-    expect_error(&im, "there are bytes behind its footer");
+    expect_error(&im, "bytes follow its footer");
 }
 
 int main(void)

@@ -292,7 +292,7 @@ static void options_must_be_right(void **state)
                      -1);
     assert_string_equal(
         s->error.text,
-        "moving: the option to is 3; right is one of lum_move_to");
+        "moving: the option to is 3; use a value of lum_move_to");
     assert_int_equal(s->counts.points, 0);
     free(s);
     lum_poses_free(poses);

@@ -833,7 +833,7 @@ static void a_disk_that_fails_keeps_the_name_away(void **state)
     disk.code = EIO;
     assert_int_equal(lum_outfile_finish(&file, &error), -1);
     assert_int_equal(errno, EIO);
-    assert_non_null(strstr(error.text, "cannot bring it to the disk"));
+    assert_non_null(strstr(error.text, "cannot write it to the disk"));
     lum_outfile_discard(&file);
     expect_file("a", "old");
     assert_int_equal(count_files(), 1);
@@ -1057,7 +1057,7 @@ static void what_is_no_file_is_written_in_place(void **state)
     finish(&file);
     assert_int_equal(disk.calls, 0);
     assert_int_equal(symlink("nowhere", in_directory("link")), 0);
-    expect_refusal("link", LUM_OUTFILE_GROWS, ENOENT, "leads nowhere");
+    expect_refusal("link", LUM_OUTFILE_GROWS, ENOENT, "link to a missing file");
     expect_refusal("no/a", LUM_OUTFILE_GROWS, ENOENT, "does not exist");
     expect_refusal("", LUM_OUTFILE_WHOLE, EISDIR, "is a directory");
 }

@@ -531,7 +531,7 @@ static void a_field_is_of_the_line_that_changed_it_last(void **state)
             {"group.line.at", "14", 6}, {"group.line.bytes", "4", 5});
 }
 
-#define BEHIND "; samples come behind every field"
+#define BEHIND "; samples come after all fields"
 
 static void bits_that_are_shared_are_refused(void **state)
 {

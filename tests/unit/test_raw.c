@@ -734,11 +734,11 @@ static void what_a_packet_cannot_hold_is_refused(void **state)
     lum_raw_line line = fine;
     (void)state;
     line.eye = 2;
-    assert_refused(w, &line, "eye is 2; right is 0 for blue or 1 for green");
+    assert_refused(w, &line, "eye is 2; use 0 for blue or 1 for green");
     line = fine;
     line.words = back;
     line.word_count = 2;
-    assert_refused(w, &line, "pixel 8 stands behind pixel 9");
+    assert_refused(w, &line, "pixel 8 follows pixel 9");
     line.words = &bad;
     line.word_count = 1;
     assert_refused(w, &line, "word 0 is 0x00000800");
@@ -749,13 +749,13 @@ static void what_a_packet_cannot_hold_is_refused(void **state)
                    "holds at most 65535");
     line = fine;
     line.arrival_ns = -1;
-    assert_refused(w, &line, "arrival is -1 ns; right is 0 or more");
+    assert_refused(w, &line, "arrival is -1 ns; use 0 or more");
     assert_int_equal(lum_packet_writer_add(w, &fine, NULL), 0);
     line = fine;
     line.clock_us += INT64_C(1) << 31;
     assert_refused(w, &line,
                    "is 2147483648 us from that of the line before it; the "
-                   "profile's clock of 32 bits tells less than 2147483648");
+                   "profile's clock of 32 bits needs less than 2147483648");
     line.clock_us = INT64_MIN;
     assert_refused(w, &line, "is 9223372036855775808 us from that");
     lum_packet_writer_abort(w);

@@ -190,7 +190,7 @@ static void only_the_two_line_modes_are_known(void **state)
 
 static void the_laser_is_refused_and_the_reason_told(void **state)
 {
-    static const char *const says = "a file does not switch a laser";
+    static const char *const says = "a file cannot switch the laser";
     (void)state;
     assert_refused("power: 5\nlaser: on", "f:2: laser: ", says);
     assert_refused("laser: off", "f:1: laser: ", says);

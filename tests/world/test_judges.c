@@ -459,7 +459,7 @@ static void an_on_that_was_not_taken_back_is_found(void **state)
 {
     struct run *run = *state;
     record_tool *t = tool(run, "lumctl laser on", 1 * S, 3 * S, 4);
-    t->err = copy("lumctl: taken back: it will not come up by itself\n");
+    t->err = copy("lumctl: cancelled: it will not come up by itself\n");
     command(run, 0, 1100 * MS, 9, "u");
     command(run, 0, 1200 * MS, 10, "d");
     say(run, BOOT STATUS("0.500000", "576") TLV("1.101000", "9", "u")

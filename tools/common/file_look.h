@@ -37,7 +37,7 @@ bool file_look_is_same(const struct file_look *a, const struct file_look *b);
 /* Whether opening a pipe by this name would wait for its reader. */
 bool file_look_opens_late(const char *name);
 
-/* Whether it is a link that leads nowhere. */
+/* Whether it is a link to a missing file. */
 bool file_look_is_dangling(const char *name);
 
 #endif

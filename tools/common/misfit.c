@@ -43,7 +43,8 @@ bool misfit_find(const lum_demux_counters *counters, char *out, size_t room)
                        odd, odd + good);
     } else if (is_much(a->bad_words, a->words)) {
         (void)snprintf(out, room,
-                       "%" PRIu64 " range words cannot be, against %" PRIu64
+                       "%" PRIu64
+                       " range words are impossible, against %" PRIu64
                        " good ones, so the layout may be another one",
                        a->bad_words, a->words);
     } else if (lack_angles(counters)) {

@@ -14,7 +14,7 @@
 static bool refuse(const char *text, const char *what, lum_error *why)
 {
     (void)lum_error_set(why,
-                        "%s: %s; right is udp://HOST or udp://HOST:PORT, such "
+                        "%s: %s; use udp://HOST or udp://HOST:PORT, such "
                         "as udp://10.42.0.37",
                         text, what);
     return false;
@@ -39,7 +39,7 @@ bool source_url_parse(const char *text, lum_endpoint *out, lum_error *why)
         return refuse(text, "the host is missing", why);
     }
     if (strchr(host, '/') != NULL) {
-        return refuse(text, "nothing stands behind the host and its port", why);
+        return refuse(text, "nothing may follow the host and its port", why);
     }
     if (!host_parse_endpoint(host, out, &reason)) {
         return refuse(text, reason.text, why);

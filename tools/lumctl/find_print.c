@@ -13,7 +13,7 @@ static const struct {
     const char *word;
     const char *meaning;
 } hows[FIND_HOWS] = {
-    [FIND_ARP] = {"arp", "somebody has this address, perhaps a sensor"},
+    [FIND_ARP] = {"arp", "a device has this address, perhaps a sensor"},
     [FIND_OTHER] = {"other",
                     "sends the magic, but no packet that a sensor sends"},
     [FIND_SENDS] = {"sends", "sends packets of a sensor"},
@@ -119,9 +119,9 @@ static void print_other(const struct find_found *f)
                      "and give one of them another address\n",
                      f->other_mac);
     } else {
-        (void)printf("    two devices have this address, the other is %s: "
-                     "either may be a sensor that nothing reaches; disconnect "
-                     "one, and give the other another address\n",
+        (void)printf("    two devices have this address, "
+                     "the other is %s: either may be an unreachable sensor; "
+                     "disconnect one, and give the other another address\n",
                      f->other_mac);
     }
 }
@@ -151,8 +151,8 @@ static void print_twins(const struct ctl *ctl, const struct find_result *r)
         if (a->host.address == b->host.address &&
             a->interface != b->interface) {
             ctl_note(ctl,
-                     "%s is on %s and on %s: say --interface, or the routes "
-                     "choose",
+                     "%s is on %s and on %s: the routes choose one; "
+                     "--interface chooses another",
                      session_name(a->host).text, name_of(a->interface),
                      name_of(b->interface));
         }
@@ -189,7 +189,7 @@ void find_print(const struct ctl *ctl, const struct find_plan *plan,
         print_text(ctl, plan, result);
     }
     if (result->unsent > 0) {
-        ctl_note(ctl, "%u of %u questions did not leave: %s", result->unsent,
+        ctl_note(ctl, "%u of %u requests were not sent: %s", result->unsent,
                  result->questions, result->error.text);
     }
     if (result->is_cut_short) {

@@ -91,12 +91,12 @@ void laser_tell_undo(lum_laser_want want, const lum_news *end)
     char text[LUM_ERROR_BYTES];
     if (!laser_is_undone(end)) {
         (void)ctl_complain(EXIT_FAILED, "%s%s",
-                           want == LUM_WANT_ON ? "NOT taken back: " : "",
+                           want == LUM_WANT_ON ? "NOT cancelled: " : "",
                            lum_news_tell(end, text, sizeof text));
     } else {
         (void)ctl_complain(EXIT_FAILED,
                            want == LUM_WANT_ON
-                               ? "taken back: it will not come up by itself"
+                               ? "cancelled: it will not come up by itself"
                                : "the laser is off; whether the rest of the "
                                  "text was done is not known");
     }
@@ -110,8 +110,8 @@ enum exit_status laser_complain(const struct ctl *ctl, lum_laser_want want,
     if (!answer->has_status) {
         (void)ctl_complain(
             EXIT_FAILED,
-            "no status came that shows it %s: the answer has no TLV %u, which "
-            "is the status's number by tlv.status of the profile",
+            "no status confirms it %s: the answer has no TLV "
+            "%u, the status's number in the profile (tlv.status)",
             want == LUM_WANT_ON ? "on" : "off",
             (unsigned)ctl->layout.profile.tlv[LUM_TLV_STATUS]);
     } else if (want == LUM_WANT_ON) {

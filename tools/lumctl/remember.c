@@ -202,9 +202,9 @@ static bool load(const struct ctl *ctl, const struct memory_key *key,
     }
     *out = (struct memory){.clock = {0}};
     if (found == 1) {
-        ctl_note(ctl, "%s: %s; it is passed over", path, error.text);
+        ctl_note(ctl, "%s: %s; it is ignored", path, error.text);
     } else if (found < 0) {
-        ctl_note(ctl, "%s; it is passed over", error.text);
+        ctl_note(ctl, "%s; it is ignored", error.text);
     }
     return false;
 }
@@ -361,8 +361,8 @@ void remember_move(const struct ctl *ctl, lum_endpoint from, lum_endpoint to)
     }
     if (result != 0) {
         ctl_note(ctl,
-                 "what is remembered for lumctl show did not move along: "
-                 "%s",
+                 "what is remembered for lumctl show was not moved to "
+                 "the new address: %s",
                  error.text);
     }
 }

@@ -255,7 +255,7 @@ static void add_clock(char out[SAMPLE_PAGE_BYTES], const struct sample *s)
                "UTC at which the sensor's clock was 0.",
                seconds_text(s->utc_offset_ns).text);
     add_real(out, s, "clock_error_seconds",
-             "The most by which the offset may be wrong.",
+             "Largest possible error of the offset.",
              (double)s->clock.error_ns / 1e9);
     if (s->clock.has_drift) {
         add_real(out, s, "clock_drift_ratio",
@@ -277,9 +277,9 @@ static void add_counts(char out[SAMPLE_PAGE_BYTES], const struct sample *s)
     add_whole(out, s, "lost_words_total", "Range words lost, at least.",
               s->losses.words_lost);
     add_whole(out, s, "incomplete_lines_total",
-              "Lines of which angles are lost.", s->losses.lines_incomplete);
+              "Lines that lost angles.", s->losses.lines_incomplete);
     add_whole(out, s, "missing_lines",
-              "Lines of which nothing came; fewer again when they come late.",
+              "Lines of which no packet came; falls when they come late.",
               s->losses.lines_missing);
 }
 
@@ -294,7 +294,7 @@ void sample_page(const struct sample *s, char out[SAMPLE_PAGE_BYTES])
                  s->age_s);
     }
     if (has_trip(s)) {
-        add_real(out, s, "round_trip_seconds", "Of the last request.",
+        add_real(out, s, "round_trip_seconds", "Round trip of the last request.",
                  (double)m->round_trip_ns / 1e9);
     }
     if (m->answers && m->has_status) {

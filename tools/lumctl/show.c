@@ -13,7 +13,7 @@
 
 static const char *const remarks[MEMORY_STANDINGS] = {
     [MEMORY_DONE] = "",
-    [MEMORY_UNSURE] = "  was sent; whether it holds is not known",
+    [MEMORY_UNSURE] = "  was sent; whether it took effect is not known",
     [MEMORY_OLD] = "  whether it has restarted since is not known",
 };
 
@@ -147,9 +147,9 @@ static enum exit_status complain_nothing(const struct remembered *r)
     const struct who sensor = who(r);
     if (r->memory.restart_to_ns == 0) {
         return ctl_complain(EXIT_FAILED,
-                            "nothing is known of %s: no setting that lumctl of "
-                            "this user on this host sent there is on record as "
-                            "acknowledged",
+                            "nothing is known of %s: it "
+                            "has acknowledged no setting that lumctl of this "
+                            "user on this host sent",
                             sensor.text);
     }
     return ctl_complain(
@@ -253,7 +253,7 @@ static const char *lack_of(const struct remembered *r, lum_command_id id)
     const struct memory *m = &r->memory;
     const unsigned table_lines = m->entries[LUM_COMMAND_YSCAN].value;
     if (!is_sure(r, id)) {
-        return "it was sent, and whether it holds is not known";
+        return "it was sent, and whether it took effect is not known";
     }
     if (id != LUM_COMMAND_YSCAN || m->table.scan == MEMORY_DEGREES) {
         return NULL;

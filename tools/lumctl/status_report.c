@@ -87,7 +87,7 @@ const char *report_aside(uint16_t status, bool is_owned)
     if (!report_lacks_heartbeats(status)) {
         return "";
     }
-    return is_owned ? ", its owner's heartbeats do not come" : ", idle";
+    return is_owned ? ", its owner's heartbeats are missing" : ", idle";
 }
 
 static bool has_bit(uint16_t status, unsigned bit)

@@ -158,7 +158,7 @@ void text_print_answer(const struct ctl *ctl, const char *what,
         answer->has_status
             ? report_line(answer->status, session_is_owned(ctl, answer->status))
                   .text
-            : "the answer bore no status");
+            : "the answer had no status");
     report_debug(stdout, answer->debug);
     if (*answer->others != '\0') {
         (void)puts(answer->others);

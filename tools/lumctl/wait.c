@@ -117,7 +117,7 @@ enum exit_status command_wait(struct ctl *ctl, int count, char **words)
     }
     if (count > 2 || w.goal == GOALS) {
         return ctl_complain(EXIT_BAD,
-                            "wait: '%s': one of answers, up, down, clear",
+                            "wait: '%s': use answers, up, down or clear",
                             words[count > 2 ? 2 : 1]);
     }
     enum exit_status status = ctl_open(ctl, false);

@@ -120,7 +120,7 @@ static void sync_copy(struct closer *c)
     c->copy = -1;
     (void)pthread_mutex_unlock(&c->lock);
     const int code = lum_outfile_sync_copy(copy);
-    (void)lum_error_set(&error, "%s: cannot bring it to the disk: %s", name,
+    (void)lum_error_set(&error, "%s: cannot write it to the disk: %s", name,
                         strerror(code));
     (void)pthread_mutex_lock(&c->lock);
     note(c, code, &error);

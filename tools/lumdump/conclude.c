@@ -311,7 +311,7 @@ static void warn_of_voxels(const struct pass *pass)
         conclude_warn(pass->options,
                       "--voxel: %" PRIu64 " of %" PRIu64
                       " points are left out of the map: they are too far from "
-                      "0 for voxels of %g m; right are poses in metres, or "
+                      "0 for voxels of %g m; use poses in metres, or "
                       "larger voxels",
                       v->out_of_range, v->points + v->out_of_range, v->size);
     }

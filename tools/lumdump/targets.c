@@ -201,7 +201,7 @@ static int check_others(const struct options *options, size_t i,
     const char *name = options->outputs[i].name;
     if (options->output_count > 1 && file_look_is_dangling(name)) {
         return lum_error_set(
-            error, "%s is a link that leads nowhere: name a file", name);
+            error, "%s is a link to a missing file: name a file", name);
     }
     for (size_t k = 0; k < i; k++) {
         const char *other = options->outputs[k].name;

@@ -43,7 +43,7 @@ bool moving_take_labels(void *options, const char *text, lum_error *why)
         return true;
     }
     (void)lum_error_set(why,
-                        "'%.200s': labels are an array of NumPy; right is a "
+                        "'%.200s': labels are an array of NumPy; use a "
                         "file whose name ends in .npy",
                         text);
     return false;
@@ -157,7 +157,7 @@ static bool check_poses(const struct options *o, const lum_poses_info *info)
     if (info->gaps > 0) {
         return complain(
             "--path %s: between its poses %zu gap%s longer than %g s, the "
-            "longest from %.3f to %.3f s; right are poses that are nearer to "
+            "longest from %.3f to %.3f s; use poses that are nearer to "
             "each other",
             o->moving.path, info->gaps, info->gaps == 1 ? " is" : "s are",
             (double)LUM_POSES_GAP_NS * 1e-9, (double)info->gap_from_ns * 1e-9,
@@ -185,13 +185,13 @@ static bool check_length(struct options *o)
     }
     if (most < 1.0) {
         return complain("--path %s: its poses last %.6g s, and one frame %.6g "
-                        "s; right are poses that last longer, or a higher "
+                        "s; use poses that last longer, or a higher "
                         "--rate",
                         o->moving.path, all_s,
                         1.0 / o->render.rate_hz + all_s - lasts_s);
     }
     return complain("--path %s: its poses last %.6g s, and %" PRId64
-                    " frames %.6g s; right is --frames %.0f at most",
+                    " frames %.6g s; use --frames %.0f at most",
                     o->moving.path, all_s, o->frames,
                     needed_s + all_s - lasts_s, most);
 }
@@ -205,7 +205,7 @@ bool moving_load(struct options *o)
         return true;
     }
     if (lum_poses_read(o->moving.path, NULL, NULL, &read, &error) != 0) {
-        return complain("--path: %s; right is " MOVING_PATH, error.text);
+        return complain("--path: %s; use " MOVING_PATH, error.text);
     }
     (void)lum_poses_get_info(read, &info);
     const bool is_taken = check_poses(o, &info) && take_poses(read, &info, o);

@@ -78,7 +78,7 @@ static bool check_interfaces(const struct options *o)
         if (rig->sensor[i].interface[0] != '\0' &&
             !capture_file_is_pcapng(o->capture.output)) {
             return complain("--rig: the sensor '%s' has an interface, and a "
-                            "pcap file has no names of interfaces; right is an "
+                            "pcap file has no names of interfaces; use an "
                             "--output whose name ends in .pcapng",
                             rig->sensor[i].name);
         }

@@ -69,7 +69,7 @@ bool standing_take_pose(void *options, const char *text, lum_error *why)
         if (rest == NULL) {
             (void)lum_error_set(why,
                                 "'%.200s': %s is not a number from %g to %g; "
-                                "right is %s",
+                                "use %s",
                                 text, names[i], -most, most, STANDING_POSE);
             return false;
         }

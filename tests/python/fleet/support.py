@@ -19,7 +19,7 @@ BIN = pathlib.Path(os.environ.get("LUM_BIN", TOP / "build/release/bin"))
 PACKAGE = BIN.parent / "python"
 OBJECT_STORE = 80 << 20  # the least that Ray takes, and a little
 LONG_S = 600  # for what should take seconds: a machine can be busy
-DAMAGED = "not a capture (it does not begin as one does); a pcap, pcapng, MCAP or bag file is expected"
+DAMAGED = "not a capture (it does not begin like one); a pcap, pcapng, MCAP or bag file is expected"
 
 os.environ.setdefault("RAY_AUTH_MODE", "token")
 os.environ.setdefault("RAY_AUTH_TOKEN", "0" * 64)

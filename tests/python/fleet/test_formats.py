@@ -91,7 +91,7 @@ def test_a_capture_that_breaks_off_is_converted_with_a_warning(worker, small, tm
     cut.write_bytes(small[1].read_bytes()[:100_000])
     got = convert(worker("--format", form), cut)
     assert got["status"] == "done" and got["truncated"] is True and got["points"] == summary(cut)["points"]
-    assert f"{cut}: cannot be read on after record" in got["message"]
+    assert f"{cut}: cannot be read beyond record" in got["message"]
 
 
 def test_a_capture_that_changes_meanwhile_fails(worker, small, tmp_path):

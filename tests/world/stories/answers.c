@@ -256,7 +256,7 @@ STORY(a_laser_on_without_an_answer,
     user_tool *on =
         user_run(b.host, "lumctl laser on --timeout 60 --retries 1");
     user_expect_status(on, NO_ANSWER);
-    user_expect_has(user_err(on), "taken back: it will not come up by itself");
+    user_expect_has(user_err(on), "cancelled: it will not come up by itself");
     user_expect_like(made_up_texts(m), "^u,u,d,");
     user_expect_same(made_up_commands(m), "u,d,");
     user_expect_equal(m->status, MADE_UP_OFF);

@@ -73,7 +73,7 @@ STORY(a_laser_on_that_a_hazard_defeats,
     user_tool *on = user_run(b.host, "lumctl laser on");
     user_expect_status(on, HAZARD);
     user_expect_has(user_err(on), "HW_SAFETY_BAD");
-    user_expect_has(user_err(on), "taken back: it will not come up by itself");
+    user_expect_has(user_err(on), "cancelled: it will not come up by itself");
     user_tool *json = user_run(b.host, "lumctl laser on --json");
     user_expect_status(json, HAZARD);
     expect_value(json, "taken_back", "true");

@@ -217,7 +217,7 @@ static void look_at_sensors(struct doctor *d, struct doctor_finding *out)
     } else if (state == ARP_INCOMPLETE || answer == KNOCK_UNREACHABLE) {
         say_nobody(d, out);
     } else {
-        doctor_note(out, "the kernel has no word on %s", d->address);
+        doctor_note(out, "the kernel has no entry for %s", d->address);
     }
 }
 

@@ -64,7 +64,7 @@ void host_say_full(const struct doctor *d, const struct host_interface *w,
                    struct doctor_finding *out)
 {
     const uint32_t subnet = d->sensor.address & BESIDE_MASK;
-    doctor_add(out, "; of %s to %s every address is taken",
+    doctor_add(out, "; every address from %s to %s is taken",
                number_address(subnet | 1u).text,
                number_address(subnet | BESIDE_LAST).text);
     doctor_fix(out,

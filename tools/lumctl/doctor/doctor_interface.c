@@ -105,7 +105,7 @@ static void say_no_subnet(struct doctor *d, struct doctor_finding *out)
     const struct interface_address *near = w != NULL ? host_near(d, w) : NULL;
     if (near != NULL) {
         doctor_wrong(
-            out, "%s has %s/%u, a subnet from %s to %s, which leaves %s out",
+            out, "%s has %s/%u, a subnet from %s to %s, without %s",
             w->name, number_address(near->address).text, near->prefix,
             number_address(near->address & near->mask).text,
             number_address(near->address | ~near->mask).text, d->address);

@@ -35,15 +35,15 @@ static void look_at_data_clock(const struct doctor *d,
     if (lag < -allowed || lag > allowed) {
         doctor_wrong(out,
                      "the clock in the data is %.3f s away from the clock in "
-                     "the timestamps: the profile's timestamp may stand at "
-                     "the wrong place",
+                     "the timestamps: the profile's timestamp "
+                     "may have a wrong offset",
                      1e-6 * (double)lag);
         doctor_fix(out,
                    "%s --profile FILE doctor    # group.timestamp corrected in "
                    "it",
                    session_ctl(d->ctl, d->sensor).text);
     } else {
-        doctor_add(out, "; the data bears the same clock, %.1f ms behind",
+        doctor_add(out, "; the data has the same clock, %.1f ms behind",
                    1e-3 * (double)lag);
     }
 }
@@ -90,7 +90,7 @@ static void look_at_rate(const struct doctor_session *s,
     if (drift - rate.error_ppb > DRIFT_MAX_PPB) {
         doctor_wrong(out,
                      "the sensor's clock runs %.0f ppm %s than this host's; "
-                     "1000 are allowed: one of the two is not to be trusted",
+                     "1000 are allowed: one of the two is wrong",
                      1e-3 * (double)drift, rate.ppb > 0 ? "slower" : "faster");
         doctor_fix(out, "timedatectl timesync-status    # is this host's "
                         "clock in order? Then the sensor's is not");
@@ -98,7 +98,7 @@ static void look_at_rate(const struct doctor_session *s,
         doctor_add(out, ", and runs at this host's rate within %.0f ppm%s",
                    1e-3 * (double)(drift + rate.error_ppb),
                    rate.error_ppb > DRIFT_MAX_PPB
-                       ? ", as far as answers so slow can tell"
+                       ? ", as far as such slow answers show"
                        : "");
     }
 }
@@ -112,8 +112,8 @@ void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
         return;
     }
     if (e.resets > 0) {
-        doctor_wrong(out, "the sensor's clock began anew while it was looked "
-                          "at: it restarts");
+        doctor_wrong(out, "the sensor's clock began again "
+                          "during the check: it restarts");
         doctor_fix(out,
                    "%s time --watch    # look at its power supply until that "
                    "stops",
@@ -161,7 +161,7 @@ void doctor_check_status(struct doctor *d, struct doctor_finding *out)
     }
     if (!d->session.has_status) {
         doctor_note(out,
-                    "the sensor's answers bear no status: tlv.status (%u) of "
+                    "the sensor's answers have no status: tlv.status (%u) of "
                     "the profile may be another number",
                     (unsigned)d->ctl->layout.profile.tlv[LUM_TLV_STATUS]);
         return;

@@ -140,7 +140,7 @@ void doctor_check_session(struct doctor *d, struct doctor_finding *out)
     if (result == LUM_NET_OK) {
         doctor_fine(out, "no other program of this host owns %s", d->address);
     } else if (result == LUM_NET_BUSY) {
-        doctor_note(out, "%s; its data is left alone", error.text);
+        doctor_note(out, "%s; its data is not taken", error.text);
         doctor_lack(d, DOCTOR_NEEDS_SESSION,
                     "another session of this host owns the sensor");
     } else {

@@ -147,7 +147,7 @@ void doctor_check_layout(struct doctor *d, struct doctor_finding *out)
         say_odd(d, odd, good, out);
     } else if (s->assembly.bad_words > s->assembly.words / 10u) {
         doctor_wrong(out,
-                     "%" PRIu64 " range words cannot be, against %" PRIu64
+                     "%" PRIu64 " range words are impossible, against %" PRIu64
                      " good ones: group.samples of the wire profile may be "
                      "another offset",
                      s->assembly.bad_words, s->assembly.words);
@@ -161,8 +161,7 @@ void doctor_check_layout(struct doctor *d, struct doctor_finding *out)
         fix_layout(d, out);
     } else if (odd > 0 || s->assembly.bad_words > 0) {
         doctor_note(out,
-                    "the packets fit the wire profile, but for %" PRIu64
-                    " packets and %" PRIu64 " words: corrupted on their way",
+                    "the packets fit the wire profile, except %" PRIu64 " packets and %" PRIu64 " words, corrupted on their way",
                     odd, s->assembly.bad_words);
     } else {
         doctor_fine(out, "all %" PRIu64 " data packets fit the wire profile",
@@ -179,9 +178,7 @@ static void say_kernel_loss(const struct doctor_stream *s,
                             struct doctor_finding *out)
 {
     doctor_wrong(out,
-                 "this host's kernel dropped %" PRIu64
-                 " datagrams for want of receive buffer or time, or because "
-                 "they came damaged",
+                 "this host's kernel dropped %" PRIu64 " datagrams: its receive buffer was full, this program was too slow, or they came damaged",
                  s->session.kernel_drops);
     doctor_fix_buffer(out);
 }
@@ -198,9 +195,7 @@ uint64_t doctor_stream_filtered(const struct doctor *d)
 static void say_filtered(const struct doctor *d, struct doctor_finding *out)
 {
     doctor_wrong(out,
-                 "of %" PRIu64 " datagrams that came in by %s this host "
-                 "dropped %" PRIu64 ", and not for want of buffer: a rule of "
-                 "its firewall that limits them",
+                 "of %" PRIu64 " datagrams that came in by %s this host dropped %" PRIu64 ", though its buffer had room: a rule of its firewall limits them",
                  d->stream.came_in, d->route.interface,
                  doctor_stream_filtered(d));
     doctor_fix_rules(d, out);
@@ -232,7 +227,7 @@ static void say_wire_loss(const struct doctor *d, struct doctor_finding *out)
         d->is_local ? "by the simulator" : "on the wire", s->lines,
         s->lines_missing_angles, s->assembly.lines_skipped, s->lost_words,
         s->counts_drops ? "the kernel dropped none"
-                        : "what the kernel drops is not told here",
+                        : "this system does not report what it drops",
         d->is_local ? "it was told to, or cannot keep up"
                     : "cable, switch, or the network card");
     fix_wire(d, out);
@@ -248,13 +243,10 @@ void doctor_check_loss(struct doctor *d, struct doctor_finding *out)
     } else if (doctor_stream_filtered(d) > 0) {
         say_filtered(d, out);
     } else if (s->lines == 0) {
-        doctor_note(out, "not one whole line came: too little to judge");
+        doctor_note(out, "no whole line came: too little to judge");
     } else if (s->lines >= FEW && s->lines_missing_angles == s->lines) {
         doctor_wrong(out,
-                     "not one of %" PRIu64 " lines has all its angles: "
-                     "group.line or group.first_sample_index of the wire "
-                     "profile may be another offset, if not nearly all packets "
-                     "are lost",
+                     "none of %" PRIu64 " lines has all its angles: nearly all packets are lost, or group.line or group.first_sample_index of the wire profile is another offset",
                      s->lines);
         fix_layout(d, out);
     } else if (wire > 0) {
@@ -286,6 +278,6 @@ void doctor_check_strangers(struct doctor *d, struct doctor_finding *out)
                        d->address);
         doctor_fix_watch(d, out, filter, "who sends them?");
     } else {
-        doctor_fine(out, "nobody but the sensor sent to this session");
+        doctor_fine(out, "only the sensor sent to this session");
     }
 }

@@ -68,7 +68,7 @@ static enum exit_status find_span(const lum_calibration *calibration,
         return ctl_complain(
             EXIT_BAD,
             "yscan: no elevation is seen by both eyes: blue sees %g to %g "
-            "degrees, green %g to %g; see to the calibration",
+            "degrees, green %g to %g; check the calibration",
             degrees(a->elevation_min_udeg), degrees(a->elevation_max_udeg),
             degrees(b->elevation_min_udeg), degrees(b->elevation_max_udeg));
     }

@@ -66,11 +66,11 @@ def _numbers(name: str, given: Any, shape: str = "(n,)") -> Array:
     """An array of numbers, without a copy where it is one already."""
     array: Array = np.asarray(given)
     if array.dtype.kind not in "biuf" or array.dtype.itemsize > 8:
-        raise TypeError(f"{name}: values of type {array.dtype}; right are bool, integers, or floats of up to 64 bits")
+        raise TypeError(f"{name}: values of type {array.dtype}; use bool, integers, or floats of up to 64 bits")
     if np.ma.is_masked(given):
-        raise TypeError(f"{name}: a masked array; right is one without a mask, such as {name}.filled(0)")
+        raise TypeError(f"{name}: a masked array; use one without a mask, such as {name}.filled(0)")
     if array.ndim != (1 if shape == "(n,)" else 2) or array.ndim == 2 and array.shape[1] != 3:
-        raise OptionError(f"{name}: an array of the shape {array.shape}; right is {shape}, n the number of points")
+        raise OptionError(f"{name}: an array of the shape {array.shape}; use {shape}, n the number of points")
     return array if array.dtype.isnative else array.astype(array.dtype.newbyteorder("="))
 
 
@@ -99,19 +99,19 @@ def _known(given: Mapping[str, Any]) -> tuple[dict[str, Array], Optional[Array]]
     for name in _MOST.keys() & columns.keys():
         above = np.flatnonzero(columns[name] > _MOST[name])
         if len(above):
-            raise OptionError(f"{name}: {columns[name][above[0]]} at {above[0]}; right is 0 to {_MOST[name]}")
+            raise OptionError(f"{name}: {columns[name][above[0]]} at {above[0]}; use 0 to {_MOST[name]}")
     if "xyz" not in given:
         return columns, None
     both = [name for name in "xyz" if name in columns]
     if both:
-        raise OptionError(f"xyz and {', '.join(both)} are given; right is xyz, or x, y and z")
+        raise OptionError(f"xyz and {', '.join(both)} are given; use xyz, or x, y and z")
     xyz = _fitted("xyz", _numbers("xyz", given["xyz"], "(n, 3)"), np.dtype("f4"))
     return {**columns, **dict(zip("xyz", xyz.T))}, xyz
 
 
 def _check_name(name: Any) -> None:
     if not isinstance(name, str) or not (name.isascii() and name.isidentifier()) or len(name) > lib.LUM_WRITER_EXTRA_NAME_MAX:
-        raise OptionError(f"{name!r} cannot be the name of a column; right are at most {lib.LUM_WRITER_EXTRA_NAME_MAX} letters of "
+        raise OptionError(f"{name!r} cannot be the name of a column; use at most {lib.LUM_WRITER_EXTRA_NAME_MAX} letters of "
                           "ASCII, digits and _, a letter or _ first")
     if name in KNOWN or name == "xyz":
         raise OptionError(f"{name} is a column that frames have by themselves: replace({name}=...) sets it; columns of your own "
@@ -126,7 +126,7 @@ def _check_name(name: Any) -> None:
 def _check_lengths(columns: Mapping[str, Array], count: int, of: str) -> None:
     for name, array in columns.items():
         if len(array) != count:
-            raise OptionError(f"{name} has {len(array)} values; right are {count}, one a point, as {of}")
+            raise OptionError(f"{name} has {len(array)} values; use {count}, one a point, as {of}")
 
 
 def _collect(columns: Any, more: Mapping[str, Any]) -> dict[str, Any]:
@@ -139,12 +139,12 @@ def _collect(columns: Any, more: Mapping[str, Any]) -> dict[str, Any]:
     if columns is None:
         columns = {}
     if not isinstance(columns, Mapping) and not hasattr(columns, "keys"):
-        raise TypeError(f"columns are given as {type(columns).__name__}; right is a mapping of names and arrays, a structured "
+        raise TypeError(f"columns are given as {type(columns).__name__}; use a mapping of names and arrays, a structured "
                         "array, or keywords: x=...")
     given = {name: columns[name] for name in list(columns)}
     twice = [name for name in given if name in more]
     if twice:
-        raise OptionError(f"{twice[0]} is given twice; right is once")
+        raise OptionError(f"{twice[0]} is given twice; use once")
     return {**given, **more}
 
 
@@ -155,7 +155,7 @@ def _one(name: str, array: Array) -> Optional[int]:
     """The number that all points have; None: there are no points."""
     found = np.unique(array)
     if len(found) > 1:
-        raise OptionError(f"{name}: points of {found[0]} and of {found[1]}; right are those of one {name}, such as "
+        raise OptionError(f"{name}: points of {found[0]} and of {found[1]}; use those of one {name}, such as "
                           f'rows[rows["{name}"] == {found[0]}]')
     return int(found[0]) if len(found) else None
 
@@ -201,7 +201,7 @@ def _given_lines(given: Any, columns: Mapping[str, Array], count: int) -> Array:
     names = lines.dtype.names or ()
     needs = ("number", "eye", "first_point", "point_count")
     if lines.ndim != 1 or not set(needs) <= set(names) <= set(LINE_DTYPE.names or ()):
-        raise OptionError(f"lines: an array of type {lines.dtype}; right is a structured array such as Frame.lines, with the fields "
+        raise OptionError(f"lines: an array of type {lines.dtype}; use a structured array such as Frame.lines, with the fields "
                           f"{', '.join(needs)}, and of the others those that are known: {', '.join((LINE_DTYPE.names or ())[4:])}")
     if lines.dtype != LINE_DTYPE:
         made = np.zeros(len(lines), LINE_DTYPE)
@@ -210,10 +210,10 @@ def _given_lines(given: Any, columns: Mapping[str, Array], count: int) -> Array:
             made[name] = _fitted(f"lines: {name}", lines[name], LINE_DTYPE[name])
         lines = made
     if (lines["eye"] > 1).any():
-        raise OptionError("lines: eye is above 1; right is 0 for blue, 1 for green")
+        raise OptionError("lines: eye is above 1; use 0 for blue, 1 for green")
     _lines.check(lines, count)
     if _lines.renumber(lines, columns) is not lines:
-        raise OptionError("lines: the columns line and eye tell other numbers than the lines; right are the same, or lines alone")
+        raise OptionError("lines: the columns line and eye tell other numbers than the lines; use the same, or lines alone")
     return lines
 
 
@@ -229,12 +229,12 @@ def _address(sensor: Any) -> tuple[int, str]:
     try:
         return int(ipaddress.IPv4Address(address)), interface
     except ValueError:
-        raise OptionError(f'sensor is {sensor!r}; right is its address, such as "10.42.0.37"') from None
+        raise OptionError(f'sensor is {sensor!r}; use its address, such as "10.42.0.37"') from None
 
 
 def _whole(name: str, value: Any, most: int = 2 ** 62) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value <= most:
-        raise OptionError(f"{name} is {value!r}; right is a whole number from 0 to {most}")
+        raise OptionError(f"{name} is {value!r}; use a whole number from 0 to {most}")
     return int(value)
 
 
@@ -243,7 +243,7 @@ def _clocks_us(columns: Mapping[str, Array], count: int, begin_us: int) -> Array
     seconds = np.nan_to_num(columns["time"].astype("f8"), posinf=0, neginf=0) if "time" in columns else np.zeros(count)
     wrong = np.flatnonzero(np.abs(seconds) > _TIME_MOST)
     if len(wrong):
-        raise OptionError(f"time: {seconds[wrong[0]]:g} at {wrong[0]}; right are seconds since the frame began, up to {_TIME_MOST:g}")
+        raise OptionError(f"time: {seconds[wrong[0]]:g} at {wrong[0]}; use seconds since the frame began, up to {_TIME_MOST:g}")
     return np.asarray(begin_us + np.rint(seconds * 1e6).astype("i8"))
 
 
@@ -274,7 +274,7 @@ def from_arrays(given: Any, more: Mapping[str, Any], lines: Any, number: Optiona
     known, xyz = _known(given)
     columns = {**known, **_own_of(given)}
     if not columns:
-        raise OptionError("a frame of no columns; right is at least one, such as x=...")
+        raise OptionError("a frame of no columns; use at least one, such as x=...")
     first, count = next((name, len(array)) for name, array in columns.items())
     _check_lengths({**columns, **beside}, count, f"{first} has them")
     given_lines = None if lines is None else _given_lines(lines, columns, count)
@@ -315,23 +315,23 @@ def _indices(key: Any, count: int) -> Array:
                         + (f" of type {found.dtype}" if found.ndim else "")
                         + ("; frame[i:i + 1] is the frame of one point" if found.dtype.kind in "iu" else ""))
     if np.ma.is_masked(key):
-        raise TypeError("frame[...]: a masked array; right is one without a mask, such as .filled(False)")
+        raise TypeError("frame[...]: a masked array; use one without a mask, such as .filled(False)")
     if found.dtype.kind == "b":
         if found.shape != (count,):
-            raise OptionError(f"frame[mask]: a mask of the shape {found.shape}; right is ({count},), one a point of the frame")
+            raise OptionError(f"frame[mask]: a mask of the shape {found.shape}; use ({count},), one a point of the frame")
         return np.flatnonzero(found)
     if found.ndim != 1:
-        raise OptionError(f"frame[places]: an array of the shape {found.shape}; right is one of one dimension")
+        raise OptionError(f"frame[places]: an array of the shape {found.shape}; use one of one dimension")
     if len(found) == count > 2 and not (found > 1).any() and (found >= 0).all():
-        raise OptionError(f"frame[mask]: as many values as points, all 0 or 1, of type {found.dtype}; right is a mask of bool: "
+        raise OptionError(f"frame[mask]: as many values as points, all 0 or 1, of type {found.dtype}; use a mask of bool: "
                           "frame[mask.astype(bool)]")
     if len(found) and not 0 <= found.min() <= found.max() < count:
         wrong = found[(found < 0) | (found >= count)][0]
-        raise OptionError(f"frame[places]: {wrong} is no point of the frame; right is 0 to {count - 1}"
+        raise OptionError(f"frame[places]: {wrong} is no point of the frame; use 0 to {count - 1}"
                           + ("; -1 in an image_index() is a pixel without a point" if wrong == -1 else ""))
     found = found.astype(np.intp)
     if (found[1:] < found[:-1]).any():
-        raise OptionError("frame[places]: they go back, and points of a frame stay in the order of its lines; right is "
+        raise OptionError("frame[places]: they go back, and points of a frame stay in the order of its lines; use "
                           'frame[numpy.sort(places)], or in any order frame["x"][places]')
     return found
 
@@ -339,7 +339,7 @@ def _indices(key: Any, count: int) -> Array:
 def _part(frame: Frame, key: slice) -> tuple[dict[str, Array], Optional[Array], Callable[[Array], Array]]:
     start, stop, step = key.indices(len(frame))
     if step < 0:
-        raise OptionError('frame[a:b:step]: the step is below 0, and points of a frame stay in the order of its lines; right is a '
+        raise OptionError('frame[a:b:step]: the step is below 0, and points of a frame stay in the order of its lines; use a '
                           'step from 1, or frame["x"][::-1]')
     block = frame._joined()
 

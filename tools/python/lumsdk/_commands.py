@@ -167,7 +167,7 @@ def check_commands(commands: str) -> None:
         result = lib.lum_command_parse(at, left, command)
         if result == lib.LUM_E_VALUE:
             spec = next(s for s in lib.lum_command_specs if s.letter == word[-1:].encode())
-            raise OptionError(f"{word!r}: right is {spec.min} to {spec.max}{_steps(spec)}")
+            raise OptionError(f"{word!r}: use {spec.min} to {spec.max}{_steps(spec)}")
         if result != lib.LUM_OK:
             raise OptionError(f"{commands!r}: {word!r} is not a command: a whole number and one of p g b f y h G B, "
                               "separated by one space")

@@ -170,7 +170,7 @@ class _Output:
             if is_several and self._plan.output.get("time") == "sensor":
                 raise self._plan.own_clocks()
             if self._about.rig != list(frame._info.rig):
-                raise OptionError(f"frame {frame.number} of {frame.sensor} was read with another rig than the first one; right are "
+                raise OptionError(f"frame {frame.number} of {frame.sensor} was read with another rig than the first one; use "
                                   "frames of one rig")
             if frame.sensor != self._sensor and self._plan.is_pattern:
                 raise OptionError(f"{self._about.source}: frames of several sensors have the same numbers: put %s, the sensor's name, "
@@ -186,13 +186,13 @@ class _Output:
         """A file has one set of columns, and points of one frame of reference."""
         if self.motion is None and (frame._moved == "world") != self._plan.is_of_world:
             raise OptionError(f"frame {frame.number} {'is' if frame._moved == 'world' else 'is not'} in the world, unlike the first "
-                              "one; right are frames that to_world() moved, or others alone")
+                              "one; use frames that to_world() moved, or others alone")
         named = [{name: dtype for name, dtype in of.items() if name not in OF_RAW or name in self._layout.columns}
                  for of in (self._own, own_types(frame))]
         if named[0] != named[1]:
             first, other = (", ".join(f"{name} ({dtype})" for name, dtype in of.items()) or "none" for of in named)
-            raise OptionError(f"frame {frame.number} has other columns of its own than the first one: {other} and not {first}; right "
-                              "are the same ones for all, in the same types")
+            raise OptionError(f"frame {frame.number} has other columns of its own than the first one: {other} and not {first}; "
+                              "use the same ones for all, in the same types")
 
     def _check_cancelled(self) -> None:
         if self.cancelled:

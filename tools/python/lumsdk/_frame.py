@@ -426,7 +426,7 @@ class Frame:
         from ._poses import move
 
         if to not in ("start", "middle"):
-            raise ValueError(f'to is {to!r}; right is "start" or "middle"; frame.to_world() moves into the world')
+            raise ValueError(f'to is {to!r}; use "start" or "middle"; frame.to_world() moves into the world')
         return move(self, poses, to, None, outside)
 
     def to_world(self, poses: Poses, origin: Optional[Sequence[float]] = None, outside: Outside = "nan") -> Frame:
@@ -530,7 +530,7 @@ class Frame:
     def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> Array:
         """numpy.asarray(frame): as to_structured()."""
         if copy is False:
-            raise ValueError("a frame is several arrays, and a structured array is a copy of them: right is copy=None, or one "
+            raise ValueError("a frame is several arrays, and a structured array is a copy of them: use copy=None, or one "
                              'column as frame["x"], or frame.xyz')
         if dtype is not None and np.dtype(dtype).names is None and np.dtype(dtype) != object:
             raise TypeError(f"a frame is not one array of {np.dtype(dtype)}: frame.xyz has the coordinates, (n, 3), and "

@@ -23,9 +23,9 @@ JOINED = -1
 def _count(value: Any, name: str) -> int:
     """A whole number from 0 on."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-        raise TypeError(f"{name} is {value!r}; right is a whole number")
+        raise TypeError(f"{name} is {value!r}; use a whole number")
     if value < 0:
-        raise ValueError(f"{name} is {value}; right is a whole number from 0")
+        raise ValueError(f"{name} is {value}; use a whole number from 0")
     return int(value)
 
 
@@ -37,7 +37,7 @@ def _eye(frame: Frame, eye: Union[str, int, None]) -> int:
         return present[0] if present else 0
     if isinstance(eye, str) and eye in EYES:
         return EYES.index(eye)
-    raise ValueError(f'eye is {eye!r}; right is "blue" or "green"')
+    raise ValueError(f'eye is {eye!r}; use "blue" or "green"')
 
 
 def _believed_rows(frame: Frame, eye: int) -> int:
@@ -65,7 +65,7 @@ def grid(frame: Frame, column: str, eye: Optional[str], returns: int, lines: Opt
             raise frame._refuse(name)
     rows = _believed_rows(frame, which) if lines is None else _count(lines, "lines")
     if _count(returns, "returns") < 1:
-        raise ValueError("returns is 0; right is a whole number from 1")
+        raise ValueError("returns is 0; use a whole number from 1")
     out = np.empty((rows, PIXELS, returns), "f4")
     if len(frame) and not len(frame.lines):
         raise OptionError(f"frame {frame.number} has no lines, so there is no grid of it: give Frame.from_arrays() the columns line "
@@ -87,7 +87,7 @@ def floats(frame: Frame, column: str) -> Array:
     numbers = frame._array(column)
     made = np.asarray(numbers, "f4")
     if column in frame._own and numbers.dtype.kind in "iu" and (made.astype("f8") != numbers).any():
-        raise OptionError(f"{column}: float32, which grids and pictures are of, cannot hold all its numbers exactly; right are whole "
+        raise OptionError(f"{column}: float32, which grids and pictures are of, cannot hold all its numbers exactly; use whole "
                           "numbers up to 16777216, or the numbers of points by image_index()")
     return made
 

@@ -23,7 +23,7 @@ EYES: dict[str, int] = {"blue": lib.LUM_IMAGE_BLUE, "green": lib.LUM_IMAGE_GREEN
 
 def _chosen(value: Any, name: str, known: dict[str, int]) -> int:
     if not isinstance(value, str) or value not in known:
-        raise ValueError(f"{name} is {value!r}; right is " + ", ".join(f'"{one}"' for one in known))
+        raise ValueError(f"{name} is {value!r}; use " + ", ".join(f'"{one}"' for one in known))
     return known[value]
 
 
@@ -32,16 +32,16 @@ def _put_view(out: Any, view: Optional[Sequence[float]], rows: Optional[int], co
         try:
             out.left_deg, out.right_deg, out.top_deg, out.bottom_deg = view
         except (TypeError, ValueError):
-            raise ValueError(f"view is {view!r}; right is four numbers in degrees: left, right, top, bottom, such as "
+            raise ValueError(f"view is {view!r}; use four numbers in degrees: left, right, top, bottom, such as "
                              "(60, -60, 3, -17)") from None
     for name, value in (("rows", rows), ("columns", columns)):
         if value is not None:
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 < value <= lib.LUM_IMAGE_PIXELS_MAX:
-                raise ValueError(f"{name} is {value!r}; right is a whole number from 1")
+                raise ValueError(f"{name} is {value!r}; use a whole number from 1")
             setattr(out, name, int(value))
     if lib.lum_image_scale_init(ffi.new("lum_image_scale *"), out) != lib.LUM_OK:
         raise ValueError(f"the view of {out.left_deg:g}, {out.right_deg:g}, {out.top_deg:g}, {out.bottom_deg:g} degrees in "
-                         f"{out.rows} rows and {out.columns} columns cannot be; right is left above right by at most 360, top above "
+                         f"{out.rows} rows and {out.columns} columns cannot be; use left above right by at most 360, top above "
                          f"bottom within 90 and -90, and at most {lib.LUM_IMAGE_PIXELS_MAX} pixels")
 
 
@@ -55,7 +55,7 @@ def _eyes(frame: Frame) -> Array:
         return np.repeat(frame.lines["eye"], frame.lines["point_count"])
     if "eye" not in frame.columns:
         raise OptionError(f"frame {frame.number} has neither lines nor the column eye, so it is not known which points are of an "
-                          'eye; right is eye="both"')
+                          'eye; use eye="both"')
     return np.ascontiguousarray(frame["eye"])
 
 

@@ -15,7 +15,7 @@ from typing import Any, Optional
 from ._c import check, ffi, lib, sized
 from ._errors import CaptureError, Error, OptionError, install
 
-RIGHT = ('right is a path, a pattern such as "drive-*.pcap", a list of paths, the bytes of a capture, a binary file '
+RIGHT = ('use a path, a pattern such as "drive-*.pcap", a list of paths, the bytes of a capture, a binary file '
          "object or a URL")
 
 ENDINGS = re.compile(r"\.(pcap|pcapng|cap)(\.(gz|zst))?$", re.I)
@@ -48,13 +48,13 @@ class _Shared:
         else:
             got = self.file.read(room)
             if got is not None and not isinstance(got, (bytes, bytearray, memoryview)):
-                raise TypeError(f"its read() gives {type(got).__name__}; right is bytes, as of a file that is opened "
+                raise TypeError(f"its read() gives {type(got).__name__}; use bytes, as of a file that is opened "
                                 'with mode "rb"')
             count = None if got is None else len(got)
             if count is not None and count <= room:
                 ffi.memmove(buffer, got, count)
         if count is None:
-            raise BlockingIOError("it has no bytes at present; right is a file that waits for them")
+            raise BlockingIOError("it has no bytes at present; use a file that waits for them")
         if not 0 <= count <= room:
             raise ValueError(f"{count} bytes were read where {room} were asked for")
         return int(count)
@@ -482,7 +482,7 @@ def _paths(given: Any, storage: Mapping[str, Any]) -> list[Any]:
     if _is_url(given):
         return _fetch(given, storage)
     if not isinstance(given, (str, os.PathLike)):
-        raise TypeError(f"a source in a list is {reprlib.repr(given)}, of type {type(given).__name__}; right is a path, a "
+        raise TypeError(f"a source in a list is {reprlib.repr(given)}, of type {type(given).__name__}; use a path, a "
                         "pattern or a URL: captures in memory and file objects are read alone")
     name = os.fsdecode(given)
     if os.path.isdir(name):
@@ -515,7 +515,7 @@ def urls_of(given: Any) -> list[str]:
 def check_storage(storage: Any) -> dict[str, Any]:
     """The option storage_options."""
     if storage is not None and not isinstance(storage, Mapping):
-        raise TypeError(f"storage_options is {storage!r}, of type {type(storage).__name__}; right is a mapping for fsspec, such "
+        raise TypeError(f"storage_options is {storage!r}, of type {type(storage).__name__}; use a mapping for fsspec, such "
                         'as {"anon": True}')
     return dict(storage or {})
 
@@ -551,7 +551,7 @@ def open_input(given: Any, storage: Optional[Mapping[str, Any]] = None) -> Input
     except (TypeError, BufferError, ValueError):
         pass
     if isinstance(given, io.TextIOBase):
-        raise TypeError('the file object is opened as text; right is mode "rb"')
+        raise TypeError('the file object is opened as text; use mode "rb"')
     if callable(getattr(given, "read", None)):
         return Stream(given, str(getattr(given, "name", "the file object")))
     raise TypeError(f"a source is given as {type(given).__name__}; {RIGHT}")

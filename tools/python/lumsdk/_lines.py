@@ -60,7 +60,7 @@ def of_columns(line: Array, eye: Array, clocks_us: Array, sensor: Optional[Array
     if len(again):
         one, other = out[first[which.ravel()[again[0]]]], out[again[0]]
         raise OptionError(f"line: points {one['first_point']} and {other['first_point']} are of line {one['number']}, and points "
-                          "between them are not; right are points line by line, as numpy.lexsort((line, eye)) orders them, or lines=")
+                          "between them are not; use points line by line, as numpy.lexsort((line, eye)) orders them, or lines=")
     return out
 
 
@@ -70,10 +70,10 @@ def check(lines: Array, count: int) -> None:
     wrong = np.flatnonzero(lines["first_point"] != ends - lines["point_count"])
     if len(wrong):
         i = wrong[0]
-        raise OptionError(f"lines: line {i} begins at point {lines['first_point'][i]}; right is {ends[i] - lines['point_count'][i]}, "
+        raise OptionError(f"lines: line {i} begins at point {lines['first_point'][i]}; use {ends[i] - lines['point_count'][i]}, "
                           "where the points of the lines before end")
     if (ends[-1] if len(ends) else 0) != count:
-        raise OptionError(f"lines: they have {ends[-1] if len(ends) else 0} points; right are {count}, those of the columns")
+        raise OptionError(f"lines: they have {ends[-1] if len(ends) else 0} points; use {count}, those of the columns")
 
 
 def renumber(lines: Array, columns: Mapping[str, Array]) -> Array:
@@ -93,7 +93,7 @@ def renumber(lines: Array, columns: Mapping[str, Array]) -> Array:
         if len(wrong):
             first = lines["first_point"][np.searchsorted(lines["first_point"], wrong[0], "right") - 1]
             raise OptionError(f"{name}: points {first} and {wrong[0]} are of one line of the frame, and have {column[first]} and "
-                              f"{column[wrong[0]]}; right is one number for all points of a line; Frame.from_arrays() makes "
+                              f"{column[wrong[0]]}; use one number for all points of a line; Frame.from_arrays() makes "
                               "other lines")
         if not np.array_equal(told, out[field]):
             out = out.copy()

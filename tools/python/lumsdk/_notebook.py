@@ -208,9 +208,9 @@ def _somewhere(frame: Frame) -> Any:
 
 def to_png(frame: Frame, colour: str = "range", size: tuple[int, int] = _SIZE) -> bytes:
     if colour not in COLOURS:
-        raise OptionError(f"colour is {colour!r}; right is one of {', '.join(COLOURS)}")
+        raise OptionError(f"colour is {colour!r}; use one of {', '.join(COLOURS)}")
     if len(size) != 2 or not all(side in _SIDES for side in size):
-        raise OptionError(f"size is {size!r}; right is (width, height) in pixels, each from {_SIDES[0]} to {_SIDES[-1]}")
+        raise OptionError(f"size is {size!r}; use (width, height) in pixels, each from {_SIDES[0]} to {_SIDES[-1]}")
     for name in ("x", "y", "z", COLOURS[colour][0]):
         if name not in frame.columns:
             raise frame._refuse(name)

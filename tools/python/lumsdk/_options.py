@@ -50,11 +50,11 @@ _THREADS = 2
 
 
 def _wrong(name: str, value: object, allowed: Optional[str] = None) -> OptionError:
-    return OptionError(f"{name} is {value!r}; right is {allowed or _ALLOWED[name]}")
+    return OptionError(f"{name} is {value!r}; use {allowed or _ALLOWED[name]}")
 
 
 def _wrong_type(name: str, value: object, allowed: Optional[str] = None) -> TypeError:
-    return TypeError(f"{name} is {value!r}, of type {type(value).__name__}; right is {allowed or _ALLOWED[name]}")
+    return TypeError(f"{name} is {value!r}, of type {type(value).__name__}; use {allowed or _ALLOWED[name]}")
 
 
 def _is_whole(value: object) -> bool:

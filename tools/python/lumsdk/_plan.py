@@ -57,7 +57,7 @@ _ONLY_BY_LUMDUMP = ("colour", "duration", "organized", "packets", "rotate", "siz
 def _format_of(name: str, given: Optional[str]) -> str:
     if given is not None:
         if not isinstance(given, str):
-            raise TypeError(f"format is {given!r}; right is one of {', '.join(_ALL)}")
+            raise TypeError(f"format is {given!r}; use one of {', '.join(_ALL)}")
         if given not in _ALL:
             raise OptionError(f"format is {given!r}; formats are {', '.join(_ALL)}")
         return given
@@ -101,7 +101,7 @@ class Plan:
     def __init__(self, source: Any, destination: Any, options: dict[str, Any]) -> None:
         self.source: Any = [source] if isinstance(source, Frame) else source
         if not isinstance(destination, (str, os.PathLike)):
-            raise TypeError(f"the destination is {reprlib.repr(destination)}; right is a path or a URL, such as "
+            raise TypeError(f"the destination is {reprlib.repr(destination)}; use a path or a URL, such as "
                             '"drive.laz"')
         self.name = os.fsdecode(destination)
         if self.name == "-":
@@ -166,7 +166,7 @@ class Plan:
             return bool(given) and all(isinstance(item, Frame) for item in given)
         if isinstance(given, Iterable):
             return True
-        raise TypeError(f"a source is given as {type(given).__name__}; right is what open() takes, a Source, or frames")
+        raise TypeError(f"a source is given as {type(given).__name__}; use what open() takes, a Source, or frames")
 
     def _check_output(self) -> None:
         for name, value in self.output.items():
@@ -181,11 +181,11 @@ class Plan:
             if name in ("pose_times", "to") and "poses" not in self.output:
                 raise OptionError(f"{name} goes with poses, which say where the sensor was: give poses= too")
             if name == "to" and value not in MOMENTS:
-                raise OptionError(f"to is {value!r}; right is one of {', '.join(MOMENTS)}")
+                raise OptionError(f"to is {value!r}; use one of {', '.join(MOMENTS)}")
             if name == "time" and value == "sensor" and self._is_joined:
                 raise self.own_clocks()
             if name == "time" and value not in TIMES:
-                raise OptionError(f"time is {value!r}; right is " + ", ".join(f'"{time}"' for time in TIMES))
+                raise OptionError(f"time is {value!r}; use " + ", ".join(f'"{time}"' for time in TIMES))
         if not self.by_lumdump and self.format in ("png", "pcap", "pcapng"):
             raise OptionError(f"{self.format} needs a capture as source and not frames, and not broken=\"raise\": lumdump "
                               "writes it")

@@ -52,7 +52,7 @@ def _as_written(frame: Frame, name: str, dtype: np.dtype[Any]) -> Array:
     numbers, limits = value(frame, name), np.iinfo(dtype) if dtype.kind in "iu" else None
     if limits is not None and len(numbers) and not limits.min <= numbers.min() <= numbers.max() <= limits.max:
         raise OptionError(f"frame {frame.number}: {name} is from {numbers.min()} to {numbers.max()}, and this format has integers of "
-                          "32 bits; right are such, or float64, or another format, as csv, las or parquet")
+                          "32 bits; use such, or float64, or another format, as csv, las or parquet")
     return np.ascontiguousarray(numbers, dtype)
 
 

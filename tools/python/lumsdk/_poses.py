@@ -72,18 +72,18 @@ class Poses:
             OptionError: arrays or options are not right.
         """
         if clock not in (None, *_CLOCKS):
-            raise OptionError(f'clock is {clock!r}; right is "sensor" or "utc"')
+            raise OptionError(f'clock is {clock!r}; use "sensor" or "utc"')
         if not isinstance(gap, _NUMBER) or not 1e-9 <= gap <= 1e9:
-            raise OptionError(f"gap is {gap!r}; right are seconds above 0, up to 1e9")
+            raise OptionError(f"gap is {gap!r}; use seconds above 0, up to 1e9")
         if not isinstance(jump, _NUMBER) or not jump > 0:
-            raise OptionError(f"jump is {jump!r}; right are metres above 0, or math.inf")
+            raise OptionError(f"jump is {jump!r}; use metres above 0, or math.inf")
         options = sized("lum_poses_options", clock=_CLOCKS.get(clock or "", lib.LUM_POSES_BY_SIZE), gap_ns=round(gap * 1e9),
                         jump_m=float(jump))
         made, error = ffi.new("lum_poses **"), ffi.new("lum_error *")
         if isinstance(source, (str, os.PathLike)):
             self.name, self.files = os.fsdecode(source), [os.fsdecode(file) for file in (source, times) if file is not None]
             if any("\0" in file for file in self.files):
-                raise OptionError(f"a file's name is {self.files!r}; right is one without the character 0")
+                raise OptionError(f"a file's name is {self.files!r}; use one without the character 0")
             if poses is not None:
                 raise OptionError("poses go with an array of times, and not with a file, which has its own")
             of_times = ffi.new("char[]", os.fsencode(times)) if times is not None else ffi.NULL
@@ -142,7 +142,7 @@ class Poses:
             outside: what to do with a time that has no pose: refuse it, or take the nearest one.
         """
         if outside not in ("raise", "nearest"):
-            raise OptionError(f'outside is {outside!r}; right is "raise" or "nearest"')
+            raise OptionError(f'outside is {outside!r}; use "raise" or "nearest"')
         time_ns = _nanoseconds(time)
         pose, rows = ffi.new("lum_pose *"), np.zeros((4, 4))
         place = lib.lum_poses_at(self._c, time_ns, ffi.NULL, pose)
@@ -204,7 +204,7 @@ def _nanoseconds(time: Any) -> int:
         return int(time)
     if isinstance(time, (float, np.floating)) and abs(float(time)) < 4e9:
         return round(float(time) * 1e9)
-    raise OptionError(f"a time is {time!r}; right is an int of nanoseconds, below 2^63, or a float of seconds, below 4e9")
+    raise OptionError(f"a time is {time!r}; use an int of nanoseconds, below 2^63, or a float of seconds, below 4e9")
 
 
 def _arrays(times: Any, poses: Any) -> tuple[Array, Array]:
@@ -214,14 +214,14 @@ def _arrays(times: Any, poses: Any) -> tuple[Array, Array]:
     except (TypeError, ValueError) as error:
         raise OptionError(f"times and poses are arrays of numbers: {error}") from error
     if at.ndim != 1 or at.dtype.kind not in "iuf" or not len(at):
-        raise OptionError(f"times have the shape {at.shape} of {at.dtype}; right is (n,), n from 1, of ints in nanoseconds or "
+        raise OptionError(f"times have the shape {at.shape} of {at.dtype}; use (n,), n from 1, of ints in nanoseconds or "
                           "floats in seconds")
     if at.dtype.kind == "f":
         if not np.all(np.abs(at) < 4e9):
             raise OptionError("times as floats are seconds, and one is not finite or above 4e9; nanoseconds are given as ints")
         at = np.round(at.astype("f8") * 1e9)
     elif at.dtype.kind == "u" and at.max() >= 2 ** 63:
-        raise OptionError(f"a time is {at.max()} ns; right is below 2^63")
+        raise OptionError(f"a time is {at.max()} ns; use below 2^63")
     if given.shape not in ((len(at), 7), (len(at), 4, 4), (len(at), 3, 4)):
         raise OptionError(f"poses have the shape {given.shape}; right for {len(at)} times is ({len(at)}, 4, 4), "
                           f"({len(at)}, 3, 4), or ({len(at)}, 7) with x y z qx qy qz qw")
@@ -233,7 +233,7 @@ def _of_matrices(given: Array) -> Array:
     m = given[:, :3, :3]
     wrong = ~(np.abs(m @ m.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2)) <= _UNIT_ERROR) | ~(np.linalg.det(m) > 0)
     if wrong.any():
-        raise OptionError(f"pose {int(wrong.argmax())} has no rotation in its first three columns; right are rows of length "
+        raise OptionError(f"pose {int(wrong.argmax())} has no rotation in its first three columns; use rows of length "
                           "1, square to each other, right-handed")
     xx, yy, zz = m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]
     four = np.empty((len(m), 4, 4))
@@ -254,7 +254,7 @@ def _origin(given: Any) -> list[float]:
     except (TypeError, ValueError):
         made = np.zeros(0)
     if made.shape != (3,) or not np.isfinite(made).all():
-        raise OptionError(f"origin is {given!r}; right are x, y and z in metres, three finite numbers")
+        raise OptionError(f"origin is {given!r}; use x, y and z in metres, three finite numbers")
     return list(made.tolist())
 
 
@@ -266,7 +266,7 @@ def _moments(info: Info, poses: Poses, to: str) -> tuple[int, int]:
     """By the poses' clock, when the frame began, and the moment that it is moved to."""
     if not info.begin_utc_ns:
         raise CaptureError("the frame has no clock: by the profile its packets have no timestamps, so its points have no poses; "
-                           "right is a profile with the field timestamp, or for Frame.from_arrays() utc_ns=")
+                           "use a profile with the field timestamp, or for Frame.from_arrays() utc_ns=")
     begin = info.begin_utc_ns if poses.clock == "utc" else info.begin_clock_us * 1000
     half = (info.end_clock_us - info.begin_clock_us) * 1000 // 2 if to == "middle" else 0
     return begin, begin + half
@@ -309,12 +309,12 @@ def move(frame: Frame, poses: Poses, to: str, origin: Union[Sequence[float], Arr
          outside: Outside = "nan") -> Frame:
     """A frame with its points moved; its other columns are those of the frame."""
     if not isinstance(poses, Poses):
-        raise TypeError(f"poses are {type(poses).__name__}; right is lumsdk.Poses, such as lumsdk.Poses(\"poses.txt\")")
+        raise TypeError(f"poses are {type(poses).__name__}; use lumsdk.Poses, such as lumsdk.Poses(\"poses.txt\")")
     _check_frame(frame, poses)
     if to not in MOMENTS:
-        raise OptionError(f"to is {to!r}; right is one of {', '.join(_TO)}")
+        raise OptionError(f"to is {to!r}; use one of {', '.join(_TO)}")
     if outside not in _OUTSIDE:
-        raise OptionError(f"outside is {outside!r}; right is one of {', '.join(_OUTSIDE)}")
+        raise OptionError(f"outside is {outside!r}; use one of {', '.join(_OUTSIDE)}")
     x, y, z, time = (np.ascontiguousarray(frame[name], "f4") for name in ("x", "y", "z", "time"))
     if to == "world" and origin is None and poses.origin() is not None:
         warn(f"{poses.name}: the poses are farther than 5 km from 0, where float32 loses more than half a millimetre: give "
@@ -385,6 +385,6 @@ class Motion:
         told = f"{self.poses.name}: {self.without} of {self.points} points have no pose"
         if self.without == self.points:
             begin, end = (time * 1e-9 for time in self.poses.span)
-            raise CaptureError(f"{told}: the poses are of {begin:.3f} to {end:.3f} s, {self.poses.clock}; are they of another "
-                               "drive?")
+            raise CaptureError(f"{told}: the poses are of {begin:.3f} to {end:.3f} s, {self.poses.clock}; are they "
+                               "from another drive?")
         warn(f"{told} and are left out")

@@ -33,13 +33,13 @@ def _numbers(name: str, given: Any) -> Array:
     try:
         return np.asarray(given, "f8")
     except (TypeError, ValueError):
-        raise OptionError(f"{name} is {given!r}; right are numbers") from None
+        raise OptionError(f"{name} is {given!r}; use numbers") from None
 
 
 def _matrix(name: str, given: Any, shapes: tuple[tuple[int, int], ...]) -> Array:
     made = _numbers(name, given)
     if made.shape not in shapes or not np.isfinite(made).all():
-        raise OptionError(f"{name} has the shape {made.shape}; right are finite numbers of the shape "
+        raise OptionError(f"{name} has the shape {made.shape}; use finite numbers of the shape "
                           + " or ".join(map(str, shapes)))
     return made
 
@@ -47,7 +47,7 @@ def _matrix(name: str, given: Any, shapes: tuple[tuple[int, int], ...]) -> Array
 def _camera(given: Any) -> Array:
     made = _matrix("K", given, ((3, 3),))
     if made[0, 0] <= 0 or made[1, 1] <= 0 or made[1, 0] or (made[2] != (0, 0, 1)).any():
-        raise OptionError("K is not the matrix of a camera; right is [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels, fx and fy "
+        raise OptionError("K is not the matrix of a camera; use [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels, fx and fy "
                           "above 0")
     return made
 
@@ -56,24 +56,24 @@ def _pose(given: Any) -> Array:
     made = _matrix("T", given, ((4, 4), (3, 4)))
     turn = made[:3, :3]
     if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0:
-        raise OptionError("the first three columns of T are no rotation; right is what takes points of the sensor, x forward, y "
+        raise OptionError("the first three columns of T are no rotation; use what takes points of the sensor, x forward, y "
                           "left, z up, into the camera's frame, x right, y down, z forward")
     if len(made) == 4 and (made[3] != (0, 0, 0, 1)).any():
-        raise OptionError(f"the last row of T is {made[3].tolist()}; right is [0, 0, 0, 1]")
+        raise OptionError(f"the last row of T is {made[3].tolist()}; use [0, 0, 0, 1]")
     return made
 
 
 def _coefficients(given: Any) -> Array:
     made = np.zeros(0) if given is None else _numbers("distortion", given).reshape(-1)
     if len(made) not in _COEFFICIENTS or not np.isfinite(made).all():
-        raise OptionError(f"distortion has {len(made)} numbers; right are k1 k2 p1 p2 [k3 [k4 k5 k6]], as OpenCV has them")
+        raise OptionError(f"distortion has {len(made)} numbers; use k1 k2 p1 p2 [k3 [k4 k5 k6]], as OpenCV has them")
     return np.concatenate([made, np.zeros(8 - len(made))])
 
 
 def _size(given: Any) -> Optional[Array]:
     made = None if given is None else _numbers("size, (width, height) in pixels,", given)
     if made is not None and (made.shape != (2,) or not (made > 0).all() or not np.isfinite(made).all()):
-        raise OptionError(f"size is {given!r}; right is (width, height) in pixels")
+        raise OptionError(f"size is {given!r}; use (width, height) in pixels")
     return made
 
 

@@ -108,7 +108,7 @@ class Provenance:
         if (lib.lum_layout_init(layout, self.profile._to_c(), ffi.NULL, ffi.NULL) != lib.LUM_OK
                 or lib.lum_projector_init(projector, self.calibration._to_c(), layout) != lib.LUM_OK):
             self.calibration, self.profile = calibration, profile
-            self.notes.append(f"{self.speaker}: its calibration and its profile do not go together; they are ignored")
+            self.notes.append(f"{self.speaker}: its calibration and its profile contradict each other; both are ignored")
 
     def _others(self, sources: list[tuple[str, list[Comment]]]) -> list[str]:
         """The sources that say what the speaker did not, once for each thing said."""

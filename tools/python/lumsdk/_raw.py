@@ -150,7 +150,7 @@ def packets_of(packets: Any, where: str = "") -> Array:
     """A table of packets, in a copy; None: an empty one."""
     table = np.zeros(0, PACKET_DTYPE) if packets is None else np.asarray(packets)
     if table.dtype.names != PACKET_DTYPE.names or table.ndim != 1:
-        raise OptionError(f"{where}packets has the fields {', '.join(table.dtype.names or ()) or 'of no structured array'}; right are "
+        raise OptionError(f"{where}packets has the fields {', '.join(table.dtype.names or ()) or 'of no structured array'}; use "
                           f"{', '.join(PACKET_DTYPE.names or ())}, as of frame.packets, a row a packet")
     return np.array(table, PACKET_DTYPE)
 
@@ -164,12 +164,12 @@ def attach(frame: Frame, angles: Any, has_angles: Any, packets: Any, profile: An
     table = packets_of(packets)
     given = whole(angles, "angles", -32768, 32767)
     if given.shape != (count, PIXELS, 2):
-        raise OptionError(f"angles has the shape {given.shape}; right is {(count, PIXELS, 2)}: raw azimuth and elevation of each "
+        raise OptionError(f"angles has the shape {given.shape}; use {(count, PIXELS, 2)}: raw azimuth and elevation of each "
                           "pixel of each line")
     if marks.shape != (count, PIXELS) or marks.dtype != bool:
-        raise OptionError(f"has_angles has the shape {marks.shape} and the type {marks.dtype}; right is {(count, PIXELS)} bool")
+        raise OptionError(f"has_angles has the shape {marks.shape} and the type {marks.dtype}; use {(count, PIXELS)} bool")
     if len(table) and (table["line"] >= count).any():
-        raise OptionError(f"packets: line is {table['line'].max()}; right is a place in frame.lines, below {count}")
+        raise OptionError(f"packets: line is {table['line'].max()}; use a place in frame.lines, below {count}")
     kept: Optional[Raw] = getattr(frame, "_raw", None)
     origin = None if kept is None else kept.origin
     if profile is not None:
@@ -187,10 +187,10 @@ def whole(values: Any, name: str, low: int, high: int, where: str = "") -> Array
     array = np.asarray(values)
     if array.dtype.kind not in "iub":
         if array.dtype.kind != "f" or not np.array_equal(array, np.trunc(array)):
-            raise OptionError(f"{where}{name} has the type {array.dtype}, or values that are not whole; right are whole numbers from "
+            raise OptionError(f"{where}{name} has the type {array.dtype}, or values that are not whole; use whole numbers from "
                               f"{low} to {high}")
         array = array.astype("i8")
     wrong = (array < low) | (array > high)
     if wrong.any():
-        raise OptionError(f"{where}{name} is {array[wrong][0]}; right is a whole number from {low} to {high}")
+        raise OptionError(f"{where}{name} is {array[wrong][0]}; use a whole number from {low} to {high}")
     return array

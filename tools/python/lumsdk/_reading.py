@@ -349,7 +349,7 @@ class Reading:
         wanted = self._choice.wanted
         if wanted and counts.sensors and not counts.by_sensor:
             raise CaptureError(f"{self._name}: no data of {', '.join(map(str, wanted))} in it, but of {', '.join(counts.sensors)}: "
-                               "right are the addresses, and for sensors with one address the interfaces, that the capture has")
+                               "use the addresses, and for sensors with one address the interfaces, that the capture has")
 
     def _check_sensor(self, counts: Counts) -> None:
         wanted = self._choice.sensor

@@ -231,11 +231,11 @@ def _of_matrix(where: str, given: Any) -> dict[str, Any]:
     except (TypeError, ValueError):
         made = np.zeros(0)
     if made.shape != (4, 4) or not np.isfinite(made).all() or (made[3] != (0, 0, 0, 1)).any():
-        _refuse(f"{where}: it is not a pose; right is a mapping of {', '.join((*_PLACES, *_ANGLES))}, or a (4, 4) array of finite "
+        _refuse(f"{where}: it is not a pose; use a mapping of {', '.join((*_PLACES, *_ANGLES))}, or a (4, 4) array of finite "
                 "numbers with 0 0 0 1 in its last row")
     turn = made[:3, :3]
     if np.abs(turn @ turn.T - np.eye(3)).max() > _TURN_ERROR or np.linalg.det(turn) < 0:
-        _refuse(f"{where}: the first three columns are no rotation; right are rows of length 1, square to each other, "
+        _refuse(f"{where}: the first three columns are not a rotation; use rows of length 1, square to each other, "
                 "right-handed")
     return dict(zip((*_PLACES, *_ANGLES), [*made[:3, 3].tolist(), *_angles(turn)]))
 
@@ -272,7 +272,7 @@ def _set_file(made: _Made, where: str, key: str, value: Any) -> None:
 def _set_sensor(made: _Made, place: int, given: Any) -> None:
     where = f"sensors.{place + 1}"
     if not isinstance(given, Mapping):
-        raise TypeError(f"the rig: {where} is {quoted(repr(given))}; right is a mapping of {', '.join(_SENSOR[:5])} and pose")
+        raise TypeError(f"the rig: {where} is {quoted(repr(given))}; use a mapping of {', '.join(_SENSOR[:5])} and pose")
     made.files.append({})
     files, seen = [], set()
     for key, value in _flat(where, given):
@@ -301,18 +301,18 @@ def _of_mapping(given: Mapping[str, Any]) -> _Made:
         if key == "sensors":
             continue
         if isinstance(value, Mapping):
-            _refuse(f"{key!r} is not a key of it; right are {', '.join(_RIG)}, and sensors is a list of mappings: "
+            _refuse(f"{key!r} is not a key of it; use {', '.join(_RIG)}, and sensors is a list of mappings: "
                     f"[{{'name': {key!r}, ...}}]")
         as_text = written(value)
         if not isinstance(key, str) or as_text is None:
-            raise TypeError(f"the rig: {key!r}: right is a text such as 'frame', and a text or a number for its value")
+            raise TypeError(f"the rig: {key!r}: use a text such as 'frame', and a text or a number for its value")
         if not made.set(None, key, as_text):
             _refuse(made.said())
     sensors = given.get("sensors", ())
     if isinstance(sensors, (str, Mapping)) or not isinstance(sensors, Sequence):
-        raise TypeError(f"the rig: sensors is of type {type(sensors).__name__}; right is a list of mappings")
+        raise TypeError(f"the rig: sensors is of type {type(sensors).__name__}; use a list of mappings")
     if len(sensors) > lib.LUM_RIG_SENSORS_MAX:
-        _refuse(f"it has {len(sensors)} sensors; right are 1 to {lib.LUM_RIG_SENSORS_MAX}")
+        _refuse(f"it has {len(sensors)} sensors; use 1 to {lib.LUM_RIG_SENSORS_MAX}")
     for place, sensor in enumerate(sensors):
         _set_sensor(made, place, sensor)
     if not made.check():

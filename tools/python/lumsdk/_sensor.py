@@ -122,7 +122,7 @@ class Sensor:
         if set is not None:
             self._calibration, self._profile = setting_of(self._calibration, self._profile, set)
         if not isinstance(owns, bool):
-            raise TypeError(f"owns is {owns!r}; right is True or False")
+            raise TypeError(f"owns is {owns!r}; use True or False")
         plan = Plan(host, interface, self._profile, timeout, retries)
         laser = LaserSession(plan, owns)
         self._connection = Connection(plan, owns)
@@ -358,7 +358,7 @@ class Sensor:
     def send(self, commands: str) -> Answer:
         """Send commands as the manual's text, such as "50p 15y". The laser is switched by laser_on() and laser_off()."""
         if not isinstance(commands, str):
-            raise TypeError(f"commands are {commands!r}; right is a text such as \"50p 15y\"")
+            raise TypeError(f"commands are {commands!r}; use a text such as \"50p 15y\"")
         check_commands(commands)
         return self._requests.change(commands, commands)
 
@@ -372,7 +372,7 @@ class Sensor:
 
 def _seconds(name: str, value: Any, most: float) -> float:
     if isinstance(value, bool) or not hasattr(value, "__float__"):
-        raise TypeError(f"{name} is {value!r}, of type {type(value).__name__}; right is a number of seconds, such as 5")
+        raise TypeError(f"{name} is {value!r}, of type {type(value).__name__}; use a number of seconds, such as 5")
     if not 0 < float(value) <= most:
-        raise OptionError(f"{name} is {value!r}; right is a number of seconds above 0, such as 5")
+        raise OptionError(f"{name} is {value!r}; use a number of seconds above 0, such as 5")
     return float(value)

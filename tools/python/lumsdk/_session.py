@@ -148,7 +148,7 @@ def _look_up(host: str, out: Any, error: Any) -> int:
 
 def parse_host(given: Any) -> tuple[int, int]:
     """Address and port of HOST, HOST:PORT, or either with udp:// before it."""
-    right = 'right is HOST or HOST:PORT, such as "10.42.0.37"'
+    right = 'use HOST or HOST:PORT, such as "10.42.0.37"'
     if isinstance(given, ipaddress.IPv4Address):
         given = str(given)
     if not isinstance(given, str):
@@ -158,7 +158,7 @@ def parse_host(given: Any) -> tuple[int, int]:
     if not host or (host[0] == ":" and host[1:2] != ":"):
         raise OptionError(f"{given!r}: the host is missing; {right}")
     if "/" in host or "\0" in host:
-        raise OptionError(f"{given!r}: nothing stands behind the host and its port; {right}")
+        raise OptionError(f"{given!r}: nothing may follow the host and its port; {right}")
     if host.count(":") == 1:
         host, number = host.split(":")
         if not re.fullmatch(r"\d{1,5}", number) or not 1 <= int(number) <= 65535:
@@ -185,7 +185,7 @@ class Plan:
 
     def __init__(self, host: Any, interface: Optional[str], profile: Any, timeout: float, retries: int) -> None:
         if interface is not None and not isinstance(interface, str):
-            raise TypeError(f"interface is {interface!r}; right is the name of one, such as \"eth0\"")
+            raise TypeError(f"interface is {interface!r}; use the name of one, such as \"eth0\"")
         self.address, self.port = parse_host(host)
         self.interface = ffi.NULL if interface is None else ffi.new("char[]", interface.encode())
         self.layout = ffi.new("lum_layout *")
@@ -220,9 +220,9 @@ def new_cancel() -> Any:
 
 def _number(name: str, value: Any, kinds: Any, right: str, bounds: tuple[float, int], unit: str = "") -> Any:
     if isinstance(value, bool) or not isinstance(value, kinds):
-        raise TypeError(f"{name} is {value!r}; right is {right}")
+        raise TypeError(f"{name} is {value!r}; use {right}")
     if not bounds[0] <= value <= bounds[1]:
-        raise OptionError(f"{name} is {value!r}; right is {bounds[0]} to {bounds[1]}{unit}")
+        raise OptionError(f"{name} is {value!r}; use {bounds[0]} to {bounds[1]}{unit}")
     return value
 
 

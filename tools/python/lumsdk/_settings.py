@@ -15,7 +15,7 @@ _S = TypeVar("_S", bound="_Settings")
 if TYPE_CHECKING:
     Given = Union[Mapping[str, Any], str, os.PathLike[str], None]
 
-_SET = ("right is a mapping of keys to values, such as {'group.line.at': 14}, or texts KEY=VALUE, such as "
+_SET = ("use a mapping of keys to values, such as {'group.line.at': 14}, or texts KEY=VALUE, such as "
         "['group.line.at=14']")
 _KNOWN: dict[int, dict[str, Key]] = {}
 

@@ -54,7 +54,7 @@ _LOST_LINES = ("lines_missing", "lines_missing_angles", "lines_late", "lines_cut
 
 def refuse_size(name: str, size: int, instead: str) -> OptionError:
     return OptionError(f"{name}: {size / 2 ** 20:,.0f} MB are too much for a page, which holds at most {MOST_BYTES >> 20} MB; "
-                       f"right is {instead}")
+                       f"use {instead}")
 
 
 def text_of(content: bytes) -> str:
@@ -77,7 +77,7 @@ def _seen(frame: Frame) -> tuple[dict[str, Array], Array]:
     is_somewhere: Array = np.asarray(np.isfinite(xyz).all(axis=1))
     if len(xyz) and (np.abs(xyz[is_somewhere]) >= _FURTHEST_M).any():
         raise OptionError(f"frame {frame.number}: points lie more than {_FURTHEST_M:,.0f} m from 0, where the page cannot draw them; "
-                          "right is to subtract an origin, such as by frame.to_world(poses, origin=poses.origin())")
+                          "use to subtract an origin, such as by frame.to_world(poses, origin=poses.origin())")
     arrays = {name: frame._array(name) if name in frame else np.full(len(frame), usual) for name, usual in ALWAYS.items()}
     arrays.update(zip("xyz", xyz.T))
     return {name: np.ascontiguousarray(array[is_somewhere], COLUMNS[name]) for name, array in arrays.items()}, is_somewhere
@@ -235,15 +235,15 @@ class _Kind:
     def take(self, shown: Union[Frame, FrameSet]) -> None:
         is_set = isinstance(shown, FrameSet)
         if self.sets not in (None, is_set):
-            raise OptionError("frames and sets of a rig's sensors are given; right is one of both")
+            raise OptionError("frames and sets of a rig's sensors are given; use one of both")
         for frame in _parts_of(shown):
             self._note(frame.sensor, frame)
         if not is_set and len(self.first) > 1 and _NO_SENSOR in self.first:
             raise OptionError(f"frames of {', '.join(name for name in self.first if name != _NO_SENSOR)} and points of no sensor are "
-                              "mixed; right is one of both, or to give the points its address: "
+                              "mixed; use one of both, or to give the points its address: "
                               "lumsdk.Frame.from_arrays(xyz=points, sensor=...)")
         if not is_set and len(self.first) > 1:
-            raise OptionError(f"frames of several sensors, {', '.join(self.first)}; right is lumsdk.view(lumsdk.sync(frames)), where "
+            raise OptionError(f"frames of several sensors, {', '.join(self.first)}; use lumsdk.view(lumsdk.sync(frames)), where "
                               "those of one moment are shown together")
         if len(self.first) > 1 and not self._is_told and not all(frame._info.member for frame in self.first.values()):
             self._is_told = True
@@ -295,7 +295,7 @@ def as_frame(given: Any, place: int) -> Union[Frame, FrameSet]:
     if array.dtype.names is not None:
         return Frame.from_arrays({name: array[name] for name in array.dtype.names})
     if array.dtype.kind not in "biuf":
-        raise TypeError(f"{type(given).__name__} cannot be shown; right is a capture's path, a source, a frame, an array of the shape "
+        raise TypeError(f"{type(given).__name__} cannot be shown; use a capture's path, a source, a frame, an array of the shape "
                         "(n, 3), or several frames or arrays")
     is_masked, array = np.ma.getmaskarray(array), np.asarray(array)
     with np.errstate(over="ignore", invalid="ignore"):

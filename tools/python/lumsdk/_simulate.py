@@ -201,7 +201,7 @@ def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 64
     Raises OptionError for what lumsim refuses, and Error where it fails, both with its sentence.
     """
     if path is not None and not isinstance(path, (str, os.PathLike)):
-        raise TypeError(f"the path is {path!r}, of type {type(path).__name__}; right is a path, or None for bytes")
+        raise TypeError(f"the path is {path!r}, of type {type(path).__name__}; use a path, or None for bytes")
     name = None if path is None else os.fspath(path)
     options = {"frames": frames, "lines": lines, "seed": seed, "rate": rate, "returns_max": returns_max, "loss": loss,
                "duplicate": duplicate, "reorder": reorder, "corrupt": corrupt, "scene": scene, "pose": pose,
@@ -293,7 +293,7 @@ class SimulatedSensor:
                    "pose": pose, "walls": walls, "path": motion, "velocity": velocity, "noise": noise,
                    "calibration": calibration, "profile": profile, "set": set}
         if not isinstance(address, str):
-            raise TypeError(f"the address is {address!r}; right is a text, such as \"127.0.0.1\"")
+            raise TypeError(f"the address is {address!r}; use a text, such as \"127.0.0.1\"")
         if replay is not None:
             options["seed"] = None if seed == 1 else seed
         self.address = address
@@ -358,7 +358,7 @@ class SimulatedSensor:
         """Make the faults happen that wait for USR1 (1) or USR2 (2). Not on Windows."""
         names = {1: "SIGUSR1", 2: "SIGUSR2"}
         if number not in names:
-            raise OptionError(f"a cue is {number!r}; right is 1 or 2")
+            raise OptionError(f"a cue is {number!r}; use 1 or 2")
         if not hasattr(signal, names[number]):
             raise Error(f"{sys.platform} has no such signals: name times in fault=")
         if self._process is None:

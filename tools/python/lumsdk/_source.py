@@ -235,13 +235,13 @@ class Source:
     def _utc_ns(self, time: Any) -> int:
         if isinstance(time, datetime.datetime):
             if time.tzinfo is None:
-                raise ValueError(f"{time!r} has no time zone; right is one such as tzinfo=datetime.timezone.utc")
+                raise ValueError(f"{time!r} has no time zone; use one such as tzinfo=datetime.timezone.utc")
             since = time - datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
             return (since.days * 86400 + since.seconds) * 10 ** 9 + since.microseconds * 1000
         if hasattr(time, "__index__") and not isinstance(time, bool):
             return int(time.__index__())
         if isinstance(time, bool) or not hasattr(time, "__float__"):
-            raise TypeError(f"a time is given as {type(time).__name__}; right is a datetime, nanoseconds since 1970 as a "
+            raise TypeError(f"a time is given as {type(time).__name__}; use a datetime, nanoseconds since 1970 as a "
                             "whole number, or seconds from the first frame as a float")
         if not math.isfinite(time):
             raise ValueError(f"{time} is not a time")
@@ -435,7 +435,7 @@ def _place(index: Any) -> int:
     try:
         return operator.index(index)
     except TypeError:
-        raise TypeError(f"a frame is asked for by {index!r}, of type {type(index).__name__}; right is a whole number, its "
+        raise TypeError(f"a frame is asked for by {index!r}, of type {type(index).__name__}; use a whole number, its "
                         "place in the stream from 0 on, or a slice; open(frames=...) chooses by number, seek() by time"
                         ) from None
 

@@ -320,7 +320,7 @@ class _Sync:
             return
         if frame.number <= track.number and 0 <= frame.utc_ns - track.latest_ns < frame.duration * 1e9:
             self._alike.add(name)
-            warn(f"frames of two sensors have the name {name}, so sync() takes them for one: right are names that differ, as "
+            warn(f"frames of two sensors have the name {name}, so sync() takes them for one: use names that differ, as "
                  "open(rig=) gives them")
 
     def _tell(self, frame: Frame, name: str) -> None:
@@ -393,7 +393,7 @@ class _Sync:
 
 
 def _check_tolerance(value: Any) -> Optional[int]:
-    right = "right are seconds from 0, such as 0.02, or None"
+    right = "use seconds from 0, such as 0.02, or None"
     if value is None:
         return None
     if isinstance(value, bool) or not hasattr(value, "__float__") or isinstance(value, str):
@@ -459,12 +459,12 @@ def sync(source: Union[Source, Iterable[Frame]], tolerance: Optional[float] = No
     names = list(sensors) if isinstance(sensors, Iterable) else []
     if sensors is not None and (not isinstance(sensors, Iterable) or isinstance(sensors, str) or
                                 any(not isinstance(name, str) for name in names)):
-        raise TypeError(f"sensors is {sensors!r}; right is a list of names, or a Rig")
+        raise TypeError(f"sensors is {sensors!r}; use a list of names, or a Rig")
     if isinstance(source, Source) and sensors is None:
         names = source._names()
     if isinstance(source, (str, os.PathLike, bytes)):
-        raise TypeError(f"a source is given as {type(source).__name__}; right is a Source: "
+        raise TypeError(f"a source is given as {type(source).__name__}; use a Source: "
                         "lumsdk.sync(lumsdk.open(..., rig=...))")
     if not isinstance(source, Iterable):
-        raise TypeError(f"a source is given as {type(source).__name__}; right is a Source, or what gives frames")
+        raise TypeError(f"a source is given as {type(source).__name__}; use a Source, or what gives frames")
     return _sets(source, _Sync(tolerance_ns, names))

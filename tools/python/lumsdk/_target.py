@@ -216,7 +216,7 @@ class Target:
             mode = os.stat(self._path).st_mode
         except OSError:
             if os.path.islink(self.name):
-                raise TargetError(f"{self.name} is a link that leads nowhere: name a file") from None
+                raise TargetError(f"{self.name} is a link to a missing file: name a file") from None
             return None
         if not stat.S_ISREG(mode):
             raise TargetError(f"{self.name} is not a regular file, which this format needs: name a file")

@@ -142,7 +142,7 @@ def _data(shown: Any, options: Mapping[str, Any]) -> dict[str, Any]:
             return _of_source(source)
     if isinstance(shown, Source):
         if options:
-            raise OptionError(f"{', '.join(options)}: a source has its options already; right is to give them to lumsdk.open()")
+            raise OptionError(f"{', '.join(options)}: a source has its options already; use to give them to lumsdk.open()")
         return _of_source(shown)
     others = [name for name in options if name != "calibration"]
     if others:
@@ -277,7 +277,7 @@ def view(shown: Shown, *, height: int = 560, browser: bool = True, **options: Un
     except TypeError:
         pixels = 0
     if not 100 <= pixels <= 10000:
-        raise OptionError(f"height is {height!r}; right is a number of pixels from 100 to 10000")
+        raise OptionError(f"height is {height!r}; use a number of pixels from 100 to 10000")
     _page()
     text = json.dumps(_data(shown, options), separators=(",", ":"))
     made = View(text.replace("<", "\\u003c").encode(), pixels)

@@ -109,7 +109,7 @@ class _Lines(NamedTuple):
 def _numbers(frame: Frame, where: str) -> dict[str, Array]:
     missing = [name for name in _COLUMNS if name not in frame.columns]
     if missing:
-        raise OptionError(f"{where}it has no column {missing[0]!r}; right is a frame of open(raw=True), or one made of arrays with "
+        raise OptionError(f"{where}it has no column {missing[0]!r}; use a frame of open(raw=True), or one made of arrays with "
                           f"{', '.join(_COLUMNS)}, and raw_azimuth and raw_elevation or with_raw(angles)")
     limits = {"tof": _TOF, "pixel": (0, _raw.PIXELS - 1), "edge": (0, 1), "line": (0, 2 ** 32 - 1), "eye": (0, 1)}
     return {name: _raw.whole(frame._array(name), name, *limits[name], where=where) for name in _COLUMNS}
@@ -128,7 +128,7 @@ def _lines_of(frame: Frame, columns: Mapping[str, Array], where: str) -> Array:
         wrong = np.flatnonzero(np.repeat(table[field], counts) != columns[name])
         if len(wrong):
             raise OptionError(f"{where}row {wrong[0]} has the {name} {columns[name][wrong[0]]}, and its line in frame.lines another "
-                              "one; right are rows ordered by line")
+                              "one; use rows ordered by line")
     return table
 
 
@@ -158,7 +158,7 @@ def _sensor_of(frame: Frame, where: str) -> str:
     """Its address, also with a rig."""
     info = frame._info
     if info.member == JOINED:
-        raise OptionError(f"{where}it has the points of several sensors, {info.name}; right are the frames of a set one by one: "
+        raise OptionError(f"{where}it has the points of several sensors, {info.name}; use the frames of a set one by one: "
                           "frames.values()")
     return address_of(info.sensor) + (f"%{info.interface}" if info.interface else "")
 
@@ -171,7 +171,7 @@ def _take(frame: Frame) -> _Lines:
     kept: Optional[_raw.Raw] = getattr(frame, "_raw", None)
     if kept is None:
         if "raw_azimuth" not in frame.columns or "raw_elevation" not in frame.columns:
-            raise OptionError(f"{where}it has no angles; right are the columns raw_azimuth and raw_elevation, or with_raw(angles)")
+            raise OptionError(f"{where}it has no angles; use the columns raw_azimuth and raw_elevation, or with_raw(angles)")
         has = np.zeros((len(table), _raw.PIXELS), bool)
         has[np.repeat(np.arange(len(table)), table["point_count"].astype("i8")), columns["pixel"]] = True
         kept = _raw.Raw(np.zeros((len(table), _raw.PIXELS, 2), "i2"), _raw.marks_of(has), np.zeros(0, _raw.PACKET_DTYPE), None)
@@ -216,7 +216,7 @@ def _whole(line: Line, name: str, low: int, high: int, shape: Optional[tuple[int
     where = f"line {line.number} of the {line.eye} eye: "
     values = _raw.whole(getattr(line, name), name, low, high, where)
     if shape is not None and values.shape != shape:
-        raise OptionError(f"{where}{name} has the shape {values.shape}; right is {shape}")
+        raise OptionError(f"{where}{name} has the shape {values.shape}; use {shape}")
     return values
 
 
@@ -224,7 +224,7 @@ def _take_line(line: Line) -> _Lines:
     from ._lines import LINE_DTYPE
 
     if line.eye not in (*_EYES, 0, 1):
-        raise OptionError(f'line {line.number}: eye is {line.eye!r}; right is "blue" or "green"')
+        raise OptionError(f'line {line.number}: eye is {line.eye!r}; use "blue" or "green"')
     tof = _whole(line, "tof", *_TOF, None)
     shape = (tof.size,)
     pixel, edge = _whole(line, "pixel", 0, _raw.PIXELS - 1, shape), _whole(line, "rising", 0, 1, shape)

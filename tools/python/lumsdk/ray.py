@@ -231,13 +231,13 @@ def _expand(given: Any, filesystem: Any) -> list[str]:
     if isinstance(given, (str, os.PathLike)):
         given = [given]
     if not isinstance(given, Iterable) or isinstance(given, (bytes, bytearray)):
-        raise TypeError(f"paths is of type {type(given).__name__}; right is a path, a folder, a pattern such as "
+        raise TypeError(f"paths is of type {type(given).__name__}; use a path, a folder, a pattern such as "
                         '"drives/*.pcap", a URL such as "s3://bucket/drives/", or a list of these')
     paths: list[str] = []
     for one in given:
         path = os.fspath(one)
         if not isinstance(path, str):
-            raise TypeError(f"a path is {one!r}; right is a text or a pathlib.Path")
+            raise TypeError(f"a path is {one!r}; use a text or a pathlib.Path")
         found = _match(path, filesystem) if any(mark in path for mark in "*?[") else [path]
         if not found:
             raise lumsdk.CaptureError(f"{path}: no file has such a name")
@@ -304,11 +304,11 @@ def read_captures(paths: Paths, *, rows: Literal["points", "frames"] = "points",
     Raises lumsdk.OptionError, TypeError or lumsdk.CaptureError here, for what is wrong before any capture is read.
     """
     if rows not in ("points", "frames"):
-        raise OptionError(f'rows is {rows!r}; right is "points" or "frames"')
+        raise OptionError(f'rows is {rows!r}; use "points" or "frames"')
     added = (keys,) if isinstance(keys, str) else tuple(keys)
     for key in added:
         if key not in _KEYS:
-            raise OptionError(f"keys has {key!r}; right is some of {', '.join(_KEYS)}")
+            raise OptionError(f"keys has {key!r}; use some of {', '.join(_KEYS)}")
     form = _Form(data_columns(options.get("columns"), rows == "frames"), tuple(dict.fromkeys(added)), rows == "frames")
     portable = _portable({**options, "columns": columns_of(form.columns)})
     named = _expand(paths, filesystem)

@@ -96,10 +96,10 @@ def _one(given: Any) -> list[Any]:
     """The captures that a path, a pattern or a URL means; a list of these is one capture in several files."""
     if isinstance(given, (list, tuple)):
         if not given:
-            raise OptionError("a capture is an empty list; right is the list of its files")
+            raise OptionError("a capture is an empty list; use the list of its files")
         return [[part for each in given for part in _one(each)]]
     if not isinstance(given, (str, os.PathLike)):
-        raise TypeError(f"a capture is given as {type(given).__name__}; right is a path, a pattern such as \"drives/*.pcap\", a "
+        raise TypeError(f"a capture is given as {type(given).__name__}; use a path, a pattern such as \"drives/*.pcap\", a "
                         "URL, or a list of the files of one capture")
     name = os.fsdecode(given)
     if _is_url(name):
@@ -116,7 +116,7 @@ def _expand(given: Any) -> list[Any]:
     several = given if isinstance(given, (list, tuple)) else [given]
     made = [capture for each in several for capture in _one(each)]
     if not made:
-        raise OptionError("no capture is named; right is a path, a pattern, a URL, or a list of these")
+        raise OptionError("no capture is named; use a path, a pattern, a URL, or a list of these")
     return made
 
 
@@ -128,7 +128,7 @@ class _Captures(Generic[_T]):
         if options.get("progress") is not None:
             raise TypeError("progress is not an option here: workers read the captures")
         if transform is not None and not callable(transform):
-            raise TypeError(f"transform is {transform!r}; right is a function of a lumsdk.Frame")
+            raise TypeError(f"transform is {transform!r}; use a function of a lumsdk.Frame")
         self._given = _expand(captures)
         self._columns = data_columns(options.get("columns"), True)
         self._options: dict[str, Any] = dict(Choice({**options, "columns": columns_of(self._columns)}).to_give())
@@ -340,17 +340,17 @@ def _checked(samples: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[str]
     names = list(samples[0])
     points = [name for name in names if isinstance(samples[0][name], torch.Tensor) and samples[0][name].dim()]
     if any(list(sample) != names for sample in samples):
-        raise ValueError(f"items have other names than {', '.join(names)}, which the first has; right is the same names in all")
+        raise ValueError(f"items have other names than {', '.join(names)}, which the first has; use the same names in all")
     for name in _OF_BATCHES:
         if name in names:
-            raise ValueError(f"items have {name!r}, which a batch adds; right is another name")
+            raise ValueError(f"items have {name!r}, which a batch adds; use another name")
     if not points:
-        raise ValueError(f"of {', '.join(names)} nothing is a tensor of the points; right is one of (n,) or (n, ...) at least")
+        raise ValueError(f"of {', '.join(names)} nothing is a tensor of the points; use one of (n,) or (n, ...) at least")
     counts = [len(sample[points[0]]) for sample in samples]
     for sample, count in zip(samples, counts):
         for name in points:
             if len(sample[name]) != count:
-                raise ValueError(f"{name!r} has {len(sample[name])} rows and {points[0]!r} has {count}; right is a row a point, "
+                raise ValueError(f"{name!r} has {len(sample[name])} rows and {points[0]!r} has {count}; use a row a point, "
                                  "and for what a frame has as a whole a number or a tensor without dimensions")
     return points, [name for name in names if name not in points], counts
 

@@ -72,7 +72,7 @@ def notes(drive: Drive, settings: Settings, path: Path, track: Track, clock: str
     apart_s = float(np.median(np.diff(track.times_s()[1:-1])))
     if apart_s > STEP_S:
         made.append(f"frames are {apart_s:.1f} s apart: such a motion may be found far too short, and the residuals "
-                    "do not show it; right are about 10 frames a second")
+                    "do not show it; use about 10 frames a second")
     jumps = sudden(path, track)
     if jumps:
         made.append(f"the speed changes by more than {SUDDEN_M_S2:g} m/s2 at {_named(jumps)}: probably aligned wrong; a smaller "
