@@ -316,8 +316,9 @@ static void of_eye_values(const lum_infer_state *state, lum_infer_finding *f)
               "lower one is taken, as in the default");
     say(f->equal, "{blue: %u, green: %u}", (unsigned)best->eye_value[1],
         (unsigned)best->eye_value[0]);
-    say(f->look, "lumview with both profiles side by side: with the right one, "
-                 "blue looks to the right, and a wall goes on from eye to eye");
+    say(f->look,
+        "lumview with both profiles side by side: with the right one, "
+        "blue looks to the right, and a wall continues from eye to eye");
 }
 
 static void of_angle_order(const lum_infer_state *state, lum_infer_finding *f)

@@ -101,7 +101,7 @@ def test_exchanged_eyes_make_no_file(folder, capsys):
     exchange = "--set", "eye_values.blue=1", "--set", "eye_values.green=0"
     assert lumcal(folder, "eyes", "a.pcap", "b.pcap", "c.pcap", "-o", "none.yaml", "--json", *exchange) == 1
     out, err = capsys.readouterr()
-    assert "none.yaml is not written: a wall goes on from eye to eye only with the eyes exchanged" in err
+    assert "none.yaml is not written: a wall continues from eye to eye only with the eyes exchanged" in err
     assert "--set eye_values.blue=0 --set eye_values.green=1" in err and json.loads(out)["not_written"] in err
     assert sorted(folder.iterdir()) == before
 

@@ -628,7 +628,7 @@ def test_the_clock_is_told(simulated):
 
 @pytest.mark.parametrize(("host", "kind", "says"), [
     ("", lumsdk.OptionError, "the host is missing"), ("udp://", lumsdk.OptionError, "the host is missing"),
-    ("udp://10.42.0.37/x", lumsdk.OptionError, "nothing stands behind"),
+    ("udp://10.42.0.37/x", lumsdk.OptionError, "nothing may follow"),
     ("10.42.0.37:0", lumsdk.OptionError, "the port is not a number from 1 to 65535"),
     ("10.42.0.37:x", lumsdk.OptionError, "the port is not a number from 1 to 65535"),
     ("10.42.0", lumsdk.SensorError, "10.42.0"), ("256.1.1.1", lumsdk.SensorError, "256"),

@@ -289,7 +289,7 @@ class Joined(Case):
         self.assertEqual((found["records"], found["sources"][0]["records"]), (records, records))
         self.assertGreater(summary(alone)["records"], 2 * records)
         self.assertEqual(summary(alone)["joined"], 0)
-        self.assertIn("of all packets: came joined, and were taken apart", run("lumdump", joined).stdout)
+        self.assertIn("of all packets: came joined, and were split", run("lumdump", joined).stdout)
 
     def test_that_came_in_fragments(self):
         alone, joined = self.drive("alone.pcap"), self.drive("joined.pcap", "--joined")
@@ -346,7 +346,7 @@ class Joined(Case):
         self.assertGreater(joined["joined"], joined["packets"] // 2)
         self.assertEqual(joined["records"], len(self.frames(made[1])))
         self.assertRegex(run("lumdump", made[1], "--infer").stderr,
-                         rf"(?m)^joined +{joined['joined']} datagrams came joined, and were taken apart$")
+                         rf"(?m)^joined +{joined['joined']} datagrams came joined, and were split$")
 
 
 def ethernet(kind, inside):

@@ -438,7 +438,7 @@ class Firewall(OnHosts):
         self.client("nft 'add table inet f { chain in { type filter hook input priority 0; udp length > 300 limit rate over "
                     "100/second drop; }; }'")
         found = self.broken("loss", 1, "this host dropped")
-        self.assertIn("not for want of buffer", found.text("loss"))
+        self.assertIn("though its buffer had room", found.text("loss"))
         self.assertIn("limit rate over 100/second", self.shell(found.fix("loss"))[1])
 
 

@@ -135,7 +135,7 @@ class Wire(Case):
             if first == 0:
                 self.assertEqual([s["mac"] for s in found], [macs[0]] * 2)
             r = self.check(status, self.hosts.run("lumctl", "find", "--subnet", "10.42.0.32/29"))
-            self.assertIn(("two devices have this address: this sensor, and " + macs[1], "either may be a sensor that nothing reaches")
+            self.assertIn(("two devices have this address: this sensor, and " + macs[1], "either may be an unreachable sensor")
                           [first], r.stdout)
 
     def test_a_named_subnet_is_asked_by_arp_where_no_address_fits(self):

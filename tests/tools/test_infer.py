@@ -184,7 +184,7 @@ class Told(Case):
         self.assertTrue(findings["eye_values"]["equal"])
         self.assertIn("lumview", findings["eye_values"]["look"])
         text = self.infer(self.source, "-o", self.folder / "found.yaml").stderr
-        self.assertRegex(text, r"\neye_values: .*\n    not told by .*\n    fits equally well: .*\n    what decides: ")
+        self.assertRegex(text, r"\neye_values: .*\n    not in the packets: .*\n    fits equally well: .*\n    what decides: ")
         self.assertIn("\nTo look at two readings side by side, copy the profile as other.yaml, change the key in the copy, and:\n"
                       f"  lumview {self.source} --profile {self.folder / 'found.yaml'} --profile other.yaml\n", text)
         self.assertIn("\nTo look at two readings side by side, save the profile as profile.yaml, copy it as other.yaml, change the key in"

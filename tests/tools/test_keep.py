@@ -107,7 +107,7 @@ class Replays(Case):
         self.keep(source, "--keep", "1GB")
         changed = self.folder.write("r-0003.pcap", "mine")
         r = run("lumdump", source, "--rotate", "1MB", "--keep", "5MB", "-o", self.folder / "r.pcap")
-        self.assertIn("r-0003.pcap: others have changed it: --keep leaves it, and forgets it", r.stderr)
+        self.assertIn("r-0003.pcap: others have changed it: --keep leaves it, and no longer counts it", r.stderr)
         self.assertEqual(changed.read_text(), "mine")
         self.assertEqual(self.numbers(), [3, 40])
 
@@ -137,7 +137,7 @@ class Replays(Case):
         other = self.folder.write(".r.pcap.kept.lumsdk", "mine")
         r = run("lumdump", source, "--rotate", "1MB", "--keep", "5MB", "-o", self.folder / "r.pcap")
         self.assertEqual(r.returncode, 1)
-        self.assertIn("which is something else", r.stderr)
+        self.assertIn("which is another file", r.stderr)
         self.assertEqual(other.read_text(), "mine")
         self.assertEqual(self.numbers(), [])
 

@@ -497,7 +497,7 @@ class Misbehaviour(Case):
         FakeSensor(self, "127.33.2.99", answer)
         r = self.check(HAZARD, "127.33.2.99", "laser", "on")
         self.assertIn("FAN_PWM_BAD", r.stderr)
-        self.assertIn("taken back", r.stderr)
+        self.assertIn("cancelled", r.stderr)
         self.assertEqual(asked[:2], [b"u", b"d"])
 
     def test_a_signal_ends_a_request_by_that_signal(self):

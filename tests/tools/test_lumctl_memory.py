@@ -103,7 +103,7 @@ class Remembers(Case):
         self.ctl(FAILED, "127.61.0.5", "send", "60p 20g")
         self.assertEqual(self.known("127.61.0.5"), {"threshold blue": "10"})
         text = self.ctl(DONE, "127.61.0.5", "show").stdout
-        self.assertRegex(text, r"power +60 .*whether it holds is not known")
+        self.assertRegex(text, r"power +60 .*whether it took effect is not known")
 
     def test_what_was_not_answered_is_unsure(self):
         self.fake("127.61.0.6", lambda text, count: False if "60p" in text else None)
@@ -127,7 +127,7 @@ class Remembers(Case):
         FakeSensor(self, "127.61.0.8")  # has power again
         for word in ("show", "save"):
             r = self.ctl(FAILED, "127.61.0.8", word)
-            self.assertIn("no setting that lumctl of this user on this host sent there is on record as acknowledged", r.stderr)
+            self.assertIn("it has acknowledged no setting that lumctl of this user on this host sent", r.stderr)
 
     def test_a_table_is_shown_with_what_its_calibration_was(self):
         Sensor(self, self.folder, address="127.61.0.12")
@@ -325,7 +325,7 @@ class Files(Case):
             with self.subTest(bad=bad[:200]):
                 self.file.write_text(bad)
                 r = self.ctl(FAILED, "127.61.3.1", "show")
-                self.assertIn("it is passed over", r.stderr)
+                self.assertIn("it is ignored", r.stderr)
                 self.assertIn(str(self.file), r.stderr)
         self.ctl(DONE, "127.61.3.1", "holdoff", 200)
         self.assertEqual(self.known("127.61.3.1"), {"holdoff": "200"})

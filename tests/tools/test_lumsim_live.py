@@ -383,7 +383,7 @@ class Options(unittest.TestCase):
                 (("--fault", "fan@"), "NAME@SECONDS"),
                 (("--fault", "fan@x"), "NAME@SECONDS"),
                 (("--fault", "fan@-1"), "NAME@SECONDS"),
-                (("--fault", "fan@2-1"), "the second is later"),
+                (("--fault", "fan@2-1"), "the second one later"),
                 (("--fault", "reboot@2-3"), "a reboot has only one"),
                 ((x for i in range(65) for x in ("--fault", f"fan@{i}")), "at most 32")]:
             arguments = tuple(arguments)

@@ -128,7 +128,7 @@ class Page(Case):
             self.assertEqual(re.search(r"-([0-9a-f]+)\.", path)[1], hashlib.sha256(plain).hexdigest()[:16])
             self.assertLess(len(body), len(plain) / 2)
             status, headers, text = self.get(path, "Accept-Encoding: identity")
-            self.assertEqual((status, text), (406, b"This is kept compressed: ask with Accept-Encoding: gzip.\n"))
+            self.assertEqual((status, text), (406, b"This is stored compressed: send Accept-Encoding: gzip.\n"))
             self.assertEqual(headers["cache-control"], "no-store")
         for path in ("/", "/icon.svg", "/licenses.txt"):
             status, headers, _ = self.get(path, "Accept-Encoding: identity")
@@ -1074,7 +1074,7 @@ class Beside(Case):
     def test_what_cannot_be_is_refused(self):
         bad = self.folder.write("bad.yaml", "nonsense: 1\n")
         for arguments, message in (
-                (["--profile", self.one, "--profile", self.other, "--profile", self.one], "two profiles are shown side by side, and no third"),
+                (["--profile", self.one, "--profile", self.other, "--profile", self.one], "at most two profiles can be shown side by side"),
                 (["--profile", self.one, "--profile", bad], "bad.yaml"),
                 (["--profile", self.one, "--profile", self.other, "--set", "eye_values.green=1"], "eye_values"),
                 (["--profile", "-", "--profile", "-"], "standard input can be read only once"),
@@ -1296,7 +1296,7 @@ class Others(Case):
         path = self.part("f.pcapng", 0, mounted(7))
         same = path.read_bytes() * 2
         path.write_bytes(path.read_bytes() + section(mounted(8)) + packets([1]))
-        message = (f"{path}: a later part of it has another calibration or profile: those of its begin are used for all")
+        message = (f"{path}: a later part of it has another calibration or profile: those at its start are used for all")
         self.serve("--paused", sources=[path])
         self.assertEqual(self.browser().status(lambda s: s["message"])["message"], message)
         self.assertEqual(self.told(path, mount=7), message)

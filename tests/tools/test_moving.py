@@ -64,7 +64,7 @@ class Options(unittest.TestCase):
                  r"--path, 0\.\d+ s after the beginning: the blue eye would be outside the room"),
                 (("--output", "a.npy", "--labels", "a.npy"), "--labels: 'a.npy' is the file of --output too"),
                 (("--poses", "x.npy", "--labels", "x.npy"), "--labels: 'x.npy' is the file of --poses too"),
-                (("--path", "one.txt"), "one.txt: it has one pose, and a path needs two or more; .* use --pose"),
+                (("--path", "one.txt"), "one.txt: it has one pose, but a path needs two or more; .* use --pose"),
                 (("--path", "brief.txt"), r"its poses last 0\.05 s, and one frame 0\.1 s; use poses that last longer"),
                 (("--path", "gap.txt"), r"1 gap is longer than 1 s, the longest from 11\.000 to 13\.500 s; use poses that"),
                 (("--path", "gap.txt", "--frames", "2"), "1 gap is longer than 1 s"),

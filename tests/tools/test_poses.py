@@ -142,7 +142,7 @@ class Poses(unittest.TestCase):
         mcap = self.folder / "far.mcap"
         done = self.dump("--poses", self.poses, "--json", "--compression", "none", "-o", mcap)
         self.assertIn(b"origin=512000,0,0", mcap.read_bytes())
-        self.assertIn("512000 0 0; a comment of the file has it\n", done.stderr)
+        self.assertIn("512000 0 0; a comment of the file gives it\n", done.stderr)
         self.assertEqual(json.loads(done.stdout)["poses"]["origin_m"], [512000, 0, 0])
 
     def test_a_wide_world_tells_how_coarse_its_ends_are(self):

@@ -174,7 +174,7 @@ class Rig(unittest.TestCase):
         self.assertEqual((got["data"], got["unknown_type"]), (summary(self.alone["left"])["data"], 0))
         text = self.dump("--sensor", "left").stdout
         for name in ("front", "rear"):
-            self.assertRegex(text, rf"{name}  10\.42\.0\.3[78].*  left out: another was asked for")
+            self.assertRegex(text, rf"{name}  10\.42\.0\.3[78].*  left out: another was chosen")
         self.refuse("'right' is not a sensor of", "--sensor", "right", "-o", self.folder / "a.csv")
 
     def test_files_say_of_which_sensors_they_are(self):
@@ -291,7 +291,7 @@ class Rig(unittest.TestCase):
         self.assertIn("2 sensors sent data and are not in the rig", done.stderr)
         text = self.dump(rig="other.yaml").stdout
         self.assertRegex(text, r"[0-9]+ packets; this line adds it: - {name: sensor[0-9], address: 10.42.0.37, interface: eth1}")
-        self.assertIn("top  no data came of it", text)
+        self.assertIn("top  no data came from it", text)
         got = json.loads(done.stdout)
         self.assertEqual(got["rig"]["missing"], ["top"])
         self.assertEqual([(u["address"], u["packets"]) for u in got["rig"]["unnamed"]], [("10.42.0.37", summary(self.alone["front"])["data"]), ("10.42.0.37%eth1", summary(self.alone["left"])["data"])])
@@ -308,7 +308,7 @@ class Rig(unittest.TestCase):
         done = run("lumdump", self.drive, "-o", self.folder / "a.csv")
         self.assertEqual(done.returncode, 2)
         self.assertIn("choose one by --sensor:", done.stderr)
-        self.assertIn("read all of them by --rig FILE", done.stderr)
+        self.assertIn("read all of them, each by its own calibration and pose, by --rig FILE", done.stderr)
         told = self.folder.write("told.yaml", done.stderr[done.stderr.index("version: 1"):])
         self.assertIn("- {name: sensor2, address: 10.42.0.37, interface: eth1}", told.read_text())
         self.dump("-q", *FEW, "-o", self.folder / "a.csv", rig=told)
@@ -369,12 +369,12 @@ class Rig(unittest.TestCase):
                 ("--profile does not go with --rig", ("--profile", self.at / "rear.yaml")),
                 ("--set does not go with --rig", ("--set", "speed_of_light=299792458")),
                 ("--frame-id does not go with --rig", ("--frame-id", "a", "-o", out / "a.mcap")),
-                ("a picture is of one sensor: put %s into the name", ("-o", out / "a.png")),
+                ("a picture shows one sensor: put %s into the name", ("-o", out / "a.png")),
                 ("the rows of --organized are of one sensor", ("--organized", "--return", "first", "--frames", "1:1", "-o", out / "a.pcd")),
                 ("have no common numbers: put %s into the name", ("-o", out / "a-%d.csv")),
                 ("two sensors of the rig have one address", ("-o", out / "a.pcapng")),
                 ("make them by two runs", ("-o", out / "a.mcap", "-o", out / "a.csv")),
-                ("--box is of the vehicle's frame, and mcap", ("--box", ":1,:,:", "-o", out / "a.mcap")),
+                ("--box is in the vehicle's frame, and mcap", ("--box", ":1,:,:", "-o", out / "a.mcap")),
                 ("whole:N is of one sensor", ("--frames", "whole:1", "-o", out / "a.csv")),
                 ("cut the capture of one sensor", ("--frames", "1:1", "-o", out / "%s.pcap")),
                 ("has to be there once", ("-o", out / "%s-%s.csv")),
@@ -385,7 +385,7 @@ class Rig(unittest.TestCase):
         done = run("lumdump", self.drive, "--sensor", "10.42.0.38", "--columns", "x,sensor", "-o", out / "a.csv")
         self.assertEqual((done.returncode, "give --rig FILE too" in done.stderr), (2, True))
         done = run("lumdump", "udp://10.42.0.39", "--rig", self.at / "rig.yaml", "-o", out / "a.csv")
-        self.assertEqual((done.returncode, "a live run is of one" in done.stderr), (2, True))
+        self.assertEqual((done.returncode, "a live run reads one" in done.stderr), (2, True))
         done = run("lumdump", "udp://10.42.0.37", "--rig", self.at / "rig.yaml", "-o", out / "a.csv")
         self.assertEqual((done.returncode, "--sensor NAME where two share one" in done.stderr), (2, True))
         self.assertEqual(self.folder.names(), [])

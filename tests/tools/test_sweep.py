@@ -56,7 +56,7 @@ class Sweep(unittest.TestCase):
         sensor, other = self.start_sensor(2), self.start_sensor(3)
         self.done(sensor)
         self.refused("with --continue", sensor)
-        why = "are of another plan, sensor or calibration, or differ in --laser"
+        why = "were done with another plan, sensor or calibration, or differ in --laser"
         self.refused(why, other, "--continue")
         self.refused(why, sensor, "--continue", "--laser")
         self.refused(why, sensor, "--continue", "--set", "eyes.blue.elevation.min_deg=-16.9")

@@ -112,7 +112,7 @@ async function refusesWhatIsOfOneSensor({ browser, folder }) {
     run("lumsim", "-q", "--rig", rig, "-o", both, "--frames", 2, "--lines", 64);
     const server = await view("--paused", "--rig", rig, "--labels", array, both);
     const page = await open(browser, server.url);
-    await until(page, () => document.getElementById("message").textContent.includes("labels.npy: labels are of one sensor"));
+    await until(page, () => document.getElementById("message").textContent.includes("labels.npy: labels belong to one sensor"));
     assert.equal(await page.locator("#colour [value=label]").count(), 0);
 }
 

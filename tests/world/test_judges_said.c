@@ -173,7 +173,7 @@ static void a_laser_on_is_taken_back_by_its_own_line(void **state)
     record_type(t, 5 * S, "power 50\n");
     record_type(t, 6 * S, "laser on\n");
     print(t, 5100 * MS, DONE_50);
-    complain(t, 6300 * MS, "lumctl: taken back: it will not come up\n");
+    complain(t, 6300 * MS, "lumctl: cancelled: it will not come up\n");
     command(run, 0, 2050 * MS, 1, "d");
     command(run, 0, 5050 * MS, 2, "50p");
     command(run, 0, 6050 * MS, 3, "u");

@@ -272,7 +272,7 @@ static enum exit_status end_files(struct monitor *m, enum exit_status status)
     }
     if (rest.lost > 0) {
         status = ctl_complain(
-            EXIT_FAILED, "%s: lines that are missing: %" PRIu64,
+            EXIT_FAILED, "%s: missing lines: %" PRIu64,
             strcmp(o->csv, "-") == 0 ? "standard output" : o->csv, rest.lost);
     }
     if (rest.page_failed) {

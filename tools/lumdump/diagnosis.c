@@ -125,9 +125,9 @@ static bool has_type(const struct diagnosis *d, uint32_t type)
 /* The commands that find the layout. */
 static void print_infer_help(const char *source, const char *capture, FILE *out)
 {
-    (void)fputs("The layout of data packets is partly an assumption, which a "
-                "wire profile corrects.\n"
-                "A capture with ranges tells it:\n",
+    (void)fputs("The layout of data packets is partly an assumption; a wire "
+                "profile corrects it.\n"
+                "To find it from a capture with ranges:\n",
                 out);
     if (capture == NULL) {
         capture = "look.pcap";

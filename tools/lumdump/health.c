@@ -178,8 +178,8 @@ static enum pass_result tell_laser(struct pass *pass, struct health *h,
     }
     h->status.level = LUM_STATUS_STALE;
     h->status.message = pass->laser.is_known
-                            ? "the sensor has not told its status for 3 s"
-                            : "the sensor has not told its status";
+                            ? "the sensor has sent no status for 3 s"
+                            : "the sensor has sent no status";
     return tell(pass, h, error);
 }
 

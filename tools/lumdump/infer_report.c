@@ -67,7 +67,7 @@ static void print_head(const struct infer_report *report, FILE *out)
     if (c->joined > 0) {
         (void)fprintf(out,
                       "joined     %" PRIu32
-                      " datagrams came joined, and were taken apart\n",
+                      " datagrams came joined, and were split\n",
                       c->joined);
     }
     print_all_unused(c, out);
@@ -77,7 +77,7 @@ static void print_finding(const lum_infer_finding *f, FILE *out)
 {
     (void)fprintf(out, "\n%s: %s\n", f->name, f->value);
     (void)fprintf(out, "    %s%s\n",
-                  f->is_told ? "" : "not told by the packets: ", f->evidence);
+                  f->is_told ? "" : "not in the packets: ", f->evidence);
     if (f->equal[0] != '\0') {
         (void)fprintf(out, "    fits equally well: %s\n", f->equal);
     }

@@ -123,7 +123,7 @@ static void tell_end(const struct lane *lane, const char *then, struct say *say)
 static void tell_given_up(struct lane *lane, bool cut_off, const char *then,
                           struct say *say)
 {
-    say_error(say, "%s %s given up; what was written of it is not whole%s%s",
+    say_error(say, "%s %s given up; what was written of it is incomplete%s%s",
               lane_name(lane),
               cut_off ? "was waited for and is" : "makes no progress and is",
               then != NULL ? ": " : "", then != NULL ? then : "");
@@ -150,7 +150,7 @@ static void tell_drops(struct lane *lane, struct say *say, int64_t now_ns)
                  lane_name(lane), lane->dropped);
     } else {
         say_warn(say,
-                 "this machine is too busy for what comes: %" PRIu64
+                 "this machine is too busy for the data: %" PRIu64
                  " datagrams are missing from the summary so far",
                  lane->dropped);
     }

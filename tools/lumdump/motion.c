@@ -198,7 +198,7 @@ bool motion_tell(const struct motion *m, char *out, size_t room)
     at = tell_cause(causes, sizeof causes, at, c->after, "after the last one");
     at = tell_cause(causes, sizeof causes, at, c->in_gap, "in gaps");
     at = tell_cause(causes, sizeof causes, at, c->no_start,
-                    "in frames to whose start or middle there is none");
+                    "in frames without a pose at their start or middle");
     (void)tell_cause(causes, sizeof causes, at, c->no_time, "without a time");
     if (c->in_gap > 0) {
         (void)snprintf(gap, sizeof gap,

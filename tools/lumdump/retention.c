@@ -128,11 +128,12 @@ static int save(const struct retention *r, lum_error *error)
 
 static int refuse_foreign(const struct retention *r, lum_error *error)
 {
-    (void)lum_error_set(error,
-                        "%s: --keep would list its files in %s, which is "
-                        "something else: rename that one, or choose another "
-                        "name",
-                        r->name, r->ledger);
+    (void)lum_error_set(
+        error,
+        "%s: --keep would list its files "
+        "in %s, which is another file: rename that one, or choose another "
+        "name",
+        r->name, r->ledger);
     errno = EEXIST;
     return -1;
 }
@@ -156,10 +157,9 @@ static int read_text(struct retention *r, FILE *file, size_t room,
     case LEDGER_NO_MEMORY:
         return fail(r->ledger, "cannot be read", ENOMEM, error);
     case LEDGER_DAMAGED:
-        say_once(
-            r, NOTE_DAMAGED, r->ledger, "is damaged",
-            ": --keep has forgotten some files and leaves them; remove those "
-            "that you do not need");
+        say_once(r, NOTE_DAMAGED, r->ledger, "is damaged",
+                 ": --keep has lost track of some files and leaves them; "
+                 "remove those that you do not need");
         return 0;
     case LEDGER_WHOLE:
     default:
@@ -308,7 +308,7 @@ static enum removal remove_file(struct retention *r,
     }
     if (look.kind != FILE_REGULAR || look.bytes != file->bytes) {
         say_once(r, NOTE_CHANGED, name, "others have changed it",
-                 ": --keep leaves it, and forgets it");
+                 ": --keep leaves it, and no longer counts it");
         return FORGOTTEN;
     }
     if (unlink(name) == 0) {

@@ -159,7 +159,7 @@ static int choose_live(struct rig *rig, struct options *o, lum_error *error)
         list_names(all, names, sizeof names);
         return lum_error_set(
             error,
-            "%s: %s of %s %s this address, and a live run is of one: run one "
+            "%s: %s of %s %s this address, and a live run reads one: run one "
             "lumdump for each, with its address, and --sensor NAME where two "
             "share one; the rig has %s",
             o->source, kept == 0 ? "no sensor" : "several sensors", rig->path,
@@ -257,7 +257,7 @@ static const char *find_fault(const struct options *o, size_t i)
 {
     const struct output_options *output = &o->outputs[i];
     if (output->format == (unsigned)LUM_FORMAT_PNG) {
-        return "a picture is of one sensor";
+        return "a picture shows one sensor";
     }
     if (has_points(o, i) && o->points.time == TIME_SENSOR) {
         return "--time sensor: each sensor has a clock of its own";
@@ -314,10 +314,10 @@ static int check_messages(const struct options *o, lum_error *error)
     }
     return !o->choice.points.has_box
                ? 0
-               : lum_error_set(error,
-                               "--box is of the vehicle's frame, and mcap has "
-                               "points in each sensor's own: leave it out, or "
-                               "write another format");
+               : lum_error_set(error, "--box is in the vehicle's frame, "
+                                      "and mcap has points in each sensor's "
+                                      "own: leave it out, or "
+                                      "write another format");
 }
 
 static int check_choice(const struct options *o, lum_error *error)

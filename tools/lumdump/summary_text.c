@@ -98,7 +98,7 @@ static const char *remark_of(const struct summary *s, size_t i)
     const lum_demux *demux = lum_framer_demux(s->framer);
     return lum_demux_is_requested(demux, i) ? ""
            : s->rig == NULL || rig_name_of(s->rig, s->framer, i) != NULL
-               ? "  left out: another was asked for"
+               ? "  left out: another was chosen"
                : "  left out: the rig does not name it";
 }
 
@@ -137,7 +137,7 @@ static void print_rig(const struct summary *s, FILE *out)
     const size_t n = lum_demux_sensor_count(lum_framer_demux(s->framer));
     for (size_t k = 0; s->rig != NULL && k < s->rig->count; k++) {
         if (!rig_has_data(s->rig, s->framer, k)) {
-            (void)fprintf(out, "%-10s %14s  no data came of it\n", "",
+            (void)fprintf(out, "%-10s %14s  no data came from it\n", "",
                           s->rig->sensors[k].of->name);
         }
     }

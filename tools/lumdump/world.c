@@ -23,7 +23,7 @@ static bool has_only_comment(const struct options *o, size_t i)
 /* How an output says what the origin is. */
 static const char *name_places(const struct options *o)
 {
-    return !options_any(o, has_offset) ? "a comment of the file has it"
+    return !options_any(o, has_offset) ? "a comment of the file gives it"
            : options_any(o, has_only_comment)
                ? "las has it as its offset, other files in a comment"
                : "the file has it as its offset, so that readers add it";
@@ -52,8 +52,8 @@ static void warn_of_width(const struct options *o, const struct motion *motion)
         const float at = (float)far_m;
         conclude_warn(o,
                       "%s: poses are up to %.1f km from the origin: there x, y "
-                      "and z, which are floats, have steps of %.2g mm; poses "
-                      "of a part of the drive have smaller ones",
+                      "and z, which are floats, have steps of %.2g mm; "
+                      "poses of a shorter part of the drive give smaller ones",
                       motion_name(motion), far_m * 1e-3,
                       1e3 * ((double)nextafterf(at, INFINITY) - (double)at));
     }

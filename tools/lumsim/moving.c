@@ -150,15 +150,16 @@ static bool take_poses(const lum_poses *read, const lum_poses_info *info,
 static bool check_poses(const struct options *o, const lum_poses_info *info)
 {
     if (info->count < 2) {
-        return complain("--path %s: it has one pose, and a path needs two or "
-                        "more; for a sensor that stands still use --pose",
-                        o->moving.path);
+        return complain(
+            "--path %s: it has one pose, but a path needs "
+            "two or more; for a sensor that stands still use --pose",
+            o->moving.path);
     }
     if (info->gaps > 0) {
         return complain(
             "--path %s: between its poses %zu gap%s longer than %g s, the "
-            "longest from %.3f to %.3f s; use poses that are nearer to "
-            "each other",
+            "longest from %.3f to %.3f s; use poses "
+            "closer in time",
             o->moving.path, info->gaps, info->gaps == 1 ? " is" : "s are",
             (double)LUM_POSES_GAP_NS * 1e-9, (double)info->gap_from_ns * 1e-9,
             (double)info->gap_to_ns * 1e-9);

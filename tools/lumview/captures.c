@@ -257,7 +257,7 @@ static void write_other(const struct captures *c,
     } else if (o->speaker == NULL || strcmp(o->speaker, o->source) == 0) {
         (void)snprintf(out, room,
                        "%.200s: a later part of it has another calibration or "
-                       "profile: those of its begin are used for all",
+                       "profile: those at its start are used for all",
                        o->source);
     } else {
         (void)snprintf(out, room,

@@ -41,13 +41,12 @@ struct reason {
 static const struct reason not_here = {HTTP_STATUS_NOT_FOUND,
                                        "There is nothing here.\n"};
 static const struct reason not_so = {
-    HTTP_STATUS_METHOD_NOT_ALLOWED,
-    "This server is only looked at: GET and HEAD.\n"};
+    HTTP_STATUS_METHOD_NOT_ALLOWED, "This server accepts only GET and HEAD.\n"};
 static const struct reason no_body = {HTTP_STATUS_REQ_ENTITY_TOO_LARGE,
-                                      "Requests have no body here.\n"};
+                                      "Requests must not have a body.\n"};
 static const struct reason only_gzip = {
     HTTP_STATUS_NOT_ACCEPTABLE,
-    "This is kept compressed: ask with Accept-Encoding: gzip.\n"};
+    "This is stored compressed: send Accept-Encoding: gzip.\n"};
 static const struct reason foreign_host = {
     HTTP_STATUS_FORBIDDEN,
     "This server answers only at the address that lumview printed.\n"};

@@ -23,18 +23,19 @@ static void tell_message(const struct report *r, const struct decoder *decoder)
     }
     (void)decoder_others(decoder, shown, others, sizeof others);
     if (r->options->rig == NULL && others[0] != '\0' && shown[0] != '\0') {
-        (void)snprintf(text + len, sizeof text - len,
-                       "%s%s is shown; there is also %s: choose by lumview "
-                       "--sensor, or show all by a rig, of lumview --rig or "
-                       "dropped on lumview.html",
-                       len > 0 ? "; " : "", shown, others);
+        (void)snprintf(
+            text + len, sizeof text - len,
+            "%s%s is shown; there is also %s: choose "
+            "by lumview --sensor, or show all by a rig: lumview --rig, "
+            "or a rig file dropped on lumview.html",
+            len > 0 ? "; " : "", shown, others);
         len = strlen(text);
     }
     const char *sensor = "";
     const uint64_t late = decoder_late(decoder, &sensor);
     if (late > 0) {
         (void)snprintf(text + len, sizeof text - len,
-                       "%sof %s a frame is left out, as the sensor paused in "
+                       "%sa frame of %s is left out, as the sensor paused in "
                        "it or has stopped (%" PRIu64 " in all)",
                        len > 0 ? "; " : "", sensor, late);
         len = strlen(text);
@@ -58,17 +59,16 @@ static void tell_empty(const struct report *r, const struct decoder *decoder)
         tell_message(r, decoder);
         return;
     }
-    (void)lum_error_set(&text,
-                        "%s: there is no frame in %s%s; lumdump %s%stells what "
-                        "%s",
-                        sources->name, are_several ? "them" : "it",
-                        r->options->decoder.sensor.is_given
-                            ? " of the sensor that was asked for"
-                        : r->options->rig != NULL ? " of the rig's sensors"
-                                                  : "",
-                        are_several ? "" : sources->name,
-                        are_several ? "" : " ",
-                        are_several ? "they hold" : "it holds");
+    (void)lum_error_set(
+        &text,
+        "%s: there is no frame in %s%s; lumdump %s%stells what "
+        "%s",
+        sources->name, are_several ? "them" : "it",
+        r->options->decoder.sensor.is_given ? " of the sensor that was chosen"
+        : r->options->rig != NULL           ? " of the rig's sensors"
+                                            : "",
+        are_several ? "" : sources->name, are_several ? "" : " ",
+        are_several ? "they hold" : "it holds");
     stage_set_text(stage_of(r), FEED_MESSAGE, text.text);
 }
 

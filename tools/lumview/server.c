@@ -364,7 +364,8 @@ int server_run(struct server *server, struct feed *feed, lum_error *error)
     lws_sul_schedule(server->lws, 0, &server->tick, on_tick,
                      LWS_SET_TIMER_USEC_CANCEL);
     server->clients.viewers.feed = NULL;
-    return failed == 0 ? 0
-                       : lum_error_set(error, "the server broke down: "
-                                              "libwebsockets cannot go on");
+    return failed == 0
+               ? 0
+               : lum_error_set(error, "the server "
+                                      "failed: libwebsockets cannot continue");
 }

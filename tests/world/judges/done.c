@@ -384,7 +384,7 @@ static void judge_laser(const struct deed *d)
     } else if (status == 0) {
         judge_on(d);
     } else if (d->tool->err != NULL &&
-               strstr(d->tool->err, " taken back: it will not") != NULL) {
+               strstr(d->tool->err, " cancelled: it will not") != NULL) {
         judge_taken_back(d);
     }
 }

@@ -257,7 +257,7 @@ static int64_t next_over_ns(const struct shell *s, const shell_line *line)
 /* A laser on that was not done may say that it is taken back. */
 static void take_back(const struct shell *s, shell_line *line, size_t *told)
 {
-    static const char taken[] = " taken back: it will not";
+    static const char taken[] = " cancelled: it will not";
     const char *at = strstr(s->tool->err + *told, taken);
     if (line->kind != SHELL_LASER || line->is_done || !is_for_on(line) ||
         at == NULL) {

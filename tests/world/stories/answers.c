@@ -215,7 +215,7 @@ STORY(a_laser_on_that_cannot_be_taken_back,
         made_up *m = made_up_new(b.sensor, SENSOR, hide_off_under_a_hazard);
         user_tool *on = user_run(b.host, "%s", commands[i]);
         user_expect_status(on, HAZARD);
-        user_expect_has(user_err(on), "NOT taken back");
+        user_expect_has(user_err(on), "NOT cancelled");
         user_expect_has(user_err(on), "MAY BE ON or come on by itself");
         user_expect_lacks(user_err(on), "it will not come up");
         user_expect_like(made_up_texts(m), "^u,(d,)+$");
@@ -271,7 +271,7 @@ STORY(a_signal_during_laser_on,
     user_until(made_up_tries(m, "u") > 0);
     user_expect_end(on, SIGINT, -SIGINT);
     user_expect_same(made_up_commands(m), "u,d,");
-    user_expect_has(user_err(on), "taken back");
+    user_expect_has(user_err(on), "cancelled");
     user_expect_equal(m->status, MADE_UP_OFF);
 }
 
@@ -409,11 +409,11 @@ STORY(silence_of_an_owner, "silence of an owner is a hazard")
     expect_value(json, "laser", "down");
     user_tool *plain = user_run(b.host, "lumctl status");
     user_expect_status(plain, HAZARD);
-    user_expect_has(user_out(plain), "its owner's heartbeats do not come");
+    user_expect_has(user_out(plain), "its owner's heartbeats are missing");
     user_expect_has(user_out(plain), user_format("%ld", owner->process->pid));
     user_expect_has(user_out(plain), "HAZARD");
     user_tool *watch = user_start(b.host, "lumctl status --watch");
-    user_until(user_has(user_out(watch), "its owner's heartbeats do not come"));
+    user_until(user_has(user_out(watch), "its owner's heartbeats are missing"));
     user_expect_end(watch, SIGINT, HAZARD);
     user_signal(owner, SIGKILL);
     user_expect_status(owner, -SIGKILL);
@@ -463,9 +463,9 @@ STORY(an_answer_without_status, "an answer without a status is no status")
     static const struct {
         const char *words, *told;
     } cases[] = {
-        {"laser on", "tlv.status of the profile"},
+        {"laser on", "the profile (tlv.status)"},
         {"laser off", "answered without a status TLV"},
-        {"send d", "tlv.status of the profile"},
+        {"send d", "the profile (tlv.status)"},
     };
     const user_bench b = user_bench_new();
     made_up *m = made_up_new(b.sensor, SENSOR, NULL);

@@ -95,10 +95,10 @@ STORY(a_raw_u_that_a_hazard_defeats,
     (void)hold(&b);
     user_tool *raw = user_run(b.host, "lumctl send '50p u'");
     user_expect_status(raw, HAZARD);
-    user_expect_has(user_err(raw), "taken back");
+    user_expect_has(user_err(raw), "cancelled");
     user_tool *shell = run_fed(b.host, "lumctl shell", "u\n");
     user_expect_status(shell, HAZARD);
-    user_expect_has(user_err(shell), "taken back");
+    user_expect_has(user_err(shell), "cancelled");
     expect_no_laser_after_the_hazard(s);
 }
 

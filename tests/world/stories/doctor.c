@@ -392,7 +392,7 @@ STORY(doctor_and_slow_answers_alone,
     m->state = 4;
     user_tool *doctor = examine(&b);
     expect_check(doctor, "clock", "fine");
-    expect_text(doctor, "clock", "as far as answers so slow can tell");
+    expect_text(doctor, "clock", "as far as such slow answers show");
 }
 
 STORY(doctor_held_up, "a doctor that was held up finds no wrong clock in the "

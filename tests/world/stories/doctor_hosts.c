@@ -117,7 +117,7 @@ STORY(doctor_no_free_address,
     }
     user_tool *doctor = look(&b, "--host 10.42.0.16");
     expect_text(doctor, "interface",
-                "of 10.42.0.1 to 10.42.0.16 every address is taken");
+                "every address from 10.42.0.1 to 10.42.0.16 is taken");
     expect_fix(doctor, "interface",
                "sudo lumctl find --interface eth0 --subnet 10.42.0.0/24    # "
                "who has which; then give eth0 one that nobody has");

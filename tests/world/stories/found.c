@@ -77,7 +77,7 @@ static void tell_held_up(const char *timeout, int64_t after_ms, int64_t for_ms)
     user_signal(on, SIGCONT);
     user_expect_status(on, NO_ANSWER);
     user_expect_equal(made_up_tries(m, "u"), tries);
-    user_expect_has(user_err(on), "taken back");
+    user_expect_has(user_err(on), "cancelled");
 }
 
 STORY(a_laser_on_that_was_stopped,

@@ -230,7 +230,7 @@ STORY(a_status_and_a_full_disk,
     world_disk_heal(disk);
     user_pause_ms(1600);
     user_expect_end(status, SIGINT, FAILED);
-    user_expect_has(user_err(status), "lines that are missing");
+    user_expect_has(user_err(status), "missing lines");
     const char *text = user_file(b.host, "a.csv");
     user_expect_equal(text[strlen(text) - 1], '\n');
     user_expect_equal(user_count(text, ",") % user_count(text, "\n"), 0);

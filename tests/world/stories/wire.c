@@ -121,7 +121,7 @@ STORY(find_counts_an_address_once,
     user_tool *plain =
         user_run(b.host, "lumctl find --subnet 172.16.9.0/24 --retries 0");
     user_expect_status(plain, NO_ANSWER);
-    user_expect_has(user_err(plain), "254 of 762 questions did not leave");
+    user_expect_has(user_err(plain), "254 of 762 requests were not sent");
     user_expect_has(user_err(plain), "no sensor answers at any of 254");
 }
 

@@ -10,7 +10,7 @@ import { bytesOf } from "./source.js";
 const KEYS = ["frame", "line", "eye", "pixel", "return_number"]; // of a point, in the order of lumdump's names
 const LABELS = ["label", "class", "object"]; // the first of these columns that there is
 const NAMED = ["", "ground", "building", "car", "truck or van", "cyclist", "person", "tree or bush", "pole", "sign", "other"]; // of lumsim
-const OF_ONE = "labels are of one sensor, as their columns name none: open the capture without the rig";
+const OF_ONE = "labels belong to one sensor, as no column of theirs names it: open the capture without the rig";
 const MOST = 254; // labels; one more is that of points without any
 const FEW = 12; // names in a sentence
 const FARTHEST = 2 ** 21; // metres; floats hold no place beyond, and Python's view takes none
@@ -42,7 +42,7 @@ function smallNumbers(values) {
     const present = all.slice(0, MOST);
     const places = new Map(present.map((value, i) => [value, i + 1]));
     const why = all.length > MOST
-        ? `${all.length} different labels: the page has the lowest ${MOST}; points of others are shown as without one` : "";
+        ? `${all.length} different labels: the page shows the lowest ${MOST}; points with others look unlabelled` : "";
     return { present, why, small: Uint8Array.from(values, (value) => places.get(value) ?? 0) };
 }
 

@@ -49,7 +49,7 @@ function ask(text, choices, keep = {}) {
 
 async function kindByUser(name) {
     const choices = { Profile: "profile", Calibration: "calibration", Rig: "rig", "Leave it out": null };
-    return ask(`What is ${name}? It has no key by which that is known.`, choices);
+    return ask(`What is ${name}? None of its keys shows that.`, choices);
 }
 
 // The names of the files that were dropped, and folders, which cannot be read as files.

@@ -50,7 +50,7 @@ export function makeSource(on) {
     try {
         return makeSourceOf(embeddedData(), on, unpack);
     } catch (error) {
-        setTimeout(() => on.failed(`what this page was made to show is damaged: ${error.message}; make or copy it anew`), 0);
+        setTimeout(() => on.failed(`the data in this page is damaged: ${error.message}; make or copy the page again`), 0);
         return makeSourceOf(null, on, unpack);
     }
 }

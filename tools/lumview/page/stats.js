@@ -15,9 +15,9 @@ const RATES = [
 
 // What was lost where, and what that means; what of it was under way when the stream was joined, and so is no loss.
 const LOSSES = [
-    ["wire_words", "ranges, on the wire", "at least so many range words never came", "joined_words"],
-    ["wire_lines", "lines, on the wire", "at least so many lines never came, or came without angles", "joined_lines"],
-    ["pauses", "pauses", "how often the sensor, or one eye, sent no lines; the lines that are missing are among those above"],
+    ["wire_words", "ranges, on the wire", "range words that never came, at least", "joined_words"],
+    ["wire_lines", "lines, on the wire", "lines that never came or came without angles, at least", "joined_lines"],
+    ["pauses", "pauses", "how often the sensor, or one eye, sent no lines; its missing lines are counted above"],
     ["kernel", "packets, in the system", "the receive buffer of the system was full"],
     ["ring", "packets, in lumview", "lumview was too slow to decode them"],
     ["refused", "packets, not usable", "late, malformed, foreign, or of an unknown kind"],

@@ -16,12 +16,12 @@ static const char *name_verdict(lum_infer_verdict verdict)
     case LUM_INFER_FOUND:
         return "A layout was found";
     case LUM_INFER_UNSURE:
-        return "A layout was found, and it is not sure";
+        return "A layout was found, but it is uncertain";
     case LUM_INFER_TOO_LITTLE:
-        return "No layout was found, there is too little to tell it";
+        return "No layout was found (too little data)";
     case LUM_INFER_NOTHING_FITS:
     default:
-        return "No layout was found, none fits";
+        return "No layout was found (none fits)";
     }
 }
 

@@ -265,7 +265,7 @@ def _pointer(array: Array) -> Any:
 def _moments(info: Info, poses: Poses, to: str) -> tuple[int, int]:
     """By the poses' clock, when the frame began, and the moment that it is moved to."""
     if not info.begin_utc_ns:
-        raise CaptureError("the frame has no clock: by the profile its packets have no timestamps, so its points have no poses; "
+        raise CaptureError("the frame has no clock: its profile has no timestamp, so its points have no poses; "
                            "use a profile with the field timestamp, or for Frame.from_arrays() utc_ns=")
     begin = info.begin_utc_ns if poses.clock == "utc" else info.begin_clock_us * 1000
     half = (info.end_clock_us - info.begin_clock_us) * 1000 // 2 if to == "middle" else 0

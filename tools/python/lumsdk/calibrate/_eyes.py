@@ -387,7 +387,7 @@ def _notes(grids: Sequence[Grid]) -> Iterator[str]:
 
 
 def _exchanged(grids: Sequence[Grid], *calibrations: Calibration) -> str:
-    """What to do where, by each calibration, a wall goes on from eye to eye only with each eye taken for the other, and in no capture
+    """What to do where, by each calibration, a wall continues from eye to eye only with each eye taken for the other, and in no capture
     as they are called; empty: it does not."""
     for calibration in calibrations:
         found = [check_grid(g, calibration, "") for g in grids]

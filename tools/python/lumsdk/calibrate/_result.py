@@ -117,7 +117,7 @@ class Solution:
     is_settled: bool = True
     """Whether the last round of the fit moved hardly anything."""
     exchanged: str = ""
-    """What to do where a wall goes on from eye to eye only with the eyes exchanged; empty: one goes on as they are called, or
+    """What to do where a wall continues from eye to eye only with the eyes exchanged; empty: one goes on as they are called, or
     none tells."""
     poses: list[tuple[Array, Array]] = field(default_factory=list)
     """Turn (3, 3) and place in metres of each capture's sensor, in the frame of the first capture's."""

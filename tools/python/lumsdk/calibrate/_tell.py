@@ -47,7 +47,7 @@ def _seam_line(seam: Seam) -> str:
 def exchange(eye_values: tuple[int, int]) -> str:
     """What to do where the eyes are exchanged."""
     blue, green = eye_values
-    return ("a wall goes on from eye to eye only with the eyes exchanged: the profile probably calls the blue eye green. Exchange the "
+    return ("a wall continues from eye to eye only with the eyes exchanged: the profile probably calls the blue eye green. Exchange the "
             f"two numbers of eye_values in it, or add --set eye_values.blue={green} --set eye_values.green={blue}, and run it again")
 
 
