@@ -8,7 +8,6 @@
 #include <linux/if_packet.h>
 #include <net/if.h>
 #include <netinet/in.h>
-#include <poll.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -71,16 +70,10 @@ int capture_open(const char *interface, lum_endpoint sensor, uint16_t to_port)
     return fd;
 }
 
-static bool take(int fd)
+bool capture_saw(int fd)
 {
     uint8_t byte;
     return recv(fd, &byte, sizeof byte, 0) >= 0;
-}
-
-bool capture_saw(int fd, int wait_ms)
-{
-    struct pollfd wait = {.fd = fd, .events = POLLIN};
-    return take(fd) || (poll(&wait, 1, wait_ms) > 0 && take(fd));
 }
 
 /* This includes packets that found no room, so none has to be read. */

@@ -13,8 +13,8 @@
  * interface. */
 int capture_open(const char *interface, lum_endpoint sensor, uint16_t to_port);
 
-/* Whether something came; waits for this time at most. */
-bool capture_saw(int fd, int wait_ms);
+/* Whether something came, without a wait. */
+bool capture_saw(int fd);
 
 /* Number of packets since it was opened; closes it. -1 is allowed. */
 uint64_t capture_end(int fd);

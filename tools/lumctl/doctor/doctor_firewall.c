@@ -38,7 +38,7 @@ static void run(struct doctor *d, struct knock *knock, int capture,
         }
         fate->was_heard = knock_hear(knock, WAIT_MS) == KNOCK_ANSWERED;
         fate->was_seen =
-            fate->was_seen || (capture >= 0 && capture_saw(capture, 0));
+            fate->was_seen || (capture >= 0 && capture_saw(capture));
     }
 }
 

@@ -4,30 +4,20 @@
 #include "doctor_capture.h"
 #include "doctor_knock.h"
 
-#include "../../common/number.h"
-
 #include "lum/wire.h"
 
 #include <stddef.h>
 
-static bool is_loopback(const struct doctor *d)
-{
-    return d->sensor.address >> 24 == 127u;
-}
-
 void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
 {
-    const uint32_t subnet = d->sensor.address & 0xffffff00u;
-    if (is_loopback(d)) {
+    d->is_local = d->sensor.address >> 24 == 127u;
+    if (d->is_local) {
         doctor_fine(out, "%s is this host itself", d->address);
         return;
     }
-    doctor_unseen(
-        out,
-        "not looked at on this system; one of the host's interfaces "
-        "needs an address such as %s/24",
-        number_address(subnet | ((d->sensor.address & 0xffu) == 1u ? 2u : 1u))
-            .text);
+    doctor_unseen(out, "not looked at on this system; one of the host's "
+                       "interfaces needs an address in the sensor's subnet, "
+                       "such as 10.42.0.1/24");
 }
 
 /* A datagram that cannot leave has no route. */
@@ -42,7 +32,6 @@ void doctor_check_route(struct doctor *d, struct doctor_finding *out)
     lum_socket *socket = NULL;
     lum_error error = {""};
     lum_timestamp_encode(packet, &request);
-    d->is_local = is_loopback(d);
     if (lum_socket_open(&options, &socket, &error) != LUM_NET_OK ||
         lum_socket_send(socket, &datagram, &error) != LUM_NET_OK) {
         doctor_wrong(out, "%s", error.text);
