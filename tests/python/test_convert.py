@@ -734,8 +734,8 @@ def test_an_interruption_does_not_wait_for_what_is_written(frames, tmp_path, mon
     ("a", {}, "has no ending that shows a format"),
     ("a.npy", {"format": "e57"}, "format is 'e57'; formats are csv, ply, .*laz, parquet"),
     ("a.copc.laz", {}, "by pdal translate or untwine"),
-    ("a%x.npy", {}, r"a % in the name stands for the frame number and has to read %d or %04d, once"),
-    ("a%d%d.npy", {}, "has to read %d or %04d, once"),
+    ("a%x.npy", {}, r"a % in the name stands for the frame number: write %d or %04d, once"),
+    ("a%d%d.npy", {}, "write %d or %04d, once"),
     ("a.npy", {"columns": ["x", "colour"]}, "'colour' is not a column; columns are x, y, z"),
     ("a.bin", {"columns": ["x"]}, "columns does not go with the format bin; it goes with csv, ply, pcd, parquet"),
     ("a.npy", {"ascii": True}, "ascii does not go with the format npy; it goes with ply, pcd"),
@@ -778,8 +778,8 @@ def test_wrong_types_are_refused(tmp_path, monkeypatch, source, name, options, s
 
 def test_what_frames_do_not_take_is_refused(frames, tmp_path):
     for name, options, said in (("a.npy", {"returns": "last"}, "returns: frames have been read already"),
-                                ("a.pcd", {"organized": True}, "organized needs a capture as source"),
-                                ("a.png", {}, "png needs a capture as source"), ("a.pcap", {}, "pcap needs a capture"),
+                                ("a.pcd", {"organized": True}, "organized is done by lumdump: it needs a capture as source"),
+                                ("a.png", {}, "png is written by lumdump: it needs a capture as source"), ("a.pcap", {}, "pcap is written by lumdump: it needs a capture"),
                                 ("a.ply", {"columns": "x,sensor"}, "columns: ply has x, y, z")):
         with pytest.raises(lumsdk.OptionError, match=said):
             lumsdk.convert(frames, tmp_path / name, **options)

@@ -23,7 +23,7 @@ TOP = pathlib.Path(__file__).resolve().parents[2]
     (("a.pcap", "b.pcap"), "one drive is needed, and 2 are named; files of one drive are named by a pattern in quotes, as 'drive-*.pcap'; see lumodom --help"),
     (("a.pcap", "--bad"), "unknown option --bad; see lumodom --help"),
     (("a.pcap", "--time", "gps"), "--time: gps: is utc or sensor"),
-    (("a.pcap", "--time", "utc"), "--time: is of the seconds in the output, and there is none: name one by --output"),
+    (("a.pcap", "--time", "utc"), "--time: sets the seconds in the output, and there is none: name one by --output"),
     (("a.pcap", "-o", "a.csv"), "--output: a.csv: a name that ends in .txt or .tum is needed"),
     (("a.pcap", "--report", "a.pdf"), "--report: a.pdf: a name that ends in .png is needed"),
     (("a.pcap", "-o", "t.txt", "--truth", "./t.txt"), "t.txt: is read and cannot be written too: choose another name"),
@@ -111,7 +111,7 @@ def test_poses_are_their_own_truth_and_others_are_told(kiss, drive, capsys):
     assert told["notes"] == ["2 of 6 poses are outside the truth and not compared"]
     pathlib.Path("late.txt").write_text("5000 0 0 0 0 0 0 1\n5000.1 1 0 0 0 0 0 1\n")
     assert _cli.main([drive, "--truth", "late.txt", "-o", "none.txt"]) == 1
-    assert re.fullmatch(r"lumodom: late\.txt: its poses are of 5000\.000 to 5000\.100 s, by seconds of the sensor's clock, and the drive is of .*: "
+    assert re.fullmatch(r"lumodom: late\.txt: its poses are from 5000\.000 to 5000\.100 s, by seconds of the sensor's clock, and the drive is from .*: "
                         r"the truth of this drive is needed\n", capsys.readouterr().err)
     assert not pathlib.Path("none.txt").exists()
 
@@ -136,12 +136,12 @@ def test_with_a_rig_poses_are_the_vehicles(kiss, tmp_path, capsys):
     assert went[0] > 5 and abs(went[1]) < 0.5
     assert "where the vehicle was" in pathlib.Path("poses.txt").read_text()
     assert _cli.main([drive, "--rig", "rig.yaml"]) == 1
-    assert "has frames of several sensors, front and left: a drive is of one; name it with --sensor" in capsys.readouterr().err
+    assert "has frames of several sensors, front and left: a drive has one; name it with --sensor" in capsys.readouterr().err
 
 
 def test_one_frame_is_no_drive(kiss, drive, tmp_path, capsys):
     assert _cli.main([drive, "--frames", "2:2", "-o", "a.txt", "-q"]) == 1
-    assert capsys.readouterr().err == f"lumodom: {drive}: has one frame with points; a motion is between two at least\n"
+    assert capsys.readouterr().err == f"lumodom: {drive}: has one frame with points; a motion needs at least two\n"
     assert list(tmp_path.iterdir()) == []
 
 

@@ -214,7 +214,7 @@ LINES = np.array([(0, 0, 0, 2), (1, 0, 2, 3)], [("number", "u4"), ("eye", "u1"),
     (lambda: small().replace(line=np.full(5, -1)), "line: -1 at 0 cannot be .* from 0 to 4294967295"),
     (lambda: small().replace(line=np.full(5, -1, "i4")), "line: -1 at 0 cannot be"),
     (lambda: small().replace(pixel=np.full(5, 1000)), "pixel: 1000 at 0; use 0 to 999"),
-    (lambda: small(lines=LINES, line=np.zeros(5, "u4")), "tell other numbers than the lines"),
+    (lambda: small(lines=LINES, line=np.zeros(5, "u4")), "differ from the lines"),
     (lambda: small(lines=LINES).replace(line=np.arange(5, dtype="u4")), "points 0 and 1 are of one line .* and have 0 and 1"),
     (lambda: small(lines=LINES[:1]), "they have 2 points; use 5"),
     (lambda: small(lines=LINES[::-1]), "line 0 begins at point 2; use 0"),
@@ -368,7 +368,7 @@ def test_a_frame_is_made_of_a_joined_one(make_capture):
     rig = [{"name": "front", "address": "10.42.0.37"}, {"name": "left", "address": "10.42.0.38"}]
     [one] = lumsdk.sync(lumsdk.open(paths, rig=rig, columns="all"))
     joined = one.joined()
-    with pytest.warns(lumsdk.CaptureWarning, match="the places in a rig are left out"):
+    with pytest.warns(lumsdk.CaptureWarning, match="places in a rig are left out"):
         made = MADE(np.asarray(joined))
     assert np.array_equal(made.xyz, joined.xyz) and "sensor" not in made
     has = joined.lines["point_count"] > 0
@@ -468,9 +468,9 @@ def test_a_preset_has_no_place_for_them(own, tmp_path):
     (lambda own: [own, own.with_columns(own_int8=own["own_float32"])], "csv", "own_int8 .float32."),
     (lambda own: own.with_columns(scan_angle=own["own_bool"]), "las", "scan_angle is one of the format's own"),
     (lambda own: own.with_columns(scan_angle=own["own_bool"]), "laz", "scan_angle is one of the format's own"),
-    (lambda own: own.with_columns(own_int64=own["own_int64"] + 2**31), "ply", "from 2147483648 to .* integers of 32 bits"),
-    (lambda own: small(), "csv", "has no lines, of which files have .*, or choose other columns"),
-    (lambda own: small(), "las", "has no lines, of which files have .*, or lines=$"),
+    (lambda own: own.with_columns(own_int64=own["own_int64"] + 2**31), "ply", "from 2147483648 to .* 32-bit integers"),
+    (lambda own: small(), "csv", "has no lines, which the file's columns .* need: .*, or choose other columns"),
+    (lambda own: small(), "las", "has no lines, which the file's columns .* need: .*, or lines=$"),
     (lambda own: MADE(own.to_dict()), "mcap", r"frame 0 has no times of arrival: give Frame.from_arrays\(\) utc_ns="),
 ])
 def test_a_file_that_cannot_have_them_is_none(own, made, kind, said, tmp_path):

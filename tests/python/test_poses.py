@@ -140,7 +140,7 @@ def test_files_know_what_a_text_of_poses_does_not_say(path, poses, tmp_path):
         for wrong, told in (part, "no point|points have no pose"), (of_utc, "another drive"):
             with pytest.raises(lumsdk.CaptureError, match=told):
                 lumsdk.convert(path, tmp_path / name, poses=wrong)
-    with pytest.raises(lumsdk.OptionError, match="voxel needs .* Poses with the usual gap and jump"):
+    with pytest.raises(lumsdk.OptionError, match="voxel is done by lumdump: .* Poses with the usual gap and jump"):
         lumsdk.convert(path, tmp_path / "a.las", poses=part, voxel=0.5)
 
 
@@ -172,7 +172,7 @@ def test_what_is_wrong_is_refused(frame, path, poses, tmp_path):
         lumsdk.Poses(tmp_path / "none.txt")
     with pytest.raises(lumsdk.OptionError, match=r"pose 1 has the time of pose 0"):
         lumsdk.Poses([5, 5], poses.tum[:2])
-    with pytest.raises(lumsdk.OptionError, match=r"right for 2 times is \(2, 4, 4\)"):
+    with pytest.raises(lumsdk.OptionError, match=r"for 2 times use \(2, 4, 4\)"):
         lumsdk.Poses([5, 6], np.eye(4))
     with pytest.raises(lumsdk.OptionError, match="pose 1 has no rotation"):
         lumsdk.Poses([5, 6], np.stack([np.eye(4), np.diag([1.0, 1, -1, 1])]))
@@ -205,7 +205,7 @@ def test_an_origin_is_three_numbers(frame, poses, origin):
     (lambda p: lumsdk.Poses(p.times, p.tum, jump="far"), "jump is 'far'; use metres"),
     (lambda p: lumsdk.Poses(p.times, p.tum, clock=[]), r"clock is \[\]; use"),
     (lambda p: lumsdk.Poses(p.times, "abc"), "times and poses are arrays of numbers"),
-    (lambda p: lumsdk.Poses(np.array([2**63, 2**63 + 9], "u8"), p.tum[:2]), r"use below 2\^63"),
+    (lambda p: lumsdk.Poses(np.array([2**63, 2**63 + 9], "u8"), p.tum[:2]), r"use times below 2\^63"),
 ])
 def test_wrong_arguments_are_told_in_sentences(poses, make, told):
     with pytest.raises(lumsdk.OptionError, match=told):

@@ -385,7 +385,7 @@ def test_the_source_is_not_written_over(items, make_capture, tmp_path, monkeypat
 def test_what_packets_do_not_have_is_told(raw_frame, tmp_path):
     out = tmp_path / "out.pcap"
     changed = raw_frame.replace(range=raw_frame["range"] + 1).replace(xyz=raw_frame.xyz + 1).with_columns(label=raw_frame["pixel"])
-    with pytest.warns(lumsdk.CaptureWarning, match="range, xyz of frames were changed, which packets do not have: what is written"):
+    with pytest.warns(lumsdk.CaptureWarning, match="range, xyz of frames were changed, but packets do not have them"):
         lumsdk.write_capture(out, [changed])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -527,7 +527,7 @@ def test_a_jump_that_readers_take_for_another_is_told(tmp_path):
 def test_rows_that_are_not_of_their_line_are_refused(raw_frame, tmp_path):
     edited = pickle.loads(pickle.dumps(raw_frame))
     edited["line"][5] = 17
-    with pytest.raises(lumsdk.OptionError, match="frame 2: row 5 has the line 17, and its line in frame.lines another one"):
+    with pytest.raises(lumsdk.OptionError, match="frame 2: row 5 has the line 17, but its line in frame.lines has another"):
         lumsdk.write_capture(tmp_path / "out.pcap", [edited])
 
 

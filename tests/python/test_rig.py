@@ -141,7 +141,7 @@ A = {"name": "a", "address": "1.2.3.4"}
 @pytest.mark.parametrize(("value", "kind", "said"), [
     (5, TypeError, "a rig is a path, a text of YAML, a mapping, a list"),
     ([], lumsdk.OptionError, "the rig: sensors: missing; a rig has 1 to 8"),
-    ({"front": {"address": "1.2.3.4"}}, lumsdk.OptionError, "'front' is not a key of it; use version, frame, sensors, and"),
+    ({"front": {"address": "1.2.3.4"}}, lumsdk.OptionError, "'front' is not a key of a rig; use version, frame, sensors; sensors"),
     ([5], TypeError, "the rig: sensors.1 is 5; use a mapping"),
     ([{}], lumsdk.OptionError, "the rig: sensors.1: has no keys"),
     ({"sensors": A}, TypeError, "use a list of mappings"),
@@ -432,7 +432,7 @@ def test_names_that_cannot_be_are_refused(drive, rig, frames, tmp_path):
     bare = next(iter(lumsdk.open(drive, columns="all")))
     with pytest.raises(lumsdk.OptionError, match="%s stands for the name of a rig's sensor, and a frame of 10.42.0"):
         lumsdk.convert([bare], tmp_path / "%s.npy")
-    with pytest.raises(lumsdk.OptionError, match="some frames were read with a rig, and others without"):
+    with pytest.raises(lumsdk.OptionError, match="some frames were read with a rig, others without"):
         lumsdk.convert([frames[0], bare], tmp_path / "a.npy")
     assert not [path for path in tmp_path.iterdir() if path.stat().st_size and "part" in path.name]
 

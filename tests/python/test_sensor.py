@@ -363,7 +363,7 @@ def test_a_laser_that_fell_between_frames_ends_the_next_ones():
 
 def test_a_session_that_owns_nothing_is_told_that_nobody_sends_heartbeats():
     with start(address()) as sim, lumsdk.Sensor(sim.host, owns=False) as sensor:
-        with pytest.raises(lumsdk.LaserError, match="nobody sends heartbeats. Begin a session that owns") as told:
+        with pytest.raises(lumsdk.LaserError, match="nobody sends heartbeats. Open a session that owns") as told:
             sensor.laser_on()
         assert told.value.news == "laser-refused"
 

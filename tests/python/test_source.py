@@ -596,7 +596,7 @@ def test_a_pipe_belongs_to_one_process(drive, tmp_path):
                 pool.apply(find, (0,))
             with pytest.raises(TypeError, match="read only once"):
                 len(source)
-            with pytest.raises(TypeError, match="only a source that was opened from paths or URLs"):
+            with pytest.raises(TypeError, match="only a source opened from paths or URLs"):
                 pickle.dumps(source)
             assert next(iter(source)) == lumsdk.open(drive)[0]
         for pipe in pipes:
@@ -643,7 +643,7 @@ def test_another_file_of_the_name_is_not_read(drive, path, tmp_path, monkeypatch
         assert list(source) == want and source[3] == want[3]
         os.replace("drive.pcap", here)
         for read in list, lambda source: lumsdk.open(here)[0] == want[0] or next(iter(source)):
-            with pytest.raises(lumsdk.Error, match="another file has this name since it was opened; open that one anew"):
+            with pytest.raises(lumsdk.Error, match="another file has had this name since it was opened; open it again"):
                 read(source)
 
 
@@ -719,7 +719,7 @@ def test_a_url_is_sent_to_another_process(drive):
 
 def test_a_source_of_other_things_is_not_sent_to_another_process(path, content):
     for named in content, io.BytesIO(content):
-        with pytest.raises(TypeError, match="from paths or URLs.*its frames can be sent"):
+        with pytest.raises(TypeError, match="from paths or URLs.*or send its frames"):
             pickle.dumps(lumsdk.open(named))
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         (sent, *_) = lumsdk.open(path)
@@ -858,7 +858,7 @@ def test_a_source_in_two_threads_raises(content):
     thread.start()
     begun.wait()
     for use in [lambda: next(iterator), lambda: source.losses, source.close]:
-        with pytest.raises(lumsdk.Error, match="it is being read, by another thread"):
+        with pytest.raises(lumsdk.Error, match="another thread, or the function called just now, is reading it"):
             use()
     go.set()
     thread.join()

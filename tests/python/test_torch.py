@@ -180,7 +180,7 @@ def test_a_capture_that_breaks_off_or_has_no_frames_is_told(captures, tmp_path):
         list(StreamedFrames(cut, transform=count))
     with pytest.warns(lumsdk.CaptureWarning, match=r"cut\.pcap"):
         assert 1 < len(Frames(cut, broken="warn")) < 4
-    with pytest.warns(lumsdk.CaptureWarning, match=r"empty\.pcap: no frame is in it, so that it gives no item"):
+    with pytest.warns(lumsdk.CaptureWarning, match=r"empty\.pcap: it has no frame, so it gives no item"):
         assert len(Frames([empty, captures[1]], transform=count)) == 2
     with pytest.warns(lumsdk.CaptureWarning, match=r"empty\.pcap: no frame is in it"):
         assert len(list(StreamedFrames([empty, captures[1]], transform=count))) == 2

@@ -348,7 +348,7 @@ class Rosbag2(Case):
         (self.folder / "drive").mkdir()
         self.assertIn("a folder without an .mcap file", self.dump(self.folder / "drive", status=1).stderr)
         self.folder.write("drive/drive_0.db3", "")
-        self.assertIn("is of SQLite (.db3)", self.dump(self.folder / "drive", status=1).stderr)
+        self.assertIn("is SQLite (.db3)", self.dump(self.folder / "drive", status=1).stderr)
         self.assertIn("rosbag2 is a folder: name one", self.dump(self.street(), "-o", "-", "--format", "rosbag2", status=2).stderr)
         self.assertIn("rosbag2 is a folder", self.dump(self.street(), "-o", self.folder / "d-%d", "--format", "rosbag2", status=2).stderr)
 

@@ -118,7 +118,7 @@ class Pipe(unittest.TestCase):
         self.until_off()
 
     def test_parameters_that_are_wrong_are_named(self):
-        for word, says in (("lazer=true", "the parameter lazer is not known"), ("depth=x", "depth is 'x'; it has to be of type int"),
+        for word, says in (("lazer=true", "the parameter lazer is unknown"), ("depth=x", "depth is 'x'; it has to be of type int"),
                            ("address", "KEY=VALUE is needed"), ("depth=true", "of type int")):
             p = self.start(word)
             self.assertEqual(p.wait(PATIENCE_S), 2)

@@ -173,7 +173,7 @@ static void warn_of_no_points(const struct pass *pass)
         why = "see no_angle and no_range in the summary, and the selection";
     }
     conclude_warn(pass->options,
-                  "%s: lines came, but none of their points is left: %s",
+                  "%s: lines came, but no point is left of them: %s",
                   pass->options->source, why);
 }
 

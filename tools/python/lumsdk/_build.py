@@ -89,7 +89,7 @@ def _fitted(name: str, array: Array, dtype: np.dtype[Any]) -> Array:
         at = np.flatnonzero(differs.ravel())[0]
         right = (f'{name}.astype("{dtype}"), which rounds' if dtype.kind == "f" else
                  f"whole numbers from {np.iinfo(dtype).min} to {np.iinfo(dtype).max}")
-        raise OptionError(f"{name}: {array.ravel()[at]} at {at} cannot be a number of type {dtype}; right: {right}")
+        raise OptionError(f"{name}: {array.ravel()[at]} at {at} cannot be a number of type {dtype}; use {right}")
     return made
 
 
@@ -111,8 +111,8 @@ def _known(given: Mapping[str, Any]) -> tuple[dict[str, Array], Optional[Array]]
 
 def _check_name(name: Any) -> None:
     if not isinstance(name, str) or not (name.isascii() and name.isidentifier()) or len(name) > lib.LUM_WRITER_EXTRA_NAME_MAX:
-        raise OptionError(f"{name!r} cannot be the name of a column; use at most {lib.LUM_WRITER_EXTRA_NAME_MAX} letters of "
-                          "ASCII, digits and _, a letter or _ first")
+        raise OptionError(f"{name!r} cannot be the name of a column; use at most {lib.LUM_WRITER_EXTRA_NAME_MAX} "
+                          "ASCII letters, digits and _, not a digit first")
     if name in KNOWN or name == "xyz":
         raise OptionError(f"{name} is a column that frames have by themselves: replace({name}=...) sets it; columns of your own "
                           "need other names")
@@ -144,7 +144,7 @@ def _collect(columns: Any, more: Mapping[str, Any]) -> dict[str, Any]:
     given = {name: columns[name] for name in list(columns)}
     twice = [name for name in given if name in more]
     if twice:
-        raise OptionError(f"{twice[0]} is given twice; use once")
+        raise OptionError(f"{twice[0]} is given twice; give it once")
     return {**given, **more}
 
 
@@ -177,7 +177,7 @@ class _OfFile(NamedTuple):
         number = _one("frame", found["frame"]) if "frame" in found else None
         sensor = None
         if "sensor" in found and len(found["sensor"]) and (found["sensor"] < lib.LUM_RIG_SENSORS_MAX).all():
-            warn("sensor: the places in a rig are left out, since a frame of arrays has none: give them another name to keep them")
+            warn("sensor: places in a rig are left out, since a frame of arrays has no rig: give the column another name to keep them")
         elif "sensor" in found:
             address = _one("sensor", found["sensor"])
             sensor = None if address is None else address_of(address)
@@ -191,8 +191,8 @@ def _own_of(given: Mapping[str, Any]) -> dict[str, Array]:
         _check_name(name)
         near = difflib.get_close_matches(name.lower(), KNOWN, 1, 0.8)
         if near and len(name) <= len(near[0]):
-            raise OptionError(f"there is no column {name}; is it {near[0]}? A column of your own that is to have this name is "
-                              "added by with_columns()")
+            raise OptionError(f"there is no column {name}; is it {near[0]}? with_columns() adds a column "
+                              "of your own with this name")
     return {name: _numbers(name, array) for name, array in own.items()}
 
 
@@ -213,7 +213,7 @@ def _given_lines(given: Any, columns: Mapping[str, Array], count: int) -> Array:
         raise OptionError("lines: eye is above 1; use 0 for blue, 1 for green")
     _lines.check(lines, count)
     if _lines.renumber(lines, columns) is not lines:
-        raise OptionError("lines: the columns line and eye tell other numbers than the lines; use the same, or lines alone")
+        raise OptionError("lines: the columns line and eye differ from the lines; use the same, or lines alone")
     return lines
 
 
@@ -331,7 +331,7 @@ def _indices(key: Any, count: int) -> Array:
                           + ("; -1 in an image_index() is a pixel without a point" if wrong == -1 else ""))
     found = found.astype(np.intp)
     if (found[1:] < found[:-1]).any():
-        raise OptionError("frame[places]: they go back, and points of a frame stay in the order of its lines; use "
+        raise OptionError("frame[places]: they descend, but points of a frame stay in the order of its lines; use "
                           'frame[numpy.sort(places)], or in any order frame["x"][places]')
     return found
 
@@ -339,7 +339,7 @@ def _indices(key: Any, count: int) -> Array:
 def _part(frame: Frame, key: slice) -> tuple[dict[str, Array], Optional[Array], Callable[[Array], Array]]:
     start, stop, step = key.indices(len(frame))
     if step < 0:
-        raise OptionError('frame[a:b:step]: the step is below 0, and points of a frame stay in the order of its lines; use a '
+        raise OptionError('frame[a:b:step]: the step is below 0, but points of a frame stay in the order of its lines; use a '
                           'step from 1, or frame["x"][::-1]')
     block = frame._joined()
 

@@ -71,7 +71,7 @@ class _File:
             compression = plan.output.get("compression")
             kind = WRITERS[plan.format]
             if compression is not None and compression not in kind.compressions:
-                raise OptionError(f"compression is {compression!r}; right for {plan.format} is one of "
+                raise OptionError(f"compression is {compression!r}; for {plan.format} use one of "
                                   f"{', '.join(kind.compressions)}")
             with self._writing():
                 self._writer: Union[Writer, PointsFile] = kind(Job(self._target, about, layout, plan.time, compression))
@@ -163,8 +163,8 @@ class _Output:
     def _check_sensor(self, frame: Frame) -> None:
         self._sensor = self._sensor or frame.sensor
         if bool(frame._info.member) != self._plan.has_rig:
-            raise OptionError(f"{self._about.source}: some frames were read with a rig, and others without, so their points are in "
-                              "several frames of reference: read all of them with it")
+            raise OptionError(f"{self._about.source}: some frames were read with a rig, others without, so their "
+                              "points are in different frames of reference: read all with the rig")
         if self._plan.has_rig:
             is_several = frame._info.member == JOINED or frame.sensor != self._sensor and not self._plan.is_pattern
             if is_several and self._plan.output.get("time") == "sensor":
@@ -411,7 +411,7 @@ def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Sum
         plan.has_rig, plan.is_of_joined = first._info.member != 0, first._info.member == JOINED
         about.rig = list(first._info.rig)
     if plan.format == "mcap" and plan.has_rig and not plan.is_of_world:
-        raise OptionError("frames of a rig are in the vehicle's frame, and messages are in that of each sensor: convert the capture "
+        raise OptionError("frames of a rig are in the vehicle's frame, but messages are in each sensor's own: convert the capture "
                           "itself to mcap with rig=")
     own = own_types(first) if isinstance(first, Frame) else plan.besides
     output = _Split(plan, about, own, _losses_by_sensor(source)) if plan.is_split else _Output(plan, about, own)

@@ -47,16 +47,16 @@ def _believed_rows(frame: Frame, eye: int) -> int:
     if len(beyond):
         numbers = ", ".join(str(number) for number in beyond["number"][:3])
         warn(f"frame {frame.number}: lines of the {EYES[eye]} eye without a row in the grid: {len(beyond)}, with "
-             f"{beyond['point_count'].sum()} points: numbers as far from those of whole lines as {numbers} come from "
-             "damaged packets; lines= sets how many rows there are")
+             f"{beyond['point_count'].sum()} points: numbers as far from those of whole lines as {numbers} "
+             "come from damaged packets; lines= sets how many rows there are")
     return rows
 
 
 def grid(frame: Frame, column: str, eye: Optional[str], returns: int, lines: Optional[int]) -> Array:
     """As Frame.grid() has it."""
     if frame._info.member == JOINED:
-        raise OptionError(f"the frame has points of several sensors, {frame.sensor}, whose lines have the same numbers; a grid is "
-                          "of the frame of one")
+        raise OptionError(f"the frame has points of several sensors, {frame.sensor}, whose lines have the same numbers; make "
+                          "the grid of one sensor's frame")
     which = _eye(frame, eye)
     if column == "xyz":
         return np.stack([grid(frame, name, eye, returns, lines) for name in column], axis=-1)
@@ -87,7 +87,7 @@ def floats(frame: Frame, column: str) -> Array:
     numbers = frame._array(column)
     made = np.asarray(numbers, "f4")
     if column in frame._own and numbers.dtype.kind in "iu" and (made.astype("f8") != numbers).any():
-        raise OptionError(f"{column}: float32, which grids and pictures are of, cannot hold all its numbers exactly; use whole "
+        raise OptionError(f"{column}: float32, the type of grids and pictures, cannot hold all its numbers exactly; use whole "
                           "numbers up to 16777216, or the numbers of points by image_index()")
     return made
 

@@ -41,7 +41,7 @@ def _put_view(out: Any, view: Optional[Sequence[float]], rows: Optional[int], co
             setattr(out, name, int(value))
     if lib.lum_image_scale_init(ffi.new("lum_image_scale *"), out) != lib.LUM_OK:
         raise ValueError(f"the view of {out.left_deg:g}, {out.right_deg:g}, {out.top_deg:g}, {out.bottom_deg:g} degrees in "
-                         f"{out.rows} rows and {out.columns} columns cannot be; use left above right by at most 360, top above "
+                         f"{out.rows} rows and {out.columns} columns is impossible; use left above right by at most 360, top above "
                          f"bottom within 90 and -90, and at most {lib.LUM_IMAGE_PIXELS_MAX} pixels")
 
 
@@ -54,8 +54,8 @@ def _eyes(frame: Frame) -> Array:
     if len(frame.lines) or not len(frame):
         return np.repeat(frame.lines["eye"], frame.lines["point_count"])
     if "eye" not in frame.columns:
-        raise OptionError(f"frame {frame.number} has neither lines nor the column eye, so it is not known which points are of an "
-                          'eye; use eye="both"')
+        raise OptionError(f"frame {frame.number} has neither lines nor the column eye, so the eye of its points "
+                          'is not known; use eye="both"')
     return np.ascontiguousarray(frame["eye"])
 
 

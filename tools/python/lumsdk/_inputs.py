@@ -211,7 +211,7 @@ class Files(Input):
             with contextlib.suppress(FileNotFoundError):  # the reader tells it
                 found = os.stat(path)
                 if found.st_ino and self._found and (found.st_dev, found.st_ino) not in self._found:
-                    raise Error(f"{path}: another file has this name since it was opened; open that one anew")
+                    raise Error(f"{path}: another file has had this name since it was opened; open it again")
         return [path if os.path.abspath(path) == full else full for path, full in zip(self.paths, self._full)]
 
     def _array(self, paths: Sequence[str], kept: list[Any]) -> Any:
@@ -471,7 +471,7 @@ def _of_folder(folder: str) -> list[str]:
     names = os.listdir(folder)
     found = [name for name in names if name.endswith(".mcap") and not name.startswith(".")]
     if not found:
-        raise CaptureError(f"{folder}: its recording is of SQLite (.db3), which is not read: ros2 bag convert makes MCAP of it"
+        raise CaptureError(f"{folder}: its recording is SQLite (.db3), which is not read: ros2 bag convert makes MCAP of it"
                            if any(name.endswith(".db3") for name in names) else
                            f"{folder}: is a folder without an .mcap file; a folder of rosbag2 has one")
     return [os.path.join(folder, name) for name in sorted(found)]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _OFF_SLICE_MS = 200
 _OFF_ALONE_S = lib.LUM_HEARTBEAT_TIMEOUT_MS / 1000
 _GC_OFF_S = 3.0
-_OWN = ": nobody sends heartbeats. Begin a session that owns the sensor, by lumsdk.Sensor(...) without owns=False"
+_OWN = ": nobody sends heartbeats. Open a session that owns the sensor: lumsdk.Sensor(...) without owns=False"
 
 # What became of laser_on(), and what a request says itself, or its answer.
 _ON = ("laser-up", "laser-refused", "laser-unseen", "laser-unanswered", "laser-held-up")
@@ -320,5 +320,5 @@ class LaserControl:
                 raise KeyboardInterrupt
             return self._connection.status_of(off.news.status)
         if self._connection.owns and ends:
-            self._connection.end("the session has ended, since laser off was not seen to work")
+            self._connection.end("the session has ended, since laser off was not confirmed")
         raise off.news.error()

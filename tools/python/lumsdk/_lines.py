@@ -59,8 +59,8 @@ def of_columns(line: Array, eye: Array, clocks_us: Array, sensor: Optional[Array
     again = np.flatnonzero(first[which.ravel()] != np.arange(len(out)))
     if len(again):
         one, other = out[first[which.ravel()[again[0]]]], out[again[0]]
-        raise OptionError(f"line: points {one['first_point']} and {other['first_point']} are of line {one['number']}, and points "
-                          "between them are not; use points line by line, as numpy.lexsort((line, eye)) orders them, or lines=")
+        raise OptionError(f"line: points {one['first_point']} and {other['first_point']} are of line {one['number']}, but points "
+                          "between them are not; order points line by line, as numpy.lexsort((line, eye)) does, or give lines=")
     return out
 
 
@@ -70,8 +70,8 @@ def check(lines: Array, count: int) -> None:
     wrong = np.flatnonzero(lines["first_point"] != ends - lines["point_count"])
     if len(wrong):
         i = wrong[0]
-        raise OptionError(f"lines: line {i} begins at point {lines['first_point'][i]}; use {ends[i] - lines['point_count'][i]}, "
-                          "where the points of the lines before end")
+        raise OptionError(f"lines: line {i} begins at point {lines['first_point'][i]}; use "
+                          f"{ends[i] - lines['point_count'][i]}, the end of the lines before")
     if (ends[-1] if len(ends) else 0) != count:
         raise OptionError(f"lines: they have {ends[-1] if len(ends) else 0} points; use {count}, those of the columns")
 

@@ -215,7 +215,7 @@ def to_png(frame: Frame, colour: str = "range", size: tuple[int, int] = _SIZE) -
         if name not in frame.columns:
             raise frame._refuse(name)
     if not _somewhere(frame).any():
-        raise OptionError(f"frame {frame.number} has no points that could be drawn")
+        raise OptionError(f"frame {frame.number} has no points with coordinates")
     extra("matplotlib", "notebook")
     return _Picture(frame, colour, size).draw()
 

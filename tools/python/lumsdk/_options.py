@@ -285,8 +285,8 @@ def _raw(options: Mapping[str, Any]) -> bool:
         raise _wrong_type("raw", raw, "True or False")
     for name, usual in ("edge", "both"), ("returns", "all"), ("range", None), ("box", None):
         if raw and options.get(name, usual) != usual:
-            raise OptionError(f"{name} does not go with raw=True, where every word is a row: leave it out, and choose rows of the "
-                              "frames")
+            raise OptionError(f"{name} does not go with raw=True, where every word is a row: leave it out and "
+                              "choose rows of the frames")
     return raw
 
 

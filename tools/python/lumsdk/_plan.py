@@ -63,8 +63,8 @@ def _format_of(name: str, given: Optional[str]) -> str:
         return given
     lowered = name.lower()
     if lowered.endswith(".copc.laz"):
-        raise OptionError(f"{name}: COPC keeps points in an octree, which lumsdk does not make: write a .laz, and from that "
-                          "make a .copc.laz by pdal translate or untwine")
+        raise OptionError(f"{name}: COPC keeps points in an octree, which lumsdk does not make: write a .laz, "
+                          "then make a .copc.laz from it by pdal translate or untwine")
     ending = lowered.rsplit(".", 1)[-1] if "." in lowered else ""
     if ending not in _ALL:
         raise OptionError(f"'{name}' has no ending that shows a format: use {' '.join('.' + f for f in _ALL)}, or give "
@@ -86,7 +86,7 @@ def _check_pattern(name: str, has_rig: bool) -> bool:
     if "%" not in name:
         return "{utc_ns}" in name
     if name.count("%") != 1 or not PATTERN.search(name):
-        raise OptionError(f"{name}: a % in the name stands for the frame number and has to read %d or %04d, once")
+        raise OptionError(f"{name}: a % in the name stands for the frame number: write %d or %04d, once")
     return True
 
 
@@ -176,8 +176,8 @@ class Plan:
             if self.format not in applies:
                 raise OptionError(f"{name} does not go with the format {self.format}; it goes with {', '.join(applies)}")
             if name in _ONLY_BY_LUMDUMP:
-                raise OptionError(f"{name} needs a capture as source and not frames, not broken=\"raise\", and Poses with the "
-                                  "usual gap and jump and a clock that their size shows: lumdump does it")
+                raise OptionError(f"{name} is done by lumdump: it needs a capture as source, not frames; no broken=\"raise\"; and Poses "
+                                  "with the usual gap and jump, and the clock that the size of their times shows")
             if name in ("pose_times", "to") and "poses" not in self.output:
                 raise OptionError(f"{name} goes with poses, which say where the sensor was: give poses= too")
             if name == "to" and value not in MOMENTS:
@@ -187,8 +187,8 @@ class Plan:
             if name == "time" and value not in TIMES:
                 raise OptionError(f"time is {value!r}; use " + ", ".join(f'"{time}"' for time in TIMES))
         if not self.by_lumdump and self.format in ("png", "pcap", "pcapng"):
-            raise OptionError(f"{self.format} needs a capture as source and not frames, and not broken=\"raise\": lumdump "
-                              "writes it")
+            raise OptionError(f"{self.format} is written by lumdump: it needs a capture as source, not frames, and no "
+                              "broken=\"raise\"")
 
     def own_clocks(self) -> OptionError:
         """A file would have points of several sensors, and times of their clocks."""

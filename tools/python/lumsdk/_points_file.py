@@ -51,8 +51,8 @@ def _as_written(frame: Frame, name: str, dtype: np.dtype[Any]) -> Array:
     """A column of one's own in the type of the file."""
     numbers, limits = value(frame, name), np.iinfo(dtype) if dtype.kind in "iu" else None
     if limits is not None and len(numbers) and not limits.min <= numbers.min() <= numbers.max() <= limits.max:
-        raise OptionError(f"frame {frame.number}: {name} is from {numbers.min()} to {numbers.max()}, and this format has integers of "
-                          "32 bits; use such, or float64, or another format, as csv, las or parquet")
+        raise OptionError(f"frame {frame.number}: {name} is from {numbers.min()} to {numbers.max()}, but this format has 32-bit "
+                          "integers; use these, or float64, or another format, such as csv, las or parquet")
     return np.ascontiguousarray(numbers, dtype)
 
 
@@ -139,7 +139,7 @@ class PointsFile:
     def add(self, frame: Frame) -> None:
         """Append the points of a frame, line by line."""
         if self._has_lines and len(frame) and not len(frame.lines):
-            raise OptionError(f"frame {frame.number} has no lines, of which files have the columns line, eye and timestamp: give "
+            raise OptionError(f"frame {frame.number} has no lines, which the file's columns line, eye and timestamp need: give "
                               f"Frame.from_arrays() the columns line and eye, or lines={self._chosen}")
         samples = self._samples(frame)
         base = ffi.cast("char *", ffi.from_buffer(samples)) if len(samples) else ffi.NULL

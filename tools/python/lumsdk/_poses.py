@@ -148,7 +148,7 @@ class Poses:
         place = lib.lum_poses_at(self._c, time_ns, ffi.NULL, pose)
         if place != lib.LUM_POSES_INSIDE and outside == "raise":
             where = "in a gap of the poses" if place == lib.LUM_POSES_IN_GAP else "outside of them"
-            raise OptionError(f"{self.name}: {time_ns * 1e-9:.6f} s is {where}: they are of {self.span[0] * 1e-9:.6f} to "
+            raise OptionError(f"{self.name}: {time_ns * 1e-9:.6f} s is {where}: they are from {self.span[0] * 1e-9:.6f} to "
                               f"{self.span[1] * 1e-9:.6f} s; outside=\"nearest\" takes the nearest")
         lib.lum_pose_matrix(pose, ffi.cast("double *", ffi.from_buffer(rows)))
         rows[3, 3] = 1.0
@@ -221,9 +221,9 @@ def _arrays(times: Any, poses: Any) -> tuple[Array, Array]:
             raise OptionError("times as floats are seconds, and one is not finite or above 4e9; nanoseconds are given as ints")
         at = np.round(at.astype("f8") * 1e9)
     elif at.dtype.kind == "u" and at.max() >= 2 ** 63:
-        raise OptionError(f"a time is {at.max()} ns; use below 2^63")
+        raise OptionError(f"a time is {at.max()} ns; use times below 2^63")
     if given.shape not in ((len(at), 7), (len(at), 4, 4), (len(at), 3, 4)):
-        raise OptionError(f"poses have the shape {given.shape}; right for {len(at)} times is ({len(at)}, 4, 4), "
+        raise OptionError(f"poses have the shape {given.shape}; for {len(at)} times use ({len(at)}, 4, 4), "
                           f"({len(at)}, 3, 4), or ({len(at)}, 7) with x y z qx qy qz qw")
     return np.ascontiguousarray(at, "i8"), np.ascontiguousarray(given if given.ndim == 2 else _of_matrices(given))
 
@@ -233,8 +233,8 @@ def _of_matrices(given: Array) -> Array:
     m = given[:, :3, :3]
     wrong = ~(np.abs(m @ m.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2)) <= _UNIT_ERROR) | ~(np.linalg.det(m) > 0)
     if wrong.any():
-        raise OptionError(f"pose {int(wrong.argmax())} has no rotation in its first three columns; use rows of length "
-                          "1, square to each other, right-handed")
+        raise OptionError(f"pose {int(wrong.argmax())} has no rotation in its first three columns; use "
+                          "right-handed rows of length 1, square to each other")
     xx, yy, zz = m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]
     four = np.empty((len(m), 4, 4))
     four[:, 0, 0], four[:, 1, 1], four[:, 2, 2] = 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz
@@ -295,13 +295,13 @@ def of_several(poses: Poses) -> OptionError:
 
 def _check_frame(frame: Frame, poses: Poses) -> None:
     if frame._moved:
-        raise OptionError(f"frame {frame.number}: its points were moved already, to {_MOVED[frame._moved]}, and by their times they "
-                          "would be moved once more: take the frame as it was read")
+        raise OptionError(f"frame {frame.number}: its points were moved already, to "
+                          f"{_MOVED[frame._moved]}: take the frame as it was read")
     if frame._info.member == JOINED and poses.clock != "utc":
         raise of_several(poses)
     lacking = tuple(name for name in Motion.needs if name not in frame)
     if lacking:
-        raise UnknownKeyError(f"the frame has no column {', '.join(lacking)}, by which points are moved: open its source with "
+        raise UnknownKeyError(f"the frame has no column {', '.join(lacking)}, which moving points needs: open its source with "
                               f'columns="{",".join((*frame.columns, *lacking))}", or "all"')
 
 

@@ -38,7 +38,7 @@ def find(name: str) -> str:
 
     Raises Error if it is nowhere; its text says where it was looked for."""
     if os.path.basename(name) != name or not name:
-        raise Error(f"{name!r} is not the name of a program; one of {', '.join(NAMES)} would be right")
+        raise Error(f"{name!r} is not the name of a program; use one of {', '.join(NAMES)}")
     folders = list(_script_folders())
     if os.environ.get("LUM_BIN"):
         folders.append(pathlib.Path(os.environ["LUM_BIN"]))

@@ -56,8 +56,8 @@ def _pose(given: Any) -> Array:
     made = _matrix("T", given, ((4, 4), (3, 4)))
     turn = made[:3, :3]
     if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0:
-        raise OptionError("the first three columns of T are no rotation; use what takes points of the sensor, x forward, y "
-                          "left, z up, into the camera's frame, x right, y down, z forward")
+        raise OptionError("the first three columns of T are not a rotation; T takes points from the sensor's "
+                          "frame (x forward, y left, z up) to the camera's (x right, y down, z forward)")
     if len(made) == 4 and (made[3] != (0, 0, 0, 1)).any():
         raise OptionError(f"the last row of T is {made[3].tolist()}; use [0, 0, 0, 1]")
     return made

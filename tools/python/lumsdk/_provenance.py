@@ -80,8 +80,8 @@ class Provenance:
     def _take_text(self, comment: Comment) -> None:
         if not comment.kind:
             head = comment.text.split(b"\n", 1)[0][len(_MARK):].decode("latin-1")
-            self.notes.append(f"{self.speaker}: it says '{quoted(head)}' of itself, which this version does not know; "
-                              "that is ignored")
+            self.notes.append(f"{self.speaker}: it has the comment '{quoted(head)}', which this "
+                              "version does not know and ignores")
         elif comment.kind == "origin" and not _is_plain(comment.text):
             self.notes.append(f"{self.speaker}: its origin cannot be read: it has to be lines of printable ASCII; it is "
                               "ignored")
@@ -95,8 +95,8 @@ class Provenance:
         if kind not in self.takes:
             self.notes.append(f"{self.speaker}: it has a {kind} of its own, which is not used: {self._why.format(kind)}")
         elif len(said) > 1:
-            self.notes.append(f"{self.speaker}: it has {len(said)} of a {kind} of its own, and which is right is not "
-                              f"known: the built-in one is used; name one by {kind}=")
+            self.notes.append(f"{self.speaker}: it has {len(said)} of a {kind} of its own, it is unknown which "
+                              f"is right: the built-in one is used; name one by {kind}=")
         else:
             try:
                 setattr(self, kind, make._of_text(said[0].text, f"{self.speaker}: its {kind}"))

@@ -213,8 +213,8 @@ class Reading:
     def _use(self, is_open: bool = True) -> Iterator[None]:
         """One call at a time, of a reading that is open."""
         if not self._busy.acquire(blocking=False):
-            raise Error(f"{self._name}: it is being read, by another thread or by the function that was called now; "
-                        "open a source for each thread")
+            raise Error(f"{self._name}: another thread, or the function called just now, is "
+                        "reading it; open a source for each thread")
         try:
             if is_open:
                 self._check_open()
@@ -224,8 +224,8 @@ class Reading:
 
     def _check_open(self) -> None:
         if self.was_forked:
-            raise Error(f"{self._name}: this iteration began before this process was forked, and goes on in the other one; "
-                        "begin one here")
+            raise Error(f"{self._name}: this iteration began before this process was forked and belongs "
+                        "to the other one; begin one here")
         if self._reader is None:
             raise ClosedError(f"{self._name}: the source is closed; open it again to read it")
 
@@ -349,7 +349,7 @@ class Reading:
         wanted = self._choice.wanted
         if wanted and counts.sensors and not counts.by_sensor:
             raise CaptureError(f"{self._name}: no data of {', '.join(map(str, wanted))} in it, but of {', '.join(counts.sensors)}: "
-                               "use the addresses, and for sensors with one address the interfaces, that the capture has")
+                               "use the addresses that the capture has, and its interfaces for sensors with one address")
 
     def _check_sensor(self, counts: Counts) -> None:
         wanted = self._choice.sensor

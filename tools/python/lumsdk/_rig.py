@@ -235,8 +235,8 @@ def _of_matrix(where: str, given: Any) -> dict[str, Any]:
                 "numbers with 0 0 0 1 in its last row")
     turn = made[:3, :3]
     if np.abs(turn @ turn.T - np.eye(3)).max() > _TURN_ERROR or np.linalg.det(turn) < 0:
-        _refuse(f"{where}: the first three columns are not a rotation; use rows of length 1, square to each other, "
-                "right-handed")
+        _refuse(f"{where}: the first three columns are not a rotation; use right-handed rows of length "
+                "1, square to each other")
     return dict(zip((*_PLACES, *_ANGLES), [*made[:3, 3].tolist(), *_angles(turn)]))
 
 
@@ -301,7 +301,7 @@ def _of_mapping(given: Mapping[str, Any]) -> _Made:
         if key == "sensors":
             continue
         if isinstance(value, Mapping):
-            _refuse(f"{key!r} is not a key of it; use {', '.join(_RIG)}, and sensors is a list of mappings: "
+            _refuse(f"{key!r} is not a key of a rig; use {', '.join(_RIG)}; sensors is a list of mappings: "
                     f"[{{'name': {key!r}, ...}}]")
         as_text = written(value)
         if not isinstance(key, str) or as_text is None:

@@ -77,7 +77,7 @@ def _seen(frame: Frame) -> tuple[dict[str, Array], Array]:
     is_somewhere: Array = np.asarray(np.isfinite(xyz).all(axis=1))
     if len(xyz) and (np.abs(xyz[is_somewhere]) >= _FURTHEST_M).any():
         raise OptionError(f"frame {frame.number}: points lie more than {_FURTHEST_M:,.0f} m from 0, where the page cannot draw them; "
-                          "use to subtract an origin, such as by frame.to_world(poses, origin=poses.origin())")
+                          "subtract an origin, such as by frame.to_world(poses, origin=poses.origin())")
     arrays = {name: frame._array(name) if name in frame else np.full(len(frame), usual) for name, usual in ALWAYS.items()}
     arrays.update(zip("xyz", xyz.T))
     return {name: np.ascontiguousarray(array[is_somewhere], COLUMNS[name]) for name, array in arrays.items()}, is_somewhere
@@ -153,7 +153,7 @@ class _Labels:
             return None
         present = np.unique(np.concatenate([np.unique(values) for values in known]))
         if len(present) > _LABELS_MOST:
-            warn(f"{len(present)} different labels: the page has the lowest {_LABELS_MOST}; points of others are shown as without one")
+            warn(f"{len(present)} different labels: the page shows the lowest {_LABELS_MOST}; points with others look unlabelled")
         names = [str(v if isinstance(v, np.floating) and not v.is_integer() else int(v)) for v in present[:_LABELS_MOST]]
         frames = []
         for number, values in zip(numbers, self._of):
@@ -235,12 +235,12 @@ class _Kind:
     def take(self, shown: Union[Frame, FrameSet]) -> None:
         is_set = isinstance(shown, FrameSet)
         if self.sets not in (None, is_set):
-            raise OptionError("frames and sets of a rig's sensors are given; use one of both")
+            raise OptionError("frames and sets of a rig's sensors are given; give only one kind")
         for frame in _parts_of(shown):
             self._note(frame.sensor, frame)
         if not is_set and len(self.first) > 1 and _NO_SENSOR in self.first:
             raise OptionError(f"frames of {', '.join(name for name in self.first if name != _NO_SENSOR)} and points of no sensor are "
-                              "mixed; use one of both, or to give the points its address: "
+                              "mixed; give only one kind, or give the points its address: "
                               "lumsdk.Frame.from_arrays(xyz=points, sensor=...)")
         if not is_set and len(self.first) > 1:
             raise OptionError(f"frames of several sensors, {', '.join(self.first)}; use lumsdk.view(lumsdk.sync(frames)), where "

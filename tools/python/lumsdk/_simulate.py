@@ -49,7 +49,7 @@ def _word(name: str, value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, (str, int, float, os.PathLike)):
         if hasattr(value, "__index__"):
             return str(value.__index__())
-        raise TypeError(f"{name} is {value!r}, of type {type(value).__name__}; lumsim --help tells what is right")
+        raise TypeError(f"{name} is {value!r}, of type {type(value).__name__}; see lumsim --help")
     return os.fspath(value) if isinstance(value, os.PathLike) else str(value)
 
 
@@ -350,7 +350,7 @@ class SimulatedSensor:
                 if not self._readers[0].is_alive():
                     raise SensorError("the simulated sensor has ended")
                 if clock.monotonic() >= end:
-                    raise SensorError(f"what was waited for did not come in {seconds:g} s")
+                    raise SensorError(f"the condition did not hold within {seconds:g} s")
                 # In short pieces, so that Ctrl-C is taken on every system.
                 self._log.news.wait(0.05)
 

@@ -235,7 +235,7 @@ class Source:
     def _utc_ns(self, time: Any) -> int:
         if isinstance(time, datetime.datetime):
             if time.tzinfo is None:
-                raise ValueError(f"{time!r} has no time zone; use one such as tzinfo=datetime.timezone.utc")
+                raise ValueError(f"{time!r} has no time zone; add one, such as tzinfo=datetime.timezone.utc")
             since = time - datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
             return (since.days * 86400 + since.seconds) * 10 ** 9 + since.microseconds * 1000
         if hasattr(time, "__index__") and not isinstance(time, bool):
@@ -353,8 +353,8 @@ class Source:
         self._check_open()
         given = self._input.given
         if given is None:
-            raise TypeError(f"{self.name}: only a source that was opened from paths or URLs can be sent to another process, or "
-                            "copied: open this one there; its frames can be sent")
+            raise TypeError(f"{self.name}: only a source opened from paths or URLs can be copied or sent "
+                            "to another process: open this one there, or send its frames")
         return _reopen, (given, self._choice.to_give(), self._input.storage, self._sought_ns)
 
     # Its end.

@@ -126,8 +126,8 @@ class FrameSet(Mapping[str, Frame]):
 def refuse_set(given: Any) -> None:
     """TypeError: a set is given where frames are taken."""
     if isinstance(given, FrameSet):
-        raise TypeError("a FrameSet is given, and frames are taken: frames.joined() is one frame of all its points, and "
-                        "frames.values() are its frames")
+        raise TypeError("a FrameSet is given where frames are expected: use frames.joined(), one frame of "
+                        "all its points, or frames.values(), its frames")
 
 
 def _names_of(frames: Sequence[Frame], columns: Union[str, Iterable[str], None]) -> list[str]:
@@ -164,11 +164,11 @@ def _join(frames: list[Frame], columns: Union[str, Iterable[str], None], is_whol
             raise OptionError(f"the points of {frame.sensor} are in its own frame, since it was read without a rig, and cannot "
                               "be joined with others: open the source with rig=")
     if len({frame._moved for frame in frames}) > 1:
-        raise OptionError("some frames of the set were moved by poses, and others were not, or elsewhere: move all of them "
-                          "to the same place before they are joined")
+        raise OptionError("some frames of the set were moved by poses, others were not, or to "
+                          "another frame: move all alike before joining them")
     if len({frame._info.rig for frame in frames}) > 1:
-        raise OptionError("the frames were read with several rigs, and the places of sensors are those of one: read all of them with "
-                          "one rig")
+        raise OptionError("the frames were read with several rigs, but places of sensors belong to one: "
+                          "read all of them with one rig")
     _check_moments(frames)
     names = _names_of(frames, columns)
     arrays = {name: np.concatenate([frame._array(name) for frame in frames]) for name in names}
@@ -320,14 +320,14 @@ class _Sync:
             return
         if frame.number <= track.number and 0 <= frame.utc_ns - track.latest_ns < frame.duration * 1e9:
             self._alike.add(name)
-            warn(f"frames of two sensors have the name {name}, so sync() takes them for one: use names that differ, as "
-                 "open(rig=) gives them")
+            warn(f"frames of two sensors have the name {name}, so sync() takes them for one: use different "
+                 "names, as open(rig=) gives them")
 
     def _tell(self, frame: Frame, name: str) -> None:
         if frame._info.begin_utc_ns or name in self._told:
             return
         self._told.add(name)
-        warn(f"frames of {name} have no clock, by their profile: sync() takes the arrival of their first packet for their begin")
+        warn(f"frames of {name} have no clock, by their profile: sync() takes the arrival of their first packet as their start")
 
     def add(self, frame: Frame) -> None:
         """Take a frame."""
@@ -382,7 +382,7 @@ class _Sync:
         if track.number is None:
             return "no frame of it came" if self.has_ended else "no frame of it has come yet"
         if is_late:
-            return "the set came late, after those of its time"
+            return "the set came late, after the sets of its time"
         if track.ns < ns:
             ago = f"its last frame, {track.number}, began {(ns - track.latest_ns) * 1e-9:.3f} s before"
             return f"the stream ended; {ago}" if self.has_ended else f"no later frame of it has come; {ago}"

@@ -142,7 +142,7 @@ def _line_times(frame: Frame, time: str) -> Array:
 def sensor_number(frame: Frame) -> int:
     """The address of the frame's sensor as a number."""
     if "%" in frame.sensor:
-        raise OptionError(f"columns: a number cannot tell {frame.sensor} from the other sensor with its address: leave out "
+        raise OptionError(f"columns: a number cannot distinguish {frame.sensor} from the other sensor with its address: leave out "
                           "the column \"sensor\"")
     return int(ipaddress.IPv4Address(frame.sensor))
 
@@ -167,7 +167,7 @@ def value(frame: Frame, name: str, time: str = "sensor") -> Array:
     """
     if name == "timestamp":
         if len(frame) and not len(frame.lines):
-            raise OptionError(f"frame {frame.number} has no lines, of which timestamps are: give Frame.from_arrays() the columns line "
+            raise OptionError(f"frame {frame.number} has no lines, which timestamps need: give Frame.from_arrays() the columns line "
                               "and eye, or lines=, or leave out the column timestamp")
         return np.repeat(_line_times(frame, time).astype("i8"), frame.lines["point_count"])
     if name == "frame":

@@ -142,11 +142,11 @@ def _data(shown: Any, options: Mapping[str, Any]) -> dict[str, Any]:
             return _of_source(source)
     if isinstance(shown, Source):
         if options:
-            raise OptionError(f"{', '.join(options)}: a source has its options already; use to give them to lumsdk.open()")
+            raise OptionError(f"{', '.join(options)}: a source has its options already; give them to lumsdk.open()")
         return _of_source(shown)
     others = [name for name in options if name != "calibration"]
     if others:
-        raise OptionError(f"{', '.join(others)}: options of captures; with frames calibration alone can be given")
+        raise OptionError(f"{', '.join(others)}: options of captures; with frames only calibration can be given")
     is_one = isinstance(shown, (Frame, FrameSet)) or hasattr(shown, "__array__") or hasattr(shown, "keys")
     if not is_one and not isinstance(shown, Iterable):
         shown = as_frame(shown, 0)

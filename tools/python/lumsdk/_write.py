@@ -127,8 +127,8 @@ def _lines_of(frame: Frame, columns: Mapping[str, Array], where: str) -> Array:
         table[field][has] = columns[name][table["first_point"][has]]
         wrong = np.flatnonzero(np.repeat(table[field], counts) != columns[name])
         if len(wrong):
-            raise OptionError(f"{where}row {wrong[0]} has the {name} {columns[name][wrong[0]]}, and its line in frame.lines another "
-                              "one; use rows ordered by line")
+            raise OptionError(f"{where}row {wrong[0]} has the {name} {columns[name][wrong[0]]}, but its line in frame.lines "
+                              "has another; order rows by line")
     return table
 
 
@@ -158,8 +158,8 @@ def _sensor_of(frame: Frame, where: str) -> str:
     """Its address, also with a rig."""
     info = frame._info
     if info.member == JOINED:
-        raise OptionError(f"{where}it has the points of several sensors, {info.name}; use the frames of a set one by one: "
-                          "frames.values()")
+        raise OptionError(f"{where}it has the points of several sensors, {info.name}; write the frames "
+                          "of a set one by one: frames.values()")
     return address_of(info.sensor) + (f"%{info.interface}" if info.interface else "")
 
 
@@ -315,8 +315,8 @@ class _File:
         found = parse_sensor(sensor if sensor != _NO_SENSOR else Line.sensor)
         known = self._interfaces.setdefault(found.address, found.interface)
         if known != found.interface:
-            raise OptionError(f"{self._name}: frames of {sensor} and of another sensor with its address; a capture that is written "
-                              "has one interface: write a file for each")
+            raise OptionError(f"{self._name}: frames of {sensor} and of another sensor with its address; a "
+                              "written capture has one interface: write a file for each")
         return found.address
 
     def add(self, lines: _Lines, where: str) -> None:
@@ -448,14 +448,14 @@ def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame
         finally:
             file.discard()
     if file.replaced:
-        warn(f"{name}: {', '.join(file.replaced)} of frames were changed, which packets do not have: what is written of points are "
-             "tof, raw_azimuth and raw_elevation")
+        warn(f"{name}: {', '.join(file.replaced)} of frames were changed, but packets do not have them: they "
+             "hold tof, raw_azimuth and raw_elevation")
     if file.made_no_range:
         warn(f"{name}: {file.made_no_range} words have a tof of 0 or below, which gives no range unless tof_offset_ps lifts it")
     if written.dropped:
         warn(f"{name}: a reader will drop packets of it: {', '.join(f'{kind} {n}' for kind, n in written.dropped.items())}; lines "
              "are repeated, or their clocks or numbers are out of order")
     if written.clock_jumps:
-        warn(f"{name}: at {written.clock_jumps} places the clock jumps by half a round of the profile's field or more: a reader takes "
-             "what follows for other clocks, by rounds; move frames nearer to each other by clock_us of their lines")
+        warn(f"{name}: at {written.clock_jumps} places the clock jumps by half a round of the profile's field or more: a reader "
+             "then misses whole rounds of the clock; bring frames closer by clock_us of their lines")
     return written

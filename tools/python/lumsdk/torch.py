@@ -96,7 +96,7 @@ def _one(given: Any) -> list[Any]:
     """The captures that a path, a pattern or a URL means; a list of these is one capture in several files."""
     if isinstance(given, (list, tuple)):
         if not given:
-            raise OptionError("a capture is an empty list; use the list of its files")
+            raise OptionError("a capture is an empty list; give the list of its files")
         return [[part for each in given for part in _one(each)]]
     if not isinstance(given, (str, os.PathLike)):
         raise TypeError(f"a capture is given as {type(given).__name__}; use a path, a pattern such as \"drives/*.pcap\", a "
@@ -172,7 +172,7 @@ class _Captures(Generic[_T]):
             found = self._source(capture).index(keep=self._keeps)
             self._counts[capture] = found
             if not found:
-                warn(f"{self.captures[capture]}: no frame is in it, so that it gives no item")
+                warn(f"{self.captures[capture]}: it has no frame, so it gives no item")
         return found
 
     def _item(self, frame: Frame, capture: int, place: int) -> Any:
@@ -327,7 +327,7 @@ class StreamedFrames(_Captures[_T], IterableDataset[_T]):  # type: ignore[misc,u
                     yield self._item(frame, capture, place)
                     place += 1
                 if last is None and not place:
-                    warn(f"{self.captures[capture]}: no frame is in it, so that it gives no item")
+                    warn(f"{self.captures[capture]}: it has no frame, so it gives no item")
 
 
 # --- Batches ---
@@ -340,12 +340,12 @@ def _checked(samples: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[str]
     names = list(samples[0])
     points = [name for name in names if isinstance(samples[0][name], torch.Tensor) and samples[0][name].dim()]
     if any(list(sample) != names for sample in samples):
-        raise ValueError(f"items have other names than {', '.join(names)}, which the first has; use the same names in all")
+        raise ValueError(f"items have other names than the first, {', '.join(names)}; use the same names in all")
     for name in _OF_BATCHES:
         if name in names:
             raise ValueError(f"items have {name!r}, which a batch adds; use another name")
     if not points:
-        raise ValueError(f"of {', '.join(names)} nothing is a tensor of the points; use one of (n,) or (n, ...) at least")
+        raise ValueError(f"of {', '.join(names)} none is a tensor of the points; give at least one of (n,) or (n, ...)")
     counts = [len(sample[points[0]]) for sample in samples]
     for sample, count in zip(samples, counts):
         for name in points:

@@ -128,7 +128,7 @@ def _state(record: Record, source: str, size: int, stamp: str, options: str, the
     stamp says that they may be others."""
     if record["source"] != source and there is not None:
         raise Usage(f"{record['output']} was made of {record['source']}, which {source} would replace: name another"
-                         " --out, or --again to make all anew")
+                         " --out, or use --again to convert all again")
     if record["status"] != "done" or record["options"] != options or there != record["output_size"]:
         return True, ""
     if record["size"] != size:

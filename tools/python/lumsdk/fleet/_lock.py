@@ -33,7 +33,7 @@ class FolderLock:
             self._file.close()
             if not isinstance(error, BlockingIOError):
                 return  # a file system without locks
-            raise FleetError(f"{out.url}: another lumfleet is writing to it; two at once would spoil each other's files") from error
+            raise FleetError(f"{out.url}: another lumfleet is writing to it; two at once would damage each other's files") from error
 
     def check(self, again: bool = False) -> None:
         """The system takes it from nobody."""
@@ -96,8 +96,8 @@ class Lease:
             with suppress(OSError):
                 self._look()
         if self._taken:
-            raise LockTaken(f"{self._out.url}: {self._taken}; this run ends without a manifest, and the same command goes on"
-                            " later")
+            raise LockTaken(f"{self._out.url}: {self._taken}; this run ends without a manifest; the same"
+                            " command continues it later")
 
     def release(self) -> None:
         self._end.set()

@@ -40,7 +40,7 @@ def read(out: Place) -> Iterator[dict[str, Any]]:
             for batch in pq.ParquetFile(file).iter_batches(batch_size=ROWS):
                 yield from batch.select([c for c in schema().names if c in batch.schema.names]).to_pylist()
     except (pa.ArrowException, OSError) as error:
-        raise FleetError(f"{out.where(NAME)}: cannot be read: {error}; remove it, and all is converted again") from error
+        raise FleetError(f"{out.where(NAME)}: cannot be read: {error}; remove it, and everything is converted again") from error
 
 
 def write(out: Place, rows: Iterable[dict[str, Any]], folder: str, attempt: str) -> None:

@@ -142,7 +142,7 @@ class Summary:
             if len(self.causes) > SHOWN_FAILURES:
                 lines.append(f"    and {len(self.causes) - SHOWN_FAILURES:,} other reasons")
         if self.left:
-            lines.append(f"  not begun   {self.left:,}; the same command goes on")
+            lines.append(f"  not begun   {self.left:,}; the same command continues")
         lines.append(f"  in OUT now  {self.frames:,} frames, {self.points:,} points, {size(self.out_size)}")
         lines += self._lacks()
         if self.lost:
@@ -156,11 +156,11 @@ class Summary:
         if self.losses:
             lines.append(f"  losses in   {captures(self.lossy)}: " + ", ".join(f"{n} {c:,}" for n, c in sorted(self.losses.items())))
         if self.left_out:
-            lines.append(f"  left out    {self.left_out:,} points, which came too late or were beyond the most of a frame")
+            lines.append(f"  left out    {self.left_out:,} points, which came too late or exceeded what a frame can hold")
         if self.truncated:
             lines.append(f"  broken off  {captures(self.truncated)}, converted as far as they go")
         if self.other_versions:
-            lines.append(f"  versions    {captures(self.other_versions)} converted by another version; --again makes them anew")
+            lines.append(f"  versions    {captures(self.other_versions)} converted by another version; --again converts them again")
         return lines
 
     def json(self) -> str:

@@ -194,7 +194,7 @@ class Run:
             _manifest.write(self._out, self._ledger.rows(), self._work.path, f"{PARTS}/{self._job.run}-manifest")
         except OSError as error:
             _arguments.told(f"{self._out.where(_manifest.NAME)}: cannot be written: {error.strerror or error}"
-                            "; the same command goes on when this is mended")
+                            "; run the same command again when this is fixed")
             return
         self._out.remove_folder(_journal.FOLDER)
         self.summary.manifest = printable(self._out.where(_manifest.NAME))

@@ -133,7 +133,7 @@ def parse(arguments: list[str]) -> Options:
     check_end("--output", given.output, ".txt", ".tum")
     check_end("--report", given.report, ".png")
     if given.time is not None and given.output is None:
-        raise OptionError("--time: is of the seconds in the output, and there is none: name one by --output")
+        raise OptionError("--time: sets the seconds in the output, and there is none: name one by --output")
     check_apart((given.output, given.report), (*given.drives, given.truth, given.calibration, given.profile, given.rig))
     return Options(given.drives[0], given.output, given.report, given.truth, given.time or "utc", _settings(given), _reading(given),
                    given.json, given.quiet)

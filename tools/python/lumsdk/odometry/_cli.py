@@ -37,7 +37,7 @@ def odometry(options: Options, outputs: Outputs, progress: Progress) -> int:
     progress.clear()
     if len(track.numbers) < 2:
         count = "one frame" if track.numbers else "no frame"
-        raise CaptureError(f"{options.drive}: has {count} with points; a motion is between two at least")
+        raise CaptureError(f"{options.drive}: has {count} with points; a motion needs at least two")
     path = _metrics.path(np.array(track.poses), track.times_s())
     errors = None if truth is None else _metrics.compare(truth, track)
     found = _result.Result(options.drive, options.settings, track, path, drive.frames, errors,

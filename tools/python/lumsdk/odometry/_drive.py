@@ -60,15 +60,15 @@ class Drive:
         last_ns, sensor = -1, ""
         for frame in self._source:
             if sensor not in ("", frame.sensor):
-                raise CaptureError(f"{self.name}: has frames of several sensors, {sensor} and {frame.sensor}: a drive is of one; "
-                                   "name it with --sensor")
+                raise CaptureError(f"{self.name}: has frames of several sensors, {sensor} and {frame.sensor}: a drive "
+                                   "has one; name it with --sensor")
             sensor = frame.sensor
             scan = self._scan(frame)
             if scan is None:
                 continue
             if scan.clock_ns <= last_ns:
-                raise CaptureError(f"{self.name}: frame {scan.number} is before the frame in front of it by the sensor's clock, as "
-                                   "after a restart of the sensor: take the frames before it or from it on, with --frames")
+                raise CaptureError(f"{self.name}: frame {scan.number} is earlier than the frame before it by the sensor's "
+                                   "clock, as after a restart of the sensor: use --frames to take the frames before it, or those from it on")
             last_ns = scan.clock_ns
             yield scan
 

@@ -123,8 +123,8 @@ def compare(truth: Poses, track: Track) -> Errors:
     found = [(i, pose) for i, pose in ((i, _of(truth, time)) for i, time in enumerate(times)) if pose is not None]
     if len(found) < 2:
         first, last = (time * 1e-9 for time in truth.span)
-        raise CaptureError(f"{truth.name}: its poses are of {first:.3f} to {last:.3f} s, by {CLOCKS[truth.clock]}, and the drive is "
-                           f"of {times[0] * 1e-9:.3f} to {times[-1] * 1e-9:.3f} s: the truth of this drive is needed")
+        raise CaptureError(f"{truth.name}: its poses are from {first:.3f} to {last:.3f} s, by {CLOCKS[truth.clock]}, and the "
+                           f"drive is from {times[0] * 1e-9:.3f} to {times[-1] * 1e-9:.3f} s: the truth of this drive is needed")
     chosen = [i for i, _ in found]
     return errors(np.array(track.poses)[chosen], np.array([pose for _, pose in found]), track.times_s()[chosen],
                            len(times) - len(found), chosen)

@@ -23,7 +23,7 @@ def generate_launch_description():
     """What launch asks for."""
     return LaunchDescription([
         DeclareLaunchArgument("file", description="an .mcap file of messages, as lumdump -o drive.mcap writes it"),
-        DeclareLaunchArgument("rate", default_value="1", description="so many times as fast as it was recorded"),
+        DeclareLaunchArgument("rate", default_value="1", description="speed; 1 is as it was recorded"),
         DeclareLaunchArgument("loop", default_value="false", description="again and again"),
         DeclareLaunchArgument("namespace", default_value="", description="in front of the topics, such as front"),
         DeclareLaunchArgument("rviz", default_value="false", description="whether rviz2 is started, too"),
