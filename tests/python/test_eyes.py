@@ -157,7 +157,7 @@ def test_a_solver_that_errs_makes_no_file(monkeypatch, tmp_path, capsys):
     told = json.loads(out)
     assert told["is_better"] is False and told["began"] == "true.yaml"
     assert told["held_out_before_m"] < 0.001 < told["allowed_m"] + 0.001 < told["held_out_after_m"]
-    assert "the result is worse than what it began with on faces left out of the fit" in err_text
+    assert "the result is worse than its start on faces left out of the fit" in err_text
     assert [path.name for path in tmp_path.iterdir()] == ["true.yaml"]
 
 
@@ -199,7 +199,7 @@ def test_what_is_found_besides_is_told():
     assert told["spread"] and all(value > 0 for value in told["spread"].values())
     assert all(abs(plane["bias_m"]) < 0.02 for plane in told["planes"]) and any(plane["bias_m"] for plane in told["planes"])
     assert told["allowed_m"] == pytest.approx(1.02 * told["held_out_before_m"] + 0.0002) and told["began"] == "typical values"
-    assert "mirrors that are bent by up to" in _eyes.to_yaml(found)
+    assert "mirror readings are bent by up to" in _eyes.to_yaml(found)
 
 
 def test_a_bent_scan_shows():

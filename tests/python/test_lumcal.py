@@ -202,7 +202,7 @@ def test_it_is_told_how_many_more_captures_reach_what_is_wished_for(given, capsy
     yaw, held = solution.parameters[1:]
     yaw.wish, held.wish = 0.006, 1.0
     told = ["green.mount.yaw_deg: a standard deviation of 0.006, and not 0.0120, takes about 9 more captures",
-            "if they are as good as these, and err each on its own: other walls, other poses"]
+            "if they are as good as these and their errors are independent: other walls, other poses"]
     given(solution)
     assert _cli.main(["eyes", "a.pcap"]) == 0
     assert "".join(f"more: {line}\n" for line in told) in capsys.readouterr().out
@@ -222,7 +222,7 @@ def test_a_worse_calibration_is_not_written_but_its_report_is(given, tmp_path, c
     assert (tmp_path / "out.yaml").read_text() == "earlier\n"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.html", "out.yaml"]
     told = capsys.readouterr()
-    assert told.out == "" and told.err == ("lumcal: out.yaml is not written: the result is worse than what it began with on faces left out of "
+    assert told.out == "" and told.err == ("lumcal: out.yaml is not written: the result is worse than its start on faces left out of "
                                             "the fit: 21.00 mm before, 30.00 mm after, and up to 21.62 mm count as no worse\n")
 
 
@@ -268,10 +268,10 @@ def leave_one(solution):
 
 
 @pytest.mark.parametrize("spoil, why", [
-    (hold_yaw, "where green sits and looks against blue is not told: green.mount.yaw_deg: show a wall"),
-    (leave_one, "one capture does not tell where green sits and looks against blue: add two of the same room, .*"),
+    (hold_yaw, "the mount of the green eye is not determined: green.mount.yaw_deg: show a wall"),
+    (leave_one, "one capture does not determine the mount of the green eye: add two of the same room, .*"),
     (lambda solution: setattr(solution, "exchanged", "set eye_values"), "set eye_values"),
-    (lambda solution: setattr(solution, "is_settled", False), "the solution did not settle: .*; record the room anew")])
+    (lambda solution: setattr(solution, "is_settled", False), "the solution did not settle: .*; record the room again")])
 def test_what_is_of_no_use_makes_no_file_and_says_what_to_do(given, tmp_path, capsys, monkeypatch, spoil, why):
     """Better on faces held out or not."""
     import solutions
@@ -343,7 +343,7 @@ def test_a_report_of_one_eye_is_made(given):
     solution.residuals.eye[:] = 1
     solution.held_out_before_m = solution.held_out_after_m = float("nan")
     page = _report.page(solution)
-    assert "no face to spare" in page and "The calibration is better" in page
+    assert "No face could be left out" in page and "The calibration is better" in page
 
 
 def test_a_report_says_why_nothing_is_written(given, monkeypatch):
@@ -352,7 +352,7 @@ def test_a_report_says_why_nothing_is_written(given, monkeypatch):
 
     for name in "_curves", "_maps", "_planes":
         monkeypatch.setattr(_report, name, lambda found: "")
-    assert "No calibration is written: the result is worse than what it began with on faces left out of the fit" in _report.page(solutions.make(is_better=False))
+    assert "No calibration is written: the result is worse than its start on faces left out of the fit" in _report.page(solutions.make(is_better=False))
 
 
 # --- Signals and the terminal ---

@@ -168,8 +168,8 @@ def test_the_search_begins_at_the_captures_own_calibration(of_its_own, begins, w
 
 def test_two_calibrations_of_captures_are_no_begin(of_its_own, begins, capsys):
     assert lumcal(of_its_own, "eyes", "-q", "own-a.pcapng", "other.pcapng") == 2
-    assert capsys.readouterr().err == ("lumcal: other.pcapng: its calibration is not that of own-a.pcapng: name the one to begin with "
-                                      "by --calibration\n")
+    assert capsys.readouterr().err == ("lumcal: other.pcapng: its calibration is not that of own-a.pcapng: name the one "
+                                      "to start from by --calibration\n")
     assert not begins
 
 

@@ -171,7 +171,7 @@ static void take_keys(const struct reading *r, enum kind kind, bool *has)
     }
     if (n > 1) {
         note(r->out,
-             "%s: it has %zu of a %s of its own, and it is unknown "
+             "%s: it has %zu %ss of its own, and it is unknown "
              "which is right: the built-in one is used; name one by --%s",
              r->name, n, what, what);
         return;

@@ -176,8 +176,8 @@ class Plan:
             if self.format not in applies:
                 raise OptionError(f"{name} does not go with the format {self.format}; it goes with {', '.join(applies)}")
             if name in _ONLY_BY_LUMDUMP:
-                raise OptionError(f"{name} is done by lumdump: it needs a capture as source, not frames; no broken=\"raise\"; and Poses "
-                                  "with the usual gap and jump, and the clock that the size of their times shows")
+                raise OptionError(f"{name} is done by lumdump: it needs a capture as source, not frames; no broken=\"raise\"; and "
+                                  "Poses with the usual gap and jump, and the clock that the size of their times shows")
             if name in ("pose_times", "to") and "poses" not in self.output:
                 raise OptionError(f"{name} goes with poses, which say where the sensor was: give poses= too")
             if name == "to" and value not in MOMENTS:

@@ -95,7 +95,7 @@ class Provenance:
         if kind not in self.takes:
             self.notes.append(f"{self.speaker}: it has a {kind} of its own, which is not used: {self._why.format(kind)}")
         elif len(said) > 1:
-            self.notes.append(f"{self.speaker}: it has {len(said)} of a {kind} of its own, it is unknown which "
+            self.notes.append(f"{self.speaker}: it has {len(said)} {kind}s of its own, and it is unknown which "
                               f"is right: the built-in one is used; name one by {kind}=")
         else:
             try:

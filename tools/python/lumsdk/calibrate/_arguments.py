@@ -13,24 +13,24 @@ from .._settings import Calibration, Profile, setting_of
 HELP = """\
 Usage: lumcal eyes CAPTURE... [-o FILE] [OPTION]...
        lumcal check CAPTURE [OPTION]...
-Find the calibration of a sensor from recordings of a room, and look whether a
-calibration is right.
+Find the calibration of a sensor from recordings of a room, and check whether
+a calibration is right.
 
 eyes   finds where each eye looks and how far it measures, from still
        captures of one room or yard with flat walls: at least 20 frames each,
-       the sensor turned by 20 to 30 degrees between them. Three captures are
-       the least, one of them rolled by about +12 degrees and one by -12.
-       What they cannot tell is held, and named with the recording that would
-       tell it.
+       the sensor turned by 20 to 30 degrees between them. Use at least three
+       captures, one of them rolled by about +12 degrees and one by -12.
+       A value that they cannot determine keeps its starting value (it is
+       held); the output names the recording that would determine it.
 check  measures in one still capture how flat walls are, and the step where a
-       wall or floor goes on from one eye to the other.
+       wall or floor continues from one eye to the other.
 
 See 'lumcal eyes --help' and 'lumcal check --help' for their options.
 
       --help, --version
 
-Exit status: 0 done, 1 failed: files, captures, nothing flat to be seen; eyes:
-the result is of no use; check: the eyes do not meet, or it cannot be told.
+Exit status: 0 done, 1 failed: files, captures, no flat face seen; eyes: the
+result is useless; check: the eyes do not meet, or nothing shows whether they do.
 2 bad arguments or configuration.
 
 Examples:
@@ -52,19 +52,19 @@ _COMMON = """\
 HELP_EYES = """\
 Usage: lumcal eyes CAPTURE... [-o FILE] [OPTION]...
 Find mounts, offsets, width and ends of the eyes from still captures of one
-room or yard. Three are the least: one straight, and two turned by 20 to 30
+room or yard. Use at least three: one straight, and two turned by 20 to 30
 degrees to either side and rolled, one by about +12 degrees, the other by -12.
 
   -o, --output FILE           the calibration, .yaml; without it the values
                               are only printed
       --report FILE           the residuals before and after, and the planes
                               that were found, as a page: .html
-""" + _COMMON.format(calibration="where the search begins; default: the\n                              "
+""" + _COMMON.format(calibration="where the search starts; default: the\n                              "
                      "captures' own, or typical values") + """
-Status 1 if the result is of no use: it is worse on faces left out of the fit
-or did not settle, the eyes are exchanged, or where green sits and looks against
-blue is not told, as by one capture alone. The calibration is not written then,
-but the report is, and a message says what to do.
+Status 1 if the result is useless: it is worse on faces left out of the fit, the
+search did not settle, the eyes are exchanged, or the captures do not determine
+the mount of the green eye, as one capture alone never does. Then the report is
+written, but not the calibration, and a message says what to do.
 
 Example:
   lumcal eyes a.pcap b.pcap c.pcap -o calibration.yaml --report report.html
@@ -72,14 +72,14 @@ Example:
 
 HELP_CHECK = """\
 Usage: lumcal check CAPTURE [OPTION]...
-How flat are walls, and how large is the step where one goes on from eye to
+How flat are walls, and how large is the step where one continues from eye to
 eye?
 
   -o, --output FILE           a picture of it, .png
 """ + _COMMON.format(calibration="what is checked; default: the capture's own,\n                              "
                      "or typical values") + """
 Status 1 if the eyes do not meet, or if no wall or floor that both see can
-tell.
+show it.
 
 Example:
   lumcal check a.pcap --calibration calibration.yaml -o check.png

@@ -386,6 +386,6 @@ def check(options: Options, progress: _Tell) -> Check:
     progress("finding walls")
     found = check_grid(seen, calibration, named + (" and --set" if options.set else ""))
     if not found.faces:
-        raise CaptureError(f"{name}: nothing flat is seen in it: record a room or a yard with walls, at least {FRAMES} frames, the "
+        raise CaptureError(f"{name}: no flat face is seen in it: record a room or a yard with walls, at least {FRAMES} frames, the "
                            "sensor and all else at rest")
     return found

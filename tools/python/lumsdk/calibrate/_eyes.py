@@ -257,13 +257,13 @@ def _held_out(problem: Problem, found: _Found) -> tuple[float, float]:
 # --- What is told ---
 
 
-_CENTRE = ("is the same as the yaw of the eye's mount, which means both together; no recording of still faces tells them "
-           "apart")
+_CENTRE = ("has the same effect as the yaw of the eye's mount, which stands for both; no recording of still "
+           "faces separates them")
 
 
 _DEGREES = {"azimuth.width_deg": "the width has no meaning there",
-            "elevation.min_deg": "of the two ends only the middle has a meaning there",
-            "elevation.max_deg": "of the two ends only the middle has a meaning there"}
+            "elevation.min_deg": "only the middle between the two ends has a meaning there",
+            "elevation.max_deg": "only the middle between the two ends has a meaning there"}
 
 _FLOOR = ("the floor under both eyes: pitch the sensor down a little, and roll it by about 12 degrees to the side where an eye "
           "misses the floor")
@@ -285,8 +285,8 @@ def _why_held(key: str, captures: int, is_span: bool) -> str:
         return f"the profile gives angles in degrees, and {_DEGREES[key.split('.', 1)[1]]}; no recording changes that"
     if captures == 1:
         what = MOUNT if ".mount." in key else "it"
-        return f"one capture does not tell {what}: {ADD_TWO}"
-    return f"these captures do not tell it well enough: add one of the same room that shows {_TELLS[key.split('.', 1)[1]]}"
+        return f"one capture does not determine {what}: {ADD_TWO}"
+    return f"these captures do not determine it well enough: add one of the same room that shows {_TELLS[key.split('.', 1)[1]]}"
 
 
 def _parameters(problem: Problem, found: _Found) -> list[Parameter]:
@@ -347,12 +347,12 @@ def _pose_notes(problem: Problem, state: State, names: Sequence[str]) -> Iterato
         for row in rows:
             who = " and ".join([str(names[int(k)]) for k in _apart(row)])
             if not is_turn and (row[:, 2] ** 2).sum() > 0.5:
-                yield (f"{who}: no floor or ceiling that another capture shows too: how high the sensor stood is not told, and was "
-                       "taken as the same; pitch the sensor down a little, so that it sees the floor")
+                yield (f"{who}: no floor or ceiling in common with another capture: the sensor's height is unknown "
+                       "and was taken as the same; pitch the sensor down a little, so that it sees the floor")
             else:
                 yield (f"{who}: faces that other captures show too lie in too few directions: how the sensor "
-                       f"{'turned' if is_turn else 'moved'} is not wholly told, and was left as first guessed; turn it so that it "
-                       "sees more of the faces that others see")
+                       f"{'turned' if is_turn else 'moved'} is not fully determined, and was left as first guessed; turn it so that "
+                       "it sees more of the faces that others see")
 
 
 def _together(found: _Found) -> Iterator[str]:
@@ -364,25 +364,25 @@ def _together(found: _Found) -> Iterator[str]:
     values, vectors = np.linalg.eigh(found.covariance[np.ix_(free, free)] / scale[:, None] / scale)
     if values[-1] > _WORTH ** 2:
         keys = " and ".join(key for key, part in zip(np.array(KEYS)[free], vectors[:, -1]) if abs(part) > _PART)
-        yield (f"{keys}: all together are hardly told, {np.sqrt(values[-1]):.0%} as uncertain as before; captures with more roll, and "
-               "walls near and far, would tell more")
+        yield (f"{keys}: together they are hardly determined, {np.sqrt(values[-1]):.0%} as uncertain as before; captures with more roll, and "
+               "walls near and far, would determine them better")
 
 
 def _fit_notes(found: _Found, names: Sequence[str]) -> Iterator[str]:
     for k in sorted(found.moved):
-        yield (f"{names[k]}: shows a face where the other captures, or its other eye, do not have it; it was left out. Has something "
-               "moved?")
+        yield (f"{names[k]}: shows a face at another place than the other captures or its other eye; it was left out. "
+               "Has something moved?")
 
 
 def _notes(grids: Sequence[Grid]) -> Iterator[str]:
     for g in grids:
         if g.shift_m > 0:
             yield (f"{g.name}: ranges change by up to {1000 * g.shift_m:.0f} mm within the recording: the sensor was moved, or "
-                   "something before it; better record it anew")
+                   "something in front of it; better record it again")
         if g.frames < _FRAMES:
             yield f"{g.name}: {g.frames} whole frames; {_FRAMES} or more measure better"
     if len(grids) < CAPTURES:
-        yield (f"{len(grids)} capture{'s' if len(grids) > 1 else ''}; {CAPTURES} are the least, the sensor turned by 20 "
+        yield (f"{len(grids)} capture{'s' if len(grids) > 1 else ''}; use at least {CAPTURES}, the sensor turned by 20 "
                "to 30 degrees between them, one rolled by about +12 degrees and one by -12")
 
 
@@ -406,7 +406,7 @@ def _scene(grids: Sequence[Grid], calibration: Calibration) -> tuple[Scene, Stat
             raise CaptureError(f"{view.grid.name}: shows no flat face; record a room or a yard with walls")
     poses = place_all(views)
     if len({g.is_span for g in grids}) > 1:
-        raise CaptureError("some captures have angles in degrees, others as parts of the span: they are not of one sensor")
+        raise CaptureError("some captures have angles in degrees, others as parts of the span: they are from different sensors")
     scene = Scene(views, begin(views, poses, calibration), fixed_of(calibration, grids[0].is_span), values_of(calibration))
     state, of = join(scene, poses)
     return scene, state, of
@@ -450,7 +450,7 @@ def _solve_grids(grids: Sequence[Grid], calibration: Calibration) -> Solution:
     notes = [*_notes(grids), *_pose_notes(problem, found.fit.state, names),
              *_fit_notes(found, names), *_together(found)]
     if not np.isfinite(held_out[0]):
-        notes.append("too few faces to hold one out: whether the calibration is better was judged on the faces it is made of")
+        notes.append("too few faces to hold one out: the calibration was judged on the faces that it was fitted to")
     planes = _tell_planes(problem, before, after, new)
     for plane, bias in zip(planes, found.fit.state.biases):
         plane.bias_m = float(bias)
@@ -478,7 +478,7 @@ def _own(options: Options) -> tuple[Calibration, str]:
     first, *others = own
     for other in others:
         if own[other] != own[first]:
-            raise OptionError(f"{other}: its calibration is not that of {first}: name the one to begin with by --calibration")
+            raise OptionError(f"{other}: its calibration is not that of {first}: name the one to start from by --calibration")
     return own[first], "the captures' own"
 
 
@@ -549,13 +549,13 @@ def to_yaml(solution: Solution) -> str:
     from .. import __version__
 
     told = [f"Calibration by lumcal eyes of lumsdk {__version__}, from", *(f"    {_printable(name)}" for name in solution.captures),
-            f"Behind each value stand its standard deviation and the value before: {_printable(solution.began)}.",
+            f"After each value: its standard deviation, and the value before from {_printable(solution.began)}.",
             f"{len(solution.planes)} faces, root mean square {solution.rms_before_m * 1e3:.2f} mm before, "
             f"{solution.rms_after_m * 1e3:.2f} mm after"]
     if np.isfinite(solution.held_out_before_m):
         told.append(f"on faces held out {solution.held_out_before_m * 1e3:.2f} mm before, "
                     f"{solution.held_out_after_m * 1e3:.2f} mm after")
-    told.append("Found besides, and not in this file: mirrors that are bent by up to "
+    told.append("Also found, but not in this file: mirror readings are bent by up to "
                 + ", ".join(f"{bent:.4f} degrees ({name})" for name, bent in bends(solution)))
     told += map(_printable, solution.notes)
     parameters = {f"eyes.{parameter.key}": parameter for parameter in solution.parameters}

@@ -72,7 +72,7 @@ def _draw_view(axes: Any, figure: Any, found: Check) -> None:
     end = _limit(image[np.isfinite(image)])
     shown = axes.imshow(image, cmap="RdBu", vmin=-end, vmax=end, **options)
     axes.invert_xaxis()  # the left of the sensor is on the left
-    axes.set_title("what is left on flat faces: red is behind its plane, blue is before it; grey is not flat", fontsize=9, loc="left")
+    axes.set_title("residuals on flat faces: red is behind its plane, blue in front of it; grey is not flat", fontsize=9, loc="left")
     axes.set_xlabel("azimuth, degrees (green eye on the left, blue eye on the right)", fontsize=8)
     axes.set_ylabel("elevation, degrees", fontsize=8)
     bar = figure.colorbar(shown, ax=axes, pad=0.01, extend="both")
@@ -106,7 +106,7 @@ def _draw_seam(axes: Any, seam: Seam) -> None:
                    + MARKS[seam.verdict], fontsize=8, loc="left", color="#b2182b" if seam.verdict == "apart" else "black")
     axes.invert_xaxis()  # as the view above
     axes.set_xlabel("metres across the seam, to the left", fontsize=8)
-    axes.set_ylabel("mm before the plane of both", fontsize=8)
+    axes.set_ylabel("mm in front of the plane of both", fontsize=8)
     axes.legend(fontsize=7, loc="best")
     axes.grid(alpha=0.3)
     axes.tick_params(labelsize=7)

@@ -165,8 +165,8 @@ def _sum(source: Source, name: str) -> _Sums:
         if len(frame) and not (frame.first or frame.last):
             made.add(frame)
     if made.frames < _FRAMES_MIN:
-        raise CaptureError(f"{name}: {made.frames} whole frames; a calibration needs at least {_FRAMES_MIN} of a sensor that "
-                           "stands still, better 20")
+        raise CaptureError(f"{name}: {made.frames} whole frames; a calibration needs at least {_FRAMES_MIN} "
+                           "of a sensor at rest, better 20")
     return made
 
 

@@ -197,7 +197,7 @@ is in the last table:</p>
 
 def _held(found: Solution) -> str:
     rows = "".join(f"<li><b>{html.escape(', '.join(keys))}</b>: {html.escape(why)}</li>" for why, keys in reasons(found).items())
-    return f"<h2>What is held</h2><p>These captures cannot tell it. It stays as it was before.</p><ul>{rows}</ul>" if rows else ""
+    return f"<h2>What is held</h2><p>These captures cannot determine these values. They keep their starting values.</p><ul>{rows}</ul>" if rows else ""
 
 
 def _more(found: Solution) -> str:
@@ -209,7 +209,7 @@ def _verdict(found: Solution) -> str:
     if math.isfinite(found.held_out_after_m):
         told = f"On faces left out of the fit, residuals are {change(found.held_out_before_m, found.held_out_after_m)}."
     else:
-        told = "There was no face to spare, so nothing independent judges the result."
+        told = "No face could be left out, so the result has no independent test."
     before, after, _ = compared(found)
     word = f'<b class="good">The calibration is {"better" if after < before else "no worse"}.</b>'
     why = not_written(found)

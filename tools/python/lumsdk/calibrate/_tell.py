@@ -55,13 +55,13 @@ def _why_unknown(found: Check) -> str:
     if found.is_exchanged:
         return exchange(found.eye_values)
     if found.seams:
-        return (f"what both eyes see here is too small or too uneven to tell a step within {1000 * TOLD_M:g} mm and angles within "
+        return (f"what both eyes see here is too small or too uneven to measure a step within {1000 * TOLD_M:g} mm and angles within "
                 f"{TOLD_DEG:g} degrees: let the sensor look at a larger wall straight ahead, or at the floor, with more frames")
     if found.strange:
         seam = found.strange[0]
-        return (f"no face goes on from eye to eye; the nearest to it are {seam.apart_deg:.1f} degrees and {abs(seam.step_m):.2f} m "
-                "apart. These are two faces, or the calibration is wrong by as much: lumcal eyes tells")
-    return ("no wall or floor goes on from eye to eye: let the sensor look at a wall straight ahead, or at the floor; if it does, the "
+        return (f"no face continues from eye to eye; the closest pair is {seam.apart_deg:.1f} degrees and {abs(seam.step_m):.2f} m "
+                "apart. These are two faces, or the calibration is wrong by as much: lumcal eyes shows which")
+    return ("no wall or floor continues from eye to eye: let the sensor look at a wall straight ahead, or at the floor; if it does, the "
             "eyes may be exchanged: eye_values of the profile")
 
 
@@ -72,7 +72,7 @@ def advice(found: Check) -> str:
     if found.verdict == "meet":
         step, angle = found.bounds
         return f"the eyes meet, within {1000 * step:.0f} mm and {angle:.2f} degrees"
-    return "the eyes are apart: this calibration is not that of this sensor as it stands; lumcal eyes finds it"
+    return "the eyes are apart: this calibration does not fit this sensor now; lumcal eyes finds one that does"
 
 
 def check_text(found: Check) -> str:
@@ -154,10 +154,10 @@ def more_captures(found: Solution) -> dict[str, int]:
 def more(found: Solution) -> list[str]:
     """What is told of them."""
     far = more_captures(found)
-    made = [f"{p.key}: a standard deviation of {p.wish:g}, and not {p.sigma:.{digits(p.key)}f}, takes about {far[p.key]} more "
-            "captures" for p in found.parameters if far[p.key]]
+    made = [f"{p.key}: a standard deviation of {p.wish:g}, and not {p.sigma:.{digits(p.key)}f}, takes about {far[p.key]} "
+            "more captures" for p in found.parameters if far[p.key]]
     if made:
-        made.append("if they are as good as these, and err each on its own: other walls, other poses")
+        made.append("if they are as good as these and their errors are independent: other walls, other poses")
     return made
 
 
@@ -172,10 +172,10 @@ def compared(found: Solution) -> tuple[float, float, str]:
     """What judges a solution: residuals before and after, and on what."""
     if math.isfinite(found.held_out_after_m):
         return found.held_out_before_m, found.held_out_after_m, "faces left out of the fit"
-    return found.rms_before_m, found.rms_after_m, "the faces that it is made of"
+    return found.rms_before_m, found.rms_after_m, "the faces that it was fitted to"
 
 
-MOUNT = "where green sits and looks against blue"
+MOUNT = "the mount of the green eye"
 """What a calibration is of no use without."""
 
 ADD_TWO = ("add two of the same room, the sensor turned by 20 to 30 degrees to either side so that both eyes see the same faces, one "
@@ -187,18 +187,18 @@ def not_written(found: Solution) -> str:
     if found.exchanged:
         return found.exchanged
     if len(found.captures) == 1:
-        return f"one capture does not tell {MOUNT}: {ADD_TWO}"
+        return f"one capture does not determine {MOUNT}: {ADD_TWO}"
     open_keys = {why: [key for key in keys if ".mount." in key] for why, keys in reasons(found).items()}
     told = "; ".join(f"{', '.join(keys)}: {why}" for why, keys in open_keys.items() if keys)
     if told:
-        return f"{MOUNT} is not told: {told}"
+        return f"{MOUNT} is not determined: {told}"
     if not found.is_settled:
-        return "the solution did not settle: its values and standard deviations cannot be trusted; record the room anew"
+        return "the solution did not settle: its values and standard deviations cannot be trusted; record the room again"
     if found.is_better:
         return ""
     before, after, where = compared(found)
     allowed = f", and up to {1000 * found.allowed_m:.2f} mm count as no worse" if math.isfinite(found.allowed_m) else ""
-    return (f"the result is worse than what it began with on {where}: {1000 * before:.2f} mm before, {1000 * after:.2f} mm after"
+    return (f"the result is worse than its start on {where}: {1000 * before:.2f} mm before, {1000 * after:.2f} mm after"
             f"{allowed}")
 
 

@@ -68,7 +68,8 @@ class Drive:
                 continue
             if scan.clock_ns <= last_ns:
                 raise CaptureError(f"{self.name}: frame {scan.number} is earlier than the frame before it by the sensor's "
-                                   "clock, as after a restart of the sensor: use --frames to take the frames before it, or those from it on")
+                                   "clock, as after a restart of the sensor: use "
+                                   "--frames to take the frames before it, or those from it on")
             last_ns = scan.clock_ns
             yield scan
 
