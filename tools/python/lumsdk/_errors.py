@@ -1,4 +1,4 @@
-"""What is raised. Messages are those of lumdump and lumctl: what was wrong, where, and what would be right."""
+"""What is raised. Messages are those of lumdump and lumctl: what was wrong, where, and what to do."""
 from __future__ import annotations
 
 import os
@@ -13,7 +13,7 @@ class Error(Exception):
 
 
 class CaptureError(Error, OSError):
-    """A capture cannot be read, not to its end, or does not suffice for a calibration."""
+    """A capture cannot be read, or only in part, or is not enough for a calibration."""
 
 
 class OptionError(Error, ValueError):
@@ -38,7 +38,7 @@ class SensorError(Error, OSError):
 
 
 class LaserError(SensorError):
-    """The laser cannot be switched on, or was not seen to go off."""
+    """The laser cannot be switched on, or was not confirmed off."""
 
 
 class HazardError(LaserError):
@@ -46,14 +46,14 @@ class HazardError(LaserError):
 
 
 class SensorWarning(UserWarning):
-    """A sensor reports something, or does not do all that it should, and the work goes on."""
+    """A sensor reports something, or does not do all that it should, but the work continues."""
 
     news: str = ""
     """As that of SensorError."""
 
 
 class CaptureWarning(UserWarning):
-    """A capture can be read, but something of it is not as it should be."""
+    """A capture can be read, but something in it is wrong."""
 
 
 def install(extra: str) -> str:

@@ -72,7 +72,7 @@ class Frame:
     def sensor(self) -> str:
         """The name of its sensor: that of the rig, such as "front", or without a rig its address, such as "10.42.0.37".
 
-        If another sensor with that address came before, its interface is behind it: "10.42.0.37%eth1".
+        If another sensor with that address came before, its interface follows: "10.42.0.37%eth1".
         """
         if self._info.name:
             return self._info.name
@@ -139,7 +139,7 @@ class Frame:
         """What is missing in it, by cause, with lumdump's names.
 
         no_range counts words without a range above zero, which are no damage. lines_late are lines of earlier
-        frames that came after theirs had been handed out.
+        frames that came after their frame had been given out.
         """
         return dict(self._info.losses)
 
@@ -214,16 +214,17 @@ class Frame:
     def __getitem__(self, key: Any) -> Union[Array, Frame]:
         """A column, or a frame of some of the points.
 
-            frame["range"]                   # (n,), of the type that COLUMNS tells: a view of the frame's memory
+            frame["range"]                   # (n,), of the type in COLUMNS: a view of the frame's memory
             frame[frame["range"] < 50]       # the points of a mask, copied
             frame[1000:2000], frame[::4]     # a slice: views
             frame[places]                    # an array of places in ascending order, copied
 
-        Of some of the points, lines tells where each line's are now; number, clocks and losses are those of the whole frame.
+        In a frame of some points, lines tells where each line's points are now; number, clocks and losses are
+        those of the whole frame.
 
         Raises:
             UnknownKeyError: the frame has no such column.
-            OptionError: a mask is of a wrong length, or places are not right.
+            OptionError: a mask has a wrong length, or places are invalid.
         """
         try:
             return self._arrays[key]
@@ -299,8 +300,8 @@ class Frame:
 
         Cells without a point are NaN. Cell [line, pixel, k] is the k-th point of that pixel among those of the frame.
         Needs the column "pixel". eye may be left out where the frame has lines of one eye alone. lines is the
-        number of rows; without it, there are as many as the line numbers of this eye show, by those that can be
-        believed: a damaged packet can claim any. A warning says which lines with points have no row.
+        number of rows; without it, the plausible line numbers of this eye decide, since
+        a damaged packet can claim any. A warning says which lines with points have no row.
         """
         return _grid.grid(self, column, eye, returns, lines)
 
@@ -322,7 +323,7 @@ class Frame:
 
         line (its place in frame.lines), tag (2 angles, 3 ranges), first_sample_index, num_samples, bad_words (of these, words that
         were skipped), clock_raw (ticks as sent), arrival_ns, order (in which packets were accepted). A line has all that were
-        accepted; or none, where not all are known: after a seek, if it began before the place where reading went on.
+        accepted; or none, where not all are known: after a seek, if it began before the place where reading continued.
         """
         return raw_of(self).packets
 
@@ -339,7 +340,7 @@ class Frame:
             angles: as the property has them, for the lines of this frame.
             has_angles: likewise; without it, all pixels have angles.
             packets: likewise; without them, lines are cut as the sensor does it.
-            profile: of the clocks of these packets; without it, that which the frame has.
+            profile: for the clocks of these packets; without it, the frame's own.
         """
         from ._build import assemble
 
@@ -435,7 +436,7 @@ class Frame:
         Args:
             poses: where the sensor was.
             origin: x, y, z in metres, which is subtracted: float32 loses more than half a millimetre farther than 5 km from 0.
-                Without one a warning tells that, and poses.origin() is one.
+                Without one a warning says so; poses.origin() gives one.
             outside: as deskew() has it.
 
         Returns:
@@ -449,7 +450,7 @@ class Frame:
 
     def image(self, column: ImageColumn, eye: Eyes = "both", returns: Filling = "nearest", *,
               view: Optional[Sequence[float]] = None, rows: Optional[int] = None, columns: Optional[int] = None) -> Floats:
-        """A column as a picture that lies as the world does: (rows, columns) float32, NaN where there is no point.
+        """A column as a picture oriented like the scene: (rows, columns) float32, NaN where there is no point.
 
         Rows are elevations, from the highest down, and columns are azimuths, from left to right as one looks forward, both
         seen from the sensor's origin. Raw lines, as of grid(), bend and alternate in direction; here a straight edge is
@@ -505,7 +506,7 @@ class Frame:
             seen = frame.project(K, T, distortion=(k1, k2, p1, p2, k3), size=(1920, 1080))
             draw(seen.pixels[seen.visible], seen.depth[seen.visible])
 
-        A frame that was taken while the sensor moved is put right first: frame.deskew(poses).project(...).
+        A frame that was taken while the sensor moved is corrected first: frame.deskew(poses).project(...).
 
         Args:
             K: the camera's matrix, [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], in pixels.
@@ -519,7 +520,7 @@ class Frame:
             into the picture, they are not visible.
 
         Raises:
-            OptionError: a matrix, the distortion or the size is not right.
+            OptionError: a matrix, the distortion or the size is invalid.
         """
         from ._project import project
 

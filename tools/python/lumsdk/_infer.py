@@ -26,13 +26,13 @@ class Finding:
     value: str
     """As it stands in the YAML."""
     told: bool
-    """Whether the packets tell it; else it is kept at the default."""
+    """Whether the packets determine it; otherwise it keeps its default."""
     evidence: str
     """Why, in one line."""
     equal: str
     """What fits equally well; empty: nothing does."""
     look: str
-    """The look that decides; empty: none is needed."""
+    """What to check to decide it; empty: nothing."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -48,9 +48,9 @@ class Inference:
     second: Optional[Profile]
     """The next best reading that gives other points; None: there is none."""
     margin: float
-    """The smallest of all keys: percentage points by which the field explains more than the best one of other values."""
+    """The smallest of all keys: by how many percentage points its field explains more than the best field with other values."""
     margin_key: str
-    """The key that it is of, such as "group.line"; empty without a profile."""
+    """The key with that margin, such as "group.line"; empty without a profile."""
     packets: int
     """Packets that were looked at."""
     fit: int
@@ -150,7 +150,7 @@ def _solve(made: Any, skipped: int) -> Inference:
 def infer(source: Given, *, sensor: Optional[str] = None, port: Optional[int] = None) -> Inference:
     """Find the layout of the data packets of captures that do not decode, as lumdump --infer does.
 
-    Nothing but the packets is used; a profile that the capture bears is not. At most 20,000 of them are looked at.
+    Nothing but the packets is used; a profile in the capture is not. At most 20,000 of them are looked at.
 
         found = lumsdk.infer("drive.pcap")
         if found.profile is not None:
@@ -163,7 +163,7 @@ def infer(source: Given, *, sensor: Optional[str] = None, port: Optional[int] = 
 
     Raises:
         CaptureError: A capture cannot be opened.
-        OptionError: The address or the port is none.
+        OptionError: The address or the port is invalid.
     """
     options, error = sized("lum_infer_options"), ffi.new("lum_error *")
     chosen = parse_sensor(sensor) if sensor is not None else None

@@ -283,5 +283,5 @@ class Summary(TypedDict):
     losses: dict[str, int]
     """What is missing in the capture, by cause, with lumdump's names; empty if frames were given."""
     left_out: int
-    """Points that were asked for and are in no file, since their line came too late or was beyond the most of a frame,
-    or since their time has no pose."""
+    """Points that were selected but are in no file: their line came too late or exceeded a frame's
+    limit, or their time has no pose."""

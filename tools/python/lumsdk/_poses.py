@@ -49,7 +49,7 @@ class Poses:
         poses = lumsdk.Poses(times, matrices)                  # (n,) and (n, 4, 4), (n, 3, 4), or (n, 7) as TUM has them
 
     Times are whole numbers of nanoseconds, or floats of seconds; by the sensor's clock or since 1970 UTC. Between two
-    poses the sensor goes along their screw. What is known of the errors in a file, the exception says.
+    poses the sensor moves along their screw. The exception says what is wrong in a file.
     """
 
     __slots__ = ("__weakref__", "_c", "_clock", "_count", "_limits", "_span", "files", "is_plain", "name")
@@ -65,11 +65,11 @@ class Poses:
             times: the file of times of KITTI.
             clock: "sensor" or "utc"; without it, times above 10^8 s are UTC.
             gap: seconds; times between two poses that are farther apart have no pose.
-            jump: metres; the farthest way from a pose to the next one, if that is no gap, and within 0.1 s.
+            jump: metres; the longest step from a pose to the next one, outside gaps and within 0.1 s.
 
         Raises:
-            CaptureError: the file cannot be read, or its poses are not right.
-            OptionError: arrays or options are not right.
+            CaptureError: the file cannot be read, or its poses are invalid.
+            OptionError: arrays or options are invalid.
         """
         if clock not in (None, *_CLOCKS):
             raise OptionError(f'clock is {clock!r}; use "sensor" or "utc"')
@@ -163,12 +163,12 @@ class Poses:
         return "\n".join(lines) + "\n"
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
-        """Write them as TUM: seconds, x y z, qx qy qz qw. The file does not say the clock, nor what a gap and a jump are."""
+        """Write them as TUM: seconds, x y z, qx qy qz qw. The file does not store clock, gap and jump."""
         with open(path, "w", encoding="ascii") as file:
             file.write(self.to_text())
 
     def origin(self) -> Optional[tuple[float, float, float]]:
-        """What to subtract from the world so that float32 holds it, in whole kilometres; None: nothing is beyond 5 km."""
+        """What to subtract from world coordinates so that float32 can hold them, in whole kilometres; None: nothing is beyond 5 km."""
         out = ffi.new("double [3]")
         return tuple(out) if lib.lum_poses_origin(self._c, out) else None
 

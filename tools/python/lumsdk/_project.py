@@ -26,7 +26,7 @@ class Projection(NamedTuple):
     depth: Doubles
     """Metres in front of the camera, along its axis: (n,) float64; behind it below 0."""
     visible: NDArray[np.bool_]
-    """Whether a point is in the picture: (n,) bool. Nothing is known of what hides it."""
+    """Whether a point is in the picture: (n,) bool. What may hide it is not considered."""
 
 
 def _numbers(name: str, given: Any) -> Array:

@@ -348,7 +348,7 @@ class Rig(Mapping[str, RigSensor]):
 
     It is a path, a text of YAML, a mapping as the file has it, or a list of the sensors alone. In a mapping a pose may also be a
     (4, 4) array, which is rounded to micrometres and microdegrees, and a calibration or a profile may also be a mapping, or a
-    Calibration or Profile. What a file of a rig is, docs/formats.md says.
+    Calibration or Profile. docs/formats.md describes the file of a rig.
     """
 
     _frame: str

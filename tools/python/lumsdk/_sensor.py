@@ -87,19 +87,19 @@ class Sensor:
 
     The sensor sends its data to the program that sends it heartbeats, and switches its laser off 3 s after the last
     one. Heartbeats are sent only inside the calls of this object: a program that stops calling it, because it hangs,
-    waits or works on something else for 3 s, loses the laser. This is the safety, and there is no thread that would
-    keep the laser on behind a program's back.
+    waits or works on something else for 3 s, loses the laser. This is for safety: no thread keeps
+    the laser on without the program.
 
     The laser goes off at the end of the block of laser() or of this object, by close(), when the object is collected,
-    and at the end of the interpreter, each time only if this object switched it on. A process that is killed sends
-    nothing any more: then the sensor switches the laser off, after 3 s. That is so for SIGTERM too, where the program
-    has no handler for it.
+    and at the end of the interpreter, each time only if this object switched it on. A process that is killed
+    sends nothing any more, so the sensor switches the laser off after 3 s; likewise after a SIGTERM that the
+    program does not handle.
 
-    One program of a host can own a sensor at a time. With owns=False it only asks and sets, as lumctl does, beside a
-    program that owns it.
+    One program of a host can own a sensor at a time. With owns=False it only queries and sets, like lumctl, beside a
+    program that owns the sensor.
 
-    Only one thread at a time may use it; a call during another one raises SensorError, but for laser_off() and
-    cancel(). Several sensors can be used in several threads. A process that was forked cannot use it.
+    Only one thread at a time may use it; a call during another one raises SensorError, except laser_off()
+    and cancel(). Several sensors can be used in several threads. A process that was forked cannot use it.
     """
 
     def __init__(self, host: Union[str, IPv4Address] = "10.42.0.37", *, interface: Optional[str] = None,
@@ -107,7 +107,7 @@ class Sensor:
                  profile: Union[str, os.PathLike[str], Mapping[str, Any], Profile, None] = None,
                  set: Union[Mapping[str, Any], Iterable[str], None] = None, owns: bool = True, timeout: float = 0.4,
                  retries: int = 4) -> None:
-        """Begin a session. Nothing is sent yet, so that it is not known whether there is a sensor.
+        """Begin a session. Nothing is sent yet, so whether there is a sensor is still unknown.
 
         host is an address or a name, alone or with a port: "10.42.0.37", "lidar.local", "10.42.0.37:5517"; udp:// may
         stand before it, as for lumdump. interface is the name of one, such as "eth0". calibration, profile and set
@@ -137,7 +137,7 @@ class Sensor:
     def close(self) -> None:
         """Switch the laser off if this object switched it on, and end the session. Frames stay valid.
 
-        Raises LaserError where the laser was not seen to go off; the session has ended then too.
+        Raises LaserError where the laser was not confirmed off; the session has still ended.
         """
         if not self._connection.session:
             return
@@ -228,7 +228,7 @@ class Sensor:
     def losses(self) -> dict[str, int]:
         """What is missing so far in all of its frames, by cause, with lumdump's names.
 
-        kernel_drops are datagrams that this host dropped since the program was too slow to read them.
+        kernel_drops are datagrams that this host dropped because the program was too slow to read them.
         """
         with self._connection.use(closed_is_fine=True):
             stream, total = self._connection.stream(), collections.Counter(self._connection.past_losses)
@@ -249,20 +249,20 @@ class Sensor:
         return Laser(self)
 
     def laser_on(self) -> Status:
-        """Switch the laser on, and see that it is up. Returns its status.
+        """Switch the laser on, and check that it is up. Returns its status.
 
         Keep people's eyes away from the beam. It is not switched on again by itself after it went down. Full strength
         takes several seconds.
 
         Raises HazardError where a hazard keeps it down, LaserError where it does not come up for another reason,
-        SensorError where no answer comes for 5 s. In each case `laser off` was sent and seen, so that it does not come
-        up later.
+        SensorError where no answer comes for 5 s. In each case `laser off` was sent and confirmed, so that it does
+        not come up later.
         """
         with self._connection.use():
             return self._laser.on()
 
     def laser_off(self) -> Status:
-        """Switch the laser off, and see that it is down. Returns its status.
+        """Switch the laser off, and check that it is down. Returns its status.
 
         It is repeated for ten seconds; after three of them, Ctrl-C ends it. It also works while another thread uses
         the session. Raises LaserError where nothing showed that it is off: then this session has ended, since its
@@ -277,15 +277,15 @@ class Sensor:
         """The frames that come from now on.
 
         duration is in seconds from the first data on; None: until the loop ends. silence is how many seconds without
-        data are a failure; math.inf: none. The options are those of lumsdk.open(), but for profile, sensor, broken,
+        data are a failure; math.inf: none. The options are those of lumsdk.open(), except profile, sensor, broken,
         threads and progress, which a session does not take. Calling it again ends the frames before.
 
         A program that takes longer for a frame than the sensor loses data: the system's buffer holds a fraction of a
-        second. losses counts it, and a SensorWarning says so. Other calls of this object can be made between two
-        frames; no data is lost by that.
+        second. losses counts it, and a SensorWarning says so. Other calls of this object can be made between
+        two frames without losing data.
 
         The laser stays as it is: while it is off, frames have no points. Where this object switched it on and it goes
-        down, the frames end: with HazardError in a hazard, else with LaserError, once `laser off` was seen.
+        down, the frames end: with HazardError in a hazard, else with LaserError, once `laser off` was confirmed.
 
         Raises SensorError where no data comes, and OptionError and TypeError for what is not allowed.
         """

@@ -69,7 +69,7 @@ class Answer:
     tries: int
     """How often the request was sent."""
     round_trip: Optional[float]
-    """Seconds until the answer; None: it was sent more than once, so that this is not known."""
+    """Seconds until the answer; None: it was sent more than once, so this is unknown."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Clock:
     exchanges: int
     """How many exchanges it is made of."""
     resets: int
-    """How often the sensor's clock began anew."""
+    """How often the sensor's clock restarted."""
 
 
 def names_of(bits: int) -> tuple[str, ...]:

@@ -204,7 +204,7 @@ class Source:
     def index(self, keep: bool = False) -> int:
         """Find all frames, reading what was not read yet, and tell how many there are.
 
-        Then each can be read at once. keep: write what was found beside the capture, as its name with ".lumindex"; a
+        Then each can be read directly. keep: write the index beside the capture, as its name with ".lumindex"; a
         later source[...] and seek() use it if capture and options are the same.
         """
         reading = self._jumping()
@@ -222,7 +222,7 @@ class Source:
         """Let the next iteration begin with the first frame that begins at a time or later; returns this source.
 
         time is a datetime with its time zone; a whole number, nanoseconds since 1970 UTC as Frame.utc_ns; or a float,
-        seconds from the beginning of the first frame. Counts and losses are then those from about there on.
+        seconds from the beginning of the first frame. Counts and losses then begin at about that place.
         """
         self._check_open()
         self._sought_ns = self._utc_ns(time)

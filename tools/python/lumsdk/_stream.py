@@ -206,7 +206,7 @@ class Frames(Iterator[Frame]):
         return self
 
     def __next__(self) -> Frame:
-        """Wait for the next frame. Heartbeats are sent in here."""
+        """Wait for the next frame, and send heartbeats meanwhile."""
         stream = self._stream
         with self._sensor._connection.use():
             if stream is not self._sensor._connection.stream_ref():

@@ -88,24 +88,24 @@ class FrameSet(Mapping[str, Frame]):
 
     @property
     def spread(self) -> float:
-        """Seconds from the begin of its earliest frame to that of its latest."""
+        """Seconds from the start of its earliest frame to that of its latest."""
         return (max(frame.utc_ns for frame in self._frames.values()) - self.utc_ns) * 1e-9
 
     def joined(self, columns: Union[str, Iterable[str], None] = None) -> Frame:
         """All points of the set as one frame, in the vehicle's frame. A copy.
 
         Its column "sensor" is the place of each point's sensor in the rig, from 0, uint8. "time", and the clocks of its
-        lines, count from utc_ns, on the clock of the earliest frame. The points of sensor after sensor follow each other,
-        in the rig's order. grid() needs the frame of one sensor.
+        lines, count from utc_ns, on the clock of the earliest frame. Points are in the order of the
+        sensors in the rig. grid() needs the frame of one sensor.
 
         Args:
             columns: names, as a list or "x,y,z"; without them, those that all of its frames have; a warning names
                 others.
 
         Raises:
-            OptionError: frames were read without a rig: x, y and z are then in each sensor's own frame; or some of them were
-                moved by poses, and others were not, or elsewhere, or each by deskew() to its own moment: right is
-                frames.joined().deskew(poses).
+            OptionError: frames were read without a rig: x, y and z are then in each sensor's own frame; or poses moved
+                only some of them, or not all to one frame, or deskew() moved each to its own moment:
+                use frames.joined().deskew(poses).
             UnknownKeyError: a frame lacks a column.
         """
         return _join(list(self._frames.values()), columns, self.complete)
@@ -432,23 +432,23 @@ def sync(source: Union[Source, Iterable[Frame]], tolerance: Optional[float] = No
                     print(frames.missing)
 
     Each frame is in exactly one set, and a set has at most one frame of each sensor; all of its frames begin within the
-    tolerance. Nothing is dropped: what has no company is a set of one frame, and each set says which sensors it lacks, and why.
-    Of several ways to make sets, those count in which frames that begin one after the other with little time between are
-    together; a set ends where nothing begins for long. Sets come by their time, but for late frames.
+    tolerance. Nothing is dropped: a frame without partners is a set of its own, and each set says which sensors it lacks, and why.
+    Of several possible sets, those are made that keep frames together which begin shortly after
+    each other; a set ends at a longer gap. Sets come by their time, but for late frames.
 
     Sensors that run freely at one rate make complete sets, whatever their phases are, as long as the tolerance is at least
     their period, or, of n sensors, (n - 1) / n of it. Where one runs twice as fast as others, every second of its frames is a set of
-    its own. Where a period is a little longer than another, a frame is left alone each time when a whole period is made up.
+    its own. Where one period is a little longer than another, a frame is left alone each time the difference adds up to a period.
 
     A set comes when frames of all sensors have come that begin twice the tolerance later. A sensor from which nothing comes is
-    waited for during five periods, so that memory is bounded when one stops: it then misses in the sets, and joins them
-    again when it goes on. Its last frame before ends only then, or with the stream, so it comes late, in a set behind those
+    waited for during five periods, so that memory is bounded when one stops: it is then missing from the sets, and joins
+    them again when it continues. Its last frame before ends only then, or with the stream, so it comes late, in a set after those
     of its time. The same happens where the clock of one goes back.
 
     Args:
         source: a Source, opened with rig= or of several sensors; or anything that gives frames, such as
             heapq.merge(a, b, key=lambda frame: frame.utc_ns) of two sources, whose sensors have different names.
-        tolerance: seconds. Without it, the shortest period of the sensors, as far as they have come.
+        tolerance: seconds. Without it, the shortest period of the sensors, as far as known.
         sensors: the names of all that are to come, such as a Rig; a Source that was opened with rig= has them itself.
             Without them, a sensor is missed only after its first frame.
 

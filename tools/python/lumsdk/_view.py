@@ -182,7 +182,7 @@ def _browser() -> Optional[Callable[[str], bool]]:
 
 
 class View:
-    """What view() makes: a page of which nothing is elsewhere. In a notebook, it shows itself at the end of a cell."""
+    """What view() makes: a page with nothing stored elsewhere. In a notebook, it shows itself at the end of a cell."""
 
     def __init__(self, data: bytes, height: int) -> None:
         """Made by view()."""

@@ -47,7 +47,7 @@ class Written(NamedTuple):
     dropped: dict[str, int]
     """Packets that a reader will drop, by lumdump's names."""
     clock_jumps: int
-    """Steps of the clock by half a round of its field or more: a reader takes what follows for other clocks, by rounds."""
+    """Steps of the clock by half a round of its field or more: a reader then misses whole rounds."""
     no_range: int
     """Words with a time of flight of 0 or below, which gives no range unless the calibration's tof_offset_ps lifts it."""
 
@@ -406,7 +406,7 @@ def _write_all(file: _File, items: Iterable[Union[Frame, Line]]) -> None:
 def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame, Line]], *,
                   profile: Union[str, os.PathLike[str], Mapping[str, Any], Profile, None] = None,
                   storage_options: Optional[Mapping[str, Any]] = None) -> Written:
-    """Write packets again from frames or lines, so that a drive can be cut, edited, disturbed and made up.
+    """Write packets from frames or lines, to cut, edit, disturb or make up a drive.
 
         with lumsdk.open("drive.pcap", raw=True) as source:
             lumsdk.write_capture("part.pcapng", source[100:200])
@@ -414,12 +414,12 @@ def write_capture(out: Union[str, os.PathLike[str]], items: Iterable[Union[Frame
     The columns tof, pixel, edge, line and eye of a frame are its words; raw_azimuth, raw_elevation and frame.angles its angles. Where
     a line's packets in frame.packets still fit these, they are cut, stamped and ordered as they were; if clock_us or arrival_ns in
     frame.lines is not that of the first of them any more, all are moved by the difference. Otherwise the line is cut as the sensor
-    does it, with the line's clock and arrival. The clock is cut to the width of the profile's field, as the clock itself
-    goes round, and where a tick is longer than a microsecond it is rounded down.
+    does it, with the line's clock and arrival. The clock is cut to the width of the profile's field, as the clock
+    itself wraps, and where a tick is longer than a microsecond it is rounded down.
 
     Args:
         out: a path or a URL that ends with .pcap or .pcapng. A pcapng file says where it comes from, with calibration and profile. It
-            is whole, or not there.
+            is complete, or not there at all.
         items: frames of open(raw=True), or made of arrays; Line values; both may come mixed, and of several sensors.
         profile: of the packets; without it, that of the frames' source, or the built-in one.
         storage_options: for the file system of a URL, as fsspec takes them.

@@ -297,8 +297,8 @@ def read_captures(paths: Paths, *, rows: Literal["points", "frames"] = "points",
     path is read here, once. shuffle, ignore_missing_paths, override_num_blocks, concurrency and ray_remote_args are those of
     Ray's own functions.
 
-    A block is a frame, made while it is read; a capture is read by one task, a megabyte or so at a time. Blocks come again
-    bit by bit if a task or its machine is lost. A capture that cannot be read makes the Dataset raise lumsdk.CaptureError
+    A block is a frame, made while it is read; a capture is read by one task, a megabyte or so at a time. If a task or its machine
+    is lost, its blocks are made again, the same bit by bit. A capture that cannot be read makes the Dataset raise lumsdk.CaptureError
     with lumdump's sentence; with broken="warn", one that breaks off gives what could be read.
 
     Raises lumsdk.OptionError, TypeError or lumsdk.CaptureError here, for what is wrong before any capture is read.

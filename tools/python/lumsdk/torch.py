@@ -217,7 +217,7 @@ class Frames(_Captures[_T], Dataset[_T]):  # type: ignore[misc,unused-ignore]
             transform: a function that makes an item of a frame; to spawned workers go only functions that can be pickled.
             keep_index: write what was found of a capture beside it, as Source.index(keep=True) does.
             storage_options: as open() takes them, for URLs.
-            options: those of open(), but for progress; columns can have "xyz". In a worker threads is 1 if not given.
+            options: those of open(), except progress; columns can have "xyz". In a worker threads is 1 if not given.
 
         Raises:
             CaptureError: a pattern that no file has.
@@ -232,7 +232,7 @@ class Frames(_Captures[_T], Dataset[_T]):  # type: ignore[misc,unused-ignore]
         return self._ends
 
     def __len__(self) -> int:
-        """How many frames all captures have. A capture that breaks off raises CaptureError, but with broken="warn"."""
+        """How many frames all captures have. A capture that breaks off raises CaptureError, unless broken="warn"."""
         return self._known_ends()[-1]
 
     def place(self, index: int) -> Place:

@@ -364,8 +364,8 @@ def _together(found: _Found) -> Iterator[str]:
     values, vectors = np.linalg.eigh(found.covariance[np.ix_(free, free)] / scale[:, None] / scale)
     if values[-1] > _WORTH ** 2:
         keys = " and ".join(key for key, part in zip(np.array(KEYS)[free], vectors[:, -1]) if abs(part) > _PART)
-        yield (f"{keys}: together they are hardly determined, {np.sqrt(values[-1]):.0%} as uncertain as before; captures with more roll, and "
-               "walls near and far, would determine them better")
+        yield (f"{keys}: together they are hardly determined, {np.sqrt(values[-1]):.0%} as uncertain as before; captures with more "
+               "roll, and walls near and far, would determine them better")
 
 
 def _fit_notes(found: _Found, names: Sequence[str]) -> Iterator[str]:
@@ -387,8 +387,8 @@ def _notes(grids: Sequence[Grid]) -> Iterator[str]:
 
 
 def _exchanged(grids: Sequence[Grid], *calibrations: Calibration) -> str:
-    """What to do where, by each calibration, a wall continues from eye to eye only with each eye taken for the other, and in no capture
-    as they are called; empty: it does not."""
+    """What to do where, by each calibration, a wall continues from eye to eye only with the eyes exchanged, in no capture as they are
+    called; empty: it does not."""
     for calibration in calibrations:
         found = [check_grid(g, calibration, "") for g in grids]
         if any(has_wall(made.seams) for made in found) or not any(made.is_exchanged for made in found):

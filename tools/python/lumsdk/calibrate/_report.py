@@ -197,7 +197,8 @@ is in the last table:</p>
 
 def _held(found: Solution) -> str:
     rows = "".join(f"<li><b>{html.escape(', '.join(keys))}</b>: {html.escape(why)}</li>" for why, keys in reasons(found).items())
-    return f"<h2>What is held</h2><p>These captures cannot determine these values. They keep their starting values.</p><ul>{rows}</ul>" if rows else ""
+    told = "These captures cannot determine these values. They keep their starting values."
+    return f"<h2>What is held</h2><p>{told}</p><ul>{rows}</ul>" if rows else ""
 
 
 def _more(found: Solution) -> str:

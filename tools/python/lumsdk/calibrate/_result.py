@@ -35,7 +35,7 @@ class Parameter:
     sigma: float
     """Standard deviation, in the unit of the key; inf where it is held."""
     held: str = ""
-    """Why it is held, and which recording would tell it; "" where it is measured."""
+    """Why it is held, and which recording would determine it; "" where it is measured."""
     wish: float = math.inf
     """The standard deviation that is wished for."""
 
@@ -101,7 +101,7 @@ class Solution:
     """Root mean square on planes that the solution had not seen; nan where there is no plane to spare."""
     held_out_after_m: float
     is_better: bool
-    """Whether it settled, and the planes that were held out are no worse than before, by allowed_m."""
+    """Whether it settled, and planes that were held out are no worse than before, within allowed_m."""
     base: dict[str, Any] = field(default_factory=dict)
     """The calibration as it was, nested as in a file."""
     notes: list[str] = field(default_factory=list)

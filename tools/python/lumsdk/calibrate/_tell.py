@@ -47,8 +47,9 @@ def _seam_line(seam: Seam) -> str:
 def exchange(eye_values: tuple[int, int]) -> str:
     """What to do where the eyes are exchanged."""
     blue, green = eye_values
-    return ("a wall continues from eye to eye only with the eyes exchanged: the profile probably calls the blue eye green. Exchange the "
-            f"two numbers of eye_values in it, or add --set eye_values.blue={green} --set eye_values.green={blue}, and run it again")
+    return ("a wall continues from eye to eye only with the eyes exchanged: the profile probably calls the blue eye green. Exchange "
+            f"the two numbers of eye_values in it, or add --set eye_values.blue={green} --set eye_values.green={blue}, and run "
+            "it again")
 
 
 def _why_unknown(found: Check) -> str:
@@ -61,8 +62,8 @@ def _why_unknown(found: Check) -> str:
         seam = found.strange[0]
         return (f"no face continues from eye to eye; the closest pair is {seam.apart_deg:.1f} degrees and {abs(seam.step_m):.2f} m "
                 "apart. These are two faces, or the calibration is wrong by as much: lumcal eyes shows which")
-    return ("no wall or floor continues from eye to eye: let the sensor look at a wall straight ahead, or at the floor; if it does, the "
-            "eyes may be exchanged: eye_values of the profile")
+    return ("no wall or floor continues from eye to eye: let the sensor look at a wall straight ahead, or at the floor; if it does, "
+            "the eyes may be exchanged: eye_values of the profile")
 
 
 def advice(found: Check) -> str:
