@@ -1,6 +1,6 @@
 /** @file
  * The wire profile of a capture: which layout of data packets explains its
- * datagrams (docs/protocol.md, "How a layout is told").
+ * datagrams (docs/protocol.md, "How a layout is found").
  *
  * @code
  * lum_infer_options options = {.struct_size = sizeof options};
