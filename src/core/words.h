@@ -14,9 +14,9 @@ lum_result lum_words_place_angles(lum_line_slot *slot, const lum_group *group,
 lum_result lum_words_place_ranges(lum_assembler *a, lum_line_slot *slot,
                                   const lum_group *group);
 
-/* Takes note of how many words an accepted packet brought, and of where they
- * end within the line. If the line cannot hold them, they say nothing about its
- * losses. */
+/* Counts the words of an accepted packet, at most capacity for the line, and
+ * records where they end within the line, for lost_words. An end beyond
+ * capacity is ignored. */
 void lum_words_count_sent(lum_line_slot *slot, const lum_group *group,
                           uint32_t capacity);
 

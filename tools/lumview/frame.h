@@ -1,5 +1,5 @@
 /* A frame as the page gets it: the messages that lum/frame/packed.h describes,
- * one behind the other. */
+ * one after the other. */
 #ifndef LUMVIEW_FRAME_H
 #define LUMVIEW_FRAME_H
 
@@ -17,7 +17,7 @@ struct frame_pool;
 /* NULL without memory. */
 struct frame_pool *frame_pool_new(void);
 
-/* No frame is made any more; those that there are live on. NULL is allowed. */
+/* No more frames can be made; existing ones stay valid. NULL is allowed. */
 void frame_pool_free(struct frame_pool *pool);
 
 /* Counted by reference: a slow browser keeps the one that it is being sent
@@ -33,8 +33,7 @@ struct frame *frame_keep(struct frame *frame);
 void frame_release(struct frame *frame); /* NULL is allowed */
 const uint8_t *frame_bytes(const struct frame *frame, size_t *len);
 
-/* Bytes of the message that begins at one of these; 0: there is none any more.
- */
+/* Length of the message that begins at this byte; 0: there are no more. */
 size_t frame_piece(const struct frame *frame, size_t at);
 
 #endif

@@ -1,4 +1,4 @@
-"""A frame as a picture that lies as the world does, and back. The work is done in C, of the frame's arrays."""
+"""A frame as a picture oriented like the scene, and back. C does the work, on the frame's arrays."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Optional

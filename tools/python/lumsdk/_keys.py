@@ -1,4 +1,4 @@
-"""The keys of calibrations and profiles: what there is to say about each."""
+"""The keys of calibrations and profiles: the name and the allowed values of each."""
 from __future__ import annotations
 
 from typing import Any
@@ -10,7 +10,7 @@ _QUOTED_MAX = 55
 
 
 def quoted(value: str) -> str:
-    """A text as messages have it: in printable ASCII, and not too long."""
+    """A text as messages quote it: in printable ASCII, and shortened."""
     out = ""
     for byte in value.encode(errors="surrogatepass"):
         if len(out) > _QUOTED_MAX:
@@ -20,7 +20,7 @@ def quoted(value: str) -> str:
 
 
 class Key:
-    """What there is to say about a key."""
+    """The name and the allowed values of a key."""
 
     is_number = True
 

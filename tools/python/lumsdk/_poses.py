@@ -31,11 +31,11 @@ MOMENTS = tuple(_TO)
 
 _OUTSIDE = ("nan", "nearest", "raise")
 _CAUSES = (("before", "before the first pose"), ("after", "after the last one"), ("in_gap", "in gaps of the poses"),
-           ("no_start", "in a frame to whose start or middle there is none"), ("no_time", "without a time"))
+           ("no_start", "in a frame without a pose at its start or middle"), ("no_time", "without a time"))
 _UNIT_ERROR = 0.02
 _NUMBER = (int, float, np.integer, np.floating)
 _ROUNDING = 1e-15
-"""What making a quaternion's length 1 once more changes in its numbers, at most."""
+"""The most that normalising a quaternion again changes its numbers."""
 
 _MOVED = {"start": "the start of the frame", "middle": "the middle of the frame", "world": "the world"}
 _GAP_S, _JUMP_M = lib.LUM_POSES_GAP_NS * 1e-9, 100.0
@@ -263,7 +263,7 @@ def _pointer(array: Array) -> Any:
 
 
 def _moments(info: Info, poses: Poses, to: str) -> tuple[int, int]:
-    """By the poses' clock, when the frame began, and the moment that it is moved to."""
+    """The start of the frame and the moment that it is moved to, by the poses' clock."""
     if not info.begin_utc_ns:
         raise CaptureError("the frame has no clock: its profile has no timestamp, so its points have no poses; "
                            "use a profile with the field timestamp, or for Frame.from_arrays() utc_ns=")
@@ -288,7 +288,7 @@ def _why(frame: Frame, poses: Poses, counts: Any, begin_ns: int) -> str:
 
 
 def of_several(poses: Poses) -> OptionError:
-    """Poses of one sensor's clock are given for several sensors."""
+    """The refusal of poses by one sensor's clock for several sensors."""
     return OptionError(f"poses: {poses.name} has times of a sensor's clock, and each sensor has another: give poses with times of "
                        "UTC, or choose one sensor by sensor=")
 
@@ -385,6 +385,6 @@ class Motion:
         told = f"{self.poses.name}: {self.without} of {self.points} points have no pose"
         if self.without == self.points:
             begin, end = (time * 1e-9 for time in self.poses.span)
-            raise CaptureError(f"{told}: the poses are of {begin:.3f} to {end:.3f} s, {self.poses.clock}; are they "
+            raise CaptureError(f"{told}: the poses are from {begin:.3f} to {end:.3f} s, {self.poses.clock}; are they "
                                "from another drive?")
         warn(f"{told} and are left out")
