@@ -155,9 +155,9 @@ int lum_claim_refuse_foreign(const char *path, const char *shown,
                              lum_error *error)
 {
     errno = EEXIST;
-    return lum_error_set(error,
-                         "%s: cannot be written while %s exists, "
-                         "because that name marks it as being written: rename "
-                         "that one, or choose another name",
-                         shown, path);
+    return lum_error_set(
+        error,
+        "%s: cannot be written while %s exists, because that name marks it as "
+        "being written: rename that one, or choose another name",
+        shown, path);
 }

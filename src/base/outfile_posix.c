@@ -159,11 +159,11 @@ int lum_outfile_check(const lum_outfile *file, lum_error *error)
                          "was renamed while it was written; its data is in ",
                          name, "", error);
     case 0:
-        (void)snprintf(remedy, sizeof remedy,
-                       "; its data is put back when the file ends, if its "
-                       "folder has room; to save it now: "
-                       "cp /proc/%ld/fd/%d NAME",
-                       (long)getpid(), file->fd);
+        (void)snprintf(
+            remedy, sizeof remedy,
+            "; its data is put back when the file ends, if its folder has "
+            "room; to save it now: cp /proc/%ld/fd/%d NAME",
+            (long)getpid(), file->fd);
         return fail_removed(file, remedy, error);
     default:
         return fail_lost(file, "was removed or renamed while it was written",
@@ -305,8 +305,7 @@ static int put_back(const lum_outfile *file, lum_error *error)
     if (name != NULL) {
         (void)fail_put_back(file, name, error);
     } else if (has_link) {
-        (void)fail_removed(
-            file, "; its data now has an unknown name", error);
+        (void)fail_removed(file, "; its data now has an unknown name", error);
     } else {
         (void)fail_gone(file, code, error);
     }

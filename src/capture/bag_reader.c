@@ -130,10 +130,9 @@ static int leave_chunk(lum_pcap *r, const char *what, lum_error *error)
     const int skipped = skip(r, room_of(r), error);
     b->chunk_end = 0;
     if (skipped == LUM_PCAP_GO_ON) {
-        (void)lum_pcap_fail(r, error,
-                            "%s of a chunk is longer "
-                            "than the rest of the chunk",
-                            what);
+        (void)lum_pcap_fail(
+            r, error, "%s of a chunk is longer than the rest of the chunk",
+            what);
     }
     return skipped == LUM_PCAP_GO_ON ? LUM_PCAP_DAMAGED : skipped;
 }

@@ -330,12 +330,9 @@ int lum_capture_writer_add_from(lum_capture_writer *writer, size_t interface,
                                 const lum_datagram *datagram, lum_error *error)
 {
     if (interface >= writer->interface_count) {
-        return lum_error_set(error,
-                             "%s: interface %zu "
-                             "of %zu; use 0 to %zu",
-                             writer->out.name, interface,
-                             writer->interface_count,
-                             writer->interface_count - 1u);
+        return lum_error_set(
+            error, "%s: interface %zu of %zu; use 0 to %zu", writer->out.name,
+            interface, writer->interface_count, writer->interface_count - 1u);
     }
     if (check_datagram(writer, datagram, error) != 0 ||
         (!writer->is_shown && show(writer, error) != 0)) {

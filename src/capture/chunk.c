@@ -84,8 +84,8 @@ static lum_unpacker *find_unpacker(const lum_pcap *r, const lum_chunk_head *h,
             h->compression);
     } else if (unpacker == NULL) {
         (void)lum_pcap_fail(r, error,
-                            "a chunk is compressed by %s, and "
-                            "this build has no %s: %s makes a readable file",
+                            "a chunk is compressed by %s, and this build has "
+                            "no %s: %s makes a readable file",
                             h->compression, library, h->remedy);
     }
     return unpacker;
@@ -109,8 +109,8 @@ static int check_lengths(const lum_pcap *r, const lum_chunk_head *h,
     const uint64_t most = h->unpacked > h->packed ? h->unpacked : h->packed;
     if (most > LUM_CHUNK_RECORDS_MAX) {
         (void)lum_pcap_fail(r, error,
-                            "a chunk of %llu bytes; at most "
-                            "%lu can be read: %s makes a readable file",
+                            "a chunk of %llu bytes; at most %lu can be read: "
+                            "%s makes a readable file",
                             (unsigned long long)most,
                             (unsigned long)LUM_CHUNK_RECORDS_MAX, h->remedy);
         return LUM_PCAP_DAMAGED;
@@ -186,10 +186,9 @@ static int unpack_all(const lum_pcap *r, const lum_source_functions *f,
         (void)lum_pcap_fail(r, error, "a chunk cannot be unpacked: %s",
                             reason.text);
     } else {
-        (void)lum_pcap_fail(r, error,
-                            "a chunk does not unpack to the "
-                            "%zu bytes it declares",
-                            bytes);
+        (void)lum_pcap_fail(
+            r, error, "a chunk does not unpack to the %zu bytes it declares",
+            bytes);
     }
     return LUM_PCAP_DAMAGED;
 }

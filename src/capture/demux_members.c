@@ -25,8 +25,8 @@ static int check(const lum_demux_members *members, lum_error *error)
             if (is_same(&members->of[k], &members->of[i])) {
                 return lum_error_set(
                     error,
-                    "members %zu and %zu are the same sensor; members "
-                    "with one address need different interfaces",
+                    "members %zu and %zu are the same sensor; members with one "
+                    "address need different interfaces",
                     k, i);
             }
         }
@@ -51,11 +51,10 @@ int lum_demux_take_members(lum_demux_members *out,
                              options->member_count, LUM_DEMUX_MEMBERS_MAX);
     }
     if (count != 0 && members == NULL) {
-        return lum_error_set(
-            error,
-            "members is NULL, but %zu members "
-            "are announced; give members, or 0 as their number",
-            count);
+        return lum_error_set(error,
+                             "members is NULL, but %zu members are announced; "
+                             "give members, or 0 as their number",
+                             count);
     }
     *out = (lum_demux_members){.count = count};
     for (size_t i = 0; i < count; i++) {

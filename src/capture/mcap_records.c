@@ -171,9 +171,9 @@ static int next_in_chunk(lum_mcap_records *m, lum_mcap_record *out,
     const uint8_t *at = all.at + m->chunk_at;
     if (left < RECORD_HEAD || load_le64(at + 1) > left - RECORD_HEAD) {
         m->chunk_at = all.len;
-        (void)lum_pcap_fail(m->reader, error,
-                            "a record of a "
-                            "chunk is longer than the rest of the chunk");
+        (void)lum_pcap_fail(
+            m->reader, error,
+            "a record of a chunk is longer than the rest of the chunk");
         return LUM_PCAP_DAMAGED;
     }
     const struct raw raw = {at[0], at + RECORD_HEAD, load_le64(at + 1)};
@@ -335,11 +335,9 @@ static int take_statistics(const lum_mcap_records *m, const struct raw *raw,
     }
     const uint64_t messages = load_le64(r->source->at + RECORD_HEAD);
     if (messages != m->messages && r->damaged == 0) {
-        return lum_pcap_fail(r, error,
-                             "%llu messages were read, but "
-                             "its statistics count %llu",
-                             (unsigned long long)m->messages,
-                             (unsigned long long)messages);
+        return lum_pcap_fail(
+            r, error, "%llu messages were read, but its statistics count %llu",
+            (unsigned long long)m->messages, (unsigned long long)messages);
     }
     return skip(r, raw->len, error);
 }
@@ -405,8 +403,8 @@ static int next_in_file(lum_mcap_records *m, lum_mcap_record *out,
         return s->left != 0 || s->has_failed
                    ? lum_pcap_fail_cut(r, "record", 0, error)
                    : lum_pcap_fail(r, error,
-                                   "the file ends without a footer: it "
-                                   "was cut short or never finished");
+                                   "the file ends without a footer: it was cut "
+                                   "short or never finished");
     }
     struct raw raw = {s->at[0], NULL, load_le64(s->at + 1)};
     switch (raw.opcode) {

@@ -123,12 +123,11 @@ bool lum_pcap_is_spoilt(const lum_pcap *reader)
 
 int lum_pcap_fail_damaged(const lum_pcap *reader, lum_error *error)
 {
-    return lum_error_set(error, "nothing of it can be read: %s%s",
-                         reader->damage.text,
-                         lum_source_can_seek(reader->source)
-                             ? ""
-                             : "; unpack it to a file: some of it may then "
-                               "be readable");
+    return lum_error_set(
+        error, "nothing of it can be read: %s%s", reader->damage.text,
+        lum_source_can_seek(reader->source)
+            ? ""
+            : "; unpack it to a file: some of it may then be readable");
 }
 
 uint64_t lum_pcap_damaged(const lum_pcap *reader, const char **first)

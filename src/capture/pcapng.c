@@ -64,8 +64,8 @@ static int read_block_header(lum_pcap *r, lum_pcapng_block *b, lum_error *error)
     return b->len >= BLOCK_BYTES_MIN && b->len % 4u == 0
                ? 1
                : lum_pcap_fail(r, error,
-                               "a block of %lu bytes; its "
-                               "length is a multiple of 4, %d or more",
+                               "a block of %lu bytes; its length is a multiple "
+                               "of 4, %d or more",
                                (unsigned long)b->len, (int)BLOCK_BYTES_MIN);
 }
 

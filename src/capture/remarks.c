@@ -127,11 +127,10 @@ static bool say_port(const lum_remarks *r, uint16_t port, lum_error *out)
     }
     (void)lum_error_set(
         out,
-        "%" PRIu64 " packet%s of a G2 came from UDP port %u%s, "
-        "but only port %u is read: a device on the "
-        "way has changed the port (NAT); read %s with lumdump --port "
-        "%u, --sensor-port %u of lumview and lumsim, port=%u "
-        "in Python and ROS",
+        "%" PRIu64 " packet%s of a G2 came from UDP port %u%s, but only port "
+        "%u is read: a device on the way has changed the port "
+        "(NAT); read %s with lumdump --port %u, --sensor-port %u of "
+        "lumview and lumsim, port=%u in Python and ROS",
         most, most == 1 ? "" : "s", other, rest, (unsigned)port,
         most == 1 ? "it" : "them", other, other, other);
     return true;
@@ -186,11 +185,11 @@ static bool say_order(const lum_demux_counters *counters, lum_error *out)
     if (counters->out_of_order < OUT_OF_ORDER_MIN) {
         return false;
     }
-    (void)lum_error_set(out,
-                        "%" PRIu64 " packets are too far out of "
-                        "order in the capture to be put together: reordercap "
-                        "IN OUT sorts a pcap or pcapng file",
-                        counters->out_of_order);
+    (void)lum_error_set(
+        out,
+        "%" PRIu64 " packets are too far out of order in the capture to be put "
+        "together: reordercap IN OUT sorts a pcap or pcapng file",
+        counters->out_of_order);
     return true;
 }
 
@@ -215,20 +214,21 @@ static bool find_mixture(const lum_demux_counters *counters,
         return true;
     }
     if (mixture->contradicting != 0) {
-        (void)lum_error_set(out,
-                            "two sensors seem to be read as one, "
-                            "so that frames have points of both: %" PRIu32
-                            " of %" PRIu32 " packets examined do not "
-                            "fit their neighbours in time",
-                            mixture->contradicting, mixture->compared);
+        (void)lum_error_set(
+            out,
+            "two sensors seem to be read as one, so that frames have points of "
+            "both: %" PRIu32 " of %" PRIu32
+            " packets examined do not fit their neighbours in time",
+            mixture->contradicting, mixture->compared);
         return true;
     }
     if (counters->out_of_order < OUT_OF_ORDER_MIN &&
         is_much(counters->assembly.late, counters)) {
-        (void)lum_error_set(out,
-                            "%" PRIu64 " packets came after newer "
-                            "lines of their sensor and are not used",
-                            counters->assembly.late);
+        (void)lum_error_set(
+            out,
+            "%" PRIu64
+            " packets came after newer lines of their sensor and are not used",
+            counters->assembly.late);
         return true;
     }
     return false;
@@ -328,9 +328,9 @@ static void say_absent(const lum_demux *demux, const lum_demux_known *member,
         add_sensors(demux, *member->interface != '\0', out);
     } else {
         add_name(out, "", other->address, "");
-        add_text(out, " did, on an unknown interface: record with "
-                      "dumpcap -i eth0 -i eth1 -w out, whose pcapng files name "
-                      "them, or leave the interface out of the rig");
+        add_text(out, " did, on an unknown interface: record with dumpcap -i "
+                      "eth0 -i eth1 -w out, whose pcapng files name them, or "
+                      "leave the interface out of the rig");
     }
 }
 

@@ -66,11 +66,11 @@ static int check_name(const lum_extras *before, lum_format format,
     const size_t n = strlen(name);
     if (n == 0 || n > LUM_WRITER_EXTRA_NAME_MAX ||
         strspn(name, LETTERS DIGITS) != n || strspn(name, LETTERS) == 0) {
-        return lum_error_set(error,
-                             "'%.40s' cannot be the name of a column; use "
-                             "1 to %u ASCII letters, digits and _, "
-                             "not a digit first",
-                             name, LUM_WRITER_EXTRA_NAME_MAX);
+        return lum_error_set(
+            error,
+            "'%.40s' cannot be the name of a column; use 1 to %u ASCII "
+            "letters, digits and _, not a digit first",
+            name, LUM_WRITER_EXTRA_NAME_MAX);
     }
     if (is_taken(format, name)) {
         return lum_error_set(error,
@@ -105,11 +105,11 @@ static int check_type(lum_format format, const lum_writer_extra *extra,
             extra->name, (int)extra->type, LUM_NUMBER_TYPES - 1);
     }
     if (!has_type(format, &lum_number_types[extra->type])) {
-        return lum_error_set(error,
-                             "the column %s has 64-bit integers, "
-                             "which this format lacks; use 32-bit "
-                             "integers or float64, or write csv or las",
-                             extra->name);
+        return lum_error_set(
+            error,
+            "the column %s has 64-bit integers, which this format lacks; use "
+            "32-bit integers or float64, or write csv or las",
+            extra->name);
     }
     return 0;
 }
@@ -127,8 +127,8 @@ static int take(lum_extras *out, lum_format format,
                 const lum_writer_extra *extra, size_t count, lum_error *error)
 {
     if (count > 0 && !has_extras(format)) {
-        return lum_error_set(error, "this format takes no extra "
-                                    "columns; csv, ply, pcd, las and mcap do");
+        return lum_error_set(error, "this format takes no extra columns; csv, "
+                                    "ply, pcd, las and mcap do");
     }
     if (count > LUM_WRITER_EXTRA_MAX) {
         return lum_error_set(error, "%zu extra columns; at most %u", count,

@@ -61,12 +61,13 @@ static int keep_contents(const lum_writer *writer, state *s,
         return 0;
     }
     errno = EINVAL;
-    return lum_error_set(error, "%s: %s", lum_sink_name(writer->sink),
-                         !is_known ? "contents that MCAP does "
-                                     "not have; use frames, lines or datagrams"
-                         : writer->preset != NULL
-                             ? "a preset needs whole frames: choose frames"
-                             : "a cloud is of a frame or of a line, not both");
+    return lum_error_set(
+        error, "%s: %s", lum_sink_name(writer->sink),
+        !is_known
+            ? "contents that MCAP does not have; use frames, lines or datagrams"
+        : writer->preset != NULL
+            ? "a preset needs whole frames: choose frames"
+            : "a cloud is of a frame or of a line, not both");
 }
 
 static bool has_topic(const state *s, unsigned topic)

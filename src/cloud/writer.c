@@ -58,9 +58,7 @@ static int check_voxels(const lum_writer *writer, const lum_line_samples *line,
         return 0;
     }
     errno = EINVAL;
-    return lum_error_set(error,
-                         "%s: samples of voxels lack "
-                         "counts or times_ns",
+    return lum_error_set(error, "%s: samples of voxels lack counts or times_ns",
                          lum_sink_name(writer->sink));
 }
 
@@ -71,10 +69,9 @@ static int check_extra(const lum_writer *writer, const lum_line_samples *line,
         return 0;
     }
     errno = EINVAL;
-    return lum_error_set(error,
-                         "%s: the file has extra columns, "
-                         "but the line's extra is NULL",
-                         lum_sink_name(writer->sink));
+    return lum_error_set(
+        error, "%s: the file has extra columns, but the line's extra is NULL",
+        lum_sink_name(writer->sink));
 }
 
 static int check_row(const lum_writer *writer, const lum_line_samples *line,

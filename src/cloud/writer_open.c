@@ -112,8 +112,8 @@ static int choose_preset(lum_writer *writer, const char *path, lum_error *error)
     writer->options.preset = NULL;
     if (writer->extras.count > 0 && (name != NULL || writer->options.voxels)) {
         return refuse(path,
-                      "presets and voxels take no extra columns: leave "
-                      "out extra, or the preset or voxels",
+                      "presets and voxels take no extra columns: leave out "
+                      "extra, or the preset or voxels",
                       error);
     }
     if (writer->options.voxels) {

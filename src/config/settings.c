@@ -70,10 +70,9 @@ static const lum_key_word shapes[] = {{"uniform", LUM_YSCAN_UNIFORM},
                                       {NULL, 0}};
 
 static const lum_key_rule laser = {
-    .refusal = "a file cannot switch the laser; a person who "
-               "watches the sensor does, by 'lumctl laser on' or 'lumctl laser "
-               "off'; leave "
-               "the key out"};
+    .refusal =
+        "a file cannot switch the laser; a person who watches the sensor does, "
+        "by 'lumctl laser on' or 'lumctl laser off'; leave the key out"};
 static const lum_key_rule lines = {.words = line_modes, .min = 0, .max = -1};
 static const lum_key_rule shape = {.words = shapes, .min = 0, .max = -1};
 static const lum_key_rule elevation = {

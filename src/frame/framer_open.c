@@ -167,16 +167,14 @@ static int check_members(const lum_framer_options *o, lum_error *error)
                              o->member_count, LUM_RIG_MEMBERS_MAX);
     }
     if (o->member_count != 0 && o->members == NULL) {
-        return lum_error_set(
-            error,
-            "members is NULL, but %zu members "
-            "are announced; give members, or 0 as their number",
-            o->member_count);
+        return lum_error_set(error,
+                             "members is NULL, but %zu members are announced; "
+                             "give members, or 0 as their number",
+                             o->member_count);
     }
     if (o->member_count != 0 && (o->only_first || o->has_sensor)) {
-        return lum_error_set(error,
-                             "members do not go with "
-                             "only_first or has_sensor; give one of them");
+        return lum_error_set(error, "members do not go with only_first or "
+                                    "has_sensor; give one of them");
     }
     return 0;
 }

@@ -97,9 +97,8 @@ static int check(lum_reader *r, lum_error *error)
     }
     return r->place.keeps_index
                ? 0
-               : lum_error_set(error,
-                               "this reader keeps "
-                               "no index; set lum_reader_options.keeps_index");
+               : lum_error_set(error, "this reader keeps no index; set "
+                                      "lum_reader_options.keeps_index");
 }
 
 int lum_reader_save_index(lum_reader *reader, const char *path,

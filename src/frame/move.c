@@ -390,10 +390,10 @@ int lum_frame_move(const lum_frame *frame, const lum_move_options *options,
                                     "y, z and time: ask for all four");
     }
     if (points.count > 0 && info.times.begin_utc_ns == 0) {
-        return lum_error_set(error,
-                             "the frame has no clock: its profile has no "
-                             "timestamp, so its points have no poses; use a "
-                             "profile with the field timestamp");
+        return lum_error_set(
+            error,
+            "the frame has no clock: its profile has no timestamp, so its "
+            "points have no poses; use a profile with the field timestamp");
     }
     find_moments(&info.times, o.poses, o.to, &points);
     return lum_points_move(&points, &o, x, y, z, counts, error);

@@ -113,9 +113,8 @@ int lum_cut_check_clock(const lum_layout *layout, const lum_raw_line *line,
     }
     return lum_error_set(
         error,
-        "line %lu of the %s eye: its clock is %llu us from that "
-        "of the line before it; the profile's clock of %u "
-        "bits needs less than %llu us",
+        "line %lu of the %s eye: its clock is %llu us from that of the line "
+        "before it; the profile's clock of %u bits needs less than %llu us",
         (unsigned long)line->number, lum_cut_eye(line->eye),
         (unsigned long long)step, bits, (unsigned long long)half);
 }
@@ -128,11 +127,10 @@ int lum_cut_check_time(const lum_cut *cut, const lum_raw_line *line,
         const int64_t ns = cut->packets[i].head.arrival_ns;
         low = ns < low ? ns : low;
     }
-    return low >= 0
-               ? 0
-               : lum_error_set(error,
-                               "line %lu of the %s eye: its arrival is %lld "
-                               "ns; use 0 or more, in ns since 1970",
-                               (unsigned long)line->number,
-                               lum_cut_eye(line->eye), (long long)low);
+    return low >= 0 ? 0
+                    : lum_error_set(error,
+                                    "line %lu of the %s eye: its arrival is "
+                                    "%lld ns; use 0 or more, in ns since 1970",
+                                    (unsigned long)line->number,
+                                    lum_cut_eye(line->eye), (long long)low);
 }

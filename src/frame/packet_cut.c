@@ -33,20 +33,18 @@ static int check_words(const lum_raw_line *line, lum_error *error)
     for (size_t i = 0; i < line->word_count; i++) {
         const uint32_t pixel = lum_word_pixel(line->words[i]);
         if (!lum_word_is_good(line->words[i])) {
-            return lum_error_set(
-                error,
-                "line %lu of the %s eye: word %zu is 0x%08lx; bit 11 "
-                "must be 0 and the pixel 0 to 999",
-                (unsigned long)line->number, lum_cut_eye(line->eye), i,
-                (unsigned long)line->words[i]);
+            return lum_error_set(error,
+                                 "line %lu of the %s eye: word %zu is 0x%08lx; "
+                                 "bit 11 must be 0 and the pixel 0 to 999",
+                                 (unsigned long)line->number,
+                                 lum_cut_eye(line->eye), i,
+                                 (unsigned long)line->words[i]);
         }
         if (i > 0 && pixel < lum_word_pixel(line->words[i - 1u])) {
             return lum_error_set(
                 error,
-                "line %lu of the %s eye: pixel %lu follows "
-                "pixel %lu; order "
-                "the words of a line by pixel, and those of a "
-                "pixel by return",
+                "line %lu of the %s eye: pixel %lu follows pixel %lu; order "
+                "the words of a line by pixel, and those of a pixel by return",
                 (unsigned long)line->number, lum_cut_eye(line->eye),
                 (unsigned long)pixel,
                 (unsigned long)lum_word_pixel(line->words[i - 1u]));
@@ -58,10 +56,9 @@ static int check_words(const lum_raw_line *line, lum_error *error)
 static int check_line(const lum_raw_line *line, lum_error *error)
 {
     if (line->eye >= LUM_EYES) {
-        return lum_error_set(error,
-                             "line %lu: eye is %u; use 0 for blue or 1 for "
-                             "green",
-                             (unsigned long)line->number, (unsigned)line->eye);
+        return lum_error_set(
+            error, "line %lu: eye is %u; use 0 for blue or 1 for green",
+            (unsigned long)line->number, (unsigned)line->eye);
     }
     if (line->word_count > LUM_LINE_WORDS_MAX) {
         return lum_error_set(

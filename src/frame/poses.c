@@ -62,10 +62,10 @@ static int check_options(const lum_poses_options *o, lum_error *error)
     errno = EINVAL;
     if (o->clock != LUM_POSES_BY_SIZE && o->clock != LUM_POSES_SENSOR &&
         o->clock != LUM_POSES_UTC) {
-        return lum_error_set(error,
-                             "poses: the option clock is %d; "
-                             "use a value of lum_poses_clock",
-                             (int)o->clock);
+        return lum_error_set(
+            error,
+            "poses: the option clock is %d; use a value of lum_poses_clock",
+            (int)o->clock);
     }
     if (o->gap_ns < 0) {
         return lum_error_set(error,
@@ -75,8 +75,8 @@ static int check_options(const lum_poses_options *o, lum_error *error)
     }
     if (!(o->jump_m >= 0.0)) {
         return lum_error_set(error,
-                             "poses: the option jump_m is %g; use "
-                             "more than 0, or 0 for the usual one",
+                             "poses: the option jump_m is %g; use more than 0, "
+                             "or 0 for the usual one",
                              o->jump_m);
     }
     return 0;
@@ -173,16 +173,16 @@ static int check_turn(lum_pose *pose, const lum_poses_mark *mark,
     const double length = hypot(hypot(q[0], q[1]), hypot(q[2], q[3]));
     const label here = label_of(mark);
     if (!(fabs(length + pose->at[0] + pose->at[1] + pose->at[2]) <= DBL_MAX)) {
-        return lum_error_set(error,
-                             "%s: a number is infinite or not "
-                             "a number; leave such poses out",
-                             here.text);
+        return lum_error_set(
+            error,
+            "%s: a number is infinite or not a number; leave such poses out",
+            here.text);
     }
     if (fabs(length - 1.0) > LUM_POSES_UNIT_ERROR ||
         !lum_pose_normalize(pose)) {
         return lum_error_set(error,
-                             "%s: the quaternion's length is %g; use 1, "
-                             "as qx qy qz qw with w last, not angles",
+                             "%s: the quaternion's length is %g; use 1, as qx "
+                             "qy qz qw with w last, not angles",
                              here.text, length);
     }
     return 0;
@@ -222,8 +222,8 @@ static int check_jump(lum_poses *p, int64_t time_ns, const lum_pose *pose,
     const label here = label_of(mark);
     return lum_error_set(
         error,
-        "%s is %.1f m away from the pose %.3f s before: more than %g m; "
-        "use metres: are x, y and z millimetres? If not, leave wrong poses out",
+        "%s is %.1f m away from the pose %.3f s before: more than %g m; use "
+        "metres: are x, y and z millimetres? If not, leave wrong poses out",
         here.text, jump, seconds(time_ns - p->times[from]), p->jump_m);
 }
 
@@ -289,9 +289,9 @@ static int refuse_steps(const lum_poses *p, const char *name, int64_t step,
     errno = EINVAL;
     return lum_error_set(
         error,
-        "%s: all poses are %g s apart or more, and points are placed "
-        "only between poses up to %g s apart: if the times are %s, convert "
-        "them to seconds; otherwise add poses",
+        "%s: all poses are %g s apart or more, and points are placed only "
+        "between poses up to %g s apart: if the times are %s, convert them to "
+        "seconds; otherwise add poses",
         name != NULL ? name : "poses", seconds(step), seconds(p->gap_ns),
         units[unit]);
 }
@@ -480,8 +480,8 @@ int lum_poses_check_span(const lum_poses *poses, const char *name,
     errno = EINVAL;
     return lum_error_set(
         error,
-        "%s: its poses are from %.3f to %.3f s %s, "
-        "the points from %.3f to %.3f s; are %s%s?",
+        "%s: its poses are from %.3f to %.3f s %s, the points from %.3f to "
+        "%.3f s; are %s%s?",
         name, seconds(info->first_ns), seconds(info->last_ns),
         info->clock == LUM_POSES_UTC ? "UTC" : "of the sensor's clock",
         seconds(from_ns), seconds(to_ns),

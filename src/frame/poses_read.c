@@ -140,10 +140,9 @@ static int refuse_field(const reader *r, size_t i, lum_error *error)
     }
     shown[n] = '\0';
     errno = EINVAL;
-    return lum_error_set(error,
-                         "%.250s: line %zu: '%s' is not a number "
-                         "such as 12.5 or 1.25e1",
-                         r->name, r->line, shown);
+    return lum_error_set(
+        error, "%.250s: line %zu: '%s' is not a number such as 12.5 or 1.25e1",
+        r->name, r->line, shown);
 }
 
 static int take_number(const reader *r, size_t i, double *out, lum_error *error)
@@ -173,8 +172,8 @@ static int refuse_unit(const reader *r, size_t i, double value,
     const lum_unit_names may = lum_unit_names_of(value, find_step(r, i, value));
     errno = EINVAL;
     return lum_error_set(error,
-                         "%.250s: line %zu: the time %.0f looks like %s; "
-                         "use seconds, or a CSV column %s",
+                         "%.250s: line %zu: the time %.0f looks like %s; use "
+                         "seconds, or a CSV column %s",
                          r->name, r->line, value, may.units, may.columns);
 }
 
@@ -191,8 +190,8 @@ static int take_time(const reader *r, size_t i, int exponent, int64_t *out,
     }
     if (!lum_decimal_whole(&d, exponent, out)) {
         return refuse(r, error,
-                      "the time is too large for nanoseconds in 64 bits; "
-                      "use the unit in the column's name");
+                      "the time is too large for nanoseconds in 64 bits; use "
+                      "the unit in the column's name");
     }
     return 0;
 }
@@ -278,9 +277,8 @@ static int refuse_names(const parser *p, int lacks)
     errno = EINVAL;
     return lum_error_set(
         p->error,
-        "%.250s: line %zu: %s%s; use numbers (TUM: t x y z qx qy qz qw; "
-        "KITTI: 12 of a matrix), or a CSV with a line of names: "
-        "t,x,y,z,qx,qy,qz,qw",
+        "%.250s: line %zu: %s%s; use numbers (TUM: t x y z qx qy qz qw; KITTI: "
+        "12 of a matrix), or a CSV with a line of names: t,x,y,z,qx,qy,qz,qw",
         p->lines.name, p->lines.line,
         lacks < 0 ? "names a column twice" : "has names, but lacks ",
         lacks < 0 ? "" : names[lacks]);
@@ -326,12 +324,11 @@ static int find_format(parser *p)
                          .exponent = 9};
     if (r->count != KITTI_CELLS && r->count != TUM_FIELDS) {
         errno = EINVAL;
-        return lum_error_set(
-            p->error,
-            "%.250s: line %zu has %zu values; use 8 (TUM: t x y z qx qy "
-            "qz qw), 12 (KITTI: 3 rows of 4), or a CSV with a line of "
-            "names (t,x,y,z,qx,qy,qz,qw)",
-            r->name, r->line, r->count);
+        return lum_error_set(p->error,
+                             "%.250s: line %zu has %zu values; use 8 (TUM: t x "
+                             "y z qx qy qz qw), 12 (KITTI: 3 rows of 4), or a "
+                             "CSV with a line of names (t,x,y,z,qx,qy,qz,qw)",
+                             r->name, r->line, r->count);
     }
     return 0;
 }
@@ -483,8 +480,7 @@ static int check_times(const parser *p)
     }
     return next_data(p->times)
                ? refuse(p->times, p->error,
-                        "there are more times than poses; use one for "
-                        "each")
+                        "there are more times than poses; use one for each")
                : 0;
 }
 

@@ -93,9 +93,8 @@ static int begin_seek(lum_reader *r, lum_error *error)
                                     "one was opened on records");
     }
     if (!lum_framer_gives(r->framer, 0)) {
-        return lum_error_set(
-            error, "a reader that gives no "
-                   "frames cannot seek one; see lum_framer_options.wants");
+        return lum_error_set(error, "a reader that gives no frames cannot seek "
+                                    "one; see lum_framer_options.wants");
     }
     lum_place_begin(r);
     return 0;
@@ -106,8 +105,8 @@ static int fail_to_restart(const lum_reader *r, lum_error *error)
     lum_capture_source source = {.struct_size = sizeof source};
     (void)lum_capture_get_source(r->capture, 0, &source);
     return lum_error_set(error,
-                         "%s: cannot be read again from its start; only "
-                         "later frames can be sought",
+                         "%s: cannot be read again from its start; only later "
+                         "frames can be sought",
                          source.name);
 }
 

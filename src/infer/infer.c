@@ -289,10 +289,9 @@ static int find_samples(lum_infer_state *state, lum_infer_result *out)
 {
     out->counts.other_type = (uint32_t)state->all.count;
     if (state->all.count == 0) {
-        return none(
-            out, LUM_INFER_TOO_LITTLE,
-            "there are no data packets, perhaps "
-            "only control packets: record while the sensor gets heartbeats");
+        return none(out, LUM_INFER_TOO_LITTLE,
+                    "there are no data packets, perhaps only control packets: "
+                    "record while the sensor gets heartbeats");
     }
     if (!lum_infer_find_samples(state)) {
         return none(out, LUM_INFER_NOTHING_FITS,
@@ -352,8 +351,8 @@ static int make_profile(lum_infer_state *state, lum_infer_result *out,
     }
     if (lum_infer_clash(state, &one, &two)) {
         return none(out, LUM_INFER_NOTHING_FITS,
-                    "%s and %s, as they fit best, overlap in a way that "
-                    "no profile can express",
+                    "%s and %s, as they fit best, overlap in a way that no "
+                    "profile can express",
                     lum_infer_name(LUM_INFER_TAG + one),
                     lum_infer_name(LUM_INFER_TAG + two));
     }

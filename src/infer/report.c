@@ -156,8 +156,8 @@ static void of_eye(const lum_infer_state *state, lum_infer_finding *f)
     const lum_infer_reading *best = &state->readings.best;
     f->is_told = !best->is_one_eye;
     if (best->is_one_eye) {
-        say(f->evidence, "lines rise by 1 and no field "
-                         "tells two eyes apart: only one eye is seen");
+        say(f->evidence, "lines rise by 1 and no field tells two eyes apart: "
+                         "only one eye is seen");
         say_rival(f, eye, "reading with two eyes");
         say(f->equal, "every other byte that is always the same");
         say(f->look, "record both eyes");
@@ -312,13 +312,13 @@ static void of_eye_values(const lum_infer_state *state, lum_infer_finding *f)
     say(f->evidence, "%s",
         best->is_one_eye
             ? "only one eye is seen; its name is not in the packets"
-            : "the packets do not say which value is blue: the "
-              "lower one is taken, as in the default");
+            : "the packets do not say which value is blue: the lower one is "
+              "taken, as in the default");
     say(f->equal, "{blue: %u, green: %u}", (unsigned)best->eye_value[1],
         (unsigned)best->eye_value[0]);
     say(f->look,
-        "lumview with both profiles side by side: with the right one, "
-        "blue looks to the right, and a wall continues from eye to eye");
+        "lumview with both profiles side by side: with the right one, blue "
+        "looks to the right, and a wall continues from eye to eye");
 }
 
 static void of_angle_order(const lum_infer_state *state, lum_infer_finding *f)

@@ -343,9 +343,8 @@ int lum_map_add(lum_map *map, const lum_map_points *points, lum_error *error)
     }
     if (map->has_ended) {
         errno = EINVAL;
-        return lum_error_set(error,
-                             "the map: no points can be added "
-                             "after voxels were given out; make a new map");
+        return lum_error_set(error, "the map: no points can be added after "
+                                    "voxels were given out; make a new map");
     }
     for (size_t i = 0; i < known.count; i++) {
         struct batch *batch = &map->queue.batches[map->queue.filling];

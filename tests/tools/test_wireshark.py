@@ -443,7 +443,7 @@ class Faults(Case):
             (tlv(1, (2, b"x")), "tlv", "status shorter than two bytes"),
             (tlv(1, (4, b"xyz")), "tlv", "Y-scan table with an odd number of bytes"),
             (tlv(1, (2, b"\x10\0")), "tlv", "the laser is down for a hazard: HEARTBEAT_TIMEOUT"),
-            (tlv(1, (1, b"")), "tlv", "no command of the table: empty"),
+            (tlv(1, (1, b"")), "tlv", "not a command of the manual: empty"),
         ]
         path = self.capture(*(row[0] for row in rows))
         for row, found in zip(rows, fields(path, "lum.kind", "_ws.expert.message")):

@@ -72,9 +72,8 @@ static const char *const golden[] = {
     "10.42.0.37 --interface eth0 doctor finds out more",
     "back, warning: data from 10.42.0.37 again, after 3.3 s without",
     "moved, error: the data comes from 10.42.0.99:6000 now, not from "
-    "10.42.0.37: the sensor now has that address, so its data is not "
-    "used and ends within 3 s; end this session, and begin one with "
-    "10.42.0.99:6000",
+    "10.42.0.37: the sensor now has that address, so its data is not used and "
+    "ends within 3 s; end this session, and begin one with 10.42.0.99:6000",
     "restarted, warning: 10.42.0.37 was restarted: its clock began again; its "
     "settings are lost; when it is safe, run lumctl --host 10.42.0.37 "
     "--interface eth0 laser on",
@@ -87,8 +86,8 @@ static const char *const golden[] = {
     "late-answers, warning: 10.42.0.37 answers so late that its answers "
     "cannot be used; lumctl --host 10.42.0.37 --interface eth0 doctor finds "
     "out how late",
-    "no-status, warning: 10.42.0.37 answers without a status, so the state "
-    "of its laser is unknown; correct tlv.status in the profile: it says 2",
+    "no-status, warning: 10.42.0.37 answers without a status, so the state of "
+    "its laser is unknown; correct tlv.status in the profile: it says 2",
     "link-down, warning: sending to 10.42.0.37 fails: a text; it is retried; "
     "lumctl --host 10.42.0.37 --interface eth0 doctor finds out why",
     "link-up, warning: sending to 10.42.0.37 works again",

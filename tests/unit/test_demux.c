@@ -484,8 +484,8 @@ static void members_need_an_array(void **state)
     (void)state;
     assert_int_equal(lum_demux_new(&options, &demux, &error), -1);
     assert_string_equal(error.text,
-                        "members is NULL, but 3 members "
-                        "are announced; give members, or 0 as their number");
+                        "members is NULL, but 3 members are announced; give "
+                        "members, or 0 as their number");
 }
 
 static void assert_remark(const lum_demux *demux, size_t i, const char *text)
@@ -533,10 +533,10 @@ static void a_member_whose_data_is_anothers_is_told(void **state)
     while (lum_demux_flush(demux) > 0) {
     }
     assert_int_equal(lum_demux_sensor_count(demux), 1);
-    assert_remark(demux, 0,
-                  "the rig's sensor 10.42.0.37%eth1 is not another "
-                  "sensor: its data duplicates that of 10.42.0.37%eth0; "
-                  "leave one of them out of the rig");
+    assert_remark(
+        demux, 0,
+        "the rig's sensor 10.42.0.37%eth1 is not another sensor: its data "
+        "duplicates that of 10.42.0.37%eth0; leave one of them out of the rig");
     lum_demux_free(demux);
 }
 

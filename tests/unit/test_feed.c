@@ -877,10 +877,9 @@ static void of_several_sensors_the_first_is_shown_and_the_others_named(
     assert_int_equal(s.received.bytes, content.bytes);
     assert_int_equal(s.frames, FRAMES);
     assert_string_equal(s.texts[FEED_MESSAGE],
-                        "10.42.0.38 is shown; there is also "
-                        "10.42.0.37: choose by lumview --sensor, "
-                        "or show all by a rig: lumview --rig, or a rig "
-                        "file dropped on lumview.html");
+                        "10.42.0.38 is shown; there is also 10.42.0.37: choose "
+                        "by lumview --sensor, or show all by a rig: lumview "
+                        "--rig, or a rig file dropped on lumview.html");
     close_well(&v);
     viewer_init(&v, path);
     v.options.sensor.is_given = true;

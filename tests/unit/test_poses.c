@@ -152,28 +152,26 @@ static const struct refusal refusals[] = {
     {"t,x,y,z,qx,qy,qz,qw\n", NULL,
      "p.txt: has no poses; at least one is needed"},
     {"1 2 3\n", NULL,
-     "p.txt: line 1 has 3 values; use 8 (TUM: t x y z qx qy qz qw), 12 "
-     "(KITTI: 3 rows of 4), or a CSV with a line of names "
-     "(t,x,y,z,qx,qy,qz,qw)"},
+     "p.txt: line 1 has 3 values; use 8 (TUM: t x y z qx qy qz qw), 12 (KITTI: "
+     "3 rows of 4), or a CSV with a line of names (t,x,y,z,qx,qy,qz,qw)"},
     {"t,x,y,z\n1,2,3,4\n", NULL,
-     "p.txt: line 1: has names, but lacks qx; use numbers (TUM: t x y z "
-     "qx qy qz qw; KITTI: 12 of a matrix), or a CSV with a line of "
-     "names: t,x,y,z,qx,qy,qz,qw"},
+     "p.txt: line 1: has names, but lacks qx; use numbers (TUM: t x y z qx qy "
+     "qz qw; KITTI: 12 of a matrix), or a CSV with a line of names: "
+     "t,x,y,z,qx,qy,qz,qw"},
     {"t,x,y,z,qx,qy,qz,qw,tx\n", NULL,
-     "p.txt: line 1: names a column twice; use numbers (TUM: t x y z qx "
-     "qy qz qw; KITTI: 12 of a matrix), or a CSV with a line of names: "
+     "p.txt: line 1: names a column twice; use numbers (TUM: t x y z qx qy qz "
+     "qw; KITTI: 12 of a matrix), or a CSV with a line of names: "
      "t,x,y,z,qx,qy,qz,qw"},
     {GOOD "1.1 0 0 0 0 0 1\n" GOOD, NULL,
-     "p.txt: line 2 has 7 values, the lines before 8: use the same "
-     "number in each"},
+     "p.txt: line 2 has 7 values, the lines before 8: use the same number in "
+     "each"},
     {GOOD "1.1 0 0", NULL,
      "p.txt: line 2 has 3 values, the lines before 8: was the file cut short?"},
     {GOOD "1.1 0 0 zero 0 0 0 1\n", NULL,
      "p.txt: line 2: 'zero' is not a number such as 12.5 or 1.25e1"},
     {"1,5 0 0 0 0 0 0 1\n", NULL,
-     "p.txt: line 1 has 9 values; use 8 (TUM: t x y z qx qy qz qw), 12 "
-     "(KITTI: 3 rows of 4), or a CSV with a line of names "
-     "(t,x,y,z,qx,qy,qz,qw)"},
+     "p.txt: line 1 has 9 values; use 8 (TUM: t x y z qx qy qz qw), 12 (KITTI: "
+     "3 rows of 4), or a CSV with a line of names (t,x,y,z,qx,qy,qz,qw)"},
     {GOOD "1.1 nan 0 0 0 0 0 1\n", NULL,
      "p.txt: line 2: 'nan' is not a number such as 12.5 or 1.25e1"},
     {GOOD "1.1 1e999 0 0 0 0 0 1\n", NULL,
@@ -186,62 +184,58 @@ static const struct refusal refusals[] = {
      "is 1.000000000 s; sort the poses by time"},
     {GOOD "\n1.1 100.5 0 0 0 0 0 1\n", NULL,
      "p.txt: line 3 is 100.5 m away from the pose 0.100 s before: more than "
-     "100 "
-     "m; use metres: are x, y and z millimetres? If not, leave wrong "
-     "poses "
+     "100 m; use metres: are x, y and z millimetres? If not, leave wrong poses "
      "out"},
     {GOOD "1.04 60 0 0 0 0 0 1\n1.09 90 0 0 0 0 0 1\n1.1 101 0 0 0 0 0 1\n",
      NULL,
      "p.txt: line 4 is 101.0 m away from the pose 0.100 s before: more than "
-     "100 "
-     "m; use metres: are x, y and z millimetres? If not, leave wrong "
-     "poses "
+     "100 m; use metres: are x, y and z millimetres? If not, leave wrong poses "
      "out"},
     {"1 0 0 0 0 0 0 2\n", NULL,
-     "p.txt: line 1: the quaternion's length is 2; use 1, as qx qy qz qw "
-     "with w last, not angles"},
+     "p.txt: line 1: the quaternion's length is 2; use 1, as qx qy qz qw with "
+     "w last, not angles"},
     {"1 0 0 0 0 0 0 0\n", NULL,
-     "p.txt: line 1: the quaternion's length is 0; use 1, as qx qy qz qw "
-     "with w last, not angles"},
+     "p.txt: line 1: the quaternion's length is 0; use 1, as qx qy qz qw with "
+     "w last, not angles"},
     {"1764349529123 0 0 0 0 0 0 1\n", NULL,
      "p.txt: line 1: the time 1764349529123 looks like milliseconds; use "
      "seconds, or a CSV column t_ms"},
     {"1764349529123456 0 0 0 0 0 0 1\n", NULL,
-     "p.txt: line 1: the time 1764349529123456 looks like microseconds; "
-     "use seconds, or a CSV column t_us"},
+     "p.txt: line 1: the time 1764349529123456 looks like microseconds; use "
+     "seconds, or a CSV column t_us"},
     {"1764349529123456789 0 0 0 0 0 0 1\n", NULL,
-     "p.txt: line 1: the time 1764349529123456768 looks like nanoseconds; "
-     "use seconds, or a CSV column t_ns"},
-    {"5000000000 0 0 0 0 0 0 1\n5001600000 0 0 0 0 0 0 1\n", NULL,
-     "p.txt: line 1: the time 5000000000 looks like nanoseconds; use "
+     "p.txt: line 1: the time 1764349529123456768 looks like nanoseconds; use "
      "seconds, or a CSV column t_ns"},
+    {"5000000000 0 0 0 0 0 0 1\n5001600000 0 0 0 0 0 0 1\n", NULL,
+     "p.txt: line 1: the time 5000000000 looks like nanoseconds; use seconds, "
+     "or a CSV column t_ns"},
     {"5000000000 0 0 0 0 0 0 1\n# two\n5000001000 0 0 0 0 0 0 1\n", NULL,
      "p.txt: line 1: the time 5000000000 looks like milliseconds or "
      "microseconds; use seconds, or a CSV column t_ms or t_us"},
     {"5000000000 0 0 0 0 0 0 1\n5000000000\n", NULL,
      "p.txt: line 1: the time 5000000000 looks like milliseconds or "
-     "microseconds or nanoseconds; use seconds, or a CSV column t_ms or "
-     "t_us or t_ns"},
+     "microseconds or nanoseconds; use seconds, or a CSV column t_ms or t_us "
+     "or t_ns"},
     {"t_ns x y z qx qy qz qw\n99999999999999999999 0 0 0 0 0 0 1\n", NULL,
-     "p.txt: line 2: the time is too large for nanoseconds in 64 bits; "
-     "use the unit in the column's name"},
+     "p.txt: line 2: the time is too large for nanoseconds in 64 bits; use the "
+     "unit in the column's name"},
     {"t_ns x y z qx qy qz qw\n9223372036854775807 0 0 0 0 0 0 1\n", NULL,
      "p.txt: line 2: its time is 9.22337e+09 s, which is 140 years or more "
      "from 0; times are seconds"},
     {"100 0 0 0 0 0 0 1\n200 0 0 0 0 0 0 1\n", NULL,
-     "p.txt: all poses are 100 s apart or more, and points are placed "
-     "only between poses up to 1 s apart: if the times are milliseconds, "
-     "convert them to seconds; otherwise add poses"},
+     "p.txt: all poses are 100 s apart or more, and points are placed only "
+     "between poses up to 1 s apart: if the times are milliseconds, convert "
+     "them to seconds; otherwise add poses"},
     {"100000 0 0 0 0 0 0 1\n200000 0 0 0 0 0 0 1\n", NULL,
-     "p.txt: all poses are 100000 s apart or more, and points are placed "
-     "only between poses up to 1 s apart: if the times are microseconds, "
-     "convert them to seconds; otherwise add poses"},
+     "p.txt: all poses are 100000 s apart or more, and points are placed only "
+     "between poses up to 1 s apart: if the times are microseconds, convert "
+     "them to seconds; otherwise add poses"},
     {"1 0 0 5 0 1 0 6 0 0 1 7\n", NULL,
      "p.txt: line 1: a matrix of KITTI has no time: name the file of times "
      "too, one a line"},
     {"1 0 0 5 0 1 0 6 0 0 1 7\n", "",
-     "t.txt has fewer times than p.txt has poses: line 1 has none; use "
-     "one for each"},
+     "t.txt has fewer times than p.txt has poses: line 1 has none; use one for "
+     "each"},
     {"1 0 0 5 0 1 0 6 0 0 1 7\n", "0 1\n", "t.txt: line 1: use one time alone"},
     {"1 0 0 5 0 1 0 6 0 0 1 7\n", "0\n1\n",
      "t.txt: line 2: there are more times than poses; use one for each"},
@@ -328,11 +322,10 @@ static void a_speed_that_nothing_has_is_a_jump(void **state)
     assert_int_equal(make_dense(10e3, &error), -1); /* 10 m/s in mm */
     assert_non_null(strstr(error.text, "are x, y and z millimetres?"));
     assert_int_equal(make_dense(1050.0, &error), -1);
-    assert_string_equal(
-        error.text,
-        "pose 60 is 100.8 m away from the pose 0.096 s before: more than 100 "
-        "m; use metres: are x, y and z millimetres? If not, leave wrong "
-        "poses out");
+    assert_string_equal(error.text,
+                        "pose 60 is 100.8 m away from the pose 0.096 s before: "
+                        "more than 100 m; use metres: are x, y and z "
+                        "millimetres? If not, leave wrong poses out");
 }
 
 static void options_change_the_limits(void **state)
@@ -367,11 +360,11 @@ static void options_that_mean_nothing_are_refused(void **state)
         const char *told;
     } cases[] = {
         {{.gap_ns = -1},
-         "poses: the option gap_ns is -1; use more than 0, or 0 "
-         "for the usual one"},
+         "poses: the option gap_ns is -1; use more than 0, or 0 for the usual "
+         "one"},
         {{.jump_m = -2.0},
-         "poses: the option jump_m is -2; use more than 0, or 0 "
-         "for the usual one"},
+         "poses: the option jump_m is -2; use more than 0, or 0 for the usual "
+         "one"},
         {{.jump_m = NAN}, "use more than 0"},
         {{.clock = (lum_poses_clock)3},
          "poses: the option clock is 3; use a value of lum_poses_clock"},
@@ -450,9 +443,9 @@ static void arrays_are_checked_as_files_are(void **state)
                                     "0.500000000 s: remove one of the two");
     list[1].turn[0] = (double)NAN;
     assert_int_equal(lum_poses_new(times, list, 2, NULL, &poses, &error), -1);
-    assert_string_equal(error.text,
-                        "pose 1: a number is infinite or not a number; "
-                        "leave such poses out");
+    assert_string_equal(
+        error.text,
+        "pose 1: a number is infinite or not a number; leave such poses out");
     assert_int_equal(lum_poses_new(times, list, 0, NULL, &poses, &error), -1);
     assert_string_equal(error.text,
                         "poses: has no poses; at least one is needed");
@@ -533,11 +526,10 @@ static void poses_of_another_drive_are_told(void **state)
                      0);
     assert_int_equal(
         lum_poses_check_span(poses, "p.txt", 2000 * S, 2100 * S, &error), -1);
-    assert_string_equal(
-        error.text,
-        "p.txt: its poses are from 1000.000 to 1000.500 s of the sensor's "
-        "clock, the points from 2000.000 to 2100.000 s; are they from another "
-        "drive?");
+    assert_string_equal(error.text,
+                        "p.txt: its poses are from 1000.000 to 1000.500 s of "
+                        "the sensor's clock, the points from 2000.000 to "
+                        "2100.000 s; are they from another drive?");
     assert_int_equal(lum_poses_check_span(poses, "p.txt", 0, 2 * S, &error),
                      -1);
     assert_string_equal(

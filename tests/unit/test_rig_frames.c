@@ -532,9 +532,9 @@ static void without_names_of_interfaces_members_on_them_are_not_found(
     assert_int_equal(frames[0], 0);
     assert_int_equal(frames[1], 0);
     assert_int_equal(frames[2], FRAMES);
-    assert_non_null(strstr(remark.text, "the rig's sensor 10.42.0.37%eth0 sent "
-                                        "no data; 10.42.0.37 "
-                                        "did, on an unknown interface"));
+    assert_non_null(strstr(remark.text,
+                           "the rig's sensor 10.42.0.37%eth0 sent no data; "
+                           "10.42.0.37 did, on an unknown interface"));
 }
 
 static void one_without_an_interface_is_the_first_that_no_other_names(
@@ -768,27 +768,29 @@ static void what_does_not_go_together_is_refused(void **state)
                             .member_count = MEMBERS,
                             .only_first = true};
     (void)state;
-    assert_refused(&o, "members do not go with only_first or "
-                       "has_sensor; give one of them");
+    assert_refused(
+        &o,
+        "members do not go with only_first or has_sensor; give one of them");
     o.only_first = false;
     o.has_sensor = true;
-    assert_refused(&o, "members do not go with only_first or "
-                       "has_sensor; give one of them");
+    assert_refused(
+        &o,
+        "members do not go with only_first or has_sensor; give one of them");
     o.has_sensor = false;
     o.member_count = LUM_RIG_MEMBERS_MAX + 1u;
     assert_refused(&o, "9 members; at most 8 are accepted");
     o.member_count = MEMBERS;
     o.members = NULL;
-    assert_refused(&o, "members is NULL, but 3 members are announced; "
-                       "give members, or 0 as their number");
+    assert_refused(&o, "members is NULL, but 3 members are announced; give "
+                       "members, or 0 as their number");
     o.members = m;
     m[1].interface = m[0].interface;
-    assert_refused(&o, "members 0 and 1 are the same sensor; members "
-                       "with one address need different interfaces");
+    assert_refused(&o, "members 0 and 1 are the same sensor; members with one "
+                       "address need different interfaces");
     m[0].interface = NULL;
     m[1].interface = NULL;
-    assert_refused(&o, "members 0 and 1 are the same sensor; members "
-                       "with one address need different interfaces");
+    assert_refused(&o, "members 0 and 1 are the same sensor; members with one "
+                       "address need different interfaces");
     (void)members_of(&rig);
     rig.poses[2].turn[0] = NAN;
     assert_refused(&o, "member 2: its pose has a number that is not finite, or "

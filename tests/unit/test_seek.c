@@ -1231,9 +1231,9 @@ static void what_has_no_index_says_so(void **state)
     (void)remove(index_path);
     reader = open_reader((lum_reader_options){.path = drive}, NULL, 0);
     assert_int_equal(lum_reader_load_index(reader, NULL, &error), -1);
-    assert_string_equal(error.text,
-                        "this reader keeps "
-                        "no index; set lum_reader_options.keeps_index");
+    assert_string_equal(
+        error.text,
+        "this reader keeps no index; set lum_reader_options.keeps_index");
     lum_reader_close(reader);
     reader = open_file();
     assert_int_equal(lum_reader_load_index(reader, NULL, &error), 0);
@@ -1764,8 +1764,7 @@ static void a_callers_function_may_seek(void **state)
             assert_int_equal(lum_reader_seek_frame(reader, 9, &error), -1);
             assert_string_equal(error.text,
                                 "pieces: cannot be read again from its start; "
-                                "only later frames "
-                                "can be sought");
+                                "only later frames can be sought");
             assert_frames(reader, 10, 1);
         }
         lum_reader_close(reader);

@@ -154,11 +154,10 @@ static void what_makes_no_sense_is_refused_with_its_place(void **state)
         "steps:\n  - holdoff: 155\n",
         "f:2: steps.1.holdoff: 155 is not a step; allowed: 150 to 250 "
         "in steps of 10");
-    assert_refused(
-        "steps:\n  - power: 1\n    laser: on\n",
-        "f:3: steps.1.laser: a file cannot switch the "
-        "laser; a person who watches the sensor does, by 'lumctl laser "
-        "on' or 'lumctl laser off'; leave the key out");
+    assert_refused("steps:\n  - power: 1\n    laser: on\n",
+                   "f:3: steps.1.laser: a file cannot switch the laser; a "
+                   "person who watches the sensor does, by 'lumctl laser on' "
+                   "or 'lumctl laser off'; leave the key out");
 }
 
 static void limits_are_allowed(void **state)

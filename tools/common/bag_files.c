@@ -93,8 +93,8 @@ static void refuse(const char *folder, const struct names *names,
     (void)lum_error_set(
         error,
         names->has_sqlite
-            ? "%s: its recording is SQLite (.db3), which is not "
-              "read: ros2 bag convert makes MCAP of it"
+            ? "%s: its recording is SQLite (.db3), which is not read: ros2 bag "
+              "convert makes MCAP of it"
             : "%s: is a folder without an .mcap file; a folder of rosbag2 has "
               "one",
         folder);

@@ -22,11 +22,10 @@ int input_files_check(const struct input_file *inputs, size_t count,
             continue;
         }
         return strcmp(output, "-") == 0
-                   ? lum_error_set(
-                         error,
-                         "standard output is %s, "
-                         "which this run reads: redirect it elsewhere",
-                         inputs[i].what)
+                   ? lum_error_set(error,
+                                   "standard output is %s, which this run "
+                                   "reads: redirect it elsewhere",
+                                   inputs[i].what)
                    : lum_error_set(error,
                                    "%s is %s, which this run reads: name "
                                    "another output",

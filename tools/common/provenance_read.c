@@ -171,8 +171,8 @@ static void take_keys(const struct reading *r, enum kind kind, bool *has)
     }
     if (n > 1) {
         note(r->out,
-             "%s: it has %zu %ss of its own, and it is unknown "
-             "which is right: the built-in one is used; name one by --%s",
+             "%s: it has %zu %ss of its own, and it is unknown which is right: "
+             "the built-in one is used; name one by --%s",
              r->name, n, what, what);
         return;
     }
@@ -186,8 +186,8 @@ static void take_keys(const struct reading *r, enum kind kind, bool *has)
              error.text, what);
     } else {
         note(r->out,
-             "%.300s; the built-in one is used, and outputs will "
-             "not contain it: use a build that reads YAML",
+             "%.300s; the built-in one is used, and outputs will not contain "
+             "it: use a build that reads YAML",
              error.text);
     }
 }
@@ -199,8 +199,8 @@ static void note_unknown(const struct reading *r, const struct comment *c)
     (void)printable((const uint8_t *)c->text + mark, head_bytes(c) - mark, head,
                     sizeof head);
     note(r->out,
-         "%s: it has the comment '%s', which this version does "
-         "not know and ignores",
+         "%s: it has the comment '%s', which this version does not know and "
+         "ignores",
          r->name, head);
 }
 
@@ -213,8 +213,8 @@ static void check_both(const struct reading *r, const struct geometry *before)
     if (geometry_make(r->geometry, &layout, &projector, &error) != 0) {
         *r->geometry = *before;
         note(r->out,
-             "%s: its calibration and its profile contradict "
-             "each other; both are ignored",
+             "%s: its calibration and its profile contradict each other; both "
+             "are ignored",
              r->name);
     }
 }

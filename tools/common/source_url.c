@@ -13,10 +13,10 @@
 
 static bool refuse(const char *text, const char *what, lum_error *why)
 {
-    (void)lum_error_set(why,
-                        "%s: %s; use udp://HOST or udp://HOST:PORT, such "
-                        "as udp://10.42.0.37",
-                        text, what);
+    (void)lum_error_set(
+        why,
+        "%s: %s; use udp://HOST or udp://HOST:PORT, such as udp://10.42.0.37",
+        text, what);
     return false;
 }
 

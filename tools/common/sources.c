@@ -207,9 +207,9 @@ int sources_check(const struct sources *sources,
         return input_files_check(inputs, count, output, error);
     }
     return strcmp(output, "-") == 0
-               ? lum_error_set(error, "standard output is "
-                                      "the source itself, which this run "
-                                      "reads: redirect it elsewhere")
+               ? lum_error_set(error,
+                               "standard output is the source itself, which "
+                               "this run reads: redirect it elsewhere")
                : lum_error_set(error,
                                "%s is the source itself, which this run reads: "
                                "name another output",

@@ -77,8 +77,8 @@ static enum exit_status conclude(const struct ctl *ctl,
     }
     if (best != FIND_HOWS) {
         return ctl_complain(EXIT_NO_ANSWER,
-                            "no sensor answers at any of %u addresses; "
-                            "a device that was seen may be one",
+                            "no sensor answers at any of %u addresses; a "
+                            "device that was seen may be one",
                             result->asked);
     }
     if (plan->range_count == 0 || result->asked == 0 ||

@@ -119,9 +119,9 @@ static void print_other(const struct find_found *f)
                      "and give one of them another address\n",
                      f->other_mac);
     } else {
-        (void)printf("    two devices have this address, "
-                     "the other is %s: either may be an unreachable sensor; "
-                     "disconnect one, and give the other another address\n",
+        (void)printf("    two devices have this address, the other is %s: "
+                     "either may be an unreachable sensor; disconnect one, and "
+                     "give the other another address\n",
                      f->other_mac);
     }
 }

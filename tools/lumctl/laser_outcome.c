@@ -110,8 +110,8 @@ enum exit_status laser_complain(const struct ctl *ctl, lum_laser_want want,
     if (!answer->has_status) {
         (void)ctl_complain(
             EXIT_FAILED,
-            "no status confirms it %s: the answer has no TLV "
-            "%u, the status's number in the profile (tlv.status)",
+            "no status confirms it %s: the answer has no TLV %u, the status's "
+            "number in the profile (tlv.status)",
             want == LUM_WANT_ON ? "on" : "off",
             (unsigned)ctl->layout.profile.tlv[LUM_TLV_STATUS]);
     } else if (want == LUM_WANT_ON) {

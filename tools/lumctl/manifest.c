@@ -265,8 +265,8 @@ enum exit_status manifest_check(const struct manifest *m)
     return done == m->known
                ? EXIT_DONE
                : ctl_complain(EXIT_BAD,
-                              "%s: %u steps were done with another "
-                              "plan, sensor or calibration, or differ in --laser: "
+                              "%s: %u steps were done with another plan, "
+                              "sensor or calibration, or differ in --laser: "
                               "name another folder with -o",
                               m->path, (unsigned)(done - m->known));
 }

@@ -361,8 +361,8 @@ void remember_move(const struct ctl *ctl, lum_endpoint from, lum_endpoint to)
     }
     if (result != 0) {
         ctl_note(ctl,
-                 "what is remembered for lumctl show was not moved to "
-                 "the new address: %s",
+                 "what is remembered for lumctl show was not moved to the new "
+                 "address: %s",
                  error.text);
     }
 }

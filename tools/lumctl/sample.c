@@ -276,8 +276,8 @@ static void add_counts(char out[SAMPLE_PAGE_BYTES], const struct sample *s)
               s->session.kernel_drops);
     add_whole(out, s, "lost_words_total", "Range words lost, at least.",
               s->losses.words_lost);
-    add_whole(out, s, "incomplete_lines_total",
-              "Lines that lost angles.", s->losses.lines_incomplete);
+    add_whole(out, s, "incomplete_lines_total", "Lines that lost angles.",
+              s->losses.lines_incomplete);
     add_whole(out, s, "missing_lines",
               "Lines of which no packet came; falls when they come late.",
               s->losses.lines_missing);
@@ -294,7 +294,8 @@ void sample_page(const struct sample *s, char out[SAMPLE_PAGE_BYTES])
                  s->age_s);
     }
     if (has_trip(s)) {
-        add_real(out, s, "round_trip_seconds", "Round trip of the last request.",
+        add_real(out, s, "round_trip_seconds",
+                 "Round trip of the last request.",
                  (double)m->round_trip_ns / 1e9);
     }
     if (m->answers && m->has_status) {

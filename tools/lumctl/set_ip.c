@@ -172,8 +172,8 @@ static enum exit_status check_others(struct move *m)
         return EXIT_DONE;
     }
     return ctl_complain(EXIT_BAD,
-                        "set-ip: another device has %s (%s%s), and the "
-                        "sensor would be unreachable: nothing was sent. Choose "
+                        "set-ip: another device has %s (%s%s), and the sensor "
+                        "would be unreachable: nothing was sent. Choose "
                         "another address; --force sends it anyway",
                         number_address(m->new.address).text, mac,
                         who.is_heard ? "" : ", as this host's ARP table says");
@@ -283,8 +283,8 @@ static enum exit_status complain_nowhere(struct move *m)
     return ctl_complain(
         EXIT_NO_ANSWER,
         "nobody answers at %s, nor at %s%s%s. The packet may still have "
-        "arrived, and only its answers were lost. To find out why: %s doctor. After "
-        "a power cycle the sensor is at 10.42.0.37",
+        "arrived, and only its answers were lost. To find out why: %s doctor. "
+        "After a power cycle the sensor is at 10.42.0.37",
         session_name(m->new).text, session_name(m->old).text,
         has_reversed ? " or " : "",
         has_reversed ? session_name(m->reversed).text : "",

@@ -83,7 +83,8 @@ int state_lock(const char *folder, int64_t wait_ns, lum_error *error)
     }
     if (lock < 0) {
         (void)(errno == EBUSY
-                   ? lum_error_set(error, "%s: another lumctl is using it", path)
+                   ? lum_error_set(error, "%s: another lumctl is using it",
+                                   path)
                    : fail(path, "cannot be opened", error));
     }
     return lock;

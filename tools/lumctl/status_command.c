@@ -208,9 +208,9 @@ enum exit_status command_status(struct ctl *ctl, int count, char **words)
     }
     if (!answer.has_status) {
         return ctl_complain(EXIT_FAILED,
-                            "the answer had no status; if this "
-                            "sensor's number of it differs, write it in a profile "
-                            "(tlv: {status: N}); lumctl tlv shows what it sends");
+                            "the answer had no status; if this sensor's number "
+                            "of it differs, write it in a profile (tlv: "
+                            "{status: N}); lumctl tlv shows what it sends");
     }
     const bool is_owned = session_is_owned(ctl, answer.status);
     if (ctl->options.json) {

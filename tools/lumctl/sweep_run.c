@@ -214,7 +214,8 @@ static enum exit_status run(struct sweep *s)
     }
     if (ctl->options.owner.laser && laser_leave(ctl) != EXIT_DONE &&
         status == EXIT_DONE) {
-        (void)snprintf(s->why, sizeof s->why, "the laser was not confirmed off");
+        (void)snprintf(s->why, sizeof s->why,
+                       "the laser was not confirmed off");
         status = EXIT_FAILED;
     }
     discard_dropped(s);

@@ -218,7 +218,8 @@ static enum exit_status measure(struct timing *t)
         session_rest(t->ctl, APART_NS);
     }
     if (lum_clock_sync_estimate(&t->sync, &e) != LUM_OK) {
-        return ctl_complain(EXIT_FAILED, "the times in the answers contradict each other");
+        return ctl_complain(EXIT_FAILED,
+                            "the times in the answers contradict each other");
     }
     if (t->ctl->options.json) {
         put_json(t, &e);

@@ -91,11 +91,11 @@ static enum exit_status name_sensors(const struct pass *pass)
                   "--sensor:",
                   pass->options->source);
     print_sensors(pass);
-    (void)fprintf(stderr,
-                  ", and perhaps more\n"
-                  "or read all of them, each by its "
-                  "own calibration and pose, by --rig FILE "
-                  "(docs/formats.md), such as:\nversion: 1\nsensors:\n");
+    (void)fprintf(
+        stderr,
+        ", and perhaps more\n"
+        "or read all of them, each by its own calibration and pose, by --rig "
+        "FILE (docs/formats.md), such as:\nversion: 1\nsensors:\n");
     for (size_t i = 0;
          i < lum_demux_sensor_count(lum_framer_demux(pass->framer)); i++) {
         char line[RIG_TEXT_BYTES];
@@ -284,8 +284,8 @@ static void warn_of_clocks(const struct pass *pass)
     if (still > 0) {
         conclude_warn(pass->options,
                       "%s: the arrival times of %" PRIu64
-                      " line%s stood still: UTC is not known "
-                      "there; the sensor's clock is, by --time sensor",
+                      " line%s stood still: UTC is not known there; the "
+                      "sensor's clock is, by --time sensor",
                       pass->options->source, still, still == 1 ? "" : "s");
     }
     if (steps > 0) {
@@ -309,12 +309,12 @@ static void warn_of_voxels(const struct pass *pass)
 {
     const struct voxel_counts *v = &pass->summary.voxels;
     if (v->out_of_range > 0) {
-        conclude_warn(pass->options,
-                      "--voxel: %" PRIu64 " of %" PRIu64
-                      " points are left out of the map: they are too far from "
-                      "0 for voxels of %g m; use poses in "
-                      "metres, or larger voxels",
-                      v->out_of_range, v->points + v->out_of_range, v->size);
+        conclude_warn(
+            pass->options,
+            "--voxel: %" PRIu64 " of %" PRIu64
+            " points are left out of the map: they are too far from 0 for "
+            "voxels of %g m; use poses in metres, or larger voxels",
+            v->out_of_range, v->points + v->out_of_range, v->size);
     }
 }
 
@@ -326,9 +326,8 @@ static void warn_of_losses(const struct pass *pass)
                       pass->source.warning.text); /* it names the source */
     }
     if (pass->source.has_changed) {
-        warn_of_source(
-            o, "a later part of it has another calibration or profile: those "
-               "at its start were used for all");
+        warn_of_source(o, "a later part of it has another calibration or "
+                          "profile: those at its start were used for all");
     }
     if (!pass->summary.span.is_known) {
         warn_of_nothing(o);

@@ -106,11 +106,11 @@ static int prepare_motion(struct job *job, lum_error *error)
     struct options *o = job->options;
     const char *clockless = find_clockless(job);
     if (o->points.motion.poses != NULL && clockless != NULL) {
-        return lum_error_set(error,
-                             "--poses: the profile %s gives "
-                             "packets no timestamp, so points have no times to "
-                             "find their poses by; leave --poses out",
-                             clockless);
+        return lum_error_set(
+            error,
+            "--poses: the profile %s gives packets no timestamp, so points "
+            "have no times to find their poses by; leave --poses out",
+            clockless);
     }
     if (motion_new(o, &job->motion, error) != 0) {
         return -1;
@@ -140,8 +140,8 @@ static int prepare(struct job *job, lum_error *error)
     }
     if (o->points.time == TIME_UTC && clockless != NULL) {
         return lum_error_set(error,
-                             "%s: the profile %s gives packets "
-                             "no timestamp to fit; use --time arrival",
+                             "%s: the profile %s gives packets no timestamp to "
+                             "fit; use --time arrival",
                              o->points.has_time
                                  ? "--time utc"
                                  : "points of several sensors have UTC",
@@ -198,9 +198,9 @@ static void warn_of_pcap(const struct job *job)
         if (what > 0 && o->rig != NULL && o->rig->count > 1 &&
             o->outputs[i].sensor == 0 && options_is_recording(o, i)) {
             conclude_warn(o,
-                          "%s: a capture of several sensors has no room "
-                          "for the calibrations and profiles of %s: "
-                          "read it with that again, or put %%s into its name",
+                          "%s: a capture of several sensors has no room for "
+                          "the calibrations and profiles of %s: read it with "
+                          "that again, or put %%s into its name",
                           o->outputs[i].name, o->rig->path);
         } else if (what > 0 && is_pcap) {
             conclude_warn(o, "%s: pcap has no room for %s", o->outputs[i].name,

@@ -128,12 +128,10 @@ static int save(const struct retention *r, lum_error *error)
 
 static int refuse_foreign(const struct retention *r, lum_error *error)
 {
-    (void)lum_error_set(
-        error,
-        "%s: --keep would list its files "
-        "in %s, which is another file: rename that one, or choose another "
-        "name",
-        r->name, r->ledger);
+    (void)lum_error_set(error,
+                        "%s: --keep would list its files in %s, which is "
+                        "another file: rename that one, or choose another name",
+                        r->name, r->ledger);
     errno = EEXIST;
     return -1;
 }

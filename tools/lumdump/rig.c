@@ -314,10 +314,9 @@ static int check_messages(const struct options *o, lum_error *error)
     }
     return !o->choice.points.has_box
                ? 0
-               : lum_error_set(error, "--box is in the vehicle's frame, "
-                                      "and mcap has points in each sensor's "
-                                      "own: leave it out, or "
-                                      "write another format");
+               : lum_error_set(error, "--box is in the vehicle's frame, and "
+                                      "mcap has points in each sensor's own: "
+                                      "leave it out, or write another format");
 }
 
 static int check_choice(const struct options *o, lum_error *error)

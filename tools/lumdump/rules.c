@@ -99,8 +99,8 @@ static bool live_goes_with_source(const struct options *o)
          "--threads goes with captures: of a sensor each output has a thread "
          "of its own"},
         {o->is_live && o->sensor.port != 0,
-         "--port goes with captures: for a sensor give it "
-         "in udp://ADDRESS:PORT"},
+         "--port goes with captures: for a sensor give it in "
+         "udp://ADDRESS:PORT"},
         {!o->is_live && o->choice.whole != 0 &&
              (o->output_count == 0 || options_any(o, options_takes_packets)),
          "--frames whole:N goes with an output of points: a frame is known to "

@@ -84,8 +84,8 @@ static int check_pattern(const struct options *options, size_t i,
     const int pattern = options_pattern(o->name);
     if (pattern < 0) {
         return lum_error_set(error,
-                             "%s: a %% in the name stands for the "
-                             "frame number: write %%d or %%04d, once",
+                             "%s: a %% in the name stands for the frame "
+                             "number: write %%d or %%04d, once",
                              o->name);
     }
     if (o->is_folder && (pattern == 1 || strcmp(o->name, "-") == 0)) {

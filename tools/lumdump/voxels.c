@@ -237,13 +237,12 @@ int voxels_check(struct voxels *v, lum_error *error)
         return 0;
     }
     errno = ERANGE;
-    return lum_error_set(
-        error,
-        "--voxel: no point is left for the map: all %" PRIu64
-        " are farther from 0 than %.4g km, where voxels of %g m end; use "
-        "poses in metres",
-        c.out_of_range, v->options->cloud.voxel * REACH * 1e-3,
-        v->options->cloud.voxel);
+    return lum_error_set(error,
+                         "--voxel: no point is left for the map: all %" PRIu64
+                         " are farther from 0 than %.4g km, where voxels of %g "
+                         "m end; use poses in metres",
+                         c.out_of_range, v->options->cloud.voxel * REACH * 1e-3,
+                         v->options->cloud.voxel);
 }
 
 int voxels_write(struct voxels *v, struct outputs *outputs, bool *is_done,

@@ -52,8 +52,8 @@ static void warn_of_width(const struct options *o, const struct motion *motion)
         const float at = (float)far_m;
         conclude_warn(o,
                       "%s: poses are up to %.1f km from the origin: there x, y "
-                      "and z, which are floats, have steps of %.2g mm; "
-                      "poses of a shorter part of the drive give smaller ones",
+                      "and z, which are floats, have steps of %.2g mm; poses "
+                      "of a shorter part of the drive give smaller ones",
                       motion_name(motion), far_m * 1e-3,
                       1e3 * ((double)nextafterf(at, INFINITY) - (double)at));
     }

@@ -18,9 +18,9 @@
 static void warn_of_capture(const struct live *live)
 {
     if (live->data.playback.facts.is_cut_off) {
-        (void)complain("%s cannot be read to its end; the "
-                       "readable part is replayed",
-                       live->options->replay.path);
+        (void)complain(
+            "%s cannot be read to its end; the readable part is replayed",
+            live->options->replay.path);
     }
     if (live->data.playback.facts.damage.text[0] != '\0') {
         (void)complain("%s", live->data.playback.facts.damage.text);

@@ -43,8 +43,8 @@ bool moving_take_labels(void *options, const char *text, lum_error *why)
         return true;
     }
     (void)lum_error_set(why,
-                        "'%.200s': labels are an array of NumPy; use a "
-                        "file whose name ends in .npy",
+                        "'%.200s': labels are an array of NumPy; use a file "
+                        "whose name ends in .npy",
                         text);
     return false;
 }
@@ -150,16 +150,14 @@ static bool take_poses(const lum_poses *read, const lum_poses_info *info,
 static bool check_poses(const struct options *o, const lum_poses_info *info)
 {
     if (info->count < 2) {
-        return complain(
-            "--path %s: it has one pose, but a path needs "
-            "two or more; for a sensor that stands still use --pose",
-            o->moving.path);
+        return complain("--path %s: it has one pose, but a path needs two or "
+                        "more; for a sensor that stands still use --pose",
+                        o->moving.path);
     }
     if (info->gaps > 0) {
         return complain(
             "--path %s: between its poses %zu gap%s longer than %g s, the "
-            "longest from %.3f to %.3f s; use poses "
-            "closer in time",
+            "longest from %.3f to %.3f s; use poses closer in time",
             o->moving.path, info->gaps, info->gaps == 1 ? " is" : "s are",
             (double)LUM_POSES_GAP_NS * 1e-9, (double)info->gap_from_ns * 1e-9,
             (double)info->gap_to_ns * 1e-9);
@@ -186,8 +184,7 @@ static bool check_length(struct options *o)
     }
     if (most < 1.0) {
         return complain("--path %s: its poses last %.6g s, and one frame %.6g "
-                        "s; use poses that last longer, or a higher "
-                        "--rate",
+                        "s; use poses that last longer, or a higher --rate",
                         o->moving.path, all_s,
                         1.0 / o->render.rate_hz + all_s - lasts_s);
     }

@@ -67,10 +67,9 @@ bool standing_take_pose(void *options, const char *text, lum_error *why)
         const char *rest = take_number(at, -most, most, values[i]);
         const char *end = i + 1 < POSE_NUMBERS ? "," : "";
         if (rest == NULL) {
-            (void)lum_error_set(why,
-                                "'%.200s': %s is not a number from %g to %g; "
-                                "use %s",
-                                text, names[i], -most, most, STANDING_POSE);
+            (void)lum_error_set(
+                why, "'%.200s': %s is not a number from %g to %g; use %s", text,
+                names[i], -most, most, STANDING_POSE);
             return false;
         }
         if (*rest != *end) {

@@ -186,8 +186,8 @@ bool timeline_add(struct timeline *timeline, const char *text, const char **why)
     struct timeline_event end = begin;
     if (!parse_end(times + first, &end, &begin) ||
         (end.ends && begin.kind == FAULT_REBOOT)) {
-        *why = "two times, the second one later, or two "
-               "signals; a reboot has only one";
+        *why = "two times, the second one later, or two signals; a reboot has "
+               "only one";
         return false;
     }
     if (timeline->count + 2 > TIMELINE_MAX) {

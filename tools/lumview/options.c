@@ -62,8 +62,8 @@ static bool take_profile(void *options, const char *text, lum_error *why)
 {
     struct options *o = options;
     if (o->second != NULL) {
-        (void)lum_error_set(why, "at most two profiles can "
-                                 "be shown side by side");
+        (void)lum_error_set(why,
+                            "at most two profiles can be shown side by side");
         return false;
     }
     *(o->profile == NULL ? &o->profile : &o->second) = text;

@@ -23,12 +23,11 @@ static void tell_message(const struct report *r, const struct decoder *decoder)
     }
     (void)decoder_others(decoder, shown, others, sizeof others);
     if (r->options->rig == NULL && others[0] != '\0' && shown[0] != '\0') {
-        (void)snprintf(
-            text + len, sizeof text - len,
-            "%s%s is shown; there is also %s: choose "
-            "by lumview --sensor, or show all by a rig: lumview --rig, "
-            "or a rig file dropped on lumview.html",
-            len > 0 ? "; " : "", shown, others);
+        (void)snprintf(text + len, sizeof text - len,
+                       "%s%s is shown; there is also %s: choose by lumview "
+                       "--sensor, or show all by a rig: lumview --rig, or a "
+                       "rig file dropped on lumview.html",
+                       len > 0 ? "; " : "", shown, others);
         len = strlen(text);
     }
     const char *sensor = "";
@@ -60,9 +59,7 @@ static void tell_empty(const struct report *r, const struct decoder *decoder)
         return;
     }
     (void)lum_error_set(
-        &text,
-        "%s: there is no frame in %s%s; lumdump %s%stells what "
-        "%s",
+        &text, "%s: there is no frame in %s%s; lumdump %s%stells what %s",
         sources->name, are_several ? "them" : "it",
         r->options->decoder.sensor.is_given ? " of the sensor that was chosen"
         : r->options->rig != NULL           ? " of the rig's sensors"

@@ -366,6 +366,6 @@ int server_run(struct server *server, struct feed *feed, lum_error *error)
     server->clients.viewers.feed = NULL;
     return failed == 0
                ? 0
-               : lum_error_set(error, "the server "
-                                      "failed: libwebsockets cannot continue");
+               : lum_error_set(
+                     error, "the server failed: libwebsockets cannot continue");
 }

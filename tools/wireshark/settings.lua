@@ -4,7 +4,7 @@ local lum = fields.proto
 
 lum.prefs.ports = Pref.range("UDP ports", tostring(tables.port), "Ports of sensors", 65535)
 lum.prefs.samples = Pref.uint("Samples in the tree", 400,
-                              "Show at most so many samples of a data packet; 0 shows none")
+                              "Samples of a data packet that are shown at most; 0 shows none")
 lum.prefs.layout = Pref.string("Layout", "",
                                "Keys of a wire profile that differ from the default, such as: "
                                .. "tag=13 eye=12/1 line=16/2/big/0-14 samples=28 blue=66 green=71 "

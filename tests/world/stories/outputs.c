@@ -614,8 +614,9 @@ STORY(a_disk_that_refuses, "what the disk refuses of a rotated file is told")
     user_tool *dump = user_run(b.host, LIVE " --json --rotate 200kB -o r.pcap");
     user_expect_status(dump, 1);
     user_expect_same(user_value(user_out(dump), "outputs.0.end"), "failed");
-    user_expect_has(user_err(dump), "r-0001.pcap: cannot write it to the disk: "
-                                    "Input/output error");
+    user_expect_has(
+        user_err(dump),
+        "r-0001.pcap: cannot write it to the disk: Input/output error");
 }
 
 STORY(a_power_cut, "after a power cut the laser goes off, and what has its "

@@ -35,9 +35,8 @@ static void say_other_port(struct doctor *d, uint16_t port,
     char filter[48];
     doctor_lack(d, DOCTOR_NEEDS_ANSWER, "answers come from another port");
     doctor_wrong(out,
-                 "%s answers from port %u to what is sent "
-                 "to its port %u, so its answers are ignored: a device "
-                 "on the way rewrites ports",
+                 "%s answers from port %u to what is sent to its port %u, so "
+                 "its answers are ignored: a device on the way rewrites ports",
                  d->address, (unsigned)port, (unsigned)d->sensor.port);
     session_keep_alive(d->ctl);
     const lum_endpoint there = {d->sensor.address, port};
@@ -79,8 +78,8 @@ static bool say_misfit(struct doctor *d, int64_t begin_ns,
                          : "answers come too late");
     if (is_other) {
         doctor_wrong(out,
-                     "%s answers with another sequence number "
-                     "than that of the request, so its answers are ignored",
+                     "%s answers with another sequence number than that of the "
+                     "request, so its answers are ignored",
                      d->address);
         doctor_fix(out, "look for a proxy or a second device that answers in "
                         "its place, or for another firmware");
@@ -178,8 +177,8 @@ static void respect_others(struct doctor *d, struct doctor_finding *out)
         }
     }
     doctor_add(out,
-               "; its laser %s up, still after 3 s, so another host "
-               "may be using it: its data is not taken",
+               "; its laser %s up, still after 3 s, so another host may be "
+               "using it: its data is not taken",
                is_on ? "is" : "may be");
     out->result = DOCTOR_NOTE;
     doctor_lack(d, DOCTOR_NEEDS_SESSION,

@@ -104,8 +104,8 @@ static void say_no_data(struct doctor *d, struct doctor_finding *out)
     doctor_lack(d, DOCTOR_NEEDS_DATA, "no data");
     if (d->stream.session.other_port > 0) {
         doctor_wrong(out,
-                     "heartbeats were sent, but packets of %s came "
-                     "from another port than %u: a device on the way rewrites ports",
+                     "heartbeats were sent, but packets of %s came from "
+                     "another port than %u: a device on the way rewrites ports",
                      d->address, (unsigned)d->sensor.port);
     } else if (doctor_stream_filtered(d) > 0) {
         doctor_wrong(out,
@@ -117,9 +117,9 @@ static void say_no_data(struct doctor *d, struct doctor_finding *out)
         return;
     } else {
         doctor_wrong(out,
-                     "heartbeats were sent for %.0f s, and no data "
-                     "came, though the sensor answers: it does not start its "
-                     "scan, or another host also sends heartbeats and gets the data",
+                     "heartbeats were sent for %.0f s, and no data came, "
+                     "though the sensor answers: it does not start its scan, "
+                     "or another host also sends heartbeats and gets the data",
                      1e-9 * (double)d->stream.duration_ns);
     }
     (void)snprintf(filter, sizeof filter, "udp and host %s", d->address);

@@ -15,9 +15,9 @@ void doctor_check_interface(struct doctor *d, struct doctor_finding *out)
         doctor_fine(out, "%s is this host itself", d->address);
         return;
     }
-    doctor_unseen(out, "not looked at on this system; one of the host's "
-                       "interfaces needs an address in the sensor's subnet, "
-                       "such as 10.42.0.1/24");
+    doctor_unseen(
+        out, "not looked at on this system; one of the host's interfaces needs "
+             "an address in the sensor's subnet, such as 10.42.0.1/24");
 }
 
 /* A datagram that cannot leave has no route. */

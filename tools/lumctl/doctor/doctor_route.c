@@ -16,8 +16,8 @@ static void say_no_route(struct doctor *d, int error,
 {
     doctor_wrong(out, "no route to %s: %s", d->address, strerror(error));
     doctor_fix(out,
-               "ip route get %s; ip route; ip rule    # remove "
-               "the rule that forbids it",
+               "ip route get %s; ip route; ip rule    # remove the rule that "
+               "forbids it",
                d->address);
     doctor_lack(d, DOCTOR_NEEDS_ROUTE, "no route");
 }
@@ -93,7 +93,8 @@ void doctor_check_mtu(struct doctor *d, struct doctor_finding *out)
 {
     const unsigned mtu = host_route_mtu(d->route.interface);
     if (mtu == 0) {
-        doctor_unseen(out, "not looked at: the kernel does not report that of %s",
+        doctor_unseen(out,
+                      "not looked at: the kernel does not report that of %s",
                       d->route.interface);
     } else if (mtu < MTU_MIN) {
         doctor_wrong(out,

@@ -33,11 +33,11 @@ static void look_at_data_clock(const struct doctor *d,
     const int64_t lag = data_clock_lag(d, e);
     const int64_t allowed = DATA_CLOCK_US + e->error_ns / 1000;
     if (lag < -allowed || lag > allowed) {
-        doctor_wrong(out,
-                     "the clock in the data is %.3f s away from the clock in "
-                     "the timestamps: the profile's timestamp "
-                     "may have a wrong offset",
-                     1e-6 * (double)lag);
+        doctor_wrong(
+            out,
+            "the clock in the data is %.3f s away from the clock in the "
+            "timestamps: the profile's timestamp may have a wrong offset",
+            1e-6 * (double)lag);
         doctor_fix(out,
                    "%s --profile FILE doctor    # group.timestamp corrected in "
                    "it",
@@ -112,8 +112,9 @@ void doctor_check_clock(struct doctor *d, struct doctor_finding *out)
         return;
     }
     if (e.resets > 0) {
-        doctor_wrong(out, "the sensor's clock began again "
-                          "during the check: it restarts");
+        doctor_wrong(
+            out,
+            "the sensor's clock began again during the check: it restarts");
         doctor_fix(out,
                    "%s time --watch    # look at its power supply until that "
                    "stops",

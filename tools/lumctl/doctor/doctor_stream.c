@@ -161,7 +161,8 @@ void doctor_check_layout(struct doctor *d, struct doctor_finding *out)
         fix_layout(d, out);
     } else if (odd > 0 || s->assembly.bad_words > 0) {
         doctor_note(out,
-                    "the packets fit the wire profile, except %" PRIu64 " packets and %" PRIu64 " words, corrupted on their way",
+                    "the packets fit the wire profile, except %" PRIu64
+                    " packets and %" PRIu64 " words, corrupted on their way",
                     odd, s->assembly.bad_words);
     } else {
         doctor_fine(out, "all %" PRIu64 " data packets fit the wire profile",
@@ -178,7 +179,9 @@ static void say_kernel_loss(const struct doctor_stream *s,
                             struct doctor_finding *out)
 {
     doctor_wrong(out,
-                 "this host's kernel dropped %" PRIu64 " datagrams: its receive buffer was full, this program was too slow, or they came damaged",
+                 "this host's kernel dropped %" PRIu64
+                 " datagrams: its receive buffer was full, this program was "
+                 "too slow, or they came damaged",
                  s->session.kernel_drops);
     doctor_fix_buffer(out);
 }
@@ -194,10 +197,11 @@ uint64_t doctor_stream_filtered(const struct doctor *d)
 
 static void say_filtered(const struct doctor *d, struct doctor_finding *out)
 {
-    doctor_wrong(out,
-                 "of %" PRIu64 " datagrams that came in by %s this host dropped %" PRIu64 ", though its buffer had room: a rule of its firewall limits them",
-                 d->stream.came_in, d->route.interface,
-                 doctor_stream_filtered(d));
+    doctor_wrong(
+        out,
+        "of %" PRIu64 " datagrams that came in by %s this host dropped %" PRIu64
+        ", though its buffer had room: a rule of its firewall limits them",
+        d->stream.came_in, d->route.interface, doctor_stream_filtered(d));
     doctor_fix_rules(d, out);
 }
 
@@ -246,7 +250,10 @@ void doctor_check_loss(struct doctor *d, struct doctor_finding *out)
         doctor_note(out, "no whole line came: too little to judge");
     } else if (s->lines >= FEW && s->lines_missing_angles == s->lines) {
         doctor_wrong(out,
-                     "none of %" PRIu64 " lines has all its angles: nearly all packets are lost, or group.line or group.first_sample_index of the wire profile is another offset",
+                     "none of %" PRIu64
+                     " lines has all its angles: nearly all packets are lost, "
+                     "or group.line or group.first_sample_index of the wire "
+                     "profile is another offset",
                      s->lines);
         fix_layout(d, out);
     } else if (wire > 0) {
