@@ -845,7 +845,7 @@ def test_two_sensors_with_one_address(make_capture, tmp_path):
         lumsdk.open(pair, sensor="10.42.0.37%")
     with pytest.raises(lumsdk.OptionError, match="choose one by sensor=: 10.42.0.37 10.42.0.37%eth1"):
         lumsdk.convert(pair, tmp_path / "a.npy", columns=["x", "sensor"])
-    with pytest.raises(lumsdk.OptionError, match="a number cannot tell 10.42.0.37%eth1"):
+    with pytest.raises(lumsdk.OptionError, match="a number cannot distinguish 10.42.0.37%eth1"):
         lumsdk.convert(pair, tmp_path / "a.npy", columns=["x", "sensor"], sensor=names[1])
     for kind in ("csv", "npy"):
         made = lumsdk.convert(pair, tmp_path / f"a.{kind}", sensor=names[1])

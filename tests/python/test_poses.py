@@ -88,7 +88,7 @@ def test_at_is_on_the_circle_between_poses(poses):
     for time_ns in (TIMES_NS[0], 5_003_333_333, TIMES_NS[-1]):
         assert np.allclose(poses.at(time_ns), on_circle(time_ns), atol=1e-9)
     assert np.array_equal(poses.at(5.25), poses.at(5_250_000_000))
-    with pytest.raises(lumsdk.OptionError, match=r"1\.000000 s is outside of them: they are of 4\.900000 to 5\.490000 s"):
+    with pytest.raises(lumsdk.OptionError, match=r"1\.000000 s is outside of them: they are from 4\.900000 to 5\.490000 s"):
         poses.at(1.0)
     assert np.allclose(poses.at(1.0, outside="nearest"), on_circle(TIMES_NS[0]))
     with pytest.raises(lumsdk.OptionError, match="an int of nanoseconds, .* or a float of seconds"):

@@ -157,7 +157,7 @@ A = {"name": "a", "address": "1.2.3.4"}
     ([{**A, "pose.x_m": 1, "pose": {"x_m": 2}}], lumsdk.OptionError, "sensors.1.pose.x_m: repeated"),
     ([{**A, "pose": np.eye(3)}], lumsdk.OptionError, r"sensors.1.pose: it is not a pose; use a mapping of x_m, .* or a \(4, 4\)"),
     ([{**A, "pose": np.diag([1, 1, 1.001, 1])}], lumsdk.OptionError, "sensors.1.pose: the first three columns are not a rotation"),
-    ([{**A, "pose": np.diag([1, 1, -1, 1])}], lumsdk.OptionError, "are no rotation"),
+    ([{**A, "pose": np.diag([1, 1, -1, 1])}], lumsdk.OptionError, "are not a rotation"),
     ([{**A, "name": f"a{i}", "address": f"1.2.3.{i}"} for i in range(9)], lumsdk.OptionError, "it has 9 sensors; use 1 to 8"),
 ])
 def test_what_a_mapping_says_wrong_is_told(value, kind, said):

@@ -116,7 +116,7 @@ def test_items_that_do_not_go_together_are_refused():
     points = torch.ones(2, 3)
     for samples, said in (([points], "takes items that are dictionaries"), ([], "takes items that are dictionaries"),
                           ([{"x": points}, {"y": points}], "other names than x"), ([{"x": points, "batch": 1}], "which a batch adds"),
-                          ([{"x": 1}], "nothing is a tensor of the points"),
+                          ([{"x": 1}], "none is a tensor of the points"),
                           ([{"x": points, "pose": torch.eye(4)}], "'pose' has 4 rows and 'x' has 2")):
         with pytest.raises((TypeError, ValueError), match=said):
             collate(samples)
@@ -182,7 +182,7 @@ def test_a_capture_that_breaks_off_or_has_no_frames_is_told(captures, tmp_path):
         assert 1 < len(Frames(cut, broken="warn")) < 4
     with pytest.warns(lumsdk.CaptureWarning, match=r"empty\.pcap: it has no frame, so it gives no item"):
         assert len(Frames([empty, captures[1]], transform=count)) == 2
-    with pytest.warns(lumsdk.CaptureWarning, match=r"empty\.pcap: no frame is in it"):
+    with pytest.warns(lumsdk.CaptureWarning, match=r"empty\.pcap: it has no frame"):
         assert len(list(StreamedFrames([empty, captures[1]], transform=count))) == 2
 
 

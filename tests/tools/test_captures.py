@@ -816,7 +816,7 @@ class Bag(Case):
         if "this build has no" in r.stderr:
             self.assertEqual((r.returncode, r.stdout), (1, ""))
             self.assertIn(f"a chunk is compressed by {compression.decode()}, and this build has no lib{compression.decode()}: "
-                          "rosbag decompress makes a file that can be read", r.stderr)
+                          "rosbag decompress makes a readable file", r.stderr)
         else:
             self.assertEqual(r.stdout, self.points(source))
             self.assertEqual(run("lumdump", "-", "-o", "-", "--format", "csv", stdin=made.read_bytes()).stdout, r.stdout)
@@ -869,7 +869,7 @@ class Mcap(Case):
             self.check(made, self.points(source))
         else:
             self.assertRegex(r.stderr, f"a chunk is compressed by {compression}, and this build has no lib{compression}: mcap "
-                                       "(de)?compress makes a file that can be read")
+                                       "(de)?compress makes a readable file")
 
     @unittest.skipIf(shutil.which("zstd") is None, "no zstd")
     def test_chunks_by_zstd(self):
@@ -916,7 +916,7 @@ class Mcap(Case):
         r = run("lumdump", self.folder.write("large.mcap", made + mcap_maker.record(2, bytes(20)) + mcap_maker.MAGIC))
         self.assertEqual((r.returncode, r.stdout), (1, ""))
         self.assertIn("a chunk of 73400320 bytes; at most 67108864 can be read: mcap ", r.stderr)
-        self.assertIn("compress makes a file that can be read", r.stderr)
+        self.assertIn("compress makes a readable file", r.stderr)
         self.assertNotIn("libzstd", r.stderr)
 
 

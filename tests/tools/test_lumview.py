@@ -1229,7 +1229,7 @@ class Several(Case):
         a.write_bytes(a.read_bytes()[:-10])
         self.serve("--speed", "100", sources=[a, b])
         end = self.browser().status(lambda s: s["state"] == "ended" and "without" in s["message"])
-        self.assertRegex(end["message"], r"a\.pcap: cannot be read on .*; 12\.\d{3} seconds without a capture before .*b\.pcap$")
+        self.assertRegex(end["message"], r"a\.pcap: cannot be read beyond .*; 12\.\d{3} seconds without a capture before .*b\.pcap$")
 
     def test_a_pipe_that_is_no_capture_is_told_by_its_name(self):
         name = self.fifo(self.folder.write("notes.txt", "not a capture, but long enough to be looked at"))

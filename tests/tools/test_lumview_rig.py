@@ -74,7 +74,7 @@ class Rig(Case):
         b.say("seek 13")
         b.say("speed 100")
         b.say("play")
-        self.assertIn("of left a frame is left out, as the sensor paused in it or has stopped (1 in all)",
+        self.assertIn("a frame of left is left out, as the sensor paused in it or has stopped (1 in all)",
                       b.status(lambda s: s["state"] == "ended" and s["message"])["message"])
 
     def test_one_of_it_is_shown_alone_where_it_stands(self):

@@ -166,7 +166,7 @@ class Dump(Case):
                 self.assertIn("they are -5 and -10 (as it was)", text)
                 text = self.refused(*tool, "--set", "group.tag=14", "--set", "tof_lsb_ps=12")
                 self.assertIn("--set group.tag=14: bytes 14 to 14 overlap group.line", text)
-        self.assertIn("by the profile of --set packets have no timestamp", self.refused(
+        self.assertIn("the profile of --set gives packets no timestamp", self.refused(
             *lumdump, "--time", "utc", "--set", "group.timestamp=none"))
         self.assertFalse(out.exists())
 

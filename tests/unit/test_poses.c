@@ -534,8 +534,8 @@ static void poses_of_another_drive_are_told(void **state)
                      -1);
     assert_string_equal(
         error.text,
-        "p.txt: its poses are of 1000.000 to 1000.500 s of the sensor's clock, "
-        "the points of 0.000 to 2.000 s; are its times milliseconds?");
+        "p.txt: its poses are from 1000.000 to 1000.500 s of the sensor's "
+        "clock, the points from 0.000 to 2.000 s; are its times milliseconds?");
     lum_poses_free(poses);
 }
 

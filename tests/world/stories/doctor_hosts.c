@@ -74,7 +74,7 @@ STORY(doctor_a_netmask,
     world_interface_add(b.eth0, user_ip("10.42.0.1"), 28);
     user_tool *doctor = broken(&b, "", FAILED, "interface",
                                "eth0 has 10.42.0.1/28, a subnet from 10.42.0.0 "
-                               "to 10.42.0.15, which leaves 10.42.0.37 out");
+                               "to 10.42.0.15, and 10.42.0.37 is outside");
     expect_fix(doctor, "interface", "sudo ip addr add 10.42.0.1/24 dev eth0");
     bare(&b);
     world_interface_add(b.eth0, user_ip("10.42.0.1"), 24);

@@ -104,11 +104,11 @@ static void say_no_subnet(struct doctor *d, struct doctor_finding *out)
     const struct host_interface *w = host_likeliest(d);
     const struct interface_address *near = w != NULL ? host_near(d, w) : NULL;
     if (near != NULL) {
-        doctor_wrong(out, "%s has %s/%u, a subnet from %s to %s, without %s",
-                     w->name, number_address(near->address).text, near->prefix,
-                     number_address(near->address & near->mask).text,
-                     number_address(near->address | ~near->mask).text,
-                     d->address);
+        doctor_wrong(
+            out, "%s has %s/%u, a subnet from %s to %s, and %s is outside",
+            w->name, number_address(near->address).text, near->prefix,
+            number_address(near->address & near->mask).text,
+            number_address(near->address | ~near->mask).text, d->address);
     } else {
         say_addresses(d, out);
     }
