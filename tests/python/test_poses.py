@@ -180,7 +180,7 @@ def test_what_is_wrong_is_refused(frame, path, poses, tmp_path):
         lumsdk.Poses([5e9, 6e9], poses.tum[:2])
     for options in {"gap": -1}, {"gap": 0}, {"gap": math.nan}, {"jump": -1.0}, {"jump": 0}, {"jump": math.nan}, {"clock": "gps"}:
         (name,) = options
-        with pytest.raises(lumsdk.OptionError, match=f"{name} is .*; right "):
+        with pytest.raises(lumsdk.OptionError, match=f"{name} is .*; use "):
             lumsdk.Poses(TIMES_NS, poses.tum, **options)
     with pytest.raises(TypeError, match="use lumsdk.Poses"):
         frame.to_world("poses.txt")
