@@ -1,6 +1,7 @@
-#include "claim_mark.h"
+/* The content of the mark that says who writes a file, and the names of files
+ * beside it. */
+#include "claim.h"
 
-#include "base/claim.h"
 #include "base/system.h"
 #include "lum/base/time.h"
 

@@ -3,8 +3,6 @@
 #define _DEFAULT_SOURCE /* flock */
 #include "claim.h"
 
-#include "base/claim_mark.h"
-
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>

@@ -2,8 +2,6 @@
  * can open for writing. */
 #include "claim.h"
 
-#include "base/claim_mark.h"
-
 #include <errno.h>
 #include <fcntl.h>
 #include <io.h>

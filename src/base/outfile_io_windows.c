@@ -1,5 +1,6 @@
 /* Writes bytes to an output, on Windows. */
 #include "outfile_io.h"
+#include "outfile_parts.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -23,9 +24,21 @@ void lum_outfile_never_wait(lum_outfile *file)
     (void)file;
 }
 
-static int code_of(DWORD error)
+int lum_outfile_code(unsigned long error)
 {
     switch (error) {
+    case ERROR_FILE_NOT_FOUND:
+    case ERROR_PATH_NOT_FOUND:
+        return ENOENT;
+    case ERROR_ACCESS_DENIED:
+    case ERROR_WRITE_PROTECT:
+        return EACCES;
+    case ERROR_SHARING_VIOLATION:
+    case ERROR_LOCK_VIOLATION:
+        return EBUSY;
+    case ERROR_FILE_EXISTS:
+    case ERROR_ALREADY_EXISTS:
+        return EEXIST;
     case ERROR_BROKEN_PIPE:
     case ERROR_NO_DATA:
     case ERROR_PIPE_NOT_CONNECTED:
@@ -33,6 +46,9 @@ static int code_of(DWORD error)
     case ERROR_DISK_FULL:
     case ERROR_HANDLE_DISK_FULL:
         return ENOSPC;
+    case ERROR_INVALID_NAME:
+    case ERROR_BAD_PATHNAME:
+        return EINVAL;
     case ERROR_OPERATION_ABORTED:
         return 0;
     default:
@@ -49,7 +65,7 @@ int lum_outfile_put(lum_outfile *file, const void *bytes, size_t n,
     const BOOL is_good = WriteFile(
         handle, bytes, (DWORD)(most < INT_MAX ? most : INT_MAX), &done, NULL);
     *written = done;
-    return is_good ? 0 : code_of(GetLastError());
+    return is_good ? 0 : lum_outfile_code(GetLastError());
 }
 
 int lum_outfile_put_at(lum_outfile *file, uint64_t offset, const void *bytes,
@@ -93,7 +109,7 @@ int lum_outfile_copy(const lum_outfile *file)
 int lum_outfile_sync_copy(int copy)
 {
     const BOOL is_done = FlushFileBuffers((HANDLE)_get_osfhandle(copy));
-    const int code = is_done ? 0 : code_of(GetLastError());
+    const int code = is_done ? 0 : lum_outfile_code(GetLastError());
     (void)_close(copy);
     return code;
 }

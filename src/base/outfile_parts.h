@@ -15,6 +15,11 @@ int lum_outfile_refuse(int code, const char *name, const char *why,
 /** The directory does not exist: ENOENT. */
 int lum_outfile_refuse_directory(const lum_outfile *file, lum_error *error);
 
+#if defined(_WIN32)
+/** What an error of Windows is: an errno; 0: the call is to be made again. */
+int lum_outfile_code(unsigned long error);
+#endif
+
 /* --- Each system's: outfile_posix.c, outfile_windows.c --- */
 
 /** As lum_outfile_open(), into a file that has only its name for messages. */

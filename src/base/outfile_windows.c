@@ -13,32 +13,6 @@
 
 #define TRIES 100 /* to find a name that is free */
 
-static int code_of(DWORD error)
-{
-    switch (error) {
-    case ERROR_FILE_NOT_FOUND:
-    case ERROR_PATH_NOT_FOUND:
-        return ENOENT;
-    case ERROR_ACCESS_DENIED:
-    case ERROR_WRITE_PROTECT:
-        return EACCES;
-    case ERROR_SHARING_VIOLATION:
-    case ERROR_LOCK_VIOLATION:
-        return EBUSY;
-    case ERROR_FILE_EXISTS:
-    case ERROR_ALREADY_EXISTS:
-        return EEXIST;
-    case ERROR_DISK_FULL:
-    case ERROR_HANDLE_DISK_FULL:
-        return ENOSPC;
-    case ERROR_INVALID_NAME:
-    case ERROR_BAD_PATHNAME:
-        return EINVAL;
-    default:
-        return EIO;
-    }
-}
-
 static int refuse_busy(const lum_outfile *file, lum_error *error)
 {
     return lum_outfile_refuse(
@@ -51,7 +25,7 @@ static int refuse_busy(const lum_outfile *file, lum_error *error)
 static int fail_last(const lum_outfile *file, const char *doing,
                      lum_error *error)
 {
-    const int code = code_of(GetLastError());
+    const int code = lum_outfile_code(GetLastError());
     if (code == EBUSY) {
         return refuse_busy(file, error);
     }
@@ -191,7 +165,7 @@ static int give_name(lum_outfile *file, lum_error *error)
     }
     if (!MoveFileExA(file->part, file->path,
                      MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH)) {
-        const int code = code_of(GetLastError());
+        const int code = lum_outfile_code(GetLastError());
         return code == EBUSY
                    ? refuse_busy(file, error)
                    : lum_outfile_fail(file, code, "cannot get its name", error);
@@ -225,7 +199,7 @@ int lum_outfile_finish(lum_outfile *file, lum_error *error)
 {
     const int fd = file->fd;
     if (file->path != NULL && !FlushFileBuffers((HANDLE)_get_osfhandle(fd))) {
-        return lum_outfile_fail(file, code_of(GetLastError()),
+        return lum_outfile_fail(file, lum_outfile_code(GetLastError()),
                                 "cannot write it to the disk", error);
     }
     file->fd = -1;

@@ -1,4 +1,6 @@
-#include "key_number.h"
+/* Decimal numbers to integers in small units: exact, and independent of the
+ * locale, unlike strtod(). */
+#include "key_rule.h"
 
 #include <string.h>
 

@@ -1,7 +1,5 @@
 #include "key_rule.h"
 
-#include "key_number.h"
-
 #include <string.h>
 
 static const lum_key_word *find_word(const lum_key_rule *rule,

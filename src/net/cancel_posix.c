@@ -1,6 +1,6 @@
 /* A wait that another thread or a signal handler can end, on POSIX. */
 #define _POSIX_C_SOURCE 200809L
-#include "net/cancel_handle.h"
+#include "net/socket_system.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -1,7 +1,5 @@
 /* A wait that another thread can end, on Windows. */
-#include "net/sockaddr.h"
-
-#include "net/cancel_handle.h"
+#include "net/socket_system.h"
 
 #include <stdlib.h>
 

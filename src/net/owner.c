@@ -2,7 +2,6 @@
 
 #include "base/system.h"
 #include "net/endpoint.h"
-#include "net/owner_system.h"
 #include "net/program.h"
 #include "net/route.h"
 

@@ -1,7 +1,7 @@
 /* Names that one process at a time holds, on Linux: sockets with abstract
  * names. */
 #define _GNU_SOURCE
-#include "net/owner_system.h"
+#include "net/owner.h"
 
 #include <errno.h>
 #include <stddef.h>

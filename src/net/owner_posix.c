@@ -1,6 +1,6 @@
 /* Names that one process at a time holds, on POSIX: locked files in /tmp. */
 #define _DEFAULT_SOURCE
-#include "net/owner_system.h"
+#include "net/owner.h"
 
 #include "lum/base/time.h"
 

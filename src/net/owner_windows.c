@@ -1,7 +1,7 @@
 /* Names that one process at a time holds, on Windows: mutexes. */
 #include "net/winsock.h"
 
-#include "net/owner_system.h"
+#include "net/owner.h"
 
 #include <stdio.h>
 #include <stdlib.h>

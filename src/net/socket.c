@@ -5,7 +5,6 @@
 
 #include "base/sized.h"
 #include "lum/base/time.h"
-#include "net/cancel_handle.h"
 #include "net/socket_messages.h"
 
 #if defined(_WIN32)
@@ -344,7 +343,7 @@ static size_t sort_out(lum_socket *socket, size_t count)
             note_drops(socket, arrival->drops);
         }
         socket->joined += arrival->is_joined; /* as drops: of all interfaces */
-        if (socket->only != 0 && socket->only != arrival->interface) {
+        if (socket->only != 0 && socket->only != arrival->if_index) {
             continue;
         }
         if (received->utc_ns == 0) {

@@ -171,7 +171,7 @@ static void read_control(const struct cmsghdr *control, parcel *out)
     if (control->cmsg_level == IPPROTO_IP && control->cmsg_type == IP_PKTINFO) {
         struct in_pktinfo info;
         memcpy(&info, CMSG_DATA(control), sizeof info);
-        arrival->interface = (unsigned)info.ipi_ifindex;
+        arrival->if_index = (unsigned)info.ipi_ifindex;
     } else if (control->cmsg_level == SOL_SOCKET &&
                control->cmsg_type == SCM_TIMESTAMPNS) {
         read_time(control, &out->whole);

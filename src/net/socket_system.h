@@ -13,10 +13,14 @@
 #include <stdint.h>
 #include <string.h>
 
+/* A descriptor (POSIX) or a socket (Windows) that is readable while a cancel is
+ * raised, for a wait; never NULL. */
+intptr_t lum_cancel_handle(const lum_cancel *cancel);
+
 /* Of a datagram, beside itself. */
 typedef struct lum_arrival {
-    unsigned interface; /* index of the interface of arrival; 0: not known */
-    uint32_t drops;     /* by the kernel, when it came */
+    unsigned if_index; /* index of the interface of arrival; 0: not known */
+    uint32_t drops;    /* by the kernel, when it came */
     bool has_drops;
     bool is_joined; /* it came in one message with others */
 } lum_arrival;

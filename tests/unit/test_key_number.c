@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "host/key_number.h"
+#include "host/key_rule.h"
 #include "support.h"
 
 #include <inttypes.h>

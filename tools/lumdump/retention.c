@@ -3,7 +3,6 @@
 
 #include "../common/file_look.h"
 #include "base/claim.h"
-#include "base/claim_mark.h"
 #include "base/outfile.h"
 #include "base/text_copy.h"
 #include "ledger.h"
