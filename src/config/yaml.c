@@ -1,5 +1,6 @@
 #include "yaml.h"
 
+#include "base/text_add.h"
 #include "lum/config/config.h"
 
 #include <stdarg.h>
@@ -31,17 +32,6 @@ typedef struct reader {
 
 /* --- Messages --- */
 
-/* Adds to a terminated string of size bytes; cuts what does not fit. */
-LUM_PRINTF(3, 4)
-static void append(char *out, size_t size, const char *format, ...)
-{
-    const size_t used = strlen(out);
-    va_list arguments;
-    va_start(arguments, format);
-    (void)vsnprintf(out + used, size - used, format, arguments);
-    va_end(arguments);
-}
-
 /* A name with what could break or forge a line replaced, its front cut where
  * it is long. */
 static void clean_name(const char *name, char out[NAME_BYTES])
@@ -49,8 +39,8 @@ static void clean_name(const char *name, char out[NAME_BYTES])
     const size_t len = strlen(name);
     const size_t room = NAME_BYTES - 4;
     out[0] = '\0';
-    append(out, NAME_BYTES, "%s%s", len > room ? "..." : "",
-           len > room ? name + (len - room) : name);
+    lum_text_add(out, NAME_BYTES, "%s%s", len > room ? "..." : "",
+                 len > room ? name + (len - room) : name);
     for (char *p = out; *p != '\0'; p++) {
         if ((unsigned char)*p < 0x20 || *p == 0x7f) {
             *p = '?';
@@ -87,7 +77,8 @@ int lum_yaml_fail(lum_error *error, const char *name, unsigned line,
 static const char *full_path(const reader *r, char out[FULL_BYTES])
 {
     const bool has_both = r->prefix[0] != '\0' && r->path[0] != '\0';
-    append(out, FULL_BYTES, "%s%s%s", r->prefix, has_both ? "." : "", r->path);
+    lum_text_add(out, FULL_BYTES, "%s%s%s", r->prefix, has_both ? "." : "",
+                 r->path);
     return out;
 }
 
@@ -338,8 +329,8 @@ static int read_key(reader *r, unsigned seen[LUM_KEY_ENTRIES_MAX])
     if (i == r->table->count) {
         return refuse_key(r, name, len);
     }
-    append(r->path, sizeof r->path, "%s%.*s", r->path[0] != '\0' ? "." : "",
-           (int)len, name);
+    lum_text_add(r->path, sizeof r->path, "%s%.*s",
+                 r->path[0] != '\0' ? "." : "", (int)len, name);
     return admit_key(r, &seen[i]);
 }
 

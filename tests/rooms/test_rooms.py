@@ -304,7 +304,7 @@ class Laser(unittest.TestCase):
         for text in ('lum_sensor_command(s, on ? "u" : text)', "lum_sensor_laser_off(s, 9, NULL, NULL)", "lum_laser_rules_next (&r)",
                      'send(off, "d")', "self._command('u')", 'lum_tlv_add(w, 1,\n    b"u", 1)', "lum_sensor_command(line, text)",
                      "lum_tlv_add(&w,\n profile.tlv[LUM_TLV_COMMAND], text, 1)"):
-            names = "tools/python/lumsdk/_stream.py", "tools/ros/lumsdk_ros/scripts/lumsdk_node", "tools/lumdump/session.c"
+            names = "tools/python/lumsdk/_stream.py", "tools/ros/lumsdk_ros/scripts/lumsdk_node", "tools/lumdump/receiving.c"
             for name in names[: 2 if "'" in text else 3]:
                 with self.subTest(f"{name}: {text}"):
                     self.assertEqual(len({file for file, _ in self.owners([(name, text)])}), 1)

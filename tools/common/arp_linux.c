@@ -1,3 +1,4 @@
+/* ARP by a packet socket of Linux. */
 #define _GNU_SOURCE
 
 #include "arp.h"

@@ -1,3 +1,4 @@
+/* No ARP, on systems without raw sockets for it. */
 #include "arp.h"
 
 enum arp_opened arp_open(const struct host_interface *interface,

@@ -1,3 +1,4 @@
+/* What kind of file a name is, by stat(). */
 #define _POSIX_C_SOURCE 200809L
 #include "file_look.h"
 

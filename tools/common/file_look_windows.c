@@ -1,3 +1,4 @@
+/* What kind of file a name is, on Windows. */
 #include "file_look.h"
 
 #include <string.h>

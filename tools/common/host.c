@@ -2,9 +2,9 @@
 
 #include "number.h"
 
+#include "base/text_add.h"
 #include "lum/net/resolve.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -65,12 +65,9 @@ bool host_parse_endpoint(const char *text, lum_endpoint *out, lum_error *why)
 static void list_names(const struct host_interface *all, size_t count,
                        char *out, size_t room)
 {
-    size_t used = 0;
-    (void)snprintf(out, room, "none");
-    for (size_t i = 0; i < count && used < room; i++) {
-        const int n = snprintf(out + used, room - used, "%s%s",
-                               i > 0 ? ", " : "", all[i].name);
-        used += n > 0 ? (size_t)n : 0;
+    out[0] = '\0';
+    for (size_t i = 0; i < count; i++) {
+        lum_text_add(out, room, "%s%s", i > 0 ? ", " : "", all[i].name);
     }
 }
 
@@ -83,7 +80,7 @@ bool host_lists_interface(const struct host_interface *all, size_t count,
     }
     list_names(all, count, names, sizeof names);
     (void)lum_error_set(why, "there is no interface %.60s; this host has: %s",
-                        name, names);
+                        name, count > 0 ? names : "none");
     return false;
 }
 

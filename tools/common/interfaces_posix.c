@@ -1,3 +1,4 @@
+/* Network interfaces by getifaddrs(), and what Linux says of their links. */
 #define _DEFAULT_SOURCE /* getifaddrs */
 #define _DARWIN_C_SOURCE
 

@@ -1,3 +1,4 @@
+/* Network interfaces of Windows, by their adapters. */
 #include "interfaces.h"
 
 #include "net/adapter.h"

@@ -1,3 +1,4 @@
+/* Signals that end a run, with handlers of POSIX. */
 #define _XOPEN_SOURCE 700 /* setitimer */
 #include "interrupt.h"
 

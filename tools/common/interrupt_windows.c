@@ -1,3 +1,4 @@
+/* Console events of Windows as signals that end a run. */
 #include "interrupt.h"
 
 #include <signal.h>

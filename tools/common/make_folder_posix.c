@@ -1,3 +1,4 @@
+/* A new folder, by mkdir() of POSIX. */
 #define _POSIX_C_SOURCE 200809L
 #include "make_folder.h"
 

@@ -1,3 +1,4 @@
+/* A new folder, on Windows. */
 #include "make_folder.h"
 
 #include <direct.h>

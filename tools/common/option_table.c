@@ -4,6 +4,8 @@
 #include "nearest.h"
 #include "number.h"
 
+#include "base/text_add.h"
+
 #include <getopt.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -136,7 +138,6 @@ static enum option_end refuse_name(const struct reader *r, const char *word,
 
 static void say_allowed(const struct option_spec *s, char *out, size_t size)
 {
-    size_t n = 0;
     if (s->allowed != NULL) {
         (void)snprintf(out, size, "%s", s->allowed);
     } else if (s->kind == OPTION_WHOLE) {
@@ -145,9 +146,9 @@ static void say_allowed(const struct option_spec *s, char *out, size_t size)
     } else if (s->kind == OPTION_REAL) {
         (void)snprintf(out, size, "a number from %g to %g", s->low, s->high);
     } else if (s->kind == OPTION_WORD) {
-        n = (size_t)snprintf(out, size, "one of");
+        (void)snprintf(out, size, "one of");
         for (const struct option_word *w = s->words; w->text != NULL; w++) {
-            n += (size_t)snprintf(out + n, size - n, " %s", w->text);
+            lum_text_add(out, size, " %s", w->text);
         }
     } else {
         (void)snprintf(out, size, "the name of a file");

@@ -1,34 +1,15 @@
 #include "provenance.h"
 
 #include "base/system.h"
+#include "base/text_add.h"
 #include "utf8.h"
 
 #include "lum/version.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 #define ITEM_BYTES 320u /* of a text in quotes; a longer one is cut */
-
-/* A text in the making, cut where it is full. */
-struct text {
-    char *at;
-    size_t len;
-    size_t room;
-};
-
-LUM_PRINTF(2, 3)
-static void add(struct text *t, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    const int n =
-        vsnprintf(t->at + t->len, t->room - t->len, format, arguments);
-    va_end(arguments);
-    const size_t left = t->room - t->len - 1u;
-    t->len += n < 0 ? 0u : (size_t)n < left ? (size_t)n : left;
-}
 
 /* Printable ASCII, as YAML and JSON escape what is not. */
 static void escape(const unsigned char *p, size_t length, char out[12])
@@ -43,24 +24,24 @@ static void escape(const unsigned char *p, size_t length, char out[12])
     }
 }
 
-static void add_quoted(struct text *t, const char *text)
+/* A line: a text in quotes behind a head. */
+static void add_quoted(struct provenance *out, const char *head,
+                       const char *text)
 {
     const unsigned char *p = (const unsigned char *)text;
-    char item[ITEM_BYTES];
-    struct text quoted = {item, 0, sizeof item};
-    item[0] = '\0';
+    char item[ITEM_BYTES] = "";
     while (*p != '\0') {
         const size_t n = utf8_length(p);
         char escaped[12];
         escape(p, n, escaped);
-        if (quoted.len + strlen(escaped) + sizeof "..." > sizeof item) {
-            add(&quoted, "...");
+        if (strlen(item) + strlen(escaped) + sizeof "..." > sizeof item) {
+            lum_text_add(item, sizeof item, "...");
             break;
         }
-        add(&quoted, "%s", escaped);
+        lum_text_add(item, sizeof item, "%s", escaped);
         p += n == 0 ? 1 : n;
     }
-    add(t, "\"%s\"", item);
+    lum_text_add(out->origin, sizeof out->origin, "%s\"%s\"\n", head, item);
 }
 
 /* The folders of a file are nobody else's business. */
@@ -72,37 +53,31 @@ static const char *name_of(const char *source)
     return strncmp(source, "udp://", 6) == 0 ? source : lum_system_base(source);
 }
 
-/* The sensors' places in it, by which files name them. */
-static void add_rig(struct text *t, const struct provenance_run *run)
+static void add_list(struct provenance *out, const char *head,
+                     const char *const *list, size_t count)
 {
-    add(t, "%s", run->sensor_count > 0 ? "rig:\n" : "");
-    for (size_t i = 0; i < run->sensor_count; i++) {
-        add(t, "  - ");
-        add_quoted(t, run->sensors[i]);
-        add(t, "\n");
+    lum_text_add(out->origin, sizeof out->origin, "%s", count > 0 ? head : "");
+    for (size_t i = 0; i < count; i++) {
+        add_quoted(out, "  - ", list[i]);
     }
 }
 
+/* The places of a rig's sensors are those by which files name them. */
 static void make_origin(const struct provenance_run *run,
                         const struct geometry *geometry, struct provenance *out)
 {
     static const char *const uses[] = {"built-in", "below"};
-    struct text t = {out->origin, 0, sizeof out->origin};
-    add(&t, PROVENANCE_MARK "origin 1\nprogram: ");
-    add_quoted(&t, out->program);
-    add(&t, "\nsource: ");
-    add_quoted(&t, name_of(run->source));
-    add(&t, "\n%s", run->option_count > 0 ? "options:\n" : "");
-    for (size_t i = 0; i < run->option_count; i++) {
-        add(&t, "  - ");
-        add_quoted(&t, run->options[i]);
-        add(&t, "\n");
-    }
-    add_rig(&t, run);
+    (void)snprintf(out->origin, sizeof out->origin,
+                   PROVENANCE_MARK "origin 1\n");
+    add_quoted(out, "program: ", out->program);
+    add_quoted(out, "source: ", name_of(run->source));
+    add_list(out, "options:\n", run->options, run->option_count);
+    add_list(out, "rig:\n", run->sensors, run->sensor_count);
     if (run->sensor_count < 2u) {
-        add(&t, "calibration: %s\nprofile: %s\n",
-            uses[geometry->has_calibration ? 1 : 0],
-            uses[geometry->has_profile ? 1 : 0]);
+        lum_text_add(out->origin, sizeof out->origin,
+                     "calibration: %s\nprofile: %s\n",
+                     uses[geometry->has_calibration ? 1 : 0],
+                     uses[geometry->has_profile ? 1 : 0]);
     }
 }
 
@@ -123,9 +98,10 @@ static void add_comment(struct provenance *out, const char *comment)
 
 static void join(struct provenance *out)
 {
-    struct text t = {out->text, 0, sizeof out->text};
+    out->text[0] = '\0';
     for (size_t i = 0; i < out->comment_count; i++) {
-        add(&t, "%s%s", i > 0 ? "---\n" : "", out->comments[i]);
+        lum_text_add(out->text, sizeof out->text, "%s%s", i > 0 ? "---\n" : "",
+                     out->comments[i]);
     }
 }
 

@@ -1,3 +1,5 @@
+/* What the comments of a capture say of its origin, its calibration and its
+ * profile. */
 #include "provenance.h"
 
 #include "printable.h"

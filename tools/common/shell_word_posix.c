@@ -1,3 +1,4 @@
+/* Names of files as words of a POSIX shell. */
 #include "shell_word.h"
 
 #include <stdbool.h>

@@ -1,3 +1,4 @@
+/* Names of files as words of the command line of Windows. */
 #include "shell_word.h"
 
 #include <stdbool.h>

@@ -1,3 +1,4 @@
+/* Terminals and pipes of POSIX. */
 #define _DEFAULT_SOURCE /* TIOCGWINSZ */
 #define _DARWIN_C_SOURCE
 #include "terminal.h"

@@ -1,3 +1,4 @@
+/* Consoles and pipes of Windows. */
 #include "terminal.h"
 
 #include <io.h>

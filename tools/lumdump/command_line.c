@@ -9,7 +9,7 @@
 #include "lum/map/map.h"
 #include "lum/net/socket.h"
 #include "lum/picture/picture.h"
-#include "rig.h"
+#include "rig_run.h"
 #include "row_threads.h"
 #include "rules.h"
 #include "values.h"

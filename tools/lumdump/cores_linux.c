@@ -1,3 +1,4 @@
+/* Cores that this process may use, by its affinity on Linux. */
 #define _GNU_SOURCE
 #include "cores.h"
 

@@ -1,3 +1,4 @@
+/* Cores of the machine, on systems of POSIX other than Linux. */
 #include "cores.h"
 
 #include <unistd.h>

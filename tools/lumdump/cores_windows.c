@@ -1,3 +1,4 @@
+/* Cores that this process may use, by its affinity on Windows. */
 #include "cores.h"
 
 #include <windows.h>

@@ -2,7 +2,7 @@
 #ifndef LUMDUMP_FRAME_LINES_H
 #define LUMDUMP_FRAME_LINES_H
 
-#include "motion.h"
+#include "pose_motion.h"
 
 #include "lum/cloud/writer.h"
 #include "lum/frame/frame.h"

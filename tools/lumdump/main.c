@@ -3,7 +3,7 @@
 #include "../common/interrupt.h"
 #include "command_line.h"
 #include "replay.h"
-#include "rig.h"
+#include "rig_run.h"
 #include "runs.h"
 #include "targets.h"
 #include "world.h"

@@ -5,7 +5,7 @@
 #include "../common/capture_file.h"
 #include "base/system.h"
 #include "cloud/part.h"
-#include "rig.h"
+#include "rig_run.h"
 
 #include <stdio.h>
 #include <string.h>

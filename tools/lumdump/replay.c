@@ -2,13 +2,61 @@
 
 #include "../common/file_look.h"
 #include "../common/interrupt.h"
+#include "../common/terminal.h"
 #include "conclude.h"
 #include "health.h"
-#include "progress.h"
+#include "lum/base/time.h"
 #include "targets.h"
+
+#include <inttypes.h>
+#include <stdio.h>
 
 /* Records between looks at signals and at the clock for the progress line. */
 #define RECORDS_A_LOOK 256u
+
+#define INTERVAL_NS INT64_C(200000000)
+
+/* A line on a terminal that says how far the work has come. */
+struct progress {
+    bool is_on;
+    bool is_shown;
+    int64_t next_ns;
+};
+
+/* Redraws it five times a second, where standard error is a terminal in whose
+ * foreground the run is; total 0: unknown. */
+static void progress_update(struct progress *progress, uint64_t done,
+                            uint64_t total, uint64_t points)
+{
+    if (!progress->is_on) {
+        return;
+    }
+    const int64_t now = lum_time_monotonic_ns();
+    if (now < progress->next_ns) {
+        return;
+    }
+    progress->next_ns = now + INTERVAL_NS;
+    if (!terminal_is_foreground(stderr)) {
+        progress->is_shown = false;
+        return;
+    }
+    progress->is_shown = true;
+    if (total > 0) {
+        (void)fprintf(stderr, "\r\033[K%3" PRIu64 " %%  ", done * 100 / total);
+    } else {
+        (void)fputs("\r\033[K", stderr);
+    }
+    (void)fprintf(stderr, "%" PRIu64 " MB read, %" PRIu64 " points",
+                  done / 1000000, points);
+}
+
+static void progress_clear(struct progress *progress)
+{
+    if (progress->is_shown && terminal_is_foreground(stderr)) {
+        (void)fputs("\r\033[K", stderr);
+    }
+    progress->is_shown = false;
+}
 
 uint64_t replay_records(const lum_capture *capture)
 {

@@ -2,9 +2,10 @@
 
 #include "../common/number.h"
 
+#include "base/text_add.h"
 #include "lum/wire.h"
 
-#include <stdarg.h>
+#include <stdio.h>
 #include <string.h>
 
 /* --- Who is who --- */
@@ -37,29 +38,12 @@ bool rig_has_any_data(const struct rig *rig, const lum_framer *framer)
 
 /* --- What is said --- */
 
-/* A text in the making, cut where it is full. */
-struct text {
-    char *at;
-    size_t len;
-};
-
-LUM_PRINTF(2, 3)
-static void add(struct text *t, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    const int n =
-        vsnprintf(t->at + t->len, RIG_TEXT_BYTES - t->len, format, arguments);
-    va_end(arguments);
-    const size_t left = RIG_TEXT_BYTES - t->len - 1u;
-    t->len += n < 0 ? 0u : (size_t)n < left ? (size_t)n : left;
-}
-
-static void add_sensors(struct text *t, const lum_demux *demux)
+static void add_sensors(char out[RIG_TEXT_BYTES], const lum_demux *demux)
 {
     for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
         char name[LUM_SENSOR_NAME_BYTES];
-        add(t, "%s%s", i > 0 ? ", " : "", lum_demux_name(demux, i, name));
+        lum_text_add(out, RIG_TEXT_BYTES, "%s%s", i > 0 ? ", " : "",
+                     lum_demux_name(demux, i, name));
     }
 }
 
@@ -67,22 +51,23 @@ bool rig_tell_missing(const struct rig *rig, const lum_framer *framer,
                       char out[RIG_TEXT_BYTES])
 {
     const lum_demux *demux = lum_framer_demux(framer);
-    struct text t = {out, 0};
     size_t missing = 0;
-    add(&t, "no data of ");
+    (void)snprintf(out, RIG_TEXT_BYTES, "no data of ");
     for (size_t k = 0; k < rig->count; k++) {
         const lum_rig_sensor *of = rig->sensors[k].of;
         if (!rig_has_data(rig, framer, k)) {
-            add(&t, "%s%s (%s%s%s)", missing > 0 ? ", " : "", of->name,
-                number_address(of->address).text,
-                of->interface[0] != '\0' ? "%" : "", of->interface);
+            lum_text_add(out, RIG_TEXT_BYTES, "%s%s (%s%s%s)",
+                         missing > 0 ? ", " : "", of->name,
+                         number_address(of->address).text,
+                         of->interface[0] != '\0' ? "%" : "", of->interface);
             missing++;
         }
     }
-    add(&t, " in it, which %s names; there is data of ", rig->path);
-    add_sensors(&t, demux);
+    lum_text_add(out, RIG_TEXT_BYTES,
+                 " in it, which %s names; there is data of ", rig->path);
+    add_sensors(out, demux);
     if (lum_demux_sensor_count(demux) == 0) {
-        add(&t, "no sensor");
+        lum_text_add(out, RIG_TEXT_BYTES, "no sensor");
     }
     return missing > 0;
 }

@@ -3,7 +3,7 @@
 #ifndef LUMDUMP_RIG_REPORT_H
 #define LUMDUMP_RIG_REPORT_H
 
-#include "rig.h"
+#include "rig_run.h"
 #include "summary.h"
 
 #include <stdio.h>

@@ -3,7 +3,7 @@
 #include "rules.h"
 
 #include "../common/host.h"
-#include "rig.h"
+#include "rig_run.h"
 
 #include <stdarg.h>
 #include <stdio.h>

@@ -6,7 +6,7 @@
 #include "../common/input_files.h"
 #include "base/system.h"
 #include "numbered.h"
-#include "rig.h"
+#include "rig_run.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
 #include "values.h"
 
-#include "rig.h"
+#include "rig_run.h"
 
 #include "../common/number.h"
 #include "../common/option_table.h"

@@ -3,8 +3,8 @@
 #ifndef LUMDUMP_VOXELS_H
 #define LUMDUMP_VOXELS_H
 
-#include "motion.h"
 #include "outputs.h"
+#include "pose_motion.h"
 #include "summary.h"
 
 struct voxels;

@@ -2,7 +2,7 @@
 #ifndef LUMDUMP_WORLD_H
 #define LUMDUMP_WORLD_H
 
-#include "motion.h"
+#include "pose_motion.h"
 
 /* Note the origin for the outputs, and say it. motion: NULL if nothing moves.
  * -1 with the reason in error: an output would not name it. */

@@ -1,5 +1,5 @@
 /* What happens to a sensor on the network becomes lines of the log. */
-#include "live.h"
+#include "live_sensor.h"
 
 #include "../common/number.h"
 #include "lum/wire.h"

@@ -1,6 +1,7 @@
-#include "live.h"
+/* lumsim: a simulated sensor, on the network or into a capture. */
+#include "live_sensor.h"
 #include "moving.h"
-#include "rig.h"
+#include "rig_capture.h"
 
 int main(int argc, char **argv)
 {

@@ -3,7 +3,7 @@
 
 #include "../common/option_table.h"
 #include "lum/frame/poses.h"
-#include "rig.h"
+#include "rig_capture.h"
 #include "standing.h"
 
 #include <inttypes.h>

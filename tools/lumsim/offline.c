@@ -1,10 +1,11 @@
+/* A simulated sensor's packets, written into a capture. */
 #define _POSIX_C_SOURCE 200809L
 #include "../common/capture_file.h"
 #include "../common/interrupt.h"
 #include "../common/terminal.h"
-#include "files.h"
 #include "lum/wire.h"
-#include "rig.h"
+#include "named_files.h"
+#include "rig_capture.h"
 #include "sim/fault.h"
 #include "simulated.h"
 #include "standing.h"

@@ -4,11 +4,11 @@
 #include "../common/host.h"
 #include "../common/number.h"
 #include "../common/option_table.h"
-#include "files.h"
 #include "lum/laser.h"
 #include "lum/wire.h"
 #include "moving.h"
-#include "rig.h"
+#include "named_files.h"
+#include "rig_capture.h"
 #include "sim/device.h"
 #include "standing.h"
 

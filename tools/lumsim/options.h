@@ -117,7 +117,8 @@ struct options {
     bool quiet;
 };
 
-/* complain.c: say what is wrong, as a line on standard error. Returns false. */
+/* complaint.c: say what is wrong, as a line on standard error. Returns false.
+ */
 LUM_PRINTF(1, 2) bool complain(const char *format, ...);
 
 /* Reads the command line and the files it names; complains on standard error.

@@ -2,8 +2,8 @@
 #ifndef LUMSIM_PLAYBACK_H
 #define LUMSIM_PLAYBACK_H
 
-#include "feed.h"
-#include "files.h"
+#include "named_files.h"
+#include "parcel.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,8 +1,10 @@
+/* The data packets of one sensor of a capture, for --replay. */
 #include "../common/number.h"
-#include "files.h"
+#include "base/text_add.h"
 #include "lum/assembler.h"
 #include "lum/capture/capture.h"
 #include "lum/capture/demux.h"
+#include "named_files.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -77,12 +79,10 @@ static int look_through(struct recording *r, struct recording_facts *facts,
 static void list_sensors(const lum_demux *demux, char *out, size_t room)
 {
     char name[LUM_SENSOR_NAME_BYTES];
-    size_t len = 0;
     out[0] = '\0';
-    for (size_t i = 0; i < lum_demux_sensor_count(demux) && len < room; i++) {
-        len +=
-            (size_t)snprintf(out + len, room - len, "%s%s", i > 0 ? ", " : "",
-                             lum_demux_name(demux, i, name));
+    for (size_t i = 0; i < lum_demux_sensor_count(demux); i++) {
+        lum_text_add(out, room, "%s%s", i > 0 ? ", " : "",
+                     lum_demux_name(demux, i, name));
     }
 }
 

@@ -3,9 +3,9 @@
 #ifndef LUMSIM_SENDER_H
 #define LUMSIM_SENDER_H
 
-#include "feed.h"
 #include "lum/net/socket.h"
 #include "options.h"
+#include "parcel.h"
 #include "sim/fault.h"
 #include "sim/random.h"
 

@@ -1,5 +1,5 @@
 /* Datagrams to a sensor on the network go to the device, its answers back. */
-#include "live.h"
+#include "live_sensor.h"
 
 #include "../common/arrival.h"
 

@@ -2,6 +2,7 @@
 
 #include "../common/number.h"
 #include "../common/option_table.h"
+#include "base/text_add.h"
 #include "sim/blocks.h"
 
 #include <stdio.h>
@@ -136,20 +137,21 @@ static void name_bounds(lum_blocks blocks)
 static const char *cause(const struct options *o, char text[CAUSE_MAX],
                          const double *time_s)
 {
-    int n = 0;
+    text[0] = '\0';
     if (o->rig.name != NULL) {
-        n = snprintf(text, CAUSE_MAX, "--rig: the sensor '%s', with ",
+        lum_text_add(text, CAUSE_MAX, "--rig: the sensor '%s', with ",
                      o->rig.name);
     }
     if (time_s != NULL) {
-        (void)snprintf(text + n, CAUSE_MAX - (size_t)n,
-                       "--path, %.3f s after the beginning", *time_s);
+        lum_text_add(text, CAUSE_MAX, "--path, %.3f s after the beginning",
+                     *time_s);
     } else {
-        (void)snprintf(text + n, CAUSE_MAX - (size_t)n, "%s",
-                       o->render.place.has_pose ? "--pose"
-                       : n > 0 ? "its pose on a vehicle that stands at 0,0,0 "
-                                 "(or use --pose)"
-                               : "the mount of an eye");
+        lum_text_add(text, CAUSE_MAX, "%s",
+                     o->render.place.has_pose ? "--pose"
+                     : o->rig.name != NULL
+                         ? "its pose on a vehicle that stands at 0,0,0 "
+                           "(or use --pose)"
+                         : "the mount of an eye");
     }
     return text;
 }

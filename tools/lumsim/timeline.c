@@ -2,6 +2,7 @@
 #include "timeline.h"
 
 #include "../common/number.h"
+#include "base/text_add.h"
 #include "lum/laser.h"
 
 #include <signal.h>
@@ -78,14 +79,13 @@ bool cue_take(enum cue cue)
 static const char *tell_how(void)
 {
     static char how[HOW_BYTES];
-    int n = snprintf(how, sizeof how,
-                     "NAME@SECONDS or NAME@SECONDS-SECONDS, such as fan@10 or "
-                     "silence@5-8, or at signals NAME@USR1 or NAME@USR1-USR2; "
-                     "NAME is one of");
-    for (size_t i = 0; i < sizeof known / sizeof known[0] && n < HOW_BYTES;
-         i++) {
-        n += snprintf(how + n, sizeof how - (size_t)n, "%s %s",
-                      i == 0 ? "" : ",", known[i].name);
+    (void)snprintf(how, sizeof how,
+                   "NAME@SECONDS or NAME@SECONDS-SECONDS, such as fan@10 or "
+                   "silence@5-8, or at signals NAME@USR1 or NAME@USR1-USR2; "
+                   "NAME is one of");
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        lum_text_add(how, sizeof how, "%s %s", i == 0 ? "" : ",",
+                     known[i].name);
     }
     return how;
 }

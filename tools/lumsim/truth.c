@@ -1,5 +1,6 @@
 #include "truth.h"
 
+#include "base/text_add.h"
 #include "lum/assembler.h"
 #include "lum/cloud/writer.h"
 #include "lum/host/keys.h"
@@ -172,26 +173,25 @@ static size_t make_text(const struct options *o, char out[TEXT_BYTES])
 {
     const lum_place_options *place = &o->render.place;
     lum_keys keys;
-    int n = snprintf(out, TEXT_BYTES,
-                     "# The true calibration of a simulated sensor, written by "
-                     "lumsim.\n# Scene: %s, seed %" PRIu64 "\n",
-                     standing_scene(o), o->render.seed);
+    (void)snprintf(out, TEXT_BYTES,
+                   "# The true calibration of a simulated sensor, written by "
+                   "lumsim.\n# Scene: %s, seed %" PRIu64 "\n",
+                   standing_scene(o), o->render.seed);
     if (place->path.kind != LUM_PATH_NONE) {
-        n += snprintf(out + n, TEXT_BYTES - (size_t)n, "# Path: %.200s\n",
-                      o->moving.path);
+        lum_text_add(out, TEXT_BYTES, "# Path: %.200s\n", o->moving.path);
     } else if (place->has_pose || place->kind != LUM_PLACE_STREET) {
         const lum_stance pose = place->has_pose || place->is_on_vehicle
                                     ? place->pose
                                     : lum_place_usual_pose(place->kind);
-        n += snprintf(out + n, TEXT_BYTES - (size_t)n,
-                      "# Pose%s: %.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n",
-                      place->is_on_vehicle ? " of its vehicle" : "", pose.at[0],
-                      pose.at[1], pose.at[2], pose.roll_deg, pose.pitch_deg,
-                      pose.yaw_deg);
+        lum_text_add(out, TEXT_BYTES,
+                     "# Pose%s: %.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n",
+                     place->is_on_vehicle ? " of its vehicle" : "", pose.at[0],
+                     pose.at[1], pose.at[2], pose.roll_deg, pose.pitch_deg,
+                     pose.yaw_deg);
     }
     lum_keys_of_calibration(&keys, &o->render.calibration);
-    (void)lum_keys_write(&keys, out + n, TEXT_BYTES - (size_t)n);
-    return strlen(out);
+    const size_t n = strlen(out);
+    return n + lum_keys_write(&keys, out + n, TEXT_BYTES - n);
 }
 
 int truth_yaml_begin(const struct options *o, lum_outfile *out,

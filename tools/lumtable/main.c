@@ -1,8 +1,8 @@
 /* lumtable: what a controller needs of a sensor's YAML, in C. */
 #include "base/outfile.h"
+#include "c_text.h"
 #include "lum/config/config.h"
 #include "options.h"
-#include "source.h"
 
 #include <stdio.h>
 

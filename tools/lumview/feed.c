@@ -2,7 +2,7 @@
 #include "feed.h"
 
 #include "../common/provenance.h"
-#include "../common/rig.h"
+#include "../common/rig_sensors.h"
 #include "link.h"
 #include "player.h"
 #include "stage.h"

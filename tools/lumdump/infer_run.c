@@ -1,3 +1,5 @@
+/* A run with --infer: the capture is read, and the layout that was found is
+ * written and reported. */
 #include "runs.h"
 
 #include "../common/interrupt.h"

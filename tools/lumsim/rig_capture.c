@@ -1,9 +1,9 @@
-#include "rig.h"
+#include "rig_capture.h"
 
 #include "../common/capture_file.h"
 #include "../common/geometry.h"
-#include "../common/rig.h"
-#include "files.h"
+#include "../common/rig_sensors.h"
+#include "named_files.h"
 #include "sim/random.h"
 
 #include <stdlib.h>

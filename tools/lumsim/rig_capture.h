@@ -1,7 +1,7 @@
 /* Several sensors in one capture: the options of that, and those of each
  * sensor. */
-#ifndef LUMSIM_RIG_H
-#define LUMSIM_RIG_H
+#ifndef LUMSIM_RIG_CAPTURE_H
+#define LUMSIM_RIG_CAPTURE_H
 
 #include "lum/config/rig.h"
 #include "options.h"

@@ -1,9 +1,9 @@
 /* The data of a sensor that looks at a scene: a reel, played in a loop, at the
  * pace and with the clock of the sensor. */
-#ifndef LUMSIM_SCENE_H
-#define LUMSIM_SCENE_H
+#ifndef LUMSIM_SCENE_FEED_H
+#define LUMSIM_SCENE_FEED_H
 
-#include "feed.h"
+#include "parcel.h"
 #include "sim/device.h"
 #include "sim/reel.h"
 

@@ -1,6 +1,6 @@
 /* The sensor's motion: the points of frames, moved by poses. */
-#ifndef LUMDUMP_MOTION_H
-#define LUMDUMP_MOTION_H
+#ifndef LUMDUMP_POSE_MOTION_H
+#define LUMDUMP_POSE_MOTION_H
 
 #include "options.h"
 

@@ -1,4 +1,4 @@
-#include "source.h"
+#include "c_text.h"
 
 #include <stdarg.h>
 #include <stdio.h>

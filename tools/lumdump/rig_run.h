@@ -1,7 +1,7 @@
 /* The sensors of --rig: how the packets of each become points, what outputs say
  * of it, and which outputs are of which sensor. */
-#ifndef LUMDUMP_RIG_H
-#define LUMDUMP_RIG_H
+#ifndef LUMDUMP_RIG_RUN_H
+#define LUMDUMP_RIG_RUN_H
 
 #include "../common/geometry.h"
 #include "../common/provenance.h"

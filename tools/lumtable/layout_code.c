@@ -1,5 +1,6 @@
+/* Code in C that reads data packets of one layout alone. */
+#include "c_text.h"
 #include "lum/version.h"
-#include "source.h"
 
 #include <inttypes.h>
 #include <stdbool.h>

@@ -1,4 +1,4 @@
-#include "session.h"
+#include "receiving.h"
 
 #include "../common/interrupt.h"
 #include "../common/number.h"

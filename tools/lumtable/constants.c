@@ -1,5 +1,6 @@
+/* A layout and a fixed projector as constants in C. */
+#include "c_text.h"
 #include "lum/version.h"
-#include "source.h"
 
 #include <inttypes.h>
 

@@ -1,7 +1,7 @@
 /** @file
  * What tools make of the sensors of a rig. */
-#ifndef LUM_TOOLS_RIG_H
-#define LUM_TOOLS_RIG_H
+#ifndef LUM_TOOLS_RIG_SENSORS_H
+#define LUM_TOOLS_RIG_SENSORS_H
 
 #include "lum/host/rig.h"
 #include "lum/pose.h"

@@ -1,6 +1,6 @@
 /* The data of a sensor on the network: of a scene or a recording, to its
  * client, when it is due. */
-#include "live.h"
+#include "live_sensor.h"
 
 #define FRAMES_640 3u /* that are rendered */
 #define SLICE_NS   INT64_C(500000)

@@ -1,10 +1,10 @@
 #define _POSIX_C_SOURCE 200809L
-#include "files.h"
+#include "named_files.h"
 
 #include "../common/geometry.h"
 #include "../common/input_files.h"
 #include "../common/provenance.h"
-#include "rig.h"
+#include "rig_capture.h"
 #include "sim/packets.h"
 
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "scene.h"
+#include "scene_feed.h"
 
 #define USUAL_THRESHOLD 50.0f /* percent: the strength that is called 1 */
 

@@ -1,4 +1,6 @@
-#include "motion.h"
+#include "pose_motion.h"
+
+#include "base/text_add.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -6,6 +8,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define CAUSES_BYTES 400u
 
 struct motion {
     const char *name; /* of the poses */
@@ -177,29 +181,26 @@ int motion_check(const struct motion *m, lum_error *error)
         m->name, c->points);
 }
 
-static size_t tell_cause(char *out, size_t room, size_t at, uint64_t points,
-                         const char *cause)
+static void tell_cause(char out[CAUSES_BYTES], uint64_t points,
+                       const char *cause)
 {
-    if (points == 0 || at >= room) {
-        return at;
+    if (points > 0) {
+        lum_text_add(out, CAUSES_BYTES, "%s%" PRIu64 " %s",
+                     out[0] != '\0' ? ", " : "", points, cause);
     }
-    const int n = snprintf(out + at, room - at, "%s%" PRIu64 " %s",
-                           at > 0 ? ", " : "", points, cause);
-    return at + (n > 0 ? (size_t)n : 0u);
 }
 
 bool motion_tell(const struct motion *m, char *out, size_t room)
 {
     const lum_move_counts *c = &m->counts;
-    char causes[400] = "";
+    char causes[CAUSES_BYTES] = "";
     char gap[120] = "";
-    size_t at =
-        tell_cause(causes, sizeof causes, 0, c->before, "before the first one");
-    at = tell_cause(causes, sizeof causes, at, c->after, "after the last one");
-    at = tell_cause(causes, sizeof causes, at, c->in_gap, "in gaps");
-    at = tell_cause(causes, sizeof causes, at, c->no_start,
-                    "in frames without a pose at their start or middle");
-    (void)tell_cause(causes, sizeof causes, at, c->no_time, "without a time");
+    tell_cause(causes, c->before, "before the first one");
+    tell_cause(causes, c->after, "after the last one");
+    tell_cause(causes, c->in_gap, "in gaps");
+    tell_cause(causes, c->no_start,
+               "in frames without a pose at their start or middle");
+    tell_cause(causes, c->no_time, "without a time");
     if (c->in_gap > 0) {
         (void)snprintf(gap, sizeof gap,
                        "; the longest of %zu gaps is from %.3f to %.3f s",

@@ -1,4 +1,4 @@
-#include "live.h"
+#include "live_sensor.h"
 
 #include "../common/interrupt.h"
 #include "lum/base/time.h"

@@ -1,6 +1,6 @@
 /* What is written: a text in C. */
-#ifndef LUMTABLE_SOURCE_H
-#define LUMTABLE_SOURCE_H
+#ifndef LUMTABLE_C_TEXT_H
+#define LUMTABLE_C_TEXT_H
 
 #include "../common/set_keys.h"
 #include "lum/base/error.h"

@@ -1,7 +1,7 @@
 /* The files that options name: what is read of them, and that none is two
  * things. */
-#ifndef LUMSIM_FILES_H
-#define LUMSIM_FILES_H
+#ifndef LUMSIM_NAMED_FILES_H
+#define LUMSIM_NAMED_FILES_H
 
 #include "lum/base/error.h"
 #include "options.h"

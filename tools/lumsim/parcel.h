@@ -1,6 +1,6 @@
 /* What data is due, and when. */
-#ifndef LUMSIM_FEED_H
-#define LUMSIM_FEED_H
+#ifndef LUMSIM_PARCEL_H
+#define LUMSIM_PARCEL_H
 
 #include <stddef.h>
 #include <stdint.h>

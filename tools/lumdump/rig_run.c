@@ -1,9 +1,10 @@
-#include "rig.h"
+#include "rig_run.h"
 
 #include "../common/input_files.h"
 #include "../common/number.h"
-#include "../common/rig.h"
+#include "../common/rig_sensors.h"
 #include "base/system.h"
+#include "base/text_add.h"
 #include "cut.h"
 
 #include <stdio.h>
@@ -90,12 +91,9 @@ static int refuse_percent(const struct options *o, lum_error *error)
 
 static void list_names(const lum_rig *rig, char *out, size_t room)
 {
-    size_t n = 0;
     out[0] = '\0';
-    for (size_t i = 0; i < rig->count && n < room; i++) {
-        const int added = snprintf(out + n, room - n, "%s%s", i > 0 ? ", " : "",
-                                   rig->sensor[i].name);
-        n += added > 0 ? (size_t)added : 0u;
+    for (size_t i = 0; i < rig->count; i++) {
+        lum_text_add(out, room, "%s%s", i > 0 ? ", " : "", rig->sensor[i].name);
     }
 }
 

@@ -1,3 +1,4 @@
+/* A live run: the session with a sensor, its outputs, and their end. */
 #define _POSIX_C_SOURCE 200809L
 #include "runs.h"
 
@@ -5,7 +6,7 @@
 #include "../common/laser_end.h"
 #include "../common/own_address.h"
 #include "lum/base/time.h"
-#include "session.h"
+#include "receiving.h"
 
 #include "lum/wire.h"
 

@@ -1,17 +1,17 @@
 /* A sensor on the network, and what its parts share. */
-#ifndef LUMSIM_LIVE_H
-#define LUMSIM_LIVE_H
+#ifndef LUMSIM_LIVE_SENSOR_H
+#define LUMSIM_LIVE_SENSOR_H
 
-#include "files.h"
 #include "journal.h"
 #include "lum/net/cancel.h"
 #include "lum/net/socket.h"
 #include "lum/packet.h"
+#include "named_files.h"
 #include "options.h"
 #include "playback.h"
 #include "renderer.h"
 #include "replies.h"
-#include "scene.h"
+#include "scene_feed.h"
 #include "sender.h"
 #include "sim/device.h"
 #include "timeline.h"
@@ -19,7 +19,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Where data comes from, and how it leaves; of stream.c. */
+/* Where data comes from, and how it leaves; of live_data.c. */
 struct live_data {
     struct renderer *renderer;
     struct scene scene;
@@ -83,7 +83,8 @@ void live_reboot(struct live *live, int64_t now_ns);
 void live_set_hazard(struct live *live, uint16_t bits, bool ends,
                      int64_t now_ns);
 
-/* stream.c: the data. To open it: 0, or -1 with the reason in live->error. */
+/* live_data.c: the data. To open it: 0, or -1 with the reason in live->error.
+ */
 int live_open_data(struct live *live);
 void live_close_data(struct live *live);
 unsigned live_frames(const struct live *live); /* that a reel has */

@@ -1,8 +1,8 @@
 /* The thread that keeps the session with a sensor. It never waits for an
  * output: the laser is on only while it receives, and a slow disk is no reason
  * to lose it. */
-#ifndef LUMDUMP_SESSION_H
-#define LUMDUMP_SESSION_H
+#ifndef LUMDUMP_RECEIVING_H
+#define LUMDUMP_RECEIVING_H
 
 #include "lanes.h"
 #include "options.h"
