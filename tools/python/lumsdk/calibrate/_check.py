@@ -20,27 +20,27 @@ EYES = ("blue", "green")
 
 STEP_M = 0.005
 TILT_DEG = 0.05
-"""Steps and tilts up to these are right: what a good calibration leaves on ordinary walls."""
+"""Largest step and tilt that are right: what a good calibration leaves on ordinary walls."""
 SIGMAS = 4.0
-"""Those up to so many of their standard deviations may be right."""
+"""Larger ones may be chance, up to this many standard deviations."""
 TOLD_M, TOLD_DEG = 0.005, 0.15
-"""What is known no better than this tells nothing by being small. The angle makes as much of a step over 2 m."""
+"""If measured less exactly than this, a small value proves nothing. The angle makes the same step over 2 m."""
 
 FRAMES = 20
 _SAME_STEP_M = 0.25
 _SAME_DEG = 6.0
 _NEAR_STEP_M = 1.0
 _NEAR_DEG = 20.0
-"""Halves further apart than the same, and no further than near, are two faces, or of a calibration that is far off."""
+"""Halves between the two limits are two faces, or show a calibration that is far off."""
 _FAR_SIGMA_M = 0.05
-"""A step that is known no better says nothing."""
+"""A step that is measured less exactly is not used."""
 _TILES = 6
 _TILE_M = (2.0, 1.0, 0.5, 0.25, 0.12, 0.06)
 _FLAT_TILE_M = 0.5
 _USUAL_WAVES_M, _USUAL_TILES = 0.0015, 4.0
-"""Waves of usual walls, and how much that counts against what is seen."""
+"""Waves of usual walls, and their weight against those seen."""
 _BOW = 2 / 3
-"""The bow of usual walls by their waves."""
+"""The bow of usual walls as a share of their waves."""
 _GAP_DEG = 10.0
 _WIDE_DEG = 4.0
 """A half that is narrower is mostly edge, where beams meet two faces."""

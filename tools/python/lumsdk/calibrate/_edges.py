@@ -15,19 +15,19 @@ from ._planes import Grid, block_of
 from ._result import Array
 
 _REACH = 3, 4
-"""A face goes on for so many rows and columns of means beyond what was found of it, at most."""
+"""Rows and columns of means by which a face may extend beyond its patch."""
 
 _UNKNOWN = 1, 2
-"""Nor does it go on so near to what is of no face that is known: that may be the other side of an edge."""
+"""Rows and columns of means that it keeps from cells of no known face, which may lie across an edge."""
 
 _OFF_M, _OFF = 0.015, 4.0
-"""How far from its face a cell may be: so many metres, or so many standard deviations of its range."""
+"""A cell fits its face within this many metres or standard deviations of its range."""
 
 _CLEAR_M, _PARALLEL = 0.03, 0.97
-"""How far it has to be from other faces there, but for those that are nearly parallel."""
+"""Metres that it must keep from other faces there, unless these are nearly parallel (cosine)."""
 
 _JUMP_M = 0.05, 0.25
-"""A cell is beside an edge where the next one in its line, or in its column, is so far from its face; or is none, in its line."""
+"""A cell is beside an edge if the next one in its line, or column, is this many metres from its face, or missing in its line."""
 
 
 @dataclass

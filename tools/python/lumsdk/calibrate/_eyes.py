@@ -22,34 +22,34 @@ from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, est
 from ._tell import ADD_TWO, MOUNT, bends, exchange, more_captures, not_written
 
 _WORTH = 0.5
-"""What leaves more than this share of what was known before is not observable."""
+"""A value is held if its uncertainty stays above this share of its prior."""
 _PART = 0.3
-"""A key has so much of what is told together, or is not named with it."""
+"""A key is named with an uncertain direction if its component is larger."""
 
 _HELD_OUT = 3
 _FACES_LEFT = 5
 _SPARE_SQUARES = 20
 _LYING, _ALIKE = 0.7, 0.9
 _BENT = 0.004, 6.0
-"""A face whose residuals are usually so many metres, and so many times those of other faces, is none."""
+"""Reject a face whose median residual exceeds this many metres and this many times the median of all faces."""
 
 _MOVED = 0.002, 6.0
-"""The same for what a capture and an eye see of a face, on the whole: it has moved, or is another face."""
+"""The same for the part of a face that one capture and eye see: it has moved, or is another face."""
 
 _ROUNDS, _CLEANINGS, _JOININGS = 20, 6, 3
-"""Most rounds of a fit, times that faces are left out, and times that patches are joined anew."""
+"""At most: rounds of a fit, removals of faces, and new joinings of patches."""
 
 _WORSE = 1.02, 0.0002
 _SHOWN_POINTS = 400
 _FRAMES = 20
 
 CAPTURES = 3
-"""As many are needed at least."""
+"""The fewest that should be given."""
 
 
 @dataclass
 class Options:
-    """What `lumcal eyes` is told."""
+    """The options of `lumcal eyes`."""
 
     captures: Sequence[str]
     calibration: Any = None

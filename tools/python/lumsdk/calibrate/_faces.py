@@ -17,11 +17,11 @@ from ._solve import TILE_M, TILES_MAX, Group, Problem, Surface, group_cells, sol
 
 _STARTS_M = 0.1, 0.05, 0.2, 0.4
 _ROUNDS = ((8.0, 1.0, 0.05), (6.0, 0.6, 0.03), (5.0, 0.4, 0.02), (4.0, 0.2, 0.01), (4.0, 0.2, 0.005))
-"""Faces are joined within so many degrees and parts of a start, and fitted with so much patience."""
+"""Of each round: degrees and share of the start's distance within which patches join a face, and the loss in metres."""
 
 _JOINT_M = 0.02
 _SAME, _FITS = (2.0, 0.01), (8.0, 0.012)
-"""Faces so many degrees and metres apart are one, and a patch that is so far from a face fits it, by a solution."""
+"""Degrees and metres, by a solution: closer faces are one, and a closer patch fits its face."""
 
 _COARSE_CELLS = 250
 """Cells of a patch in the first rounds."""

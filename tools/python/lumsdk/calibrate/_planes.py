@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 _FRAMES_MIN = 5
 
 _MOVED_M = 0.04
-"""Ranges that go this far within a recording were not of a sensor that stood still."""
+"""A larger change of ranges within a recording means that the sensor moved."""
 
 _SEEN_M, _SIGMAS = 0.003, 4.0
-"""Ranges that go this far, and so many standard deviations of their block, are told."""
+"""A note reports a change above this many metres and standard deviations."""
 
 _MOVED_BLOCK = (8, 50)
-"""Lines and pixels of which the ranges go together."""
+"""Lines and pixels of a block, for which one change is estimated."""
 
 _MOVED_PART = 0.1
-"""It is told where ranges go so far in so large a part of the view; the sensor moved where they do in half of it."""
+"""Share of the view that must change for a note; for a sensor that moved, it is half of the view."""
 
 _LINES_MAX = 4096
 
@@ -82,10 +82,10 @@ _EDGE_M = 0.03
 """A cell whose ranges scatter by this much more than usual lies on an edge."""
 
 _BLOCK = (64, 250)
-"""Faces are looked for on about so many lines and columns of means."""
+"""Faces are searched on about this many lines and columns of means."""
 
 _NEAR_M, _TURN = 0.04, float(np.cos(np.radians(12.0)))
-"""How far points and normals may be from a face: a typical calibration bends faces by so much."""
+"""Largest distance and turn (cosine) of points and normals from their face: a typical calibration bends faces this much."""
 
 _CELLS_MIN = 60
 """Fewest means of a face."""

@@ -23,36 +23,37 @@ from ._result import Array
 from ._waves import bow, waves
 
 BEND_DEG, BIAS_M = 0.01, 0.004
-"""What is known of the bends of mirrors and of the biases of faces, give or take a factor of e."""
+"""Prior of the mirrors' bends and of the faces' biases, within a factor of e."""
 
 TILE_M = 0.25
-"""Cells of so large a square of a face are one observation for each eye and capture."""
+"""Side of a square of a face, whose cells are one observation for each eye and capture."""
 
 TILES_MAX = 2500
-"""Most observations: squares are larger where there were more."""
+"""Most observations; squares grow to keep this limit."""
 
 _NEAR_ZERO_M = 1e-5, 5e-5, 1e-5
 
 _AWAY_M = np.linspace(0.0, 100.0, 50001)
 _ALIKE = waves(_AWAY_M)
-"""How alike heights are that lie so far apart."""
+"""Correlation of heights at these distances."""
 
 _OWN = 0.001
-"""Share of a height's variance that its neighbours do not have."""
+"""Share of a height's variance that is independent of its neighbours."""
 
 _BOW = 1 / 3
-"""How much of a bow is usual by the height of waves, give or take a factor of e."""
+"""Usual bow of a face as a share of its waves, within a factor of e."""
 
 _HUBER = 3.0
 _LET_GO = 6.0, 12.0
-"""Observations that are so many standard deviations off count less and less, and none at the second."""
+"""Standard deviations from which an observation counts less, and from which it counts nothing."""
 _SETTLED, _STEP = 1e-3, 0.02
-"""A round that moves nothing by such a share of what is usual is the last."""
+"""A fit has settled when no step exceeds this share of the prior, or of the second number where there is no prior."""
 _LOOSE = 1.0
-"""What keeps a pose or a face that hardly anything measures: a radian or a metre a round."""
+"""Weight that limits a pose or a face that hardly anything measures: a radian or a metre a round."""
 _TIGHT = 1e18
 _STILL, _STILL_SHARE, _STILL_SQUARES = 1e9, float(np.sin(np.radians(4.0)) ** 2), 20
-"""A pose stays where faces tell less than this share of what they tell elsewhere, a large face being so many squares."""
+"""Weight that fixes a pose along a direction whose information is below this share of the best; and the most squares
+that a face counts for."""
 
 
 @dataclass

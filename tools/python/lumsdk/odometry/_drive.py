@@ -44,7 +44,7 @@ class Drive:
         self.sparse = 0
         """Frames with too few points, which were left out."""
         self.without_utc_error = 0
-        """Frames of which nobody knows how exact UTC is."""
+        """Frames whose error of UTC is unknown."""
 
     def __enter__(self) -> Drive:
         return self

@@ -16,7 +16,7 @@ CLOCKS = {"utc": "seconds since 1970 UTC", "sensor": "seconds of the sensor's cl
 
 KITTI_M = tuple(float(length) for length in range(100, 801, 100))
 SHORT_M = tuple(float(length) for length in range(10, 100, 10))
-"""Lengths for a drive of which none of KITTI's fits."""
+"""Lengths for a drive too short for KITTI's."""
 
 STOOD_M = 1.0
 """Drives up to this are none: poses of a sensor that stands waver by millimetres."""
@@ -42,7 +42,7 @@ class Errors:
     count: int
     """Poses that have a truth."""
     without: int
-    """Poses before, behind or in gaps of the truth."""
+    """Poses before, after or in gaps of the truth."""
     absolute_rms_m: float
     absolute_max_m: float
     each_m: Array

@@ -16,11 +16,11 @@ SUDDEN_M_S2 = 30.0
 """A car cannot: it is three times what its tyres hold."""
 
 MISFIT, AROUND = 3.0, 5
-"""A frame does not fit whose residual is so many times that of the frames around it, so many before and behind. Where the
-sensor jumps along a street, its motion may be found as if it had gone on, and nothing else tells."""
+"""A frame is misaligned if its residual exceeds this many times the median of this many frames on each side. If the sensor
+jumps along a street, nothing else may show it."""
 
 MISFIT_CELLS = 0.3
-"""And at least so many edges of the map's cells: points of a sensor that stands fit far better than when it moves on."""
+"""And this many edges of the map's cells: residuals are far smaller while the sensor stands."""
 
 
 @dataclass
@@ -71,19 +71,19 @@ def notes(drive: Drive, settings: Settings, path: Path, track: Track, clock: str
         made.append(f"{drive.sparse} of {drive.frames} frames have too few points and no pose")
     apart_s = float(np.median(np.diff(track.times_s()[1:-1])))
     if apart_s > STEP_S:
-        made.append(f"frames are {apart_s:.1f} s apart: such a motion may be found far too short, and the residuals "
+        made.append(f"frames are {apart_s:.1f} s apart: the motion may come out far too short, and the residuals "
                     "do not show it; use about 10 frames a second")
     jumps = sudden(path, track)
     if jumps:
-        made.append(f"the speed changes by more than {SUDDEN_M_S2:g} m/s2 at {_named(jumps)}: probably aligned wrong; a smaller "
-                    "--voxel may help, or less of the drive by --frames")
+        made.append(f"the speed changes by more than {SUDDEN_M_S2:g} m/s2 at {_named(jumps)}: probably aligned wrongly; a smaller "
+                    "--voxel may help, or a shorter part of the drive by --frames")
     apart = misfits(track, settings.voxel_size)
     if apart:
-        made.append(f"the residual is more than {MISFIT:g} times that of the frames around at {_named(apart)}: aligned wrong, as "
-                    "where a bend begins suddenly, or the sensor jumps there, as where a drive is played in a loop, and the poses do "
-                    "not show how far; the picture of --report has the residuals, and --frames takes what is between")
+        made.append(f"the residual is more than {MISFIT:g} times that of the frames around at {_named(apart)}: aligned wrongly, as "
+                    "in a sudden bend, or the sensor jumped, as in a drive that is played in a loop, and the poses do not show how "
+                    "far; --report draws the residuals, and --frames takes the part between")
     if clock == "utc" and drive.without_utc_error:
-        made.append(f"nobody knows how exact UTC is in {drive.without_utc_error} of {drive.frames} frames: --time sensor is exact")
+        made.append(f"the error of UTC is unknown in {drive.without_utc_error} of {drive.frames} frames: --time sensor is exact")
     if errors is not None and errors.without:
         made.append(f"{errors.without} of {errors.count + errors.without} poses are outside the truth and not compared")
     return made
