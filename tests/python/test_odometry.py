@@ -138,7 +138,7 @@ def test_each_point_of_a_slow_drive_has_a_pose(period_s):
         made.at(5 + 3 * period_s + 10)
     drive = types.SimpleNamespace(sparse=0, without_utc_error=0)
     told = _result.notes(drive, _estimate.Settings(), _metrics.path(poses, seconds), track, "sensor", None)
-    assert any(re.match(r"frames are [125]\.0 s apart: such a motion may be found far too short", note) for note in told) == (period_s > 0.5)
+    assert any(re.match(r"frames are [125]\.0 s apart: the motion may come out far too short", note) for note in told) == (period_s > 0.5)
     assert track.filled().utc_ns == [10 ** 18 + t for t in track.filled().clock_ns]
 
 
