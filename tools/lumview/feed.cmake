@@ -8,10 +8,8 @@ set(lum_view_feed
     frame.c
     gather.c
     picture.c
-    places.c
     player.c
     playhead.c
-    report.c
     scan.c
     second.c
     stage.c)

@@ -5,13 +5,15 @@
 
 #include "captures.h"
 #include "playhead.h"
-#include "report.h"
 #include "scan.h"
 #include "thread.h"
 
 #include "lum/base/time.h"
 
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Records between looks at orders. */
 #define RECORDS_A_LOOK 64u
@@ -44,7 +46,10 @@ struct player {
     /* of who takes the steps */
     enum phase phase;
     struct playhead head;
-    struct report report;
+    struct totals before; /* of earlier passes */
+    int64_t cut_frame;    /* the latest with too many points */
+    uint64_t cut;         /* how many were left out of it; 0: of none */
+    lum_error broken;     /* the reader's: why it did not get to the end; "" */
     const struct decoder *learned; /* the scan's; NULL: nothing */
     lum_go_on go_on;
     lum_capture *capture;
@@ -52,6 +57,117 @@ struct player {
     lum_record record;
     bool has_record; /* it is being pushed; else the end is flushed */
 };
+
+/* --- What a person is told --- */
+
+/* Why frames are incomplete, and which sensors are not shown. */
+static void tell_message(const struct player *p)
+{
+    char text[LUM_ERROR_BYTES] = "";
+    char others[200];
+    char shown[LUM_SENSOR_NAME_BYTES];
+    size_t len = 0;
+    if (p->broken.text[0] != '\0') {
+        len = (size_t)snprintf(text, sizeof text, "%.280s", p->broken.text);
+    }
+    (void)decoder_others(p->decoder, shown, others, sizeof others);
+    if (p->options.rig == NULL && others[0] != '\0' && shown[0] != '\0') {
+        (void)snprintf(text + len, sizeof text - len,
+                       "%s%s is shown; there is also %s: choose by lumview "
+                       "--sensor, or show all by a rig, of lumview --rig or "
+                       "dropped on lumview.html",
+                       len > 0 ? "; " : "", shown, others);
+        len = strlen(text);
+    }
+    const char *sensor = "";
+    const uint64_t late = decoder_late(p->decoder, &sensor);
+    if (late > 0) {
+        (void)snprintf(text + len, sizeof text - len,
+                       "%sof %s a frame is left out, as the sensor paused in "
+                       "it or has stopped (%" PRIu64 " in all)",
+                       len > 0 ? "; " : "", sensor, late);
+        len = strlen(text);
+    }
+    if (p->cut > 0) {
+        (void)snprintf(text + len, sizeof text - len,
+                       "%sframe %" PRId64 " has more than %u points: %" PRIu64
+                       " of them are not shown",
+                       len > 0 ? "; " : "", p->cut_frame, FRAME_POINTS_MAX,
+                       p->cut);
+    }
+    stage_set_text(p->head.stage, FEED_MESSAGE, text);
+}
+
+static void tell_empty(const struct player *p)
+{
+    lum_error text;
+    const struct sources *sources = p->options.sources;
+    const bool are_several = sources->count > 1;
+    if (p->broken.text[0] != '\0') {
+        tell_message(p);
+        return;
+    }
+    (void)lum_error_set(
+        &text,
+        "%s: there is no frame in %s%s; lumdump %s%stells what "
+        "%s",
+        sources->name, are_several ? "them" : "it",
+        p->options.decoder.sensor.is_given ? " of the sensor that was asked for"
+        : p->options.rig != NULL           ? " of the rig's sensors"
+                                           : "",
+        are_several ? "" : sources->name, are_several ? "" : " ",
+        are_several ? "they hold" : "it holds");
+    stage_set_text(p->head.stage, FEED_MESSAGE, text.text);
+}
+
+static void count(const struct player *p)
+{
+    struct totals now;
+    decoder_count(p->decoder, &now);
+    totals_add(&now, &p->before);
+    stage_set_totals(p->head.stage, &now);
+    decoder_tell_doubt(p->decoder, p->options.sources, "");
+}
+
+/* What files say of themselves, where no scan tells it. */
+static void tell_files(const struct player *p)
+{
+    if (p->scan == NULL) {
+        captures_tell(p->captures, p->capture, decoder_demux(p->decoder),
+                      p->options.said, p->head.stage);
+    }
+}
+
+static void tell_frame(struct player *p, const struct picture *picture)
+{
+    if (picture->cut > 0) {
+        p->cut = picture->cut;
+        p->cut_frame = picture->frame;
+    }
+    count(p);
+    tell_message(p);
+    tell_files(p);
+}
+
+/* A pass has come to the end of the captures. */
+static void tell_end(const struct player *p)
+{
+    int64_t first = 0;
+    int64_t last = 0;
+    if (decoder_range(p->decoder, &first, &last)) {
+        tell_message(p);
+    } else {
+        tell_empty(p);
+    }
+    if (p->scan != NULL) {
+        captures_tell_others(p->captures, p->capture, p->options.said,
+                             p->head.stage);
+    } else {
+        tell_files(p);
+        captures_warn(p->captures, p->capture, decoder_demux(p->decoder));
+    }
+    count(p);
+}
 
 /* --- Where a pass leads --- */
 
@@ -79,7 +195,9 @@ static enum play fail_for_memory(struct player *p)
 static void end_pass(struct player *p)
 {
     if (p->decoder != NULL) {
-        report_add_pass(&p->report, p->decoder);
+        struct totals now;
+        decoder_count(p->decoder, &now);
+        totals_add(&p->before, &now);
     }
     decoder_free(p->decoder);
     lum_capture_close(p->capture);
@@ -129,7 +247,7 @@ static enum play push(struct player *p)
         if (p->has_record) {
             return become(p, PHASE_READING);
         }
-        report_end(&p->report, p->capture, p->decoder);
+        tell_end(p);
         return become(p, PHASE_ENDED);
     case DECODED_FAILED:
     default:
@@ -143,7 +261,7 @@ static enum play read_record(struct player *p)
     const int status = lum_capture_next(p->capture, &p->record, &error);
     p->has_record = status > 0;
     if (status < 0) {
-        p->report.broken = error;
+        p->broken = error;
     }
     if (!p->has_record) {
         return become(p, PHASE_FLUSHING);
@@ -174,7 +292,7 @@ static enum play show(struct player *p)
     const enum play next = playhead_present(&p->head, p->decoder, picture);
     if (next == PLAY_SHOW) {
         const int64_t now_ns = lum_time_monotonic_ns();
-        report_frame(&p->report, p->capture, p->decoder, picture);
+        tell_frame(p, picture);
         stage_show(p->head.stage, picture, now_ns);
     }
     if (next == PLAY_SHOW || next == PLAY_ON) {
@@ -294,9 +412,6 @@ static int start(struct player *p, lum_error *error)
         return -1;
     }
     playhead_init(&p->head, p->options.decoder.stage, p->scan);
-    p->report = (struct report){.options = &p->options,
-                                .captures = p->captures,
-                                .is_scanned = p->scan != NULL};
     return thread_exists() ? thread_start(&p->thread, run, p, error) : 0;
 }
 

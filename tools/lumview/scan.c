@@ -2,16 +2,22 @@
  * these are, what is odd in them, how their sensors' clocks run. */
 #include "scan.h"
 
-#include "places.h"
+#include "capture/capture_internal.h"
+#include "frame/framer_state.h"
+#include "frame/reader_internal.h"
 #include "thread.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* Records of a step. */
 #define RECORDS_A_STEP 64u
 
 /* Until whoever waits looks whether to end. */
 #define PATIENCE_NS INT64_C(100000000)
+
+/* The sensor that is shown, as no other gives frames. */
+#define SENSOR 0u
 
 /* What the next step is about. */
 enum phase {
@@ -36,11 +42,113 @@ struct scan {
     struct gate *gate; /* guards what follows; news: it has learned */
     struct decoder *learned;
     bool has_learned;
-    struct places *places;
+    lum_reader *places; /* NULL: nobody knows where frames are */
     bool has_range;
     int64_t first;
     int64_t last;
 };
+
+/* --- Where frames are --- */
+
+/* They are noted while a capture is read once: of one file that is not
+ * compressed, with one sensor shown by one profile; all else is read from the
+ * start. A reader of the library keeps the index and jumps; records are read
+ * and pushed by others here, so it has neither of its own. */
+
+static lum_reader *places_new(lum_capture *capture, struct decoder *decoder)
+{
+    lum_framer *framer = decoder_framer(decoder);
+    lum_reader *r = framer != NULL ? calloc(1, sizeof *r) : NULL;
+    if (r != NULL) {
+        r->capture = capture;
+        r->framer = framer;
+        r->place.keeps_index = true;
+        lum_place_begin(r);
+    }
+    return r;
+}
+
+static void places_free(lum_reader *places)
+{
+    if (places != NULL) {
+        lum_place_free(&places->place);
+        free(places);
+    }
+}
+
+static bool notes(const lum_reader *places)
+{
+    return places != NULL && places->place.keeps_index;
+}
+
+/* All was read, or no more will be: they are known from here on. */
+static void places_end(lum_reader *places)
+{
+    if (places != NULL) {
+        lum_index_entries_forget(&places->place.entries);
+        places->place.keeps_index = false;
+    }
+}
+
+static void places_note_frame(lum_reader *places)
+{
+    struct place *at = &places->place;
+    struct last_frame *last = &at->frames.last[SENSOR];
+    uint32_t lines[LUM_EYES];
+    (void)memcpy(lines, last->lines, sizeof lines);
+    lum_framer_get_lines(places->framer, SENSOR, last->lines);
+    lum_index_entries_finish(at, SENSOR,
+                             lum_framer_frame_number(places->framer), lines);
+    at->index.frames = ++at->frames.order;
+}
+
+/* The one with which reading would begin to get to a frame; NULL: all must be
+ * read. */
+static const lum_index_entry *places_find(const lum_reader *places,
+                                          int64_t frame)
+{
+    const lum_index *index = places != NULL ? &places->place.index : NULL;
+    const lum_index_entry *entry =
+        index != NULL ? lum_index_at_number(index, SENSOR, frame) : NULL;
+    return entry != NULL && lum_index_is_certain(index, entry->after) ? entry
+                                                                      : NULL;
+}
+
+/* Another sensor's data might have to be awaited, and that is not worth it. */
+static bool jump(lum_reader *to, const lum_index_entry *entry)
+{
+    const bool is_there =
+        lum_place_jump(to, entry, NULL) == 0 && to->place.jump.is_made &&
+        lum_place_approach(to, NULL) == 0 && to->place.jump.is_made &&
+        to->place.jump.awaited_next == to->place.jump.awaited_count;
+    if (!is_there) {
+        (void)lum_place_restart(to, NULL);
+    }
+    return is_there;
+}
+
+/* The index is lent: a jump drops it where it is of no use. */
+static bool places_go(lum_reader *places, lum_capture *capture,
+                      struct decoder *decoder, int64_t frame)
+{
+    const lum_index_entry *entry = places_find(places, frame);
+    lum_reader *to = entry != NULL ? places_new(capture, decoder) : NULL;
+    if (!notes(to)) {
+        places_free(to);
+        return false;
+    }
+    lum_index *index = &places->place.index;
+    const size_t entries = index->count;
+    to->place.index = *index;
+    const bool is_there = jump(to, entry);
+    *index = to->place.index;
+    to->place.index = (lum_index){.stride = 1};
+    if (index->count < entries) {
+        places_end(places);
+    }
+    places_free(to);
+    return is_there;
+}
 
 /* --- Its readings --- */
 
@@ -70,7 +178,7 @@ static void begin_all(struct scan *s)
                                        decoder_learn(s->decoder, s->learned));
     s->phase = can_read ? PHASE_READING : PHASE_OVER;
     if (can_read) {
-        struct places *places = places_new(s->capture, s->decoder);
+        lum_reader *places = places_new(s->capture, s->decoder);
         gate_take(s->gate);
         s->places = places;
         gate_leave(s->gate);
@@ -103,14 +211,19 @@ static void end_learning(struct scan *s)
 static void begin_record(struct scan *s)
 {
     gate_take(s->gate);
-    places_begin_record(s->places);
+    if (notes(s->places)) {
+        lum_demux_set_record(lum_framer_sensors(s->places->framer),
+                             ++s->places->place.records);
+    }
     gate_leave(s->gate);
 }
 
 static void note_record(struct scan *s)
 {
     gate_take(s->gate);
-    places_note_record(s->places);
+    if (notes(s->places)) {
+        lum_index_entries_note_record(s->places);
+    }
     gate_leave(s->gate);
 }
 
@@ -119,7 +232,9 @@ static void note_frame(struct scan *s)
     const struct picture *picture = decoder_picture(s->decoder);
     const struct feed_loss *loss = &picture->loss;
     gate_take(s->gate);
-    places_note_frame(s->places);
+    if (notes(s->places)) {
+        places_note_frame(s->places);
+    }
     gate_leave(s->gate);
     if (loss->words > 0 || loss->lines > 0 || loss->pauses > 0) {
         stage_mark(s->options.stage, picture->frame, loss);
@@ -313,17 +428,17 @@ bool scan_range(struct scan *scan, int64_t *first, int64_t *last)
 bool scan_leads(struct scan *scan, int64_t frame, int64_t *begin)
 {
     gate_take(scan->gate);
-    const bool leads = places_find(scan->places, frame, begin);
+    const lum_index_entry *entry = places_find(scan->places, frame);
+    *begin = entry != NULL ? entry->number : 0;
     gate_leave(scan->gate);
-    return leads;
+    return entry != NULL;
 }
 
 bool scan_go(struct scan *scan, lum_capture *capture, struct decoder *decoder,
              int64_t frame)
 {
     gate_take(scan->gate);
-    const bool is_there = scan->places != NULL &&
-                          places_go(scan->places, capture, decoder, frame);
+    const bool is_there = places_go(scan->places, capture, decoder, frame);
     gate_leave(scan->gate);
     return is_there;
 }
@@ -331,6 +446,9 @@ bool scan_go(struct scan *scan, lum_capture *capture, struct decoder *decoder,
 void scan_drop_places(struct scan *scan)
 {
     gate_take(scan->gate);
-    places_drop(scan->places);
+    places_end(scan->places);
+    if (scan->places != NULL) {
+        lum_index_clear(&scan->places->place.index);
+    }
     gate_leave(scan->gate);
 }

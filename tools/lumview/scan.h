@@ -41,11 +41,13 @@ bool scan_range(struct scan *scan, int64_t *first, int64_t *last);
 /* Whether scan_go() leads to a frame, and by reading from which one on. */
 bool scan_leads(struct scan *scan, int64_t frame, int64_t *begin);
 
-/* As places_go(). */
+/* Go to where a reading gives a frame and all behind it, with a capture and a
+ * decoder that were just opened, with the options of those that are scanned.
+ * False: they are at their start, as before. */
 bool scan_go(struct scan *scan, lum_capture *capture, struct decoder *decoder,
              int64_t frame);
 
-/* Where frames are is of no use: all is read from the start from here on. */
+/* Where frames are is of no use: nothing leads anywhere from here on. */
 void scan_drop_places(struct scan *scan);
 
 #endif
