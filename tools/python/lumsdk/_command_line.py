@@ -22,6 +22,20 @@ class Parser(argparse.ArgumentParser):
         raise OptionError(f"{said}; see {self.prog} --help")
 
 
+def parser(prog: str, inputs: str, texts: Iterable[str]) -> Parser:
+    """What all programs take: files to read, an output, options that have a text, and the usual flags."""
+    made = Parser(prog=prog, add_help=False, allow_abbrev=False)
+    made.add_argument(f"{inputs.lower()}s", nargs="*", metavar=inputs)
+    made.add_argument("-o", "--output")
+    for name in ("report", "calibration", "profile", "sensor", *texts):
+        made.add_argument(f"--{name}")
+    made.add_argument("--set", action="append", default=[])
+    for name in ("json", "help", "version"):
+        made.add_argument(f"--{name}", action="store_true")
+    made.add_argument("-q", "--quiet", action="store_true")
+    return made
+
+
 def check_end(option: str, name: Optional[str], *endings: str) -> None:
     """Refuse a name of a file to be written, but for these endings."""
     if name is None:

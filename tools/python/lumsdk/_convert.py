@@ -141,18 +141,26 @@ class _File:
             self._target.discard()
 
 
+class _Made:
+    """What outputs have come to."""
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+        self.bytes = self.frames = self.points = 0
+        self.cancelled = False
+        """Whether nothing is to be left of what is not complete; set by another thread."""
+
+
 class _Output:
     """The file, or the file of each frame."""
 
-    def __init__(self, plan: Plan, about: About, own: Mapping[str, np.dtype[Any]], motion: Optional[Motion] = None) -> None:
+    def __init__(self, plan: Plan, about: About, own: Mapping[str, np.dtype[Any]], motion: Optional[Motion] = None,
+                 made: Optional[_Made] = None) -> None:
         self._plan, self._about, self._layout, self._own = plan, about, plan.layout(own), own
         self.motion = motion or plan.motion()
         if motion is None and self.motion is not None:
             about.options += self.motion.notes
-        self.names: list[str] = []
-        self.bytes = self.frames = self.points = 0
-        self.cancelled = False
-        """Whether nothing is to be left of it; set by another thread."""
+        self.made = made or _Made()
         self._sensor: Optional[str] = None
         self._file: Optional[_File] = None if plan.is_pattern else self._open(plan.name)
 
@@ -195,7 +203,7 @@ class _Output:
                               "use the same ones for all, in the same types")
 
     def _check_cancelled(self) -> None:
-        if self.cancelled:
+        if self.made.cancelled:
             raise _Cancelled
 
     def add(self, frame: Frame) -> None:
@@ -207,13 +215,13 @@ class _Output:
             frame = self.motion.move(frame)
         if self._plan.is_pattern:
             if not len(frame):
-                self.frames += 1
+                self.made.frames += 1
                 return
             self._file = self._open(name_for(self._plan.name, frame))
         assert self._file is not None
         self._file.add(frame)
-        self.frames += 1
-        self.points += len(frame)
+        self.made.frames += 1
+        self.made.points += len(frame)
         if self._plan.is_pattern:
             self.finish(frame.losses)
 
@@ -222,8 +230,8 @@ class _Output:
         self._check_cancelled()
         if self._file is not None:
             self._file.finish(losses, self._check_cancelled)
-            self.names.append(self._file.name)
-            self.bytes += self._file.bytes
+            self.made.names.append(self._file.name)
+            self.made.bytes += self._file.bytes
         self._file = None
 
     def discard(self) -> None:
@@ -247,19 +255,8 @@ class _Split:
         self.motion = plan.motion()
         if self.motion is not None:
             about.options += self.motion.notes
+        self.made = _Made()
         self._parts: dict[str, _Output] = {}
-        self._cancelled = False
-
-    @property
-    def cancelled(self) -> bool:
-        """As of an output."""
-        return self._cancelled
-
-    @cancelled.setter
-    def cancelled(self, value: bool) -> None:
-        self._cancelled = value
-        for part in list(self._parts.values()):
-            part.cancelled = value
 
     def add(self, frame: Frame) -> None:
         """Append a frame to the files of its sensor."""
@@ -267,8 +264,8 @@ class _Split:
             raise OptionError(f"{self._plan.name}: %s stands for the name of a rig's sensor, and a frame of {frame.sensor} is not of "
                               "one: read frames by open(rig=), and write those of a set one by one")
         if frame.sensor not in self._parts:
-            self._parts[frame.sensor] = _Output(self._plan.of_sensor(frame.sensor), self._about, self._own, self.motion)
-            self._parts[frame.sensor].cancelled = self._cancelled
+            plan = self._plan.of_sensor(frame.sensor)
+            self._parts[frame.sensor] = _Output(plan, self._about, self._own, self.motion, self.made)
         self._parts[frame.sensor].add(frame)
 
     def finish(self, _: dict[str, int]) -> None:
@@ -280,26 +277,6 @@ class _Split:
         """Leave nothing of what is not complete."""
         for part in self._parts.values():
             part.discard()
-
-    @property
-    def names(self) -> list[str]:
-        """All files."""
-        return [name for part in self._parts.values() for name in part.names]
-
-    @property
-    def bytes(self) -> int:
-        """Of all."""
-        return sum(part.bytes for part in self._parts.values())
-
-    @property
-    def frames(self) -> int:
-        """In all."""
-        return sum(part.frames for part in self._parts.values())
-
-    @property
-    def points(self) -> int:
-        """In all."""
-        return sum(part.points for part in self._parts.values())
 
 
 _WAIT_S = 0.05
@@ -365,7 +342,7 @@ class _Thread(threading.Thread):
         Args:
             waits: until that is done; else what it is doing just now goes on for a while.
         """
-        self._output.cancelled = True
+        self._output.made.cancelled = True
         self._queue.put(None)
         if self.ident is not None:  # else it was interrupted before it began
             self.join(None if waits else _WAIT_S)
@@ -423,8 +400,9 @@ def _write(plan: Plan, frames: Iterable[Frame], source: Optional[Source]) -> Sum
     except BaseException as error:
         thread.stop(isinstance(error, Exception))
         raise
-    summary = Summary(source=about.source, format=plan.format, outputs=output.names, frames=output.frames,
-                      points=output.points, bytes=output.bytes, truncated=False, sensors=[], losses={}, left_out=0)
+    made = output.made
+    summary = Summary(source=about.source, format=plan.format, outputs=made.names, frames=made.frames, points=made.points,
+                      bytes=made.bytes, truncated=False, sensors=[], losses={}, left_out=0)
     if output.motion is not None:
         summary["left_out"] = output.motion.without
     if source is not None:

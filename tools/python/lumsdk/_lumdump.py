@@ -81,23 +81,20 @@ def flatten(settings: Any) -> list[str]:
     return out
 
 
+_KINDS: Mapping[str, Any] = {"calibration": Calibration, "profile": Profile, "rig": Rig}
+
+
 def setting_file(name: str, value: Any, folder: str) -> str:
-    """The path of a calibration or a profile."""
+    """The path of a calibration, a profile or a rig."""
     if isinstance(value, os.PathLike) or (isinstance(value, str) and "\n" not in value):
         return os.fsdecode(value)
-    kind: type[Union[Calibration, Profile]] = Calibration if name == "calibration" else Profile
     path = os.path.join(folder, f"{name}.yaml")
-    with open(path, "w", encoding="utf-8") as file:
-        file.write((value if isinstance(value, kind) else kind(value)).to_yaml())
-    return path
-
-
-def rig_file(value: Any, folder: str) -> str:
-    """The path of a rig."""
-    if isinstance(value, os.PathLike) or (isinstance(value, str) and "\n" not in value):
-        return os.fsdecode(value)
-    path = os.path.join(folder, "rig.yaml")
-    Rig(value).save(path)
+    made = _KINDS[name](value)
+    if isinstance(made, Rig):
+        made.save(path)
+    else:
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(made.to_yaml())
     return path
 
 
@@ -119,9 +116,7 @@ def arguments(options: Mapping[str, Any], folder: str) -> list[str]:
             out.append(f"--poses={os.path.join(folder, 'poses.txt')}")
         elif name in ("poses", "pose_times"):
             out.append(f"--{_NAMES.get(name, name)}={os.fsdecode(value)}")
-        elif name == "rig":
-            out.append(f"--rig={rig_file(value, folder)}")
-        elif name in ("calibration", "profile"):
+        elif name in _KINDS:
             out.append(f"--{name}={setting_file(name, value, folder)}")
         else:
             out.append(f"--{_NAMES.get(name, name)}={_TEXTS.get(name, str)(value)}")

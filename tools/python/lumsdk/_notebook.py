@@ -3,11 +3,11 @@ from __future__ import annotations
 
 import base64
 import html
-import io
 from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
+from ._drawing import png
 from ._errors import OptionError
 from ._table import extra
 
@@ -190,15 +190,12 @@ class _Picture:
     def draw(self) -> bytes:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-        canvas: Any = FigureCanvasAgg(self.figure)
         k = self.scale
         self._title()
         end = self._both_eyes()[0] - 52 * k
         self._from_above(112 * k, end - 112 * k)
         self._bar(112 * k, end - 112 * k)
-        out = io.BytesIO()
-        canvas.print_png(out, metadata={"Software": None})
-        return out.getvalue()
+        return png(FigureCanvasAgg(self.figure))
 
 
 def _somewhere(frame: Frame) -> Any:

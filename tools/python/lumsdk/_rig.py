@@ -15,7 +15,7 @@ from ._c import address_of, ffi, lib, number_of, text
 from ._errors import OptionError, UnknownKeyError
 from ._keys import Text, quoted
 from ._settings import Calibration, Profile, written
-from ._yaml import Reader
+from ._yaml import Reader, content_of
 
 if TYPE_CHECKING:
     Array = np.ndarray[Any, np.dtype[Any]]
@@ -190,18 +190,7 @@ class _RigReader(Reader):
 
 def _of_file(given: Path) -> _Made:
     made = _Made()
-    if isinstance(given, str) and "\n" in given:
-        content, name = given.encode(errors="surrogateescape"), "text"
-    else:
-        name = os.fsdecode(given)
-        try:
-            with open(given, "rb") as file:
-                content = file.read(_RigReader.bytes_max + 1)
-        except IsADirectoryError:
-            raise OptionError(f"{name}: is a directory; a YAML file is needed") from None
-        except OSError as error:
-            raise OptionError(f"{name}: cannot be read: {error.strerror}") from error
-    reader = _RigReader(content, name, made)
+    reader = _RigReader(*content_of(given, _RigReader.bytes_max), made)
     reader.read()
     reader.check()
     return made

@@ -81,26 +81,14 @@ class _Settings(Mapping[str, Value]):
         elif isinstance(values, Mapping):
             self._set_all(_flat(values, self._name), f"{self._name}: ")
         elif isinstance(values, (str, os.PathLike)):
-            self._read(values)
+            from ._yaml import content_of
+
+            self._parse(*content_of(values, lib.LUM_CONFIG_BYTES_MAX))
         elif values is not None:
             raise TypeError(f"a {self._kind} is a path, a text of YAML, a mapping or a lumsdk.{type(self).__name__}, "
                             f"not {type(values).__name__}")
 
     # Where values come from.
-
-    def _read(self, values: Union[str, os.PathLike[str]]) -> None:
-        if isinstance(values, str) and "\n" in values:
-            self._parse(values.encode(errors="surrogateescape"), "text")
-            return
-        name = os.fsdecode(values)
-        try:
-            with open(values, "rb") as file:
-                content = file.read(lib.LUM_CONFIG_BYTES_MAX + 1)
-        except IsADirectoryError:
-            raise OptionError(f"{name}: is a directory; a YAML file is needed") from None
-        except OSError as error:
-            raise OptionError(f"{name}: cannot be read: {error.strerror}") from error
-        self._parse(content, name)
 
     @classmethod
     def _of_text(cls: type[_S], content: bytes, name: str) -> _S:

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import IO, TYPE_CHECKING, Any, Optional, TypeVar, Union, cast, overload
 
 from ._errors import ClosedError, Error, OptionError, SensorError
-from ._lumdump import flatten, rig_file, setting_file
+from ._lumdump import flatten, setting_file
 from ._programs import find
 
 if TYPE_CHECKING:
@@ -66,10 +66,8 @@ def _arguments(options: Mapping[str, Any], folder: str) -> list[str]:
             continue
         if value is True:
             words.append(option)
-        elif name in ("calibration", "profile"):
-            words += [option, value if isinstance(value, str) else setting_file(name, value, folder)]
-        elif name == "rig":
-            words += [option, rig_file(value, folder)]
+        elif name in ("calibration", "profile", "rig"):
+            words += [option, setting_file(name, value, folder)]
         elif name == "set":
             words += [word for pair in flatten(value) for word in (option, pair)]
         elif name in ("fault", "truth"):

@@ -1,8 +1,9 @@
 """Calibrations and profiles in YAML, read as the command-line tools read them: what they refuse, with their sentences."""
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Union
 
 import yaml  # type: ignore[import-untyped,unused-ignore]
 
@@ -12,6 +13,20 @@ from ._keys import Key, describe, quoted
 
 _PAIR_MAX = 63  # bytes of two numbers; more are cut, and none of it
 _MARK = b"\xef\xbb\xbf"  # of UTF-8, at the begin of some files
+
+
+def content_of(given: Union[str, os.PathLike[str]], most: int) -> tuple[bytes, str]:
+    """The bytes of a text, or of a file that is named, up to one more than may be, and its name."""
+    if isinstance(given, str) and "\n" in given:
+        return given.encode(errors="surrogateescape"), "text"
+    name = os.fsdecode(given)
+    try:
+        with open(given, "rb") as file:
+            return file.read(most + 1), name
+    except IsADirectoryError:
+        raise OptionError(f"{name}: is a directory; a YAML file is needed") from None
+    except OSError as error:
+        raise OptionError(f"{name}: cannot be read: {error.strerror}") from error
 
 
 class Reader:

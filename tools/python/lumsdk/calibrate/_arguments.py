@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass, field
 from typing import Any, Optional
 
-from .._command_line import Parser, check_apart, check_end
+from .._command_line import check_apart, check_end, parser
 from .._errors import OptionError
 from .._settings import Calibration, Profile, setting_of
 
@@ -86,7 +86,6 @@ Example:
 """
 
 _HELPS = {"": HELP, "eyes": HELP_EYES, "check": HELP_CHECK}
-_VALUES = ("calibration", "profile", "sensor")
 
 
 def _given(**said: Any) -> dict[str, Any]:
@@ -134,20 +133,6 @@ class Options:
         return setting_of(self.calibration or Calibration(), self.profile or Profile(), self.set)[0]
 
 
-def _parser(command: str) -> Parser:
-    parser = Parser(prog=f"lumcal {command}", add_help=False, allow_abbrev=False)
-    parser.add_argument("captures", nargs="*", metavar="CAPTURE")
-    parser.add_argument("-o", "--output")
-    parser.add_argument("--report")
-    for name in _VALUES:
-        parser.add_argument(f"--{name}")
-    parser.add_argument("--set", action="append", default=[])
-    for name in ("json", "help", "version"):
-        parser.add_argument(f"--{name}", action="store_true")
-    parser.add_argument("-q", "--quiet", action="store_true")
-    return parser
-
-
 def _check_outputs(command: str, given: argparse.Namespace) -> None:
     if command == "eyes":
         check_end("--output", given.output, ".yaml", ".yml")
@@ -190,7 +175,7 @@ def parse(arguments: list[str]) -> Options:
     if command not in ("eyes", "check"):
         what = f"'{command}' is not a command" if command else "no command is given"
         raise OptionError(f"{what}; there are eyes and check; see lumcal --help")
-    given = _parser(command).parse_intermixed_args(arguments[1:])
+    given = parser(f"lumcal {command}", "CAPTURE", ()).parse_intermixed_args(arguments[1:])
     if given.help or given.version:
         return Options(command, help=_HELPS[command] if given.help else "", version=not given.help)
     _check_captures(command, given.captures)

@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, Optional
 
-from .._command_line import Parser, check_apart, check_end
+from .._command_line import check_apart, check_end, parser
 from .._errors import OptionError
 from .._settings import Calibration, Profile, setting_of
 from ._estimate import Settings
@@ -53,7 +53,7 @@ Examples:
 """
 
 _OF_OPEN = ("eye", "range", "frames", "sensor", "rig")
-_TEXTS = ("report", "truth", "time", "max-range", "voxel", "calibration", "profile", *_OF_OPEN)
+_TEXTS = ("truth", "time", "max-range", "voxel", "eye", "range", "frames", "rig")
 
 
 @dataclass
@@ -73,21 +73,6 @@ class Options:
     help: str = ""
     """The text to print; empty: none was asked for."""
     version: bool = False
-
-
-def _parser() -> Parser:
-    parser = Parser(prog="lumodom", add_help=False, allow_abbrev=False)
-    parser.add_argument("drives", nargs="*", metavar="DRIVE")
-    parser.add_argument("-o", "--output")
-    for name in _TEXTS:
-        parser.add_argument(f"--{name}")
-    parser.add_argument("--set", action="append", default=[])
-    parser.add_argument("--deskew", action="store_true", default=True)
-    parser.add_argument("--no-deskew", action="store_false", dest="deskew")
-    for name in ("json", "help", "version"):
-        parser.add_argument(f"--{name}", action="store_true")
-    parser.add_argument("-q", "--quiet", action="store_true")
-    return parser
 
 
 def _metres(option: str, text: Optional[str], usual: float) -> float:
@@ -122,7 +107,10 @@ def _reading(given: Any) -> dict[str, Any]:
 
 def parse(arguments: list[str]) -> Options:
     """The options, of which each was looked at by itself; OptionError: what is wrong."""
-    given = _parser().parse_intermixed_args(arguments)
+    made = parser("lumodom", "DRIVE", _TEXTS)
+    made.add_argument("--deskew", action="store_true", default=True)
+    made.add_argument("--no-deskew", action="store_false", dest="deskew")
+    given = made.parse_intermixed_args(arguments)
     if given.help or given.version:
         return Options(help=HELP if given.help else "", version=not given.help)
     if len(given.drives) != 1:
