@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "stage.h"
-#include "thread.h"
+#include "threads.h"
 #include "view.h"
 
 #include "lum/capture/demux.h"

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "frame.h"
+#include "page_frame.h"
 
 #include "drive.h"
 #include "unpacked.h"

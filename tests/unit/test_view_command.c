@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "lumview/command.h"
+#include "lumview/page_command.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "lumview/guard.h"
+#include "lumview/page_guard.h"
 
 #include <string.h>
 

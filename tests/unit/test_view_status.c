@@ -6,7 +6,7 @@
 
 #include <cmocka.h>
 
-#include "lumview/status.h"
+#include "lumview/page_status.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "thread.h"
+#include "threads.h"
 #include "view.h"
 
 #include <string.h>

@@ -1,9 +1,9 @@
-/* What the feed has on a system without threads, in place of thread.c and
- * link.c: only captures that are files. */
-#include "link.h"
-#include "thread.h"
+/* What the feed has on a system without threads, in place of threads.c and
+ * sensor_link.c: only captures that are files. */
+#include "sensor_link.h"
+#include "threads.h"
 
-struct gate {
+struct monitor {
     char nobody_else;
 };
 
@@ -28,39 +28,39 @@ void thread_join(struct thread *thread)
     (void)thread;
 }
 
-/* --- Gates --- */
+/* --- Monitors --- */
 
-struct gate *gate_new(void)
+struct monitor *monitor_new(void)
 {
-    static struct gate gate;
-    return &gate;
+    static struct monitor monitor;
+    return &monitor;
 }
 
-void gate_free(struct gate *gate)
+void monitor_free(struct monitor *monitor)
 {
-    (void)gate;
+    (void)monitor;
 }
 
-void gate_take(struct gate *gate)
+void monitor_lock(struct monitor *monitor)
 {
-    (void)gate;
+    (void)monitor;
 }
 
-void gate_leave(struct gate *gate)
+void monitor_unlock(struct monitor *monitor)
 {
-    (void)gate;
+    (void)monitor;
 }
 
-bool gate_wait(struct gate *gate, int64_t wait_ns)
+bool monitor_wait(struct monitor *monitor, int64_t wait_ns)
 {
-    (void)gate;
+    (void)monitor;
     (void)wait_ns;
     return false;
 }
 
-void gate_tell(struct gate *gate)
+void monitor_notify(struct monitor *monitor)
 {
-    (void)gate;
+    (void)monitor;
 }
 
 /* --- A source that needs threads --- */

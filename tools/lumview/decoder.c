@@ -5,7 +5,7 @@
 #include "capture/demux_state.h"
 #include "gather.h"
 #include "lum/frame/framer.h"
-#include "second.h"
+#include "second_profile.h"
 
 #include <stdio.h>
 #include <stdlib.h>

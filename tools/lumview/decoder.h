@@ -3,8 +3,8 @@
 #ifndef LUMVIEW_DECODER_H
 #define LUMVIEW_DECODER_H
 
-#include "picture.h"
 #include "stage.h"
+#include "view_picture.h"
 
 #include "lum/capture/capture.h"
 #include "lum/capture/demux.h"

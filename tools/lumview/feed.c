@@ -3,8 +3,8 @@
 
 #include "../common/provenance.h"
 #include "../common/rig_sensors.h"
-#include "link.h"
-#include "player.h"
+#include "capture_player.h"
+#include "sensor_link.h"
 #include "stage.h"
 
 #include <math.h>

@@ -1,18 +1,18 @@
 # From a source to frames.
-set(lum_view_threads link.c thread.c)
+set(lum_view_threads sensor_link.c threads.c)
 set(lum_view_alone alone.c)
 set(lum_view_feed
+    capture_player.c
+    capture_scan.c
     captures.c
     decoder.c
     feed.c
-    frame.c
     gather.c
-    picture.c
-    player.c
+    page_frame.c
     playhead.c
-    scan.c
-    second.c
-    stage.c)
+    second_profile.c
+    stage.c
+    view_picture.c)
 foreach(files IN ITEMS lum_view_threads lum_view_alone lum_view_feed)
   list(TRANSFORM ${files} PREPEND ${CMAKE_CURRENT_LIST_DIR}/)
 endforeach()

@@ -5,8 +5,8 @@
 #define LUMVIEW_FEED_H
 
 #include "../common/geometry.h"
-#include "frame.h"
 #include "options.h"
+#include "page_frame.h"
 
 #include "lum/base/error.h"
 #include "lum/points.h"

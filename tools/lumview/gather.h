@@ -5,7 +5,7 @@
 #ifndef LUMVIEW_GATHER_H
 #define LUMVIEW_GATHER_H
 
-#include "picture.h"
+#include "view_picture.h"
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,3 +1,4 @@
+/* What lumview --help prints. */
 #include "options.h"
 
 const char help_text[] =

@@ -3,7 +3,7 @@
 #define LUMVIEW_HTTP_H
 
 #include "assets.h"
-#include "guard.h"
+#include "page_guard.h"
 #include "served.h"
 
 #include <stddef.h>

@@ -6,10 +6,10 @@
 #include "../common/number.h"
 #include "browser.h"
 #include "feed.h"
-#include "files.h"
 #include "options.h"
 #include "served.h"
 #include "server.h"
+#include "setting_files.h"
 
 #include <errno.h>
 #include <stdio.h>

@@ -3,8 +3,8 @@
 #ifndef LUMVIEW_PLAYHEAD_H
 #define LUMVIEW_PLAYHEAD_H
 
+#include "capture_scan.h"
 #include "decoder.h"
-#include "scan.h"
 #include "stage.h"
 
 #include <stdbool.h>

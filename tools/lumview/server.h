@@ -3,8 +3,8 @@
 #define LUMVIEW_SERVER_H
 
 #include "feed.h"
-#include "guard.h"
 #include "options.h"
+#include "page_guard.h"
 
 #include "lum/base/error.h"
 

@@ -52,25 +52,25 @@ bool stage_init(struct stage *stage, void (*wake)(void *context), void *context)
 {
     *stage = (struct stage){.wake = wake, .context = context};
     stage->trail.from = INT64_MIN;
-    stage->gate = gate_new();
-    return stage->gate != NULL;
+    stage->monitor = monitor_new();
+    return stage->monitor != NULL;
 }
 
 void stage_end(struct stage *stage)
 {
     picture_drop(&stage->shown);
     trail_cut(&stage->trail, 0, 0);
-    gate_free(stage->gate);
+    monitor_free(stage->monitor);
 }
 
 static void lock(struct stage *stage)
 {
-    gate_take(stage->gate);
+    monitor_lock(stage->monitor);
 }
 
 static void unlock(struct stage *stage)
 {
-    gate_leave(stage->gate);
+    monitor_unlock(stage->monitor);
 }
 
 static void unlock_and_wake(struct stage *stage, bool has_news)
@@ -122,7 +122,7 @@ void stage_wait(struct stage *stage, unsigned serial, int64_t until_ns)
     bool goes_on = true;
     lock(stage);
     while (stage->orders.serial == serial && goes_on) {
-        goes_on = gate_wait(stage->gate, wait_ns);
+        goes_on = monitor_wait(stage->monitor, wait_ns);
     }
     unlock(stage);
 }
@@ -385,6 +385,6 @@ struct orders *stage_begin_order(struct stage *stage)
 void stage_end_order(struct stage *stage)
 {
     stage->orders.serial++;
-    gate_tell(stage->gate);
+    monitor_notify(stage->monitor);
     unlock(stage);
 }

@@ -4,8 +4,8 @@
 #define LUMVIEW_STAGE_H
 
 #include "feed.h"
-#include "picture.h"
-#include "thread.h"
+#include "threads.h"
+#include "view_picture.h"
 
 /* An order to the player of a capture. */
 struct orders {
@@ -42,7 +42,7 @@ struct stage {
     void *context;
     struct frame_pool *pool; /* of the shown frame; its owner outlives this */
 
-    struct gate *gate; /* guards what follows; news: orders */
+    struct monitor *monitor; /* guards what follows; news: orders */
     struct orders orders;
     struct feed_views views; /* that are wanted */
     struct picture shown;

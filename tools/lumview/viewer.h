@@ -3,10 +3,10 @@
 #ifndef LUMVIEW_VIEWER_H
 #define LUMVIEW_VIEWER_H
 
-#include "command.h"
 #include "feed.h"
-#include "frame.h"
-#include "status.h"
+#include "page_command.h"
+#include "page_frame.h"
+#include "page_status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

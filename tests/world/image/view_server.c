@@ -4,7 +4,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "lumview/assets.h"
 #include "lumview/browser.h"
-#include "lumview/guard.h"
+#include "lumview/page_guard.h"
 #include "lumview/server.h"
 
 #include "common/interrupt.h"

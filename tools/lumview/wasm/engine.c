@@ -1,7 +1,7 @@
 /* The feed of lumview and the one who looks at it, in one thread: what the
  * server does for a browser, for a page that holds the captures itself. */
 #include "../feed.h"
-#include "../files.h"
+#include "../setting_files.h"
 #include "../viewer.h"
 #include "inputs.h"
 

@@ -1,12 +1,12 @@
 #define _POSIX_C_SOURCE 200809L
-#include "link.h"
+#include "sensor_link.h"
 
 #include "../common/laser_end.h"
 #include "../common/number.h"
 #include "../common/ring.h"
 #include "lum/base/time.h"
 #include "lum/wire.h"
-#include "thread.h"
+#include "threads.h"
 
 #include <stdio.h>
 #include <stdlib.h>

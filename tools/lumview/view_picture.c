@@ -1,4 +1,4 @@
-#include "picture.h"
+#include "view_picture.h"
 
 #include "lum/smooth.h"
 

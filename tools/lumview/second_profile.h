@@ -1,7 +1,7 @@
 /* The same records by a second profile. It follows a decoder, which tells the
  * time: each of its frames is shown beside the newest complete one of these. */
-#ifndef LUMVIEW_SECOND_H
-#define LUMVIEW_SECOND_H
+#ifndef LUMVIEW_SECOND_PROFILE_H
+#define LUMVIEW_SECOND_PROFILE_H
 
 #include "decoder.h"
 

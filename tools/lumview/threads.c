@@ -1,5 +1,5 @@
 #define _POSIX_C_SOURCE 200809L
-#include "thread.h"
+#include "threads.h"
 
 #include "base/thread.h"
 
@@ -14,7 +14,7 @@ struct thread {
     pthread_t thread;
 };
 
-struct gate {
+struct monitor {
     pthread_mutex_t lock;
     pthread_cond_t news;
 };
@@ -51,49 +51,49 @@ void thread_join(struct thread *thread)
     }
 }
 
-/* --- Gates --- */
+/* --- Monitors --- */
 
-struct gate *gate_new(void)
+struct monitor *monitor_new(void)
 {
-    struct gate *gate = malloc(sizeof *gate);
-    if (gate != NULL) {
-        (void)pthread_mutex_init(&gate->lock, NULL);
-        (void)pthread_cond_init(&gate->news, NULL);
+    struct monitor *monitor = malloc(sizeof *monitor);
+    if (monitor != NULL) {
+        (void)pthread_mutex_init(&monitor->lock, NULL);
+        (void)pthread_cond_init(&monitor->news, NULL);
     }
-    return gate;
+    return monitor;
 }
 
-void gate_free(struct gate *gate)
+void monitor_free(struct monitor *monitor)
 {
-    if (gate != NULL) {
-        (void)pthread_cond_destroy(&gate->news);
-        (void)pthread_mutex_destroy(&gate->lock);
-        free(gate);
+    if (monitor != NULL) {
+        (void)pthread_cond_destroy(&monitor->news);
+        (void)pthread_mutex_destroy(&monitor->lock);
+        free(monitor);
     }
 }
 
-void gate_take(struct gate *gate)
+void monitor_lock(struct monitor *monitor)
 {
-    (void)pthread_mutex_lock(&gate->lock);
+    (void)pthread_mutex_lock(&monitor->lock);
 }
 
-void gate_leave(struct gate *gate)
+void monitor_unlock(struct monitor *monitor)
 {
-    (void)pthread_mutex_unlock(&gate->lock);
+    (void)pthread_mutex_unlock(&monitor->lock);
 }
 
 /* Not every system can wait by the monotonic clock. */
-bool gate_wait(struct gate *gate, int64_t wait_ns)
+bool monitor_wait(struct monitor *monitor, int64_t wait_ns)
 {
     struct timespec until;
     (void)clock_gettime(CLOCK_REALTIME, &until);
     wait_ns += until.tv_nsec;
     until.tv_sec += (time_t)(wait_ns / SECOND_NS);
     until.tv_nsec = (long)(wait_ns % SECOND_NS);
-    return pthread_cond_timedwait(&gate->news, &gate->lock, &until) == 0;
+    return pthread_cond_timedwait(&monitor->news, &monitor->lock, &until) == 0;
 }
 
-void gate_tell(struct gate *gate)
+void monitor_notify(struct monitor *monitor)
 {
-    (void)pthread_cond_broadcast(&gate->news);
+    (void)pthread_cond_broadcast(&monitor->news);
 }

@@ -1,6 +1,6 @@
 /* What a browser may ask for. There is nothing that a sensor would notice. */
-#ifndef LUMVIEW_COMMAND_H
-#define LUMVIEW_COMMAND_H
+#ifndef LUMVIEW_PAGE_COMMAND_H
+#define LUMVIEW_PAGE_COMMAND_H
 
 #include "feed.h"
 

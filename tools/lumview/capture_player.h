@@ -1,7 +1,7 @@
 /* Plays a capture: at its pace or step by step, from any frame. A thread does
  * it, or where there are none, who calls player_work(). */
-#ifndef LUMVIEW_PLAYER_H
-#define LUMVIEW_PLAYER_H
+#ifndef LUMVIEW_CAPTURE_PLAYER_H
+#define LUMVIEW_CAPTURE_PLAYER_H
 
 #include "../common/provenance.h"
 #include "../common/sources.h"

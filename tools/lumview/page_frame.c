@@ -1,6 +1,6 @@
-#include "frame.h"
+#include "page_frame.h"
 
-#include "thread.h"
+#include "threads.h"
 
 #include <stdlib.h>
 
@@ -10,11 +10,11 @@ struct frame {
     struct frame_pool *pool;
     struct frame *next; /* of the spare ones */
     lum_packed packed;
-    unsigned references; /* guarded by the pool's gate */
+    unsigned references; /* guarded by the pool's monitor */
 };
 
 struct frame_pool {
-    struct gate *gate;
+    struct monitor *monitor;
     struct frame *spare;
     size_t spare_count;
     size_t frames; /* that are in use */
@@ -30,8 +30,8 @@ struct frame_pool *frame_pool_new(void)
     if (pool == NULL) {
         return NULL;
     }
-    pool->gate = gate_new();
-    if (pool->gate == NULL) {
+    pool->monitor = monitor_new();
+    if (pool->monitor == NULL) {
         free(pool);
         return NULL;
     }
@@ -51,7 +51,7 @@ static void end_pool(struct frame_pool *pool)
         pool->spare = frame->next;
         free_frame(frame);
     }
-    gate_free(pool->gate);
+    monitor_free(pool->monitor);
     free(pool);
 }
 
@@ -60,10 +60,10 @@ void frame_pool_free(struct frame_pool *pool)
     if (pool == NULL) {
         return;
     }
-    gate_take(pool->gate);
+    monitor_lock(pool->monitor);
     pool->is_left = true;
     const bool is_last = pool->frames == 0;
-    gate_leave(pool->gate);
+    monitor_unlock(pool->monitor);
     if (is_last) {
         end_pool(pool);
     }
@@ -89,9 +89,9 @@ static struct frame *take_spare(struct frame_pool *pool)
 /* NULL without memory. */
 static struct frame *begin(struct frame_pool *pool)
 {
-    gate_take(pool->gate);
+    monitor_lock(pool->monitor);
     struct frame *frame = take_spare(pool);
-    gate_leave(pool->gate);
+    monitor_unlock(pool->monitor);
     return frame != NULL ? frame : calloc(1, sizeof *frame);
 }
 
@@ -100,22 +100,22 @@ static struct frame *end(struct frame_pool *pool, struct frame *frame)
 {
     frame->pool = pool;
     frame->references = 1;
-    gate_take(pool->gate);
+    monitor_lock(pool->monitor);
     pool->frames++;
     pool->latest = frame->packed.len;
-    gate_leave(pool->gate);
+    monitor_unlock(pool->monitor);
     return frame;
 }
 
 struct frame *frame_keep(struct frame *frame)
 {
-    gate_take(frame->pool->gate);
+    monitor_lock(frame->pool->monitor);
     frame->references++;
-    gate_leave(frame->pool->gate);
+    monitor_unlock(frame->pool->monitor);
     return frame;
 }
 
-/* Memory far larger than the present need is not kept. With the gate. */
+/* Memory far larger than the present need is not kept. With the monitor. */
 static bool is_worth_keeping(const struct frame_pool *pool,
                              const struct frame *frame)
 {
@@ -129,7 +129,7 @@ void frame_release(struct frame *frame)
         return;
     }
     struct frame_pool *pool = frame->pool;
-    gate_take(pool->gate);
+    monitor_lock(pool->monitor);
     frame->references--;
     const bool is_unused = frame->references == 0;
     const bool is_kept = is_unused && is_worth_keeping(pool, frame);
@@ -140,7 +140,7 @@ void frame_release(struct frame *frame)
     }
     pool->frames -= is_unused ? 1u : 0u;
     const bool is_last = is_unused && pool->is_left && pool->frames == 0;
-    gate_leave(pool->gate);
+    monitor_unlock(pool->monitor);
     if (is_unused && !is_kept) {
         free_frame(frame);
     }

@@ -1,4 +1,4 @@
-#include "command.h"
+#include "page_command.h"
 
 #include "../common/number.h"
 #include "lum/smooth.h"

@@ -1,7 +1,7 @@
 /* A frame as the page gets it: the messages that lum/frame/packed.h describes,
  * one after the other. */
-#ifndef LUMVIEW_FRAME_H
-#define LUMVIEW_FRAME_H
+#ifndef LUMVIEW_PAGE_FRAME_H
+#define LUMVIEW_PAGE_FRAME_H
 
 #include "lum/frame/packed.h"
 

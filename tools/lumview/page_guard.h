@@ -1,8 +1,8 @@
 /* Who may talk to the server. A browser runs pages of others beside ours: they
  * can send requests to this host (a foreign Origin), and give a name of theirs
  * its address (a foreign Host). */
-#ifndef LUMVIEW_GUARD_H
-#define LUMVIEW_GUARD_H
+#ifndef LUMVIEW_PAGE_GUARD_H
+#define LUMVIEW_PAGE_GUARD_H
 
 #include <stdbool.h>
 #include <stdint.h>

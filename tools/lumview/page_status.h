@@ -1,6 +1,6 @@
 /* Texts to a browser, as JSON. */
-#ifndef LUMVIEW_STATUS_H
-#define LUMVIEW_STATUS_H
+#ifndef LUMVIEW_PAGE_STATUS_H
+#define LUMVIEW_PAGE_STATUS_H
 
 #include "feed.h"
 

@@ -1,7 +1,7 @@
 /* A live sensor: one thread keeps the session and never waits for anything
  * else, another makes frames from the ring. */
-#ifndef LUMVIEW_LINK_H
-#define LUMVIEW_LINK_H
+#ifndef LUMVIEW_SENSOR_LINK_H
+#define LUMVIEW_SENSOR_LINK_H
 
 #include "decoder.h"
 #include "options.h"

@@ -1,11 +1,11 @@
 /* Reads captures once before they are played: the range of their frames, where
  * these are, what is odd in them, how their sensors' clocks run. */
-#include "scan.h"
+#include "capture_scan.h"
 
 #include "capture/capture_internal.h"
 #include "frame/framer_state.h"
 #include "frame/reader_internal.h"
-#include "thread.h"
+#include "threads.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -39,7 +39,7 @@ struct scan {
     bool has_begun;
     int64_t end_ns; /* later records are not read */
 
-    struct gate *gate; /* guards what follows; news: it has learned */
+    struct monitor *monitor; /* guards what follows; news: it has learned */
     struct decoder *learned;
     bool has_learned;
     lum_reader *places; /* NULL: nobody knows where frames are */
@@ -179,9 +179,9 @@ static void begin_all(struct scan *s)
     s->phase = can_read ? PHASE_READING : PHASE_OVER;
     if (can_read) {
         lum_reader *places = places_new(s->capture, s->decoder);
-        gate_take(s->gate);
+        monitor_lock(s->monitor);
         s->places = places;
-        gate_leave(s->gate);
+        monitor_unlock(s->monitor);
     }
 }
 
@@ -197,11 +197,11 @@ static void begin_learning(struct scan *s)
 /* The player may take it from here on. */
 static void end_learning(struct scan *s)
 {
-    gate_take(s->gate);
+    monitor_lock(s->monitor);
     s->learned = s->decoder;
     s->has_learned = true;
-    gate_tell(s->gate);
-    gate_leave(s->gate);
+    monitor_notify(s->monitor);
+    monitor_unlock(s->monitor);
     s->decoder = NULL;
     end(s);
 }
@@ -210,32 +210,32 @@ static void end_learning(struct scan *s)
 
 static void begin_record(struct scan *s)
 {
-    gate_take(s->gate);
+    monitor_lock(s->monitor);
     if (notes(s->places)) {
         lum_demux_set_record(lum_framer_sensors(s->places->framer),
                              ++s->places->place.records);
     }
-    gate_leave(s->gate);
+    monitor_unlock(s->monitor);
 }
 
 static void note_record(struct scan *s)
 {
-    gate_take(s->gate);
+    monitor_lock(s->monitor);
     if (notes(s->places)) {
         lum_index_entries_note_record(s->places);
     }
-    gate_leave(s->gate);
+    monitor_unlock(s->monitor);
 }
 
 static void note_frame(struct scan *s)
 {
     const struct picture *picture = decoder_picture(s->decoder);
     const struct feed_loss *loss = &picture->loss;
-    gate_take(s->gate);
+    monitor_lock(s->monitor);
     if (notes(s->places)) {
         places_note_frame(s->places);
     }
-    gate_leave(s->gate);
+    monitor_unlock(s->monitor);
     if (loss->words > 0 || loss->lines > 0 || loss->pauses > 0) {
         stage_mark(s->options.stage, picture->frame, loss);
     }
@@ -288,11 +288,11 @@ static void note_range(struct scan *s)
     if (!decoder_range(s->decoder, &first, &last)) {
         return;
     }
-    gate_take(s->gate);
+    monitor_lock(s->monitor);
     s->has_range = true;
     s->first = first;
     s->last = last;
-    gate_leave(s->gate);
+    monitor_unlock(s->monitor);
     stage_set_range(s->options.stage, first, last);
 }
 
@@ -315,9 +315,9 @@ static void end_all(struct scan *s, bool is_whole)
                       s->said, s->options.stage);
         captures_warn(s->captures, s->capture, decoder_demux(s->decoder));
     }
-    gate_take(s->gate);
+    monitor_lock(s->monitor);
     places_end(s->places);
-    gate_leave(s->gate);
+    monitor_unlock(s->monitor);
     end(s);
     s->phase = PHASE_OVER;
 }
@@ -354,8 +354,8 @@ static void *run(void *argument)
 
 static int start(struct scan *scan, lum_error *error)
 {
-    scan->gate = gate_new();
-    if (scan->gate == NULL) {
+    scan->monitor = monitor_new();
+    if (scan->monitor == NULL) {
         return lum_error_set(error, "out of memory");
     }
     begin_learning(scan);
@@ -394,7 +394,7 @@ void scan_end(struct scan *scan)
     end(scan);
     decoder_free(scan->learned);
     places_free(scan->places);
-    gate_free(scan->gate);
+    monitor_free(scan->monitor);
     free(scan);
 }
 
@@ -405,50 +405,50 @@ bool scan_learn(struct scan *scan, const struct decoder **out)
     if (scan->thread == NULL && !scan->has_learned) {
         (void)scan_step(scan);
     }
-    gate_take(scan->gate);
+    monitor_lock(scan->monitor);
     if (!scan->has_learned) {
-        (void)gate_wait(scan->gate, PATIENCE_NS);
+        (void)monitor_wait(scan->monitor, PATIENCE_NS);
     }
     const bool has_learned = scan->has_learned;
     *out = scan->learned;
-    gate_leave(scan->gate);
+    monitor_unlock(scan->monitor);
     return has_learned;
 }
 
 bool scan_range(struct scan *scan, int64_t *first, int64_t *last)
 {
-    gate_take(scan->gate);
+    monitor_lock(scan->monitor);
     const bool has_range = scan->has_range;
     *first = scan->first;
     *last = scan->last;
-    gate_leave(scan->gate);
+    monitor_unlock(scan->monitor);
     return has_range;
 }
 
 bool scan_leads(struct scan *scan, int64_t frame, int64_t *begin)
 {
-    gate_take(scan->gate);
+    monitor_lock(scan->monitor);
     const lum_index_entry *entry = places_find(scan->places, frame);
     *begin = entry != NULL ? entry->number : 0;
-    gate_leave(scan->gate);
+    monitor_unlock(scan->monitor);
     return entry != NULL;
 }
 
 bool scan_go(struct scan *scan, lum_capture *capture, struct decoder *decoder,
              int64_t frame)
 {
-    gate_take(scan->gate);
+    monitor_lock(scan->monitor);
     const bool is_there = places_go(scan->places, capture, decoder, frame);
-    gate_leave(scan->gate);
+    monitor_unlock(scan->monitor);
     return is_there;
 }
 
 void scan_drop_places(struct scan *scan)
 {
-    gate_take(scan->gate);
+    monitor_lock(scan->monitor);
     places_end(scan->places);
     if (scan->places != NULL) {
         lum_index_clear(&scan->places->place.index);
     }
-    gate_leave(scan->gate);
+    monitor_unlock(scan->monitor);
 }

@@ -1,10 +1,10 @@
 /* A frame of the sensor, or of all sensors of a rig, as each of the views shows
  * it. */
-#ifndef LUMVIEW_PICTURE_H
-#define LUMVIEW_PICTURE_H
+#ifndef LUMVIEW_VIEW_PICTURE_H
+#define LUMVIEW_VIEW_PICTURE_H
 
 #include "feed.h"
-#include "frame.h"
+#include "page_frame.h"
 
 #include "lum/frame/framer.h"
 

@@ -1,4 +1,4 @@
-#include "files.h"
+#include "setting_files.h"
 
 #include "../common/input_files.h"
 

@@ -1,12 +1,12 @@
 /* Plays captures: opens and reads them, again and again, and gives complete
  * frames to the page where the playhead says so. It goes in steps, which a
  * thread takes, or who has none. */
-#include "player.h"
+#include "capture_player.h"
 
+#include "capture_scan.h"
 #include "captures.h"
 #include "playhead.h"
-#include "scan.h"
-#include "thread.h"
+#include "threads.h"
 
 #include "lum/base/time.h"
 

@@ -1,6 +1,6 @@
 /* The files that a run is told of the sensor, and where it was. */
-#ifndef LUMVIEW_FILES_H
-#define LUMVIEW_FILES_H
+#ifndef LUMVIEW_SETTING_FILES_H
+#define LUMVIEW_SETTING_FILES_H
 
 #include "../common/geometry.h"
 #include "options.h"

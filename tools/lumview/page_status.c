@@ -1,5 +1,5 @@
 #define _POSIX_C_SOURCE 200809L
-#include "status.h"
+#include "page_status.h"
 
 #include "../common/json.h"
 #include "../common/profile_difference.h"

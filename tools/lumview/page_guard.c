@@ -1,4 +1,4 @@
-#include "guard.h"
+#include "page_guard.h"
 
 #include "../common/number.h"
 

@@ -1,4 +1,4 @@
-#include "second.h"
+#include "second_profile.h"
 
 #include "lum/frame/framer.h"
 

@@ -2,8 +2,8 @@
  * sensors' clocks run, from the beginning; then the first and the last frame,
  * where each is, where a recording is missing, and what later parts say of
  * themselves. It tells the stage. A thread does it, or who works in steps. */
-#ifndef LUMVIEW_SCAN_H
-#define LUMVIEW_SCAN_H
+#ifndef LUMVIEW_CAPTURE_SCAN_H
+#define LUMVIEW_CAPTURE_SCAN_H
 
 #include "captures.h"
 #include "decoder.h"
