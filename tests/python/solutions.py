@@ -2,7 +2,7 @@
 import math
 
 import numpy as np
-from lumsdk.calibrate._result import Parameter, Plane, Residuals, Solution
+from lumsdk.calibrate._solution import Parameter, Plane, Residuals, Solution
 
 HELD = "no floor is seen by both eyes: record one <with> the floor"
 

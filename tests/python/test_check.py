@@ -216,25 +216,25 @@ def test_text_and_json_tell_the_same(yard):
 
 def test_the_picture_is_a_png_and_the_same_each_time(yard):
     pytest.importorskip("matplotlib")
-    from lumsdk.calibrate import _picture
+    from lumsdk.calibrate import _check_picture
 
     true, seen = yard
     found = _check.check_grid(seen, calibration(true, z_m=0.03), "mine")
-    made = _picture.check_png(found)
-    assert made.startswith(b"\x89PNG") and made == _picture.check_png(found)
+    made = _check_picture.check_png(found)
+    assert made.startswith(b"\x89PNG") and made == _check_picture.check_png(found)
     assert int.from_bytes(made[16:20], "big") >= 1000
     found.seams = []
-    assert _picture.check_png(found).startswith(b"\x89PNG")
+    assert _check_picture.check_png(found).startswith(b"\x89PNG")
 
 
 def test_the_picture_shows_the_step(yard):
     pytest.importorskip("matplotlib")
-    from lumsdk.calibrate import _picture
+    from lumsdk.calibrate import _check_picture
 
     true, seen = yard
     seam = seams(seen, calibration(true, z_m=0.03))["floor"]
-    across, height = _picture.profile(seam, seam.green)
-    other, other_height = _picture.profile(seam, seam.blue)
+    across, height = _check_picture.profile(seam, seam.green)
+    other, other_height = _check_picture.profile(seam, seam.blue)
     assert np.median(across) > 0.2 and np.median(other) < -0.2
     assert height.mean() - other_height.mean() == pytest.approx(0.03, abs=0.003)
 

@@ -13,7 +13,7 @@ import time
 import lumsdk
 import pytest
 from conftest import PATIENCE_S
-from lumsdk.calibrate import _arguments, _cli, _result
+from lumsdk.calibrate import _arguments, _cli, _solution
 
 pytestmark = pytest.mark.usefixtures("own_signals")
 
@@ -77,7 +77,7 @@ def test_usual_wishes_are_half_of_what_the_bars_of_mild_walls_allow():
     mrad, place, offset, _, width, end = (bar / 2 for bar in calibrations.MILD)
     usual = {"deg": math.degrees(mrad / 1e3), "m": place / 1e3, "ps": offset / 1e3 / calibrations.PS_M, "width_deg": 60 * width / 100,
              "min_deg": 20 * end / 100, "max_deg": 20 * end / 100}
-    for key, wish in _result.WISHES.items():
+    for key, wish in _solution.WISHES.items():
         assert wish == pytest.approx(usual.get(key, usual[key.rsplit("_", 1)[-1]]), rel=0.02), key
 
 

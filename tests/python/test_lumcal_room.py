@@ -12,7 +12,7 @@ from conftest import run
 pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
-from lumsdk.calibrate import _cli, _eyes, _faces, _result  # noqa: E402, needs SciPy
+from lumsdk.calibrate import _cli, _eyes, _faces, _solution  # noqa: E402, needs SciPy
 
 pytestmark = pytest.mark.usefixtures("own_signals")
 
@@ -57,7 +57,7 @@ def lumcal(folder, *words):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setattr(_faces, "TILES_MAX", 600)
-        patch.setitem(_result.WISHES, "x_m", 1e-5)
+        patch.setitem(_solution.WISHES, "x_m", 1e-5)
         return _cli.main([*words, "--profile", "profile.yaml", "--sensor", "10.42.0.37"])
 
 
@@ -90,7 +90,7 @@ def test_json_tells_the_file_and_where_it_began(found):
     for key, p in values.items():
         assert made[key] == pytest.approx(p["value"], abs=6e-3 if key.endswith("ps") else 6e-6), key
         assert (p["sigma"] is None) == bool(p["held"]), key
-        wish = 1e-5 if key.endswith("green.mount.x_m") else _result.WISHES.get(key.rsplit(".")[-1])
+        wish = 1e-5 if key.endswith("green.mount.x_m") else _solution.WISHES.get(key.rsplit(".")[-1])
         assert p["wish"] == wish and p["more_captures"] == (0 if wish is None else max(0, math.ceil(3 * ((p["sigma"] / wish) ** 2 - 1)))), key
     assert [values[f"eyes.{key}"]["before"] for key in ("blue.azimuth.width_deg", "green.mount.x_m", "green.mount.yaw_deg")] == [60.2, 0.1, 30.4]
     assert sum(p["held"] is None for p in values.values()) == 14

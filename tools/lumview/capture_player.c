@@ -74,8 +74,8 @@ static void tell_message(const struct player *p)
     if (p->options.rig == NULL && others[0] != '\0' && shown[0] != '\0') {
         (void)snprintf(text + len, sizeof text - len,
                        "%s%s is shown; there is also %s: choose by lumview "
-                       "--sensor, or show all by a rig, of lumview --rig or "
-                       "dropped on lumview.html",
+                       "--sensor, or show all by a rig: lumview --rig, or a "
+                       "rig file dropped on lumview.html",
                        len > 0 ? "; " : "", shown, others);
         len = strlen(text);
     }
@@ -83,7 +83,7 @@ static void tell_message(const struct player *p)
     const uint64_t late = decoder_late(p->decoder, &sensor);
     if (late > 0) {
         (void)snprintf(text + len, sizeof text - len,
-                       "%sof %s a frame is left out, as the sensor paused in "
+                       "%sa frame of %s is left out, as the sensor paused in "
                        "it or has stopped (%" PRIu64 " in all)",
                        len > 0 ? "; " : "", sensor, late);
         len = strlen(text);
@@ -108,11 +108,9 @@ static void tell_empty(const struct player *p)
         return;
     }
     (void)lum_error_set(
-        &text,
-        "%s: there is no frame in %s%s; lumdump %s%stells what "
-        "%s",
+        &text, "%s: there is no frame in %s%s; lumdump %s%stells what %s",
         sources->name, are_several ? "them" : "it",
-        p->options.decoder.sensor.is_given ? " of the sensor that was asked for"
+        p->options.decoder.sensor.is_given ? " of the sensor that was chosen"
         : p->options.rig != NULL           ? " of the rig's sensors"
                                            : "",
         are_several ? "" : sources->name, are_several ? "" : " ",

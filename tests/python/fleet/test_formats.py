@@ -11,7 +11,7 @@ import support
 from support import run_tool
 
 import lumsdk
-from lumsdk.fleet import _arguments, _manifest, _report, _work
+from lumsdk.fleet import _arguments, _manifest, _summary, _work
 from lumsdk.fleet._errors import FleetError
 from lumsdk.fleet._ledger import Task, Totals
 from lumsdk.fleet._places import Local, place
@@ -226,7 +226,7 @@ def test_points_that_are_left_out_are_told(worker, small, tmp_path, monkeypatch,
     assert (got["status"], got["left_out"]) == ("done", 15)
     _manifest.write(Local(str(tmp_path / "out")), [got], str(tmp_path), ".lumfleet/parts/m")
     assert support.rows(tmp_path / "out")[0]["left_out"] == 15
-    told = _report.Summary("out", form, Totals(1, 1, 1, 1))
+    told = _summary.Summary("out", form, Totals(1, 1, 1, 1))
     told.add_row(got, "0")
     told.add_row({**got, "left_out": None}, "0")  # of an earlier version
     assert "left out    15 points" in told.text() and json.loads(told.json())["left_out"] == 15

@@ -10,9 +10,9 @@ import pytest
 import support  # noqa: F401  the package's place
 
 import lumsdk
-from lumsdk.fleet import _arguments, _folders, _journal, _manifest, _report, main
+from lumsdk.fleet import _arguments, _folders, _journal, _manifest, _summary, main
 from lumsdk.fleet._errors import FleetError, Usage
-from lumsdk.fleet._inputs import captures, stem, translate
+from lumsdk.fleet._captures import captures, stem, translate
 from lumsdk.fleet._ledger import Ledger
 from lumsdk.fleet._lock import Lease, lock
 from lumsdk.fleet._names import to_name, to_text
@@ -355,7 +355,7 @@ def test_a_run_whose_lease_was_taken_stops_and_leaves_the_other_s_files(tmp_path
         raise AssertionError("it went on")
     monkeypatch.setattr("lumsdk.fleet._lock.RENEW_S", 0.01)
     monkeypatch.setattr(main, "lock", Lease)
-    monkeypatch.setattr(main.Run, "_by_crew", taken)
+    monkeypatch.setattr(main.Run, "_by_workers", taken)
     try:
         run.plan()
         with pytest.raises(FleetError, match="took it over") as refused:
@@ -477,9 +477,9 @@ def test_help_has_every_option():
 
 
 def test_sizes_and_times_for_people():
-    assert [_report.size(n) for n in (0, 999, 1000, 99_949, 99_960, 5e9, 2e15)] == \
+    assert [_summary.size(n) for n in (0, 999, 1000, 99_949, 99_960, 5e9, 2e15)] == \
         ["0 B", "999 B", "1.0 kB", "99.9 kB", "100 kB", "5.0 GB", "2.0 PB"]
-    assert [_report.span(n) for n in (0.4, 99, 100, 3600, 90000)] == ["0 s", "99 s", "1 min 40 s", "1 h 00 min", "25 h 00 min"]
+    assert [_summary.span(n) for n in (0.4, 99, 100, 3600, 90000)] == ["0 s", "99 s", "1 min 40 s", "1 h 00 min", "25 h 00 min"]
 
 
 def test_places_by_name(tmp_path):

@@ -324,7 +324,7 @@ def _numbers_of(told: list[Optional[int]]) -> list[int]:
 
 
 def _hello(name: str, kind: _Kind) -> dict[str, Any]:
-    """The greeting, as lumview's own (tools/lumview/status.c)."""
+    """The greeting, as lumview's own (tools/lumview/page_status.c)."""
     view = ffi.new("lum_image_view *")
     lib.lum_image_view_default(view, lib.LUM_IMAGE_BOTH, 1)
     image = {"left": view.left_deg, "right": view.right_deg, "top": view.top_deg, "bottom": view.bottom_deg, "columns": view.columns,

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass, field
 from typing import Any, Optional
 
-from .._command_line import check_apart, check_end, parser
+from .._command_line import Parser, check_apart, check_end, parser
 from .._errors import OptionError
 from .._settings import Calibration, Profile, setting_of
 
@@ -133,6 +133,10 @@ class Options:
         return setting_of(self.calibration or Calibration(), self.profile or Profile(), self.set)[0]
 
 
+def _parser(command: str) -> Parser:
+    return parser(f"lumcal {command}", "CAPTURE", ())
+
+
 def _check_outputs(command: str, given: argparse.Namespace) -> None:
     if command == "eyes":
         check_end("--output", given.output, ".yaml", ".yml")
@@ -175,7 +179,7 @@ def parse(arguments: list[str]) -> Options:
     if command not in ("eyes", "check"):
         what = f"'{command}' is not a command" if command else "no command is given"
         raise OptionError(f"{what}; there are eyes and check; see lumcal --help")
-    given = parser(f"lumcal {command}", "CAPTURE", ()).parse_intermixed_args(arguments[1:])
+    given = _parser(command).parse_intermixed_args(arguments[1:])
     if given.help or given.version:
         return Options(command, help=_HELPS[command] if given.help else "", version=not given.help)
     _check_captures(command, given.captures)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._errors import CaptureError
 from ._planes import Grid, Patch, find_planes, grid, points
-from ._result import Array
+from ._solution import Array
 from ._waves import bow, waves
 
 if TYPE_CHECKING:

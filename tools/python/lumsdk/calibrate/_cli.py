@@ -50,12 +50,12 @@ def check(options: Options, outputs: Outputs, progress: Progress) -> int:
     need("scipy", "lumcal check", EXTRA)
     if options.output is not None:
         need("matplotlib", "a picture", EXTRA)
-    from . import _check, _picture, _tell
+    from . import _check, _check_picture, _tell
 
     outputs.begin(options.output)
     found = _check.check(options, progress)
     progress.clear()
-    outputs.write(options.output, lambda: _picture.check_png(found))
+    outputs.write(options.output, lambda: _check_picture.check_png(found))
     outputs.finish()
     if options.json:
         print(_tell.check_json(found), end="")

@@ -12,7 +12,7 @@ from scipy.ndimage import binary_dilation, binary_propagation
 from .._grid import PIXELS
 from ._model import Eye, Fixed, State, cells_of
 from ._planes import Grid, block_of
-from ._result import Array
+from ._solution import Array
 
 _REACH = 3, 4
 """Rows and columns of means by which a face may extend beyond its patch."""

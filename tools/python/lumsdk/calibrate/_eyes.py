@@ -17,7 +17,7 @@ from ._faces import Scene, begin, join, observe, rejoin, without
 from ._match import look, place_all
 from ._model import CALIBRATION_COUNT, ORDERS, Eye, State, fixed_of, priors, tangents, values_of
 from ._planes import Grid, grid
-from ._result import KEYS, WISHES, Array, Parameter, Plane, Residuals, Solution
+from ._solution import KEYS, WISHES, Array, Parameter, Plane, Residuals, Solution
 from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, estimate_spread, linearise, solve, untold
 from ._tell import ADD_TWO, MOUNT, bends, exchange, more_captures, not_written
 

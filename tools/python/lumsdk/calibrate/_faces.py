@@ -12,7 +12,7 @@ from ._edges import collect
 from ._match import Pose, Seen, View, assign
 from ._model import Cells, Eye, Fixed, State, cells_of, priors
 from ._planes import points
-from ._result import Array
+from ._solution import Array
 from ._solve import TILE_M, TILES_MAX, Group, Problem, Surface, group_cells, solve, surface_of, untold
 
 _STARTS_M = 0.1, 0.05, 0.2, 0.4

@@ -10,7 +10,7 @@ from .._errors import CaptureError
 from .._grid import EYES
 from .._settings import Calibration
 from ._planes import Grid, Patch, find_planes, points
-from ._result import Array
+from ._solution import Array
 
 _ANGLE = float(np.cos(np.radians(6.0)))
 """How far normals of one face may be apart by a typical calibration."""

@@ -13,7 +13,7 @@ from .._grid import EYES
 from .._settings import Calibration
 from ._match import Pose
 from ._planes import Grid, metres_a_ps, mount, rotation
-from ._result import KEYS, Array
+from ._solution import KEYS, Array
 
 PRIORS = {"tof_offset_ps": 200.0, "azimuth.width_deg": 0.6, "elevation.min_deg": 0.2, "elevation.max_deg": 0.2,
           "mount.x_m": 0.05, "mount.y_m": 0.05, "mount.z_m": 0.05,

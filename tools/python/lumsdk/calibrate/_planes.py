@@ -15,7 +15,7 @@ from .._frame import Frame
 from .._grid import EYES, PIXELS
 from .._settings import Calibration
 from .._source import open as open_source
-from ._result import MOUNT_KEYS, Array
+from ._solution import MOUNT_KEYS, Array
 
 if TYPE_CHECKING:
     from .._source import Source

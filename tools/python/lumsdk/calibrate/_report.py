@@ -14,8 +14,8 @@ from .._c import VERSION
 from .._drawing import canvas, png, small
 from ._check import EYES
 from ._model import ORDERS
-from ._picture import binned
-from ._result import Array, Plane, Residuals, Solution
+from ._check_picture import binned
+from ._solution import Array, Plane, Residuals, Solution
 from ._tell import bends, change, compared, digits, millimetres, more, not_written, reasons, row
 
 _STYLE = """

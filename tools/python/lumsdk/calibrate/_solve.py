@@ -19,7 +19,7 @@ from scipy.spatial.distance import cdist
 
 from ._match import Pose
 from ._model import BEND_COUNT, CALIBRATION_COUNT, Cells, Eye, Fixed, State, priors, tangents, turned
-from ._result import Array
+from ._solution import Array
 from ._waves import bow, waves
 
 BEND_DEG, BIAS_M = 0.01, 0.004

@@ -8,7 +8,7 @@ from typing import Any, Optional
 import numpy as np
 
 from ._check import EYES, TOLD_DEG, TOLD_M, Check, Seam
-from ._result import Parameter, Solution
+from ._solution import Parameter, Solution
 
 
 def millimetres(value: Optional[float]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import j0
 
-from ._result import Array
+from ._solution import Array
 
 WAVES_M = np.geomspace(0.8, 4.0, 9)
 """How long the waves of walls are."""

@@ -41,13 +41,13 @@ def connect(options: argparse.Namespace) -> tuple[Cluster, int]:
 
 
 class Cluster:
-    """A crew of Ray's actors."""
+    """A pool of Ray's actors."""
 
     def __init__(self, ray: Any) -> None:
         self._ray = ray
         self._actor: Any = ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(Converter)
 
-    def hire(self, job: Job) -> Any:
+    def start(self, job: Job) -> Any:
         return self._actor.remote(job)
 
     def ask(self, worker: Any, method: str, *arguments: Any) -> Any:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple, Optional
 
 from ._errors import Usage
-from ._inputs import Capture
+from ._captures import Capture
 from ._names import to_name, to_text
 from ._places import Entry
 

@@ -70,9 +70,9 @@ class Process:
 
 
 class Processes:
-    """A crew of processes. They end with this one."""
+    """A pool of processes. They end with this one."""
 
-    def hire(self, job: Job) -> Process:
+    def start(self, job: Job) -> Process:
         return Process(job)
 
     def ask(self, worker: Process, method: str, *arguments: Any) -> Answer:

@@ -19,10 +19,10 @@ PATIENCE_S = 15.0
 CLOSE_S = 3.0
 
 
-class Crew(Protocol):
+class Pool(Protocol):
     """Those who have workers: Ray on a cluster, or processes of this machine. A worker is asked for methods of Converter."""
 
-    def hire(self, job: Job) -> Any:
+    def start(self, job: Job) -> Any:
         """A worker, which may not have begun yet."""
         ...
 
@@ -45,7 +45,7 @@ class Crew(Protocol):
 
 @dataclass
 class Worker:
-    """One of the crew; ready is its first answer until it came."""
+    """One of the pool; ready is its first answer until it came."""
 
     who: Any
     ready: Any
@@ -55,8 +55,8 @@ class Worker:
 class Schedule:
     """Runs the tasks. Not more than two of each worker are under way, however many there are."""
 
-    def __init__(self, crew: Crew, job: Job, jobs: int, retries: int, tell: Callable[[str], None]) -> None:
-        self._crew = crew
+    def __init__(self, pool: Pool, job: Job, jobs: int, retries: int, tell: Callable[[str], None]) -> None:
+        self._pool = pool
         self._job = job
         self._jobs = jobs
         self._retries = retries
@@ -83,13 +83,13 @@ class Schedule:
 
     def close(self) -> None:
         """Ends the workers and what they do. Those that have nothing to do leave nothing on their machines."""
-        idle = [self._crew.ask(worker.who, "close") for worker in self._workers if worker.ready is None and not worker.tasks]
+        idle = [self._pool.ask(worker.who, "close") for worker in self._workers if worker.ready is None and not worker.tasks]
         end = time.monotonic() + CLOSE_S
         while idle and time.monotonic() < end:
-            done = self._crew.wait(idle, end - time.monotonic())
+            done = self._pool.wait(idle, end - time.monotonic())
             idle = [answer for answer in idle if answer not in done]
         for worker in self._workers:
-            self._crew.end(worker.who)
+            self._pool.end(worker.who)
         self._workers.clear()
 
     # Work out
@@ -103,18 +103,18 @@ class Schedule:
                     if task is None:
                         return False
                     self._give(worker, task)
-        self._hire()
+        self._start_workers()
         return True
 
     def _give(self, worker: Worker, task: Task) -> None:
         self._attempts += 1
         attempt = f"{self._job.run}-{self._attempts}"
-        worker.tasks.append((self._crew.ask(worker.who, "convert", task, attempt), task))
+        worker.tasks.append((self._pool.ask(worker.who, "convert", task, attempt), task))
 
-    def _hire(self) -> None:
+    def _start_workers(self) -> None:
         while len(self._workers) < self._jobs:
-            who = self._crew.hire(self._job)
-            self._workers.append(Worker(who, self._crew.ask(who, "ready")))
+            who = self._pool.start(self._job)
+            self._workers.append(Worker(who, self._pool.ask(who, "ready")))
 
     # Results in
 
@@ -126,19 +126,19 @@ class Schedule:
             owed.update({answer: worker for answer, _ in worker.tasks})
         if not owed:
             return
-        for answer in self._crew.wait(list(owed), WAIT_S):
+        for answer in self._pool.wait(list(owed), WAIT_S):
             worker = owed[answer]
             if worker in self._workers:
                 yield from self._take(worker, answer)
 
     def _take(self, worker: Worker, answer: Any) -> Iterator[Record]:
         try:
-            result: Any = self._crew.take(answer)
+            result: Any = self._pool.take(answer)
         except WorkerDied as error:
-            yield from self._bury(worker, error)
+            yield from self._remove_dead(worker, error)
             return
         if worker.ready is answer:
-            self._welcome(worker, result)
+            self._take_ready(worker, result)
             return
         task = next(t for a, t in worker.tasks if a is answer)
         worker.tasks = deque(pair for pair in worker.tasks if pair[0] is not answer)
@@ -151,7 +151,7 @@ class Schedule:
             result["message"] = self._gave_up(why)
             yield result
 
-    def _welcome(self, worker: Worker, result: dict[str, Any]) -> None:
+    def _take_ready(self, worker: Worker, result: dict[str, Any]) -> None:
         worker.ready = None
         self.begun = self.begun or time.monotonic()
         self._failed_starts = 0
@@ -164,15 +164,15 @@ class Schedule:
 
     # Workers that die
 
-    def _bury(self, worker: Worker, error: Exception) -> Iterator[Record]:
+    def _remove_dead(self, worker: Worker, error: Exception) -> Iterator[Record]:
         """Its oldest capture was under way and counts as tried; what only waited there does not."""
         self._workers.remove(worker)
-        self._crew.end(worker.who)
+        self._pool.end(worker.who)
         if worker.ready is not None:
             self._failed_starts += 1
             if self._failed_starts > 3 * self._jobs + 10:
                 raise FleetError(f"workers cannot be started: {str(error).strip().splitlines()[0]}")
-        self._hire()
+        self._start_workers()
         if not any(w.ready is None for w in self._workers):
             self._idle_since = time.monotonic()
         for at, (_, task) in enumerate(worker.tasks):

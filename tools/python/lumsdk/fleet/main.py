@@ -15,7 +15,7 @@ from .._signals import Signals
 from . import _arguments, _journal, _manifest
 from ._errors import FleetError, LockTaken, Usage
 from ._folders import WorkFolder, remove_dead
-from ._inputs import captures
+from ._captures import captures
 from ._job import Job
 from ._journal import Journal
 from ._ledger import Ledger, Record
@@ -23,8 +23,8 @@ from ._local import Processes
 from ._names import printable, to_text
 from ._lock import lock
 from ._places import Local, Place, place
-from ._schedule import Crew, Schedule
-from ._report import Progress, Summary, plan_json, plan_text
+from ._schedule import Pool, Schedule
+from ._summary import Progress, Summary, plan_json, plan_text
 from ._work import MARK, PARTS
 
 RESERVE = ".lumfleet/reserve"
@@ -107,7 +107,7 @@ class Run:
                 if o.address:
                     self._by_cluster()
                 else:
-                    self._by_crew(Processes(), _arguments.local_jobs(o))
+                    self._by_workers(Processes(), _arguments.local_jobs(o))
             except LockTaken:
                 self._progress.clear()
                 self._journal.close()
@@ -131,14 +131,14 @@ class Run:
         cluster, jobs = connect(self._options)
         self._signals.install()  # Ray has its own
         try:
-            self._by_crew(cluster, jobs)
+            self._by_workers(cluster, jobs)
         finally:
             cluster.leave()
 
-    def _by_crew(self, crew: Crew, jobs: int) -> None:
+    def _by_workers(self, pool: Pool, jobs: int) -> None:
         sizes: dict[str, int] = {}
         self.summary.workers = min(jobs, self.totals.pending)
-        schedule = Schedule(crew, self._job, self.summary.workers, self._options.retries, self._tell)
+        schedule = Schedule(pool, self._job, self.summary.workers, self._options.retries, self._tell)
         try:
             tasks = self._remember(sizes)
             for record in schedule.run(tasks, lambda: bool(self._signals.caught), lambda: self._tick(schedule.begun)):

@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, Optional
 
-from .._command_line import check_apart, check_end, parser
+from .._command_line import Parser, check_apart, check_end, parser
 from .._errors import OptionError
 from .._settings import Calibration, Profile, setting_of
 from ._estimate import Settings
@@ -75,6 +75,13 @@ class Options:
     version: bool = False
 
 
+def _parser() -> Parser:
+    made = parser("lumodom", "DRIVE", _TEXTS)
+    made.add_argument("--deskew", action="store_true", default=True)
+    made.add_argument("--no-deskew", action="store_false", dest="deskew")
+    return made
+
+
 def _metres(option: str, text: Optional[str], usual: float) -> float:
     if text is None:
         return usual
@@ -107,10 +114,7 @@ def _reading(given: Any) -> dict[str, Any]:
 
 def parse(arguments: list[str]) -> Options:
     """The options, of which each was looked at by itself; OptionError: what is wrong."""
-    made = parser("lumodom", "DRIVE", _TEXTS)
-    made.add_argument("--deskew", action="store_true", default=True)
-    made.add_argument("--no-deskew", action="store_false", dest="deskew")
-    given = made.parse_intermixed_args(arguments)
+    given = _parser().parse_intermixed_args(arguments)
     if given.help or given.version:
         return Options(help=HELP if given.help else "", version=not given.help)
     if len(given.drives) != 1:

@@ -7,7 +7,7 @@ import numpy as np
 
 from .._drawing import canvas, png
 from ._check import EYES, Check, Seam
-from ._result import Array
+from ._solution import Array
 from ._tell import MARKS, advice, azimuth, millimetres
 
 COLOURS = ("#2166ac", "#1b7837")
