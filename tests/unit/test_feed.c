@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "stage.h"
-#include "threads.h"
+#include "thread_monitor.h"
 #include "view.h"
 
 #include "lum/capture/demux.h"

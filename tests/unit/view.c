@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "threads.h"
+#include "thread_monitor.h"
 #include "view.h"
 
 #include <string.h>

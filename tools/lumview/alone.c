@@ -1,7 +1,7 @@
-/* What the feed has on a system without threads, in place of threads.c and
- * sensor_link.c: only captures that are files. */
+/* What the feed has on a system without threads, in place of thread_monitor.c
+ * and sensor_link.c: only captures that are files. */
 #include "sensor_link.h"
-#include "threads.h"
+#include "thread_monitor.h"
 
 struct monitor {
     char nobody_else;

@@ -6,7 +6,7 @@
 #include "capture_scan.h"
 #include "captures.h"
 #include "playhead.h"
-#include "threads.h"
+#include "thread_monitor.h"
 
 #include "lum/base/time.h"
 

@@ -5,7 +5,7 @@
 #include "capture/capture_internal.h"
 #include "frame/framer_state.h"
 #include "frame/reader_internal.h"
-#include "threads.h"
+#include "thread_monitor.h"
 
 #include <stdlib.h>
 #include <string.h>

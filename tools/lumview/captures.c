@@ -4,7 +4,7 @@
 #include "../common/file_look.h"
 #include "../common/source_walk.h"
 #include "capture/capture_internal.h"
-#include "threads.h"
+#include "thread_monitor.h"
 
 #include <fcntl.h>
 #include <stdio.h>

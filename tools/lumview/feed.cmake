@@ -1,5 +1,5 @@
 # From a source to frames.
-set(lum_view_threads sensor_link.c threads.c)
+set(lum_view_threads sensor_link.c thread_monitor.c)
 set(lum_view_alone alone.c)
 set(lum_view_feed
     capture_player.c

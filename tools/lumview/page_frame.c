@@ -1,6 +1,6 @@
 #include "page_frame.h"
 
-#include "threads.h"
+#include "thread_monitor.h"
 
 #include <stdlib.h>
 

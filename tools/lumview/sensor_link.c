@@ -6,7 +6,7 @@
 #include "../common/ring.h"
 #include "lum/base/time.h"
 #include "lum/wire.h"
-#include "threads.h"
+#include "thread_monitor.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -4,7 +4,7 @@
 #define LUMVIEW_STAGE_H
 
 #include "feed.h"
-#include "threads.h"
+#include "thread_monitor.h"
 #include "view_picture.h"
 
 /* An order to the player of a capture. */

@@ -1,8 +1,8 @@
 /* Threads that signals leave alone, and what is shared between them. Where the
- * system has none, alone.c stands in place of threads.c: nobody else takes a
- * monitor, and who would have a thread works in steps (feed_work()). */
-#ifndef LUMVIEW_THREADS_H
-#define LUMVIEW_THREADS_H
+ * system has none, alone.c stands in place of thread_monitor.c: nobody else
+ * takes a monitor, and who would have a thread works in steps (feed_work()). */
+#ifndef LUMVIEW_THREAD_MONITOR_H
+#define LUMVIEW_THREAD_MONITOR_H
 
 #include "lum/base/error.h"
 

@@ -1,5 +1,5 @@
 #define _POSIX_C_SOURCE 200809L
-#include "threads.h"
+#include "thread_monitor.h"
 
 #include "base/thread.h"
 
