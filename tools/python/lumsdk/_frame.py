@@ -588,8 +588,7 @@ class Frame:
         """Whether all columns, lines and clocks are the same, bit by bit. angles and packets are not compared."""
         if not isinstance(other, Frame):
             return NotImplemented
-        return (self.columns == other.columns and self._info == other._info
-                and np.array_equal(self.lines, other.lines)
+        return (self.columns == other.columns and self._info == other._info and np.array_equal(self.lines, other.lines)
                 and all(self[name].dtype == other[name].dtype and self[name].tobytes() == other[name].tobytes()
                         for name in self.columns))
 
