@@ -550,7 +550,7 @@ class Diagnosis(Case):
         frames += [udp(group(2, 0, 0, [bytes(4)] * 9, packet_type=2))]
         r = run("lumdump", self.capture(pcap(frames)))
         self.assertEqual(r.returncode, 1)
-        for text in "50 of type 3, 60 bytes", "40 of type 9, 104 to 260 bytes", "most often 104 bytes (1), 108 bytes (1)", "One of them, 260 bytes", "tag: 8":
+        for text in "50 of type 3, 60 bytes", "40 of type 9, 104 to 260 bytes", "One of them, 260 bytes", "tag: 8":
             self.assertIn(text, r.stderr)
 
     def test_lengths_are_those_of_a_type_and_of_a_verdict(self):
@@ -559,10 +559,8 @@ class Diagnosis(Case):
         frames += [udp(MAGIC + b"\x06\0\0\0" + bytes(n)) for n in [8] * 7 + [3] * 3 + [2, 2]]
         r = run("lumdump", self.capture(pcap(frames)))
         self.assertEqual(r.returncode, 1)
-        shapes = re.findall(r"^ +(\d+) of type (\d+), (\d+)(?: to (\d+))? bytes \(.*\)\n(?: +most often (.*)\n)?", r.stderr, re.M)
-        self.assertEqual(shapes, [("9", "5", "16", "", ""), ("7", "6", "20", "", ""),
-                                  ("5", "6", "14", "15", "15 bytes (3), 14 bytes (2)"),
-                                  ("2", "5", "12", "13", "12 bytes (1), 13 bytes (1)")], r.stderr)
+        shapes = re.findall(r"^ +(\d+) of type (\d+), (\d+)(?: to (\d+))? bytes \(.*\)$", r.stderr, re.M)
+        self.assertEqual(shapes, [("9", "5", "16", ""), ("7", "6", "20", ""), ("5", "6", "14", "15"), ("2", "5", "12", "13")], r.stderr)
 
     def test_heartbeats_alone_are_no_matter_of_layout(self):
         r = run("lumdump", self.capture(pcap([udp(MAGIC + b"\x08\0\0\0", sport=50000, dport=5517)] * 3)))

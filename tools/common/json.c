@@ -3,7 +3,7 @@
 #include "lum/base/error.h"
 #include "lum/host/laser_name.h"
 #include "lum/laser.h"
-#include "utf8.h"
+#include "printable.h"
 
 #include <float.h>
 #include <inttypes.h>

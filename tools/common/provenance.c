@@ -2,7 +2,7 @@
 
 #include "base/system.h"
 #include "base/text_add.h"
-#include "utf8.h"
+#include "printable.h"
 
 #include "lum/version.h"
 

@@ -1,9 +1,11 @@
+#define _POSIX_C_SOURCE 200809L
 #include "sources.h"
 
-#include "bag_files.h"
 #include "file_look.h"
 #include "source_url.h"
 
+#include <dirent.h>
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -53,35 +55,95 @@ static bool is_folder(const char *path)
            look.kind == FILE_DIRECTORY;
 }
 
-static int append(struct sources *s, const char *path, lum_error *error)
+/* A file in a folder; "": one by its whole name. */
+static int append(struct sources *s, const char *folder, const char *name,
+                  lum_error *error)
 {
-    const char **more = realloc(s->expanded, (s->count + 1u) * sizeof *more);
-    if (more == NULL) {
+    const size_t len = strlen(folder);
+    const size_t size = len + strlen(name) + 2u;
+    const char *divider = len == 0 || folder[len - 1u] == '/' ? "" : "/";
+    char **more = realloc(s->expanded, (s->count + 1u) * sizeof *more);
+    char *path = malloc(size);
+    s->expanded = more != NULL ? more : s->expanded;
+    if (more == NULL || path == NULL) {
+        free(path);
         return lum_error_set(error, "out of memory");
     }
+    (void)snprintf(path, size, "%s%s%s", folder, divider, name);
     more[s->count++] = path;
-    s->expanded = more;
-    s->paths = more;
+    s->paths = (const char *const *)more;
     return 0;
 }
 
-static int add_folder(struct sources *s, const char *path, lum_error *error)
+static bool ends_with(const char *name, const char *end)
 {
-    size_t count = 0;
+    const size_t n = strlen(name);
+    const size_t m = strlen(end);
+    return n > m && strcmp(name + n - m, end) == 0;
+}
+
+static int compare_names(const void *a, const void *b)
+{
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+static int add_files(struct sources *s, const char *folder, DIR *directory,
+                     bool *has_sqlite, lum_error *error)
+{
     int result = 0;
-    lum_error why = {""};
-    char **files = bag_files_list(path, &count, &why);
-    if (files == NULL) {
-        if (s->folder_error.text[0] == '\0') {
-            s->folder_error = why;
+    for (const struct dirent *e = readdir(directory); e != NULL && result == 0;
+         e = readdir(directory)) {
+        *has_sqlite = *has_sqlite || ends_with(e->d_name, ".db3");
+        if (e->d_name[0] != '.' && ends_with(e->d_name, ".mcap")) {
+            result = append(s, folder, e->d_name, error);
         }
-        return append(s, path, error);
-    }
-    s->folders[s->folder_count++] = files;
-    for (size_t i = 0; i < count && result == 0; i++) {
-        result = append(s, files[i], error);
     }
     return result;
+}
+
+static void note_folder(struct sources *s, const char *folder, bool is_open,
+                        bool has_sqlite)
+{
+    if (s->folder_error.text[0] != '\0') {
+        return;
+    }
+    if (!is_open) {
+        (void)lum_error_set(&s->folder_error, "%s: cannot be opened: %s",
+                            folder, strerror(errno));
+        return;
+    }
+    (void)lum_error_set(
+        &s->folder_error,
+        has_sqlite
+            ? "%s: its recording is SQLite (.db3), which is not read: ros2 bag "
+              "convert makes MCAP of it"
+            : "%s: is a folder without an .mcap file; a folder of rosbag2 has "
+              "one",
+        folder);
+}
+
+/* The files in it, in the order of their names, which does not matter where
+ * captures are read by their times. metadata.yaml is not read, because a
+ * recording that was killed has none. */
+static int add_folder(struct sources *s, const char *folder, lum_error *error)
+{
+    const size_t from = s->count;
+    bool has_sqlite = false;
+    DIR *directory = opendir(folder);
+    if (directory != NULL) {
+        const int result = add_files(s, folder, directory, &has_sqlite, error);
+        (void)closedir(directory);
+        if (result != 0) {
+            return -1;
+        }
+    }
+    if (s->count == from) {
+        note_folder(s, folder, directory != NULL, has_sqlite);
+        return append(s, "", folder, error);
+    }
+    qsort(s->expanded + from, s->count - from, sizeof *s->expanded,
+          compare_names);
+    return 0;
 }
 
 /* Each folder as the files in it. */
@@ -89,23 +151,18 @@ static int expand(struct sources *s, lum_error *error)
 {
     const char *const *given = s->paths;
     const size_t count = s->count;
-    size_t folders = 0;
+    size_t i = 0;
     int result = 0;
-    for (size_t i = 0; i < count; i++) {
-        folders += is_folder(given[i]) ? 1u : 0u;
+    while (i < count && !is_folder(given[i])) {
+        i++;
     }
-    if (folders == 0) {
+    if (i == count) {
         return 0;
     }
-    s->folders = calloc(folders, sizeof *s->folders);
-    if (s->folders == NULL) {
-        return lum_error_set(error, "out of memory");
-    }
     s->count = 0;
-    for (size_t i = 0; i < count && result == 0; i++) {
-        result = s->folder_count < folders && is_folder(given[i])
-                     ? add_folder(s, given[i], error)
-                     : append(s, given[i], error);
+    for (i = 0; i < count && result == 0; i++) {
+        result = is_folder(given[i]) ? add_folder(s, given[i], error)
+                                     : append(s, "", given[i], error);
     }
     return result;
 }
@@ -176,14 +233,11 @@ int sources_check_folders(const struct sources *sources, lum_error *error)
 
 void sources_free(struct sources *sources)
 {
-    for (size_t i = 0; i < sources->folder_count; i++) {
-        free(sources->folders[i]);
+    for (size_t i = 0; sources->expanded != NULL && i < sources->count; i++) {
+        free(sources->expanded[i]);
     }
-    free(sources->folders);
     free(sources->expanded);
     free(sources->identities);
-    sources->folders = NULL;
-    sources->folder_count = 0;
     sources->expanded = NULL;
     sources->identities = NULL;
 }

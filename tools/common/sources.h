@@ -22,10 +22,8 @@ struct sources {
     const char *const *paths; /* "-" is standard input; a folder of rosbag2 is
                                  the files in it */
     size_t count;             /* 0: a sensor */
-    const char **expanded;    /* the same list, if there is such a folder */
-    char ***folders;          /* bag_files_list() of each */
-    size_t folder_count;
-    lum_error folder_error; /* "", or why the first folder has none */
+    char **expanded;          /* the same list, if there is such a folder */
+    lum_error folder_error;   /* "", or why the first folder has none */
     char name[SOURCES_NAME_BYTES];
     struct source_identity *identities; /* of those that are there, sorted */
     size_t identity_count;

@@ -56,36 +56,11 @@ static void note_shape(struct diagnosis *d, uint32_t type, size_t len,
     s->longest = len > s->longest ? len : s->longest;
 }
 
-static bool is_length_of(const struct packet_length *l, uint32_t type,
-                         lum_packet_kind kind)
-{
-    return l->type == type && l->kind == kind;
-}
-
-static void note_length(struct diagnosis *d, uint32_t type, size_t len,
-                        lum_packet_kind kind)
-{
-    size_t i = 0;
-    while (i < d->length_count && !(is_length_of(&d->lengths[i], type, kind) &&
-                                    d->lengths[i].len == len)) {
-        i++;
-    }
-    if (i == DIAGNOSIS_LENGTHS) {
-        return;
-    }
-    if (i == d->length_count) {
-        d->lengths[i] = (struct packet_length){type, len, 0, kind};
-        d->length_count++;
-    }
-    d->lengths[i].count++;
-}
-
 void diagnosis_note(struct diagnosis *d, const uint8_t *bytes, size_t len,
                     lum_packet_kind kind)
 {
     const bool may_be = may_be_data(kind);
     note_shape(d, type_of(bytes), len, kind);
-    note_length(d, type_of(bytes), len, kind);
     /* the longest packet that may be data is the most useful */
     if ((may_be && !d->sample_may_be_data) ||
         (may_be == d->sample_may_be_data && len > d->sample_len)) {
@@ -170,41 +145,6 @@ static void print_shape(const struct packet_shape *s, FILE *out)
     (void)fprintf(out, " bytes (%s)\n", kind_names[s->kind]);
 }
 
-/* The next most frequent length of a shape below a count; angles and full
- * packets of ranges stand out by theirs. */
-static const struct packet_length *next_length(const struct diagnosis *d,
-                                               const struct packet_shape *s,
-                                               const struct packet_length *last)
-{
-    const struct packet_length *best = NULL;
-    for (size_t i = 0; i < d->length_count; i++) {
-        const struct packet_length *l = &d->lengths[i];
-        const bool is_behind = last == NULL || l->count < last->count ||
-                               (l->count == last->count && l > last);
-        if (is_length_of(l, s->type, s->kind) && is_behind &&
-            (best == NULL || l->count > best->count)) {
-            best = l;
-        }
-    }
-    return best;
-}
-
-static void print_lengths(const struct diagnosis *d,
-                          const struct packet_shape *s, FILE *out)
-{
-    const struct packet_length *l = next_length(d, s, NULL);
-    if (s->shortest == s->longest) {
-        return;
-    }
-    (void)fputs("           most often", out);
-    for (unsigned i = 0; i < 4 && l != NULL; i++) {
-        (void)fprintf(out, "%s %zu bytes (%" PRIu64 ")", i > 0 ? "," : "",
-                      l->len, l->count);
-        l = next_length(d, s, l);
-    }
-    (void)fputc('\n', out);
-}
-
 /* The most frequent first. */
 static void sort_shapes(struct packet_shape *shapes, size_t n)
 {
@@ -229,7 +169,6 @@ void diagnosis_print(const struct diagnosis *diagnosis, const char *source,
                   source);
     for (size_t i = 0; i < d.shape_count; i++) {
         print_shape(&d.shapes[i], out);
-        print_lengths(&d, &d.shapes[i], out);
     }
     if (d.more > 0) {
         (void)fprintf(out, "  %8" PRIu64 " of further types\n", d.more);

@@ -10,7 +10,6 @@
 #include <stdio.h>
 
 #define DIAGNOSIS_SHAPES_MAX 12u
-#define DIAGNOSIS_LENGTHS    256u
 #define DIAGNOSIS_BYTES      96u
 
 /* Packets of one type and kind. */
@@ -22,20 +21,10 @@ struct packet_shape {
     lum_packet_kind kind;
 };
 
-/* Packets of one type, kind and length. */
-struct packet_length {
-    uint32_t type;
-    size_t len;
-    uint64_t count;
-    lum_packet_kind kind;
-};
-
 struct diagnosis {
     struct packet_shape shapes[DIAGNOSIS_SHAPES_MAX];
     size_t shape_count;
     uint64_t more; /* packets of further shapes */
-    struct packet_length lengths[DIAGNOSIS_LENGTHS]; /* the first met */
-    size_t length_count;
     uint8_t sample[DIAGNOSIS_BYTES];
     bool sample_may_be_data;
     size_t sample_len; /* of the packet; at most DIAGNOSIS_BYTES are kept */
