@@ -234,12 +234,16 @@ class Changes(unittest.TestCase):
                                       and not (path.endswith((".c", ".h")) and path.rpartition(".")[0] in stems)}, set(),
                                      "design.md, To change something")
 
-    def test_a_file_s_name_that_needs_a_word_has_it(self):
-        words = self.section("Words")
-        for word in "stage", "cue", "reel", "lane":
-            there = any(re.match(rf"{word}[._]", Path(path).name) for path in rooms.sources(TOP))
+    def test_words_are_few_and_those_of_the_code(self):
+        words = re.findall(r"^\| (.*?) \|", self.section("Words"), re.M)[1:]
+        self.assertLessEqual(len(words), 30)
+        code = "\n".join(f"{path} {text}" for path, text in rooms.sources(TOP).items())
+        for word in words:
             with self.subTest(word):
-                self.assertEqual(there, f"\n| {word} |" in words)
+                self.assertRegex(code, rf"(?i)(?<![a-z]){word.replace(' ', '[ _]')}(?![a-z])")
+        for word in "stage", "cue", "reel", "lane":
+            if re.search(rf"/{word}[._]", code):
+                self.assertIn(word, words)
 
 
 class Frames(unittest.TestCase):
