@@ -1,3 +1,4 @@
+/* The state of an assembler as bytes, to go on from the middle of a capture. */
 #include "demux_state.h"
 
 #include "lum/clock.h"

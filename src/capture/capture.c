@@ -1,3 +1,4 @@
+/* One source or several to records: link types, fragments, joined datagrams. */
 #include "lum/capture/capture.h"
 
 #include "base/sized.h"

@@ -1,3 +1,4 @@
+/* Datagrams to a capture file, pcap or pcapng, each as a frame of Ethernet. */
 #include "base/outfile_io.h"
 #include "base/sized.h"
 #include "byte_order.h"

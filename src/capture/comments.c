@@ -6,19 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-lum_comments *lum_comments_new(void)
+void lum_comments_clear(lum_comments *comments)
 {
-    return calloc(1, sizeof(lum_comments));
-}
-
-void lum_comments_free(lum_comments *comments)
-{
-    if (comments != NULL) {
-        for (size_t i = 0; i < comments->count; i++) {
-            free(comments->list[i].text);
-        }
-        free(comments);
+    for (size_t i = 0; i < comments->count; i++) {
+        free(comments->list[i].text);
     }
+    comments->count = 0;
 }
 
 void lum_comments_rewind(lum_comments *comments)

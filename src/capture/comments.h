@@ -15,18 +15,15 @@ typedef struct lum_comment {
     size_t len;
 } lum_comment;
 
-/** Comments of one file. */
+/** Comments of one file. All bytes 0: there are none. */
 typedef struct lum_comments {
     lum_comment list[LUM_CAPTURE_COMMENTS_MAX];
     size_t count;
     uint64_t left_out; /**< those without room */
 } lum_comments;
 
-/** @return NULL without memory. */
-lum_comments *lum_comments_new(void);
-
-/** Free. NULL is allowed. */
-void lum_comments_free(lum_comments *comments);
+/** Free their texts; then there are none. */
+void lum_comments_clear(lum_comments *comments);
 
 /** The file is read from its begin again: what it says again counts once. */
 void lum_comments_rewind(lum_comments *comments);

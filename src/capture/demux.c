@@ -1,3 +1,4 @@
+/* Records to the assembler of their sensor, and events of assemblers back. */
 #include "lum/capture/demux.h"
 
 #include "base/sized.h"
@@ -109,7 +110,7 @@ static lum_result take_data(lum_demux *demux, const lum_record *record,
                             lum_demux_entry *entry)
 {
     if (entry == &demux->addresses[LUM_DEMUX_ADDRESSES_MAX] ||
-        lum_demux_is_refused(entry)) {
+        (entry->sensor == NULL && entry->origin != 0)) { /* one too many */
         return refuse_data(demux);
     }
     const bool is_doubted = lum_demux_is_doubtful(demux, entry);
@@ -228,8 +229,8 @@ lum_result lum_demux_push(lum_demux *demux, const lum_record *record,
     lum_record one;
     demux->trials.has_given =
         demux->trials.has_given && demux->joined.each != 0;
-    if (demux->options.records_are_single) {
-        lum_joined_take_whole(&demux->joined, record);
+    if (demux->options.records_are_single && demux->joined.each == 0) {
+        demux->joined.each = record->len; /* it is not several */
     }
     lum_result r = assemble(demux);
     while (r == LUM_OK && lum_joined_next(&demux->joined, record, &one)) {

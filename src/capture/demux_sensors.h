@@ -108,12 +108,6 @@ static inline void lum_demux_set_text(char *to, const char *text)
     (void)snprintf(to, LUM_INTERFACE_BYTES, "%s", text != NULL ? text : "");
 }
 
-/** Whether it would be one sensor too many. */
-static inline bool lum_demux_is_refused(const lum_demux_entry *entry)
-{
-    return entry->sensor == NULL && entry->origin != 0;
-}
-
 static inline lum_demux_entry *lum_demux_sensor_at(const lum_demux *demux,
                                                    size_t sensor)
 {

@@ -25,13 +25,6 @@ typedef struct lum_joined {
 bool lum_joined_next(lum_joined *joined, const lum_record *record,
                      lum_record *out);
 
-/** Before the first lum_joined_next() of a record: it is not several. */
-static inline void lum_joined_take_whole(lum_joined *joined,
-                                         const lum_record *record)
-{
-    joined->each = joined->each == 0 ? record->len : joined->each;
-}
-
 /** Whether lum_joined_next() has more of this record. */
 static inline bool lum_joined_has_more(const lum_joined *joined,
                                        const lum_record *record)

@@ -18,10 +18,9 @@ struct schema {
 struct lum_mcap_messages {
     lum_pcap *place; /* the source, and where in it errors are */
     lum_mcap_records *records;
-    struct schema *schemas;
+    struct schema schemas[LUM_MCAP_CHANNELS_KEPT_MAX];
     size_t schema_count;
-    /* Each on its own, since they are handed out. */
-    lum_mcap_messages_topic *topics[LUM_MCAP_CHANNELS_KEPT_MAX];
+    lum_mcap_messages_topic topics[LUM_MCAP_CHANNELS_KEPT_MAX];
     unsigned ids[LUM_MCAP_CHANNELS_KEPT_MAX];
     size_t topic_count;
 };
@@ -64,11 +63,6 @@ static int differs(const lum_mcap_messages *m, const char *what, unsigned id,
                          "%s %u is described twice, differently", what, id);
 }
 
-static int no_memory(const lum_mcap_messages *m, lum_error *error)
-{
-    return lum_pcap_fail(m->place, error, "not enough memory for its channels");
-}
-
 /* --- Schemas --- */
 
 static const struct schema *find_schema(const lum_mcap_messages *m, unsigned id)
@@ -87,12 +81,6 @@ static int add_schema(lum_mcap_messages *m, const struct schema *schema,
     if (m->schema_count == LUM_MCAP_CHANNELS_KEPT_MAX) {
         return too_many(m, "schemas", error);
     }
-    struct schema *more =
-        realloc(m->schemas, (m->schema_count + 1u) * sizeof *more);
-    if (more == NULL) {
-        return no_memory(m, error);
-    }
-    m->schemas = more;
     m->schemas[m->schema_count++] = *schema;
     return 0;
 }
@@ -163,13 +151,8 @@ static int add_topic(lum_mcap_messages *m, unsigned id,
     if (m->topic_count == LUM_MCAP_CHANNELS_KEPT_MAX) {
         return too_many(m, "channels", error);
     }
-    lum_mcap_messages_topic *kept = malloc(sizeof *kept);
-    if (kept == NULL) {
-        return no_memory(m, error);
-    }
-    *kept = *topic;
     m->ids[m->topic_count] = id;
-    m->topics[m->topic_count++] = kept;
+    m->topics[m->topic_count++] = *topic;
     return 1;
 }
 
@@ -185,7 +168,7 @@ static int know_topic(lum_mcap_messages *m, const lum_mcap_record *record,
     if (i == m->topic_count) {
         return add_topic(m, record->id, &topic, error);
     }
-    return is_same(&topic, m->topics[i])
+    return is_same(&topic, &m->topics[i])
                ? 0
                : differs(m, "channel", record->id, error);
 }
@@ -210,7 +193,7 @@ static lum_mcap_event take_topic(lum_mcap_messages *m,
     if (is_new == 0) {
         return LUM_MCAP_ENDED;
     }
-    *out = (lum_mcap_message){.topic = m->topics[m->topic_count - 1u],
+    *out = (lum_mcap_message){.topic = &m->topics[m->topic_count - 1u],
                               .index = m->topic_count - 1u};
     return LUM_MCAP_HAS_TOPIC;
 }
@@ -220,7 +203,7 @@ static lum_mcap_event take_message(const lum_mcap_messages *m,
                                    lum_mcap_message *out)
 {
     const size_t i = find_topic(m, record->id);
-    *out = (lum_mcap_message){.topic = m->topics[i],
+    *out = (lum_mcap_message){.topic = &m->topics[i],
                               .index = i,
                               .log_ns = record->log_ns,
                               .bytes = record->rest.at,
@@ -312,10 +295,6 @@ void lum_mcap_messages_free(lum_mcap_messages *messages)
     if (messages == NULL) {
         return;
     }
-    for (size_t i = 0; i < messages->topic_count; i++) {
-        free(messages->topics[i]);
-    }
-    free(messages->schemas);
     lum_mcap_records_free(messages->records);
     lum_pcap_free(messages->place);
     free(messages);

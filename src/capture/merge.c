@@ -27,7 +27,8 @@ struct part {
 };
 
 struct lum_merge {
-    struct part *parts; /* by first record */
+    struct part *parts;     /* by first record */
+    lum_comments *comments; /* as they were given: inputs keep them */
     size_t count;
     size_t next;        /* the first that was not begun */
     size_t first_open;  /* none before it is being read */
@@ -44,19 +45,19 @@ struct lum_merge {
 static lum_merge *new_merge(size_t count, lum_go_on *go_on)
 {
     lum_merge *m = calloc(1, sizeof *m);
-    if (m != NULL) {
-        m->go_on = go_on;
-        m->parts = calloc(count, sizeof *m->parts);
-        m->count = m->parts != NULL ? count : 0;
+    if (m == NULL) {
+        return NULL;
     }
-    bool is_whole = m != NULL && m->parts != NULL;
-    for (size_t i = 0; is_whole && i < count; i++) {
-        m->parts[i].comments = lum_comments_new();
-        is_whole = m->parts[i].comments != NULL;
-    }
-    if (!is_whole) {
+    m->go_on = go_on;
+    m->parts = calloc(count, sizeof *m->parts);
+    m->comments = calloc(count, sizeof *m->comments);
+    if (m->parts == NULL || m->comments == NULL) {
         lum_merge_close(m);
         return NULL;
+    }
+    m->count = count;
+    for (size_t i = 0; i < count; i++) {
+        m->parts[i].comments = &m->comments[i];
     }
     return m;
 }
@@ -217,11 +218,12 @@ void lum_merge_close(lum_merge *merge)
     }
     for (size_t i = 0; i < merge->count; i++) {
         lum_input_close(merge->parts[i].input);
-        lum_comments_free(merge->parts[i].comments);
+        lum_comments_clear(merge->parts[i].comments);
         free(merge->parts[i].name);
         free(merge->parts[i].empty);
     }
     free(merge->parts);
+    free(merge->comments);
     free(merge);
 }
 

@@ -1,3 +1,4 @@
+/* Packets of a pcap file. */
 #include "pcap.h"
 
 enum {

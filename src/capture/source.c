@@ -1,3 +1,4 @@
+/* Bytes of a file, of memory or of a caller's function, through a window. */
 #include "source_internal.h"
 
 #include "base/sized.h"

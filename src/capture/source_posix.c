@@ -1,3 +1,4 @@
+/* Files as a source reads them, on POSIX systems. */
 #define _POSIX_C_SOURCE 200809L
 #include "source_file.h"
 

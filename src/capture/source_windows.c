@@ -1,3 +1,4 @@
+/* Files as a source reads them, on Windows. */
 #define WIN32_LEAN_AND_MEAN
 #include "source_file.h"
 

@@ -1,3 +1,4 @@
+/* bzip2 data, by libbz2: also several streams. */
 #include "unpack.h"
 
 #include <bzlib.h>

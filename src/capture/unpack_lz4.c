@@ -1,3 +1,4 @@
+/* lz4 data, by liblz4: also several frames. */
 #include "unpack.h"
 
 #include <lz4frame.h>

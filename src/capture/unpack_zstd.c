@@ -1,3 +1,4 @@
+/* zstd data, by libzstd: also several frames. */
 #include "unpack.h"
 
 #include <zstd.h>

@@ -1,3 +1,4 @@
+/* A frame: its columns, its lines, and how a line's points get there. */
 #include "frame_internal.h"
 
 #include "base/sized.h"

@@ -6,7 +6,7 @@
 #include "lum/frame/frame.h"
 
 #include "points/columns.h"
-#include "raw.h"
+#include "raw_internal.h"
 
 #include <stdbool.h>
 #include <stddef.h>

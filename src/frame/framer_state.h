@@ -26,7 +26,7 @@ bool lum_framer_is_skipping(const lum_framer *framer);
  * points: only to be compared. */
 void lum_framer_pack_options(const lum_framer *framer, lum_pack *pack);
 
-/* What it was taught of clocks, before it has taken a record, in either
+/* The clocks that it was given, before it has taken a record, in either
  * direction. False: something failed. */
 bool lum_framer_pack_clocks(lum_framer *framer, lum_pack *pack);
 

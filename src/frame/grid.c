@@ -1,3 +1,4 @@
+/* A frame as a grid of lines and pixels. */
 #include "frame_internal.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* The index beside a capture: found, checked, saved and loaded. */
 #include "reader_internal.h"
 
 #include "base/outfile.h"
@@ -53,16 +54,16 @@ static int sum_capture(const char *path, lum_index_key *key, lum_error *error)
                                        reason.text);
 }
 
-/* What the reader was taught of clocks is one of the options. */
+/* The clocks that the reader was given are one of the options. */
 static int find_key(lum_reader *r, lum_index_key *key, lum_error *error)
 {
     const struct place *p = &r->place;
     lum_pack options = {.written = NULL};
     lum_framer_pack_options(r->framer, &options);
     key->options = lum_index_sum(0, options.written, options.len);
-    if (p->taught.len != 0) {
+    if (p->clocks.len != 0) {
         key->options =
-            lum_index_sum(key->options, p->taught.written, p->taught.len);
+            lum_index_sum(key->options, p->clocks.written, p->clocks.len);
     }
     const bool has_failed = options.has_failed;
     lum_pack_reset(&options);

@@ -1,3 +1,4 @@
+/* A frame as messages for a page that draws it. */
 #include "packed_internal.h"
 
 #include "base/sized.h"

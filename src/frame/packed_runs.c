@@ -1,3 +1,4 @@
+/* Runs of points of a packed frame, and the order in which they are sent. */
 #include "packed_internal.h"
 
 #include <math.h>

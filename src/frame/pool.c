@@ -1,3 +1,4 @@
+/* The memory of frames, used again; references to frames. */
 #include "threads.h"
 
 #include <stdlib.h>

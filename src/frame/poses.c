@@ -1,3 +1,4 @@
+/* Poses over time: checked as they are added, looked up. */
 #include "poses_internal.h"
 
 #include "base/sized.h"

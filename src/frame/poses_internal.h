@@ -55,18 +55,4 @@ double lum_decimal_double(const lum_decimal *d);
 /* d x 10^exponent, rounded to a whole number. False: it is too large. */
 bool lum_decimal_whole(const lum_decimal *d, int exponent, int64_t *out);
 
-/* Seconds above this are no seconds. */
-#define LUM_SECONDS_MAX 4e9
-
-/* Units that a time may be in, and columns of CSV that have them: such as
- * "milliseconds or microseconds", "t_ms or t_us". */
-typedef struct lum_unit_names {
-    char units[64];
-    char columns[32];
-} lum_unit_names;
-
-/* Of a time that is no seconds; step: to the next one, 0 if that is not
- * known. */
-lum_unit_names lum_unit_names_of(double value, double step);
-
 #endif

@@ -1,25 +1,11 @@
+/* Numbers of poses in a text, whatever the locale is. */
 #include "poses_internal.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #define DIGITS_MAX   UINT64_C(1000000000000000000)
 #define EXPONENT_MAX 100000
-
-/* From one pose of a lidar to the next, seconds. */
-#define STEP_MIN_S 0.0005
-#define STEP_MAX_S 1.0
-
-#define UNITS 3u
-
-static const struct {
-    double of_a_second;
-    const char *name;
-    const char *ending;
-} units[UNITS] = {{1e3, "milliseconds", "ms"},
-                  {1e6, "microseconds", "us"},
-                  {1e9, "nanoseconds", "ns"}};
 
 struct text {
     const char *at;
@@ -123,39 +109,4 @@ bool lum_decimal_whole(const lum_decimal *d, int exponent, int64_t *out)
     }
     *out = d->is_negative ? -(int64_t)value : (int64_t)value;
     return true;
-}
-
-/* The units that may be meant, a bit each: by the step between two poses; else
- * by the years that the time would be of; else any. */
-static unsigned find_units(double value, double step)
-{
-    unsigned by_step = 0;
-    unsigned by_size = 0;
-    for (unsigned u = 0; u < UNITS; u++) {
-        const double s = step / units[u].of_a_second;
-        const double t = fabs(value) / units[u].of_a_second;
-        by_step |= s >= STEP_MIN_S && s <= STEP_MAX_S ? 1u << u : 0u;
-        by_size |=
-            t >= 0.25 * LUM_SECONDS_MAX && t <= LUM_SECONDS_MAX ? 1u << u : 0u;
-    }
-    return by_step != 0 ? by_step : by_size != 0 ? by_size : (1u << UNITS) - 1u;
-}
-
-lum_unit_names lum_unit_names_of(double value, double step)
-{
-    const unsigned may = find_units(value, step);
-    lum_unit_names out = {"", ""};
-    const char *divider = "";
-    size_t n = 0;
-    size_t c = 0;
-    for (unsigned u = 0; u < UNITS; u++) {
-        if ((may >> u & 1u) != 0) {
-            n += (size_t)snprintf(out.units + n, sizeof out.units - n, "%s%s",
-                                  divider, units[u].name);
-            c += (size_t)snprintf(out.columns + c, sizeof out.columns - c,
-                                  "%st_%s", divider, units[u].ending);
-            divider = " or ";
-        }
-    }
-    return out;
 }

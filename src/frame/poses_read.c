@@ -13,6 +13,7 @@
 #define TUM_FIELDS  8u
 #define KITTI_CELLS 12u
 #define READ_BYTES  65536u
+#define SECONDS_MAX 4e9 /* above this a time is of another unit */
 
 enum column {
     T,
@@ -155,28 +156,6 @@ static int take_number(const reader *r, size_t i, double *out, lum_error *error)
     return fabs(*out) <= DBL_MAX ? 0 : refuse_field(r, i, error);
 }
 
-/* To the time of the next line; 0: there is none. */
-static double find_step(const reader *r, size_t i, double value)
-{
-    reader next = *r;
-    lum_decimal d;
-    return next_data(&next) && i < next.count && i < FIELDS_MAX &&
-                   lum_decimal_parse(next.fields[i].at, next.fields[i].len, &d)
-               ? lum_decimal_double(&d) - value
-               : 0.0;
-}
-
-static int refuse_unit(const reader *r, size_t i, double value,
-                       lum_error *error)
-{
-    const lum_unit_names may = lum_unit_names_of(value, find_step(r, i, value));
-    errno = EINVAL;
-    return lum_error_set(error,
-                         "%.250s: line %zu: the time %.0f looks like %s; use "
-                         "seconds, or a CSV column %s",
-                         r->name, r->line, value, may.units, may.columns);
-}
-
 static int take_time(const reader *r, size_t i, int exponent, int64_t *out,
                      lum_error *error)
 {
@@ -185,8 +164,13 @@ static int take_time(const reader *r, size_t i, int exponent, int64_t *out,
         return refuse_field(r, i, error);
     }
     const double value = lum_decimal_double(&d);
-    if (exponent == 9 && fabs(value) > LUM_SECONDS_MAX) {
-        return refuse_unit(r, i, value, error);
+    if (exponent == 9 && fabs(value) > SECONDS_MAX) {
+        errno = EINVAL;
+        return lum_error_set(error,
+                             "%.250s: line %zu: the time %.0f is too large to "
+                             "be seconds; use seconds, or a CSV column "
+                             "t_ms, t_us or t_ns",
+                             r->name, r->line, value);
     }
     if (!lum_decimal_whole(&d, exponent, out)) {
         return refuse(r, error,

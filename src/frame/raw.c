@@ -1,5 +1,5 @@
 /* The raw part of a frame: arrays that grow line by line. */
-#include "raw.h"
+#include "raw_internal.h"
 
 #include "base/sized.h"
 #include "frame_internal.h"

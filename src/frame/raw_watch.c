@@ -1,6 +1,6 @@
 /* Which packets the lines under way are made of. A line is known by its number:
  * an eye has at most one open line of each. */
-#include "raw.h"
+#include "raw_internal.h"
 
 #include "core/group.h"
 

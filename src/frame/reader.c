@@ -1,3 +1,4 @@
+/* A source and a framer: frames or lines out, with the flush. */
 #include "reader_internal.h"
 
 #include "base/sized.h"

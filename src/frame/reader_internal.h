@@ -77,16 +77,16 @@ struct jump {
     size_t awaited_next;
 };
 
-/* All of it, with the file that it serves. A restart, which is place.c's,
- * resets what belongs to the place before. */
+/* All of it, with the file that it serves. A restart, which is
+ * reader_place.c's, resets what belongs to the place before. */
 struct place {
-    bool has_begun;               /* place.c */
-    lum_pack start;               /* place.c: the capture's state there */
-    lum_pack taught;              /* place.c: what the framer knew there */
-    struct jump jump;             /* place.c */
-    uint64_t records;             /* reader.c: that were read */
-    struct frames frames;         /* seek.c */
-    struct target target;         /* seek.c */
+    bool has_begun;       /* reader_place.c */
+    lum_pack start;       /* reader_place.c: the capture's state there */
+    lum_pack clocks;      /* reader_place.c: what the framer knew there */
+    struct jump jump;     /* reader_place.c */
+    uint64_t records;     /* reader.c: that were read */
+    struct frames frames; /* seek.c */
+    struct target target; /* seek.c */
     struct index_entries entries; /* index_entries.c */
     bool keeps_index;             /* index_entries.c */
     lum_index index;              /* index_entries.c; index_file.c loads it */
@@ -151,7 +151,7 @@ void lum_index_entries_go_on(lum_reader *reader, const lum_index_entry *entry);
 /* Drop all that is not in the index. */
 void lum_index_entries_forget(struct index_entries *entries);
 
-/* --- Going to another place: place.c --- */
+/* --- Going to another place: reader_place.c --- */
 
 /* Before the first record: note where that is. */
 void lum_place_begin(lum_reader *reader);

@@ -1,3 +1,4 @@
+/* The capture of a reader, opened, and opened again. */
 #include "reader_internal.h"
 
 #include "base/text_copy.h"

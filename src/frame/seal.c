@@ -1,3 +1,4 @@
+/* A complete frame: the times of its points, and what it lacks. */
 #include "frame_internal.h"
 
 #include "points/motion.h"

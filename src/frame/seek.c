@@ -1,5 +1,6 @@
 /* Seeks a frame: decides by the index whether to jump, to begin again or to
- * read on (place.c does it), and holds back what comes before the frame. */
+ * read on (reader_place.c does it), and holds back what comes before the frame.
+ */
 #include "framer_state.h"
 #include "reader_internal.h"
 

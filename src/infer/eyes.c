@@ -1,3 +1,4 @@
+/* Bits that tell the eyes apart, and the field around them. */
 #include "fields.h"
 #include "starts.h"
 

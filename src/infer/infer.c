@@ -1,3 +1,4 @@
+/* Packets in, the steps of an inference in their order, a profile out. */
 #include "lum/infer/infer.h"
 
 #include "base/sized.h"

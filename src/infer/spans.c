@@ -1,3 +1,4 @@
+/* How long lines last. */
 #include "fields.h"
 #include "ticks.h"
 

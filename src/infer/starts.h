@@ -54,7 +54,7 @@ unsigned lum_infer_changing(const lum_infer_starts *starts, unsigned at,
 bool lum_infer_is_changing(const lum_infer_starts *starts, unsigned bit,
                            unsigned eye_bit);
 
-/* --- Fields that rise by 1 from line to line of an eye: lines.c --- */
+/* --- Fields that rise by 1 from line to line of an eye: line_numbers.c --- */
 
 /** Bits that a number of 640 lines needs. */
 #define LUM_INFER_LINE_BITS 10u

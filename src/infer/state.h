@@ -140,7 +140,7 @@ typedef struct lum_infer_state {
     uint32_t line_span_us; /**< what is taken */
 } lum_infer_state;
 
-/* --- The packets that are looked at: store.c --- */
+/* --- The packets that are looked at: packet_store.c --- */
 
 /** Packets by sensor, and what else was seen. */
 typedef struct lum_infer_store {

@@ -1,3 +1,4 @@
+/* A profile as YAML, with the evidence. */
 #include "lum/infer/infer.h"
 
 #include <stdarg.h>

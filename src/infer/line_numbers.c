@@ -1,3 +1,4 @@
+/* Line numbers: fields that rise by 1 from line to line. */
 #include "fields.h"
 #include "starts.h"
 

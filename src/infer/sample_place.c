@@ -1,3 +1,4 @@
+/* Angles and ranges by what they look like, and where samples begin. */
 #include "fields.h"
 
 #include <stdlib.h>

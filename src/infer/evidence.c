@@ -1,3 +1,4 @@
+/* The evidence for each key of a profile, the margin, and the verdict. */
 #include "fields.h"
 #include "ticks.h"
 

@@ -1,3 +1,4 @@
+/* The shape of fields: zeros beside them, and bytes that they share. */
 #include "fields.h"
 
 #include <string.h>

@@ -1,3 +1,5 @@
+/* A frame as a picture that lies as the world does, and which point fills a
+ * pixel. */
 #include "lum/frame/image.h"
 
 #include "base/sized.h"

@@ -21,8 +21,8 @@ void lum_place_begin(lum_reader *reader)
         lum_pack_reset(&p->start);
         p->keeps_index = false;
     }
-    if (!lum_framer_pack_clocks(reader->framer, &p->taught)) {
-        lum_pack_reset(&p->taught);
+    if (!lum_framer_pack_clocks(reader->framer, &p->clocks)) {
+        lum_pack_reset(&p->clocks);
     }
     p->keeps_index = p->keeps_index && lum_framer_gives(reader->framer, 0);
 }
@@ -39,7 +39,7 @@ void lum_place_free(struct place *place)
 {
     forget(place);
     lum_pack_reset(&place->start);
-    lum_pack_reset(&place->taught);
+    lum_pack_reset(&place->clocks);
     lum_index_clear(&place->index);
 }
 
@@ -48,10 +48,10 @@ void lum_place_free(struct place *place)
 int lum_place_restart(lum_reader *r, lum_error *error)
 {
     struct place *p = &r->place;
-    lum_pack taught = lum_pack_of(p->taught.written, p->taught.len);
+    lum_pack clocks = lum_pack_of(p->clocks.written, p->clocks.len);
     lum_pack start = lum_pack_of(p->start.written, p->start.len);
     lum_framer_restart(r->framer);
-    if (p->taught.len != 0 && !lum_framer_pack_clocks(r->framer, &taught)) {
+    if (p->clocks.len != 0 && !lum_framer_pack_clocks(r->framer, &clocks)) {
         return lum_error_set(error, "out of memory");
     }
     forget(p);

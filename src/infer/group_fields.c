@@ -1,3 +1,4 @@
+/* Fields that an identity gives away: tag, num_samples, first_sample_index. */
 #include "fields.h"
 
 #define TAG_ANGLES 2u

@@ -1,3 +1,4 @@
+/* The second best reading as a profile. */
 #include "fields.h"
 
 #include "lum/group.h"

@@ -1,3 +1,4 @@
+/* Packets that are looked at, by sensor. */
 #include "state.h"
 
 #include "lum/wire.h"
