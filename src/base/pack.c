@@ -1,9 +1,10 @@
 #include "base/pack.h"
 
+#include "base/grow.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#define ROOM_MIN   4096u
 #define NUMBER_MAX 10u /* bytes of 64 bits */
 
 lum_pack lum_pack_of(const void *bytes, size_t len)
@@ -21,19 +22,13 @@ void lum_pack_reset(lum_pack *pack)
 
 static bool make_room(lum_pack *pack, size_t bytes)
 {
-    size_t room = pack->room != 0 ? pack->room : ROOM_MIN;
-    while (room - pack->len < bytes) {
-        room *= 2u;
+    uint8_t *written =
+        lum_grown(pack->written, pack->len, bytes, 1, &pack->room);
+    if (written == NULL) {
+        pack->has_failed = true;
+        return false;
     }
-    if (room != pack->room) {
-        uint8_t *more = realloc(pack->written, room);
-        if (more == NULL) {
-            pack->has_failed = true;
-            return false;
-        }
-        pack->written = more;
-        pack->room = room;
-    }
+    pack->written = written;
     return true;
 }
 

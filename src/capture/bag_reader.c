@@ -30,7 +30,7 @@ enum opcode {
 
 struct lum_bag_reader {
     lum_bag_packets *packets;
-    lum_chunk *chunk;   /* one that is compressed */
+    lum_chunk chunk;    /* one that is compressed */
     lum_source *inner;  /* its records; NULL: none is read */
     uint64_t chunk_end; /* of one that is not, in the source */
     uint64_t index;     /* where connections stand again; 0: not known */
@@ -250,7 +250,7 @@ static int unpack_chunk(lum_pcap *r, const lum_chunk_head *head,
     lum_bag_reader *b = r->bag;
     lum_source *s = r->source;
     const uint64_t end = b->chunk_end;
-    const int result = lum_chunk_read(b->chunk, r, head, error);
+    const int result = lum_chunk_read(&b->chunk, r, head, error);
     if (result != LUM_PCAP_FAILED &&
         !lum_source_skip(s, end - lum_source_offset(s))) {
         return lum_pcap_fail_cut(r, "record", 0, error);
@@ -258,8 +258,8 @@ static int unpack_chunk(lum_pcap *r, const lum_chunk_head *head,
     if (result != LUM_PCAP_GO_ON) {
         return result;
     }
-    const lum_bytes_at records = lum_chunk_records(b->chunk);
-    b->inner = lum_source_from_memory("a chunk", records.at, records.len);
+    b->inner = lum_source_from_memory("a chunk", b->chunk.records.at,
+                                      b->chunk.records.len);
     return b->inner != NULL
                ? LUM_PCAP_GO_ON
                : lum_pcap_fail(r, error, "not enough memory for a chunk");
@@ -437,7 +437,7 @@ void lum_bag_reader_free(lum_bag_reader *reader)
     if (reader != NULL) {
         lum_bag_packets_free(reader->packets);
         lum_source_close(reader->inner);
-        lum_chunk_free(reader->chunk);
+        lum_chunk_release(&reader->chunk);
         free(reader);
     }
 }
@@ -456,8 +456,7 @@ int lum_bag_reader_begin(lum_pcap *reader, uint32_t *link_type,
     lum_bag_reader *b = calloc(1, sizeof *b);
     reader->bag = b;
     reader->next = next_packet;
-    if (b == NULL || (b->packets = lum_bag_packets_new()) == NULL ||
-        (b->chunk = lum_chunk_new()) == NULL) {
+    if (b == NULL || (b->packets = lum_bag_packets_new()) == NULL) {
         return lum_error_set(error, "not enough memory to read a bag");
     }
     b->end = LUM_PCAP_GO_ON;

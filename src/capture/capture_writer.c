@@ -5,7 +5,7 @@
 #include "capture_internal.h"
 #include "link.h"
 #include "lum/capture/capture.h"
-#include "pcapng_writer.h"
+#include "pcapng_sections.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -23,7 +23,15 @@ enum {
     RECORD_HEADER_BYTES = 16,
     /* more than all that comes before the first datagram */
     BUFFER_BYTES =
-        (LUM_CAPTURE_COMMENTS_MAX + 2u) * (LUM_CAPTURE_COMMENT_BYTES_MAX + 1u)
+        (LUM_CAPTURE_COMMENTS_MAX + 2u) * (LUM_CAPTURE_COMMENT_BYTES_MAX + 1u),
+    BLOCK_HEAD_BYTES = 28, /* of a packet's block, before the packet */
+    BLOCK_TAIL_BYTES = 7,  /* most behind it */
+    BYTE_ORDER = 0x1a2b3c4d,
+    VERSION_PCAPNG = 1,
+    OPTION_APPLICATION = 4,
+    OPTION_NAME = 2,
+    OPTION_RESOLUTION = 9,
+    NANOSECONDS = 9 /* 10^-9 */
 };
 
 #define MAGIC_NANOSECONDS 0xa1b23c4du
@@ -37,8 +45,8 @@ struct lum_capture_writer {
     size_t interface_count; /* at least 1 */
     char *buffer;           /* of file */
     uint64_t bytes;
-    uint8_t record[LUM_PCAPNG_HEAD_BYTES + HEADER_BYTES + PAYLOAD_BYTES_MAX +
-                   LUM_PCAPNG_TAIL_BYTES];
+    uint8_t record[BLOCK_HEAD_BYTES + HEADER_BYTES + PAYLOAD_BYTES_MAX +
+                   BLOCK_TAIL_BYTES];
 };
 
 /* --- Frames --- */
@@ -109,6 +117,84 @@ static void put_udp(uint8_t *p, const lum_datagram *d)
     store_be16(p + 6, sent == 0 ? 0xffffu : sent);
 }
 
+/* --- Blocks of a pcapng file: little-endian, one section --- */
+
+static uint8_t *put_option(uint8_t *p, unsigned code, const void *value,
+                           size_t len)
+{
+    const size_t padded = lum_pcapng_padded(len);
+    store_le16(p, code);
+    store_le16(p + 2, (uint32_t)len);
+    memset(p + 4, 0, padded);
+    memcpy(p + 4, value, len);
+    return p + 4 + padded;
+}
+
+static uint8_t *put_text(uint8_t *p, unsigned code, const char *text)
+{
+    return put_option(p, code, text, strlen(text));
+}
+
+/* The end of its options, and its length at both ends. */
+static uint8_t *end_block(uint8_t *block, uint8_t *p)
+{
+    const uint32_t len = (uint32_t)(p - block) + 4u + LUM_PCAPNG_TRAILER_BYTES;
+    memset(p, 0, 4);
+    store_le32(p + 4, len);
+    store_le32(block + 4, len);
+    return block + len;
+}
+
+static uint8_t *put_section(uint8_t *block, const lum_capture_writer_options *o)
+{
+    uint8_t *p = block + 24;
+    store_le32(block, LUM_PCAPNG_SECTION);
+    store_le32(block + 8, BYTE_ORDER);
+    store_le16(block + 12, VERSION_PCAPNG);
+    store_le16(block + 14, 0);
+    memset(block + 16, 0xff, 8); /* its length is not known */
+    if (o->application != NULL) {
+        p = put_text(p, OPTION_APPLICATION, o->application);
+    }
+    for (size_t i = 0; i < o->comment_count; i++) {
+        p = put_text(p, LUM_PCAP_COMMENT, o->comments[i]);
+    }
+    return end_block(block, p);
+}
+
+static uint8_t *put_interface(uint8_t *block, const char *name)
+{
+    const uint8_t resolution = NANOSECONDS;
+    uint8_t *p = block + 16;
+    store_le32(block, LUM_PCAPNG_INTERFACE);
+    store_le16(block + 8, LINKTYPE_ETHERNET);
+    store_le16(block + 10, 0);
+    store_le32(block + 12, SNAP_BYTES);
+    if (*name != '\0') {
+        p = put_text(p, OPTION_NAME, name);
+    }
+    return end_block(block, put_option(p, OPTION_RESOLUTION, &resolution, 1));
+}
+
+/* The block about a packet that is in its place already. Returns its bytes. */
+static size_t put_around(uint8_t *block, uint32_t interface, int64_t time_ns,
+                         uint32_t len)
+{
+    const uint64_t time = (uint64_t)time_ns;
+    const size_t tail = BLOCK_HEAD_BYTES + lum_pcapng_padded(len);
+    const size_t all = tail + LUM_PCAPNG_TRAILER_BYTES;
+    store_le32(block, LUM_PCAPNG_ENHANCED_PACKET);
+    store_le32(block + 4, (uint32_t)all);
+    store_le32(block + 8, interface);
+    store_le32(block + 12, (uint32_t)(time >> 32));
+    store_le32(block + 16, (uint32_t)(time & UINT32_MAX));
+    store_le32(block + 20, len);
+    store_le32(block + 24, len);
+    memset(block + BLOCK_HEAD_BYTES + len, 0, lum_pcapng_padded(len) - len);
+    store_le32(block + tail, (uint32_t)all);
+    return all;
+}
+
 /* --- Opening --- */
 
 static int failed(const lum_capture_writer *w, lum_error *error)
@@ -162,14 +248,16 @@ static int begin_pcap(lum_capture_writer *w, lum_error *error)
 static int begin_pcapng(lum_capture_writer *w,
                         const lum_capture_writer_options *o, lum_error *error)
 {
-    const size_t len = lum_pcapng_start_bytes(o);
-    uint8_t *bytes = malloc(len);
+    uint8_t *bytes = malloc(BUFFER_BYTES);
     if (bytes == NULL) {
         return lum_error_set(error, "%s: not enough memory to write it",
                              w->out.name);
     }
-    lum_pcapng_put_start(bytes, o, SNAP_BYTES);
-    const int result = write_start(w, bytes, len, error);
+    uint8_t *p = put_section(bytes, o);
+    for (size_t i = 0; i < w->interface_count; i++) {
+        p = put_interface(p, o->interface_count > 0 ? o->interfaces[i] : "");
+    }
+    const int result = write_start(w, bytes, (size_t)(p - bytes), error);
     const int code = errno;
     free(bytes);
     errno = code;
@@ -183,6 +271,22 @@ static int begin(lum_capture_writer *w, const lum_capture_writer_options *o,
         return failed(w, error);
     }
     return w->is_pcapng ? begin_pcapng(w, o, error) : begin_pcap(w, error);
+}
+
+/* Whether texts fit their options. */
+static bool has_good_texts(const lum_capture_writer_options *o)
+{
+    bool is_good = o->comment_count <= LUM_CAPTURE_COMMENTS_MAX &&
+                   o->interface_count <= LUM_CAPTURE_INTERFACES_MAX &&
+                   (o->application == NULL ||
+                    strlen(o->application) <= LUM_CAPTURE_COMMENT_BYTES_MAX);
+    for (size_t i = 0; is_good && i < o->comment_count; i++) {
+        is_good = strlen(o->comments[i]) <= LUM_CAPTURE_COMMENT_BYTES_MAX;
+    }
+    for (size_t i = 0; is_good && i < o->interface_count; i++) {
+        is_good = strlen(o->interfaces[i]) < LUM_INTERFACE_BYTES;
+    }
+    return is_good;
 }
 
 static int check_options(const char *path, const lum_capture_writer_options *o,
@@ -200,8 +304,7 @@ static int check_options(const char *path, const lum_capture_writer_options *o,
                             "%s: a pcap file has no names of interfaces; a "
                             "pcapng file has",
                             path);
-    } else if (o->format == LUM_CAPTURE_PCAPNG &&
-               lum_pcapng_start_bytes(o) == 0) {
+    } else if (!is_pcap && !has_good_texts(o)) {
         (void)lum_error_set(
             error,
             "%s: a pcapng file has at most %u comments; each, "
@@ -316,9 +419,9 @@ static size_t put_record(uint8_t *p, const lum_datagram *d)
 
 static size_t put_block(uint8_t *p, size_t interface, const lum_datagram *d)
 {
-    put_packet(p + LUM_PCAPNG_HEAD_BYTES, d);
-    return lum_pcapng_put_around(p, (uint32_t)interface, d->time_ns,
-                                 (uint32_t)(HEADER_BYTES + d->len));
+    put_packet(p + BLOCK_HEAD_BYTES, d);
+    return put_around(p, (uint32_t)interface, d->time_ns,
+                      (uint32_t)(HEADER_BYTES + d->len));
 }
 
 int lum_capture_writer_add(lum_capture_writer *writer,

@@ -1,6 +1,6 @@
 #include "chunk.h"
 
-#include "base/crc32.h"
+#include "base/grow.h"
 #include "pcap.h"
 #include "unpack.h"
 
@@ -8,46 +8,12 @@
 #include <string.h>
 
 /* Memory grows with what a file has, not with what it says. */
-#define ROOM_MIN ((size_t)256 * 1024)
+#define STEP_BYTES ((size_t)256 * 1024)
 
-struct buffer {
-    uint8_t *at;
-    size_t len;
-    size_t room;
-};
-
-struct lum_chunk {
-    struct buffer records;
-    struct buffer packed;
-    lum_crc32 crc;
-};
-
-lum_chunk *lum_chunk_new(void)
+void lum_chunk_release(lum_chunk *chunk)
 {
-    lum_chunk *c = calloc(1, sizeof *c);
-    if (c != NULL) {
-        lum_crc32_init(&c->crc);
-    }
-    return c;
-}
-
-void lum_chunk_free(lum_chunk *chunk)
-{
-    if (chunk != NULL) {
-        free(chunk->records.at);
-        free(chunk->packed.at);
-        free(chunk);
-    }
-}
-
-lum_bytes_at lum_chunk_records(const lum_chunk *chunk)
-{
-    return (lum_bytes_at){chunk->records.at, chunk->records.len};
-}
-
-void lum_chunk_clear(lum_chunk *chunk)
-{
-    chunk->records.len = 0;
+    free(chunk->records.at);
+    free(chunk->packed.at);
 }
 
 void lum_chunk_name(char *out, const uint8_t *name, size_t len)
@@ -121,25 +87,16 @@ static int check_lengths(const lum_pcap *r, const lum_chunk_head *h,
 
 /* --- Its bytes --- */
 
-static bool make_room(struct buffer *b, size_t bytes)
+static bool make_room(lum_chunk_bytes *b, size_t bytes)
 {
-    size_t room = b->room != 0 ? b->room : ROOM_MIN;
-    while (room < bytes) {
-        room *= 2u;
-    }
-    if (room != b->room) {
-        uint8_t *more = realloc(b->at, room);
-        if (more == NULL) {
-            return false;
-        }
-        b->at = more;
-        b->room = room;
-    }
-    return true;
+    uint8_t *at = lum_grown(b->at, b->len, bytes, 1, &b->room);
+    b->at = at != NULL ? at : b->at;
+    return at != NULL;
 }
 
 /* A chunk may be larger than the source's window. */
-static int copy(lum_pcap *r, size_t bytes, struct buffer *to, lum_error *error)
+static int copy(lum_pcap *r, size_t bytes, lum_chunk_bytes *to,
+                lum_error *error)
 {
     lum_source *s = r->source;
     to->len = 0;
@@ -149,7 +106,7 @@ static int copy(lum_pcap *r, size_t bytes, struct buffer *to, lum_error *error)
         }
         const size_t rest = bytes - to->len;
         const size_t n = s->left < rest ? s->left : rest;
-        if (!make_room(to, to->len + n)) {
+        if (!make_room(to, n)) {
             return refuse_for_memory(r, bytes, error);
         }
         memcpy(to->at + to->len, s->at, n);
@@ -161,7 +118,7 @@ static int copy(lum_pcap *r, size_t bytes, struct buffer *to, lum_error *error)
 
 /* Exactly so many bytes, then the end. */
 static int unpack_all(const lum_pcap *r, const lum_source_functions *f,
-                      size_t bytes, struct buffer *to, lum_error *error)
+                      size_t bytes, lum_chunk_bytes *to, lum_error *error)
 {
     uint8_t more = 0;
     lum_error reason = {""};
@@ -169,8 +126,8 @@ static int unpack_all(const lum_pcap *r, const lum_source_functions *f,
     to->len = 0;
     while (got > 0 && to->len < bytes) {
         const size_t room = bytes - to->len;
-        const size_t step = room < ROOM_MIN ? room : ROOM_MIN;
-        if (!make_room(to, to->len + step)) {
+        const size_t step = room < STEP_BYTES ? room : STEP_BYTES;
+        if (!make_room(to, step)) {
             return refuse_for_memory(r, bytes, error);
         }
         got = f->read(f->context, to->at + to->len, step, &reason);

@@ -4,6 +4,7 @@
 #ifndef LUM_CAPTURE_CHUNK_H
 #define LUM_CAPTURE_CHUNK_H
 
+#include "base/crc32.h"
 #include "pcap.h"
 
 /** Most bytes of a chunk's records, packed or not. Writers' chunks have a few
@@ -29,15 +30,22 @@ typedef struct lum_chunk_head {
     const char *remedy;       /**< a command that makes chunks to be read */
 } lum_chunk_head;
 
-/** Memory for one chunk after the other. */
-typedef struct lum_chunk lum_chunk;
+/** Bytes of its own. */
+typedef struct lum_chunk_bytes {
+    uint8_t *at;
+    size_t len;
+    size_t room;
+} lum_chunk_bytes;
 
-/** Make it, without any records.
- * @return NULL without memory. */
-LUM_MUST_CHECK lum_chunk *lum_chunk_new(void);
+/** Memory for one chunk after the other. All bytes 0: there is none. */
+typedef struct lum_chunk {
+    lum_chunk_bytes records; /**< until the next chunk is read */
+    lum_chunk_bytes packed;
+    lum_crc32 crc; /**< set by lum_crc32_init() where heads have check sums */
+} lum_chunk;
 
-/** Free it. NULL is allowed. */
-void lum_chunk_free(lum_chunk *chunk);
+/** Free its memory. */
+void lum_chunk_release(lum_chunk *chunk);
 
 /** Take a name for messages, without bytes that do something to a terminal.
  * @param out has room for len bytes and a NUL. */
@@ -56,11 +64,5 @@ LUM_MUST_CHECK int lum_chunk_read(lum_chunk *chunk, lum_pcap *reader,
 LUM_MUST_CHECK int lum_chunk_check_plain(const lum_pcap *reader,
                                          const lum_chunk_head *head,
                                          lum_error *error);
-
-/** Its records, until the next chunk is read. */
-lum_bytes_at lum_chunk_records(const lum_chunk *chunk);
-
-/** Leave it without any records. */
-void lum_chunk_clear(lum_chunk *chunk);
 
 #endif

@@ -26,7 +26,7 @@ enum opcode {
 struct lum_mcap_records {
     lum_pcap *reader;
     lum_mcap_wanted wanted;
-    lum_chunk *chunk;
+    lum_chunk chunk;
     size_t chunk_at;   /* in its records; at their end: none is left */
     uint64_t messages; /* of all channels, so far */
     bool has_ended;    /* its footer was read */
@@ -166,7 +166,7 @@ static int read_raw(lum_mcap_records *m, const struct raw *raw,
 static int next_in_chunk(lum_mcap_records *m, lum_mcap_record *out,
                          lum_error *error)
 {
-    const lum_bytes_at all = lum_chunk_records(m->chunk);
+    const lum_chunk_bytes all = m->chunk.records;
     const size_t left = all.len - m->chunk_at;
     const uint8_t *at = all.at + m->chunk_at;
     if (left < RECORD_HEAD || load_le64(at + 1) > left - RECORD_HEAD) {
@@ -183,7 +183,7 @@ static int next_in_chunk(lum_mcap_records *m, lum_mcap_record *out,
 
 static bool is_in_chunk(const lum_mcap_records *m)
 {
-    return m->chunk_at < lum_chunk_records(m->chunk).len;
+    return m->chunk_at < m->chunk.records.len;
 }
 
 /* --- Records of the file --- */
@@ -305,14 +305,14 @@ static int take_chunk(lum_mcap_records *m, const struct raw *raw,
     lum_source_take(s, RECORD_HEAD);
     const uint64_t begin = lum_source_offset(s);
     m->chunk_at = 0;
-    lum_chunk_clear(m->chunk);
+    m->chunk.records.len = 0;
     int result = read_chunk_head(m, raw->len, &head, error);
     if (result == LUM_PCAP_GO_ON) {
-        result = lum_chunk_read(m->chunk, m->reader, &head, error);
+        result = lum_chunk_read(&m->chunk, m->reader, &head, error);
     }
     if (result != LUM_PCAP_FAILED &&
         !lum_source_skip(s, raw->len - (lum_source_offset(s) - begin))) {
-        lum_chunk_clear(m->chunk);
+        m->chunk.records.len = 0;
         return lum_pcap_fail_cut(m->reader, "chunk", 0, error);
     }
     return result;
@@ -525,20 +525,19 @@ lum_mcap_records *lum_mcap_records_new(lum_pcap *reader,
                                        const lum_mcap_wanted *wanted)
 {
     lum_mcap_records *m = calloc(1, sizeof *m);
-    if (m == NULL || (m->chunk = lum_chunk_new()) == NULL) {
-        free(m);
-        return NULL;
+    if (m != NULL) {
+        lum_crc32_init(&m->chunk.crc);
+        m->reader = reader;
+        m->wanted = *wanted;
+        lum_source_take(reader->source, MAGIC_BYTES);
     }
-    m->reader = reader;
-    m->wanted = *wanted;
-    lum_source_take(reader->source, MAGIC_BYTES);
     return m;
 }
 
 void lum_mcap_records_free(lum_mcap_records *records)
 {
     if (records != NULL) {
-        lum_chunk_free(records->chunk);
+        lum_chunk_release(&records->chunk);
         free(records);
     }
 }

@@ -1,5 +1,7 @@
 #include "pcap.h"
 
+#include "base/grow.h"
+
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,16 +15,6 @@ lum_pcap *lum_pcap_new(lum_source *source)
     return r;
 }
 
-void lum_pcap_free(lum_pcap *reader)
-{
-    if (reader != NULL) {
-        lum_mcap_reader_free(reader->mcap);
-        lum_bag_reader_free(reader->bag);
-        free(reader->interfaces);
-        free(reader);
-    }
-}
-
 void lum_pcap_take_options(lum_pcap *reader, lum_pcap_option_taker *take,
                            void *context)
 {
@@ -33,26 +25,6 @@ void lum_pcap_take_options(lum_pcap *reader, lum_pcap_option_taker *take,
 int lum_pcap_next(lum_pcap *reader, lum_pcap_record *out, lum_error *error)
 {
     return reader->next(reader, out, error);
-}
-
-int lum_pcap_begin(lum_pcap *reader, bool (*is_wanted)(uint32_t link_type),
-                   uint32_t *link_type, lum_error *error)
-{
-    reader->is_wanted = is_wanted;
-    if (lum_pcapng_is(reader->source)) {
-        return lum_pcapng_begin(reader, link_type, error);
-    }
-    if (lum_mcap_is(reader->source)) {
-        return lum_mcap_reader_begin(reader, link_type, error);
-    }
-    if (lum_bag_is(reader->source)) {
-        return lum_bag_reader_begin(reader, link_type, error);
-    }
-    if (lum_pcap_records_begin(reader, error) != 0) {
-        return -1;
-    }
-    *link_type = reader->interfaces[0].link_type;
-    return reader->has_wanted;
 }
 
 bool lum_pcap_ends_early(const lum_pcap *reader)
@@ -210,19 +182,14 @@ int lum_pcap_add_interface(lum_pcap *reader,
         return lum_pcap_fail(reader, error, "more than %u interfaces",
                              LUM_PCAPNG_INTERFACES_MAX);
     }
-    if (reader->interface_count == reader->interface_room) {
-        const uint32_t room =
-            reader->interface_room != 0 ? 2u * reader->interface_room : 4u;
-        lum_pcap_interface *more =
-            realloc(reader->interfaces, room * sizeof *more);
-        if (more == NULL) {
-            return lum_pcap_fail(reader, error,
-                                 "not enough memory for %u interfaces",
-                                 (unsigned)room);
-        }
-        reader->interfaces = more;
-        reader->interface_room = room;
+    lum_pcap_interface *more =
+        lum_grown(reader->interfaces, reader->interface_count, 1, sizeof *more,
+                  &reader->interface_room);
+    if (more == NULL) {
+        return lum_pcap_fail(reader, error,
+                             "not enough memory for its interfaces");
     }
+    reader->interfaces = more;
     reader->interfaces[reader->interface_count++] = *interface;
     reader->has_wanted =
         reader->has_wanted ||

@@ -89,7 +89,7 @@ struct lum_pcap {
     lum_bag_reader *bag;   /* NULL: it is none */
     lum_pcap_interface *interfaces;
     uint32_t interface_count;
-    uint32_t interface_room;
+    size_t interface_room;
     bool (*is_wanted)(uint32_t link_type); /* NULL: any is */
     bool has_wanted; /* an interface whose link type is was described */
     bool is_lost;    /* pcapng: the section's header could not be read */

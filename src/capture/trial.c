@@ -1,9 +1,9 @@
 #include "trial.h"
 
+#include "base/grow.h"
 #include "core/field.h"
 #include "lum/clock.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -391,27 +391,14 @@ lum_verdict lum_trial_judge(const lum_trial *trial, const lum_measure *measure,
 
 /* --- Packets that are held --- */
 
-static bool make_room(lum_queue *q, size_t len)
-{
-    size_t room = q->room != 0 ? q->room : 4096;
-    while (room - q->used < len) {
-        room *= 2u;
-    }
-    uint8_t *more = room != q->room ? realloc(q->bytes, room) : q->bytes;
-    if (more == NULL) {
-        return false;
-    }
-    q->bytes = more;
-    q->room = room;
-    return true;
-}
-
 bool lum_queue_add(lum_queue *queue, const lum_record *record, size_t way)
 {
     lum_queue *q = queue;
-    if (!make_room(q, record->len)) {
+    uint8_t *bytes = lum_grown(q->bytes, q->used, record->len, 1, &q->room);
+    if (bytes == NULL) {
         return false;
     }
+    q->bytes = bytes;
     memcpy(q->bytes + q->used, record->payload, record->len);
     q->held[q->count++] = (struct lum_held){.time_ns = record->time_ns,
                                             .at = q->used,

@@ -1,14 +1,13 @@
 #include "index.h"
 
 #include "base/crc32.h"
+#include "base/grow.h"
 #include "capture/byte_order.h"
 #include "lum/frame/frame.h"
 #include "lum/version.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-#define ENTRIES_MIN 64u
 
 /* --- Entries --- */
 
@@ -65,28 +64,15 @@ static void drop_last(lum_index *index)
     lum_index_entry_free(entry);
 }
 
-static bool make_room(lum_index *index)
-{
-    if (index->count < index->room) {
-        return true;
-    }
-    const size_t room = index->room != 0 ? 2u * index->room : ENTRIES_MIN;
-    lum_index_entry **more =
-        realloc((void *)index->entries, room * sizeof(void *));
-    if (more == NULL) {
-        return false;
-    }
-    index->entries = more;
-    index->room = room;
-    return true;
-}
-
 void lum_index_add(lum_index *index, lum_index_entry *entry)
 {
-    if (!make_room(index)) {
+    lum_index_entry **entries = lum_grown((void *)index->entries, index->count,
+                                          1, sizeof(void *), &index->room);
+    if (entries == NULL) {
         lum_index_entry_free(entry);
         return;
     }
+    index->entries = entries;
     index->entries[index->count++] = entry;
     index->bytes += bytes_of(entry);
     while (index->count > 0 && index->bytes > LUM_INDEX_BYTES_MAX) {

@@ -1,6 +1,8 @@
 /* Runs of points of a packed frame, and the order in which they are sent. */
 #include "packed_internal.h"
 
+#include "base/grow.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -145,15 +147,12 @@ static void measure_pixels(lum_packed_run *run)
 
 static lum_result add_run(lum_packed_runs *runs, const lum_packed_run *run)
 {
-    if (runs->count == runs->room) {
-        const size_t room = runs->room == 0 ? 2048u : 2u * runs->room;
-        lum_packed_run *at = realloc(runs->at, room * sizeof *at);
-        if (at == NULL) {
-            return LUM_E_SPACE;
-        }
-        runs->at = at;
-        runs->room = room;
+    lum_packed_run *at =
+        lum_grown(runs->at, runs->count, 1, sizeof *at, &runs->room);
+    if (at == NULL) {
+        return LUM_E_SPACE;
     }
+    runs->at = at;
     runs->at[runs->count++] = *run;
     return LUM_OK;
 }

@@ -2,6 +2,7 @@
  * as the sensor does it. */
 #include "packet_cut.h"
 
+#include "base/grow.h"
 #include "core/cuts.h"
 #include "core/field.h"
 #include "lum/wire.h"
@@ -78,15 +79,12 @@ static bool is_marked(const uint32_t *marks, uint32_t pixel)
 
 static lum_cut_packet *add(lum_cut *cut)
 {
-    if (cut->count == cut->room) {
-        const size_t room = cut->room > 0 ? 2u * cut->room : 16u;
-        lum_cut_packet *packets = realloc(cut->packets, room * sizeof *packets);
-        if (packets == NULL) {
-            return NULL;
-        }
-        cut->packets = packets;
-        cut->room = room;
+    lum_cut_packet *packets =
+        lum_grown(cut->packets, cut->count, 1, sizeof *packets, &cut->room);
+    if (packets == NULL) {
+        return NULL;
     }
+    cut->packets = packets;
     lum_cut_packet *p = &cut->packets[cut->count++];
     memset(p, 0, sizeof *p);
     return p;

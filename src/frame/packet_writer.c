@@ -4,6 +4,7 @@
 
 #include "packet_cut.h"
 
+#include "base/grow.h"
 #include "base/sized.h"
 #include "capture/demux_state.h"
 #include "lum/wire.h"
@@ -70,15 +71,12 @@ struct lum_packet_writer {
 
 static bool push(queue *q, waiting *packet)
 {
-    if (q->count == q->room) {
-        const size_t room = q->room > 0 ? 2u * q->room : 1024u;
-        waiting **at = realloc(q->at, room * sizeof(waiting *));
-        if (at == NULL) {
-            return false;
-        }
-        q->at = at;
-        q->room = room;
+    waiting **at =
+        lum_grown((void *)q->at, q->count, 1, sizeof(waiting *), &q->room);
+    if (at == NULL) {
+        return false;
     }
+    q->at = at;
     q->at[q->count++] = packet;
     return true;
 }

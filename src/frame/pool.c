@@ -1,6 +1,8 @@
 /* The memory of frames, used again; references to frames. */
 #include "threads.h"
 
+#include "base/grow.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,8 +12,6 @@
 /* Up to this size room is doubled, above it grows by an eighth: unused room
  * costs memory too. */
 #define ROOM_DOUBLES 262144u
-
-#define ROWS_MIN 256u
 
 #define XYZ_COUNT 3u
 
@@ -397,22 +397,19 @@ static void move_into(lum_frame *frame, lum_frame *spare)
 bool lum_frame_reserve_row(lum_frame *frame)
 {
     lum_frame_store *store = &frame->store;
-    if (frame->row_count < store->row_room ||
-        frame->row_count == LUM_FRAME_LINES_MAX) {
-        return true;
-    }
-    const size_t room = store->row_room > 0 ? 2u * store->row_room : ROWS_MIN;
-    lum_frame_line *rows = realloc(store->rows, room * sizeof *rows);
+    size_t room = store->row_room;
+    lum_frame_line *rows =
+        lum_grown(store->rows, frame->row_count, 1, sizeof *rows, &room);
     if (rows == NULL) {
         return false;
     }
     store->rows = rows;
-    int64_t *scratch = realloc(store->scratch, room * sizeof *scratch);
+    int64_t *scratch = lum_grown(store->scratch, frame->row_count, 1,
+                                 sizeof *scratch, &store->row_room);
     if (scratch == NULL) {
         return false;
     }
     store->scratch = scratch;
-    store->row_room = room;
     return true;
 }
 

@@ -1,6 +1,7 @@
 /* Poses over time: checked as they are added, looked up. */
 #include "poses_internal.h"
 
+#include "base/grow.h"
 #include "base/sized.h"
 
 #include <errno.h>
@@ -115,21 +116,19 @@ void lum_poses_free(lum_poses *poses)
 
 static int make_room(lum_poses *p, lum_error *error)
 {
-    if (p->info.count < p->room) {
-        return 0;
-    }
-    const size_t room = p->room > 0 ? 2u * p->room : 1024u;
-    int64_t *times = realloc(p->times, room * sizeof *times);
+    size_t room = p->room;
+    int64_t *times =
+        lum_grown(p->times, p->info.count, 1, sizeof *times, &room);
     if (times == NULL) {
         return fail_memory(error);
     }
     p->times = times;
-    lum_pose *poses = realloc(p->poses, room * sizeof *poses);
+    lum_pose *poses =
+        lum_grown(p->poses, p->info.count, 1, sizeof *poses, &p->room);
     if (poses == NULL) {
         return fail_memory(error);
     }
     p->poses = poses;
-    p->room = room;
     return 0;
 }
 

@@ -1,6 +1,8 @@
 /* Texts to poses. */
 #include "poses_internal.h"
 
+#include "base/grow.h"
+
 #include <ctype.h>
 #include <errno.h>
 #include <float.h>
@@ -518,14 +520,11 @@ static int read_all(FILE *file, const char *path, char **bytes, size_t *len,
     size_t room = 0;
     size_t got = 0;
     do {
-        if (*len == room) {
-            room = room > 0 ? 2u * room : READ_BYTES;
-            char *more = realloc(*bytes, room);
-            if (more == NULL) {
-                return fail_file(path, ENOMEM, error);
-            }
-            *bytes = more;
+        char *more = lum_grown(*bytes, *len, READ_BYTES, 1, &room);
+        if (more == NULL) {
+            return fail_file(path, ENOMEM, error);
         }
+        *bytes = more;
         errno = 0;
         got = fread(*bytes + *len, 1, room - *len, file);
         *len += got;

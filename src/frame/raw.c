@@ -1,6 +1,7 @@
 /* The raw part of a frame: arrays that grow line by line. */
 #include "raw_internal.h"
 
+#include "base/grow.h"
 #include "base/sized.h"
 #include "frame_internal.h"
 
@@ -26,21 +27,11 @@ struct lum_raw_store {
     bool has_places;
 };
 
-static bool grow(array *a, size_t needed, size_t bytes)
+static bool grow(array *a, size_t used, size_t more, size_t bytes)
 {
-    if (needed <= a->room) {
-        return true;
-    }
-    size_t room = a->room > 0 ? a->room : 64u;
-    while (room < needed) {
-        room += room / 2u;
-    }
-    void *at = realloc(a->at, room * bytes);
-    if (at == NULL) {
-        return false;
-    }
-    *a = (array){at, room};
-    return true;
+    void *at = lum_grown(a->at, used, more, bytes, &a->room);
+    a->at = at != NULL ? at : a->at;
+    return at != NULL;
 }
 
 static size_t count_words(const lum_raw_store *s)
@@ -52,7 +43,7 @@ static size_t count_words(const lum_raw_store *s)
 lum_raw_store *lum_raw_store_new(void)
 {
     lum_raw_store *s = calloc(1, sizeof *s);
-    if (s != NULL && !grow(&s->first_word, 1, sizeof(uint64_t))) {
+    if (s != NULL && !grow(&s->first_word, 0, 1, sizeof(uint64_t))) {
         free(s);
         return NULL;
     }
@@ -90,18 +81,20 @@ void lum_raw_store_clear(lum_raw_store *store)
 bool lum_raw_store_reserve(lum_raw_store *store, const lum_line *line,
                            const lum_raw_list *packets)
 {
-    const size_t lines = store->line_count + 1u;
-    const size_t words = count_words(store) + line->word_count;
-    return grow(&store->first_word, lines + 1u, sizeof(uint64_t)) &&
-           grow(&store->words, words, sizeof(uint32_t)) &&
-           grow(&store->gives_point, words, sizeof(uint8_t)) &&
-           grow(&store->angles, lines * LUM_LINE_PIXELS, sizeof(lum_angle)) &&
+    const size_t lines = store->line_count;
+    const size_t used = count_words(store);
+    const size_t more = line->word_count;
+    return grow(&store->first_word, lines + 1u, 1, sizeof(uint64_t)) &&
+           grow(&store->words, used, more, sizeof(uint32_t)) &&
+           grow(&store->gives_point, used, more, sizeof(uint8_t)) &&
+           grow(&store->angles, lines * LUM_LINE_PIXELS, LUM_LINE_PIXELS,
+                sizeof(lum_angle)) &&
            grow(&store->marks, lines * LUM_PIXEL_MARK_WORDS,
-                sizeof(uint32_t)) &&
-           grow(&store->packets, store->packet_count + packets->count,
+                LUM_PIXEL_MARK_WORDS, sizeof(uint32_t)) &&
+           grow(&store->packets, store->packet_count, packets->count,
                 sizeof(lum_raw_packet)) &&
            (!(store->has_places || packets->places != NULL) ||
-            grow(&store->places, words, sizeof(uint16_t)));
+            grow(&store->places, used, more, sizeof(uint16_t)));
 }
 
 static void add_packets(lum_raw_store *s, const lum_raw_list *list)

@@ -2,13 +2,13 @@
  * an eye has at most one open line of each. */
 #include "raw_internal.h"
 
+#include "base/grow.h"
 #include "core/group.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #define OPEN_MAX LUM_ASSEMBLER_SLOTS(LUM_OPEN_LINES_MAX)
-#define ROOM_MIN 16u
 #define UNKNOWN  UINT16_MAX /* no place: LUM_RAW_PLACES_MAX */
 
 /* The pixels of a line's samples of ranges, as they came, from the first packet
@@ -79,16 +79,12 @@ static open_line *open_one(watched *s, uint8_t eye, uint32_t number)
 
 static bool reserve(lum_raw_list *list)
 {
-    if (list->count < list->room) {
-        return true;
-    }
-    const size_t room = list->room > 0 ? 2u * list->room : ROOM_MIN;
-    lum_raw_packet *packets = realloc(list->packets, room * sizeof *packets);
+    lum_raw_packet *packets =
+        lum_grown(list->packets, list->count, 1, sizeof *packets, &list->room);
     if (packets == NULL) {
         return false;
     }
     list->packets = packets;
-    list->room = room;
     return true;
 }
 
@@ -104,22 +100,6 @@ static bool is_in_order(const pixel_list *pixels, const lum_group *group)
     return borrow >> 31 == 0 &&
            place_of(group_word(group, group->num_samples - 1u)) <
                LUM_LINE_PIXELS;
-}
-
-static bool reserve_pixels(pixel_list *pixels, size_t needed)
-{
-    if (needed <= pixels->room) {
-        return true;
-    }
-    size_t room = 2u * pixels->room;
-    room = room > needed ? room : needed;
-    uint16_t *at = realloc(pixels->at, room * sizeof *at);
-    if (at == NULL) {
-        return false;
-    }
-    pixels->at = at;
-    pixels->room = room;
-    return true;
 }
 
 /* At most LUM_RAW_PLACES_MAX: bad words cannot use up memory. */
@@ -140,9 +120,12 @@ static bool add_pixels(pixel_list *pixels, const lum_group *group)
     if (pixels->is_full) {
         return true;
     }
-    if (!reserve_pixels(pixels, pixels->count + n)) {
+    uint16_t *at =
+        lum_grown(pixels->at, pixels->count, n, sizeof *at, &pixels->room);
+    if (at == NULL) {
         return false;
     }
+    pixels->at = at;
     for (uint32_t i = 0; i < n; i++) {
         pixels->at[pixels->count++] = (uint16_t)place_of(group_word(group, i));
     }

@@ -6,16 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define BLOCK_BYTES  ((size_t)1 << 20)
-#define BLOCKS_MAX   44u
-#define PAYLOAD_MAX  4096u
-#define PACKETS_STEP 1024u
+#define BLOCK_BYTES ((size_t)1 << 20)
+#define PAYLOAD_MAX 4096u
 
 int lum_infer_store_init(lum_infer_store *store, uint32_t max)
 {
     *store = (lum_infer_store){.max = max};
-    store->blocks = calloc(BLOCKS_MAX, sizeof *store->blocks);
-    return store->blocks == NULL ? -1 : 0;
+    store->packets = calloc(max, sizeof *store->packets);
+    return store->packets == NULL ? -1 : 0;
 }
 
 void lum_infer_store_free(lum_infer_store *store)
@@ -23,7 +21,6 @@ void lum_infer_store_free(lum_infer_store *store)
     for (size_t i = 0; i < store->block_count; i++) {
         free(store->blocks[i]);
     }
-    free(store->blocks);
     free(store->packets);
     memset(store, 0, sizeof *store);
 }
@@ -32,8 +29,9 @@ void lum_infer_store_free(lum_infer_store *store)
 static uint8_t *bytes_of(lum_infer_store *store, size_t bytes)
 {
     if (store->block_count == 0 || BLOCK_BYTES - store->used < bytes) {
-        uint8_t *block =
-            store->block_count == BLOCKS_MAX ? NULL : malloc(BLOCK_BYTES);
+        uint8_t *block = store->block_count == LUM_INFER_BLOCKS_MAX
+                             ? NULL
+                             : malloc(BLOCK_BYTES);
         if (block == NULL) {
             return NULL;
         }
@@ -48,7 +46,7 @@ static uint8_t *bytes_of(lum_infer_store *store, size_t bytes)
 bool lum_infer_store_is_full(const lum_infer_store *store)
 {
     return store->count >= store->max ||
-           (store->block_count == BLOCKS_MAX &&
+           (store->block_count == LUM_INFER_BLOCKS_MAX &&
             BLOCK_BYTES - store->used < PAYLOAD_MAX);
 }
 
@@ -67,21 +65,6 @@ static unsigned sensor_of(lum_infer_store *store, uint32_t address)
     return LUM_INFER_SENSORS_MAX;
 }
 
-static lum_infer_packet *next_packet(lum_infer_store *store)
-{
-    if (store->count == store->room) {
-        const uint32_t room = store->room + PACKETS_STEP;
-        lum_infer_packet *p =
-            realloc(store->packets, room * sizeof *store->packets);
-        if (p == NULL) {
-            return NULL;
-        }
-        store->packets = p;
-        store->room = room;
-    }
-    return &store->packets[store->count];
-}
-
 /* Commands, answers and heartbeats: the types that the manual states. */
 static bool is_control(const lum_record *record)
 {
@@ -98,20 +81,18 @@ static int keep(lum_infer_store *store, const lum_record *record,
     const size_t bytes =
         kept < LUM_INFER_HEAD_BYTES ? LUM_INFER_HEAD_BYTES : kept;
     uint8_t *copy = bytes_of(store, bytes);
-    lum_infer_packet *p = copy == NULL ? NULL : next_packet(store);
-    if (p == NULL) {
+    if (copy == NULL) {
         return -1;
     }
     memcpy(copy, record->payload, kept);
     memset(copy + kept, 0, bytes - kept);
-    *p = (lum_infer_packet){.bytes = copy,
-                            .time_ns = record->time_ns,
-                            .len = (uint32_t)record->len,
-                            .kept = (uint32_t)kept,
-                            .sensor = (uint8_t)sensor,
-                            .is_reserved_0 =
-                                copy[9] == 0 && copy[10] == 0 && copy[11] == 0};
-    store->count++;
+    store->packets[store->count++] = (lum_infer_packet){
+        .bytes = copy,
+        .time_ns = record->time_ns,
+        .len = (uint32_t)record->len,
+        .kept = (uint32_t)kept,
+        .sensor = (uint8_t)sensor,
+        .is_reserved_0 = copy[9] == 0 && copy[10] == 0 && copy[11] == 0};
     return lum_infer_store_is_full(store) ? 0 : 1;
 }
 

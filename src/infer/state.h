@@ -142,14 +142,16 @@ typedef struct lum_infer_state {
 
 /* --- The packets that are looked at: packet_store.c --- */
 
+/** Most blocks of bytes. */
+#define LUM_INFER_BLOCKS_MAX 44u
+
 /** Packets by sensor, and what else was seen. */
 typedef struct lum_infer_store {
-    lum_infer_packet *packets; /**< in the order of their arrival */
-    uint32_t count;            /**< of them */
-    uint32_t room;             /**< of them */
-    uint8_t **blocks;          /**< where their bytes are */
-    size_t block_count;        /**< of them */
-    size_t used;               /**< bytes of the last block */
+    lum_infer_packet *packets;             /**< in the order of their arrival */
+    uint32_t count;                        /**< of them */
+    uint8_t *blocks[LUM_INFER_BLOCKS_MAX]; /**< where their bytes are */
+    size_t block_count;                    /**< of them */
+    size_t used;                           /**< bytes of the last block */
     uint32_t sensors[LUM_INFER_SENSORS_MAX]; /**< their addresses */
     uint32_t max;                            /**< packets that are wanted */
     lum_infer_counts counts; /**< what was pushed, but for packets and

@@ -1,5 +1,6 @@
 #include "batch.h"
 
+#include "base/grow.h"
 #include "points/columns.h"
 
 #include <errno.h>
@@ -101,29 +102,13 @@ void batch_clear(struct batch *batch)
 
 /* --- Lines --- */
 
-/* Have room for n more elements in an array that may move; NULL without
- * memory. */
-static void *make_room(void *array, size_t used, size_t n, size_t size,
-                       size_t *room)
-{
-    if (*room - used >= n) {
-        return array;
-    }
-    const size_t wanted = 2u * used + n;
-    void *larger = realloc(array, wanted * size);
-    if (larger != NULL) {
-        *room = wanted;
-    }
-    return larger;
-}
-
 int batch_add_line(struct batch *batch, const lum_line *line,
                    const lum_projector *projector,
                    const lum_line_samples *about)
 {
     struct batch_line *to = &batch->lines[batch->count];
     const size_t n = line->word_count;
-    uint32_t *words = make_room(batch->words, batch->word_count, n + 1u,
+    uint32_t *words = lum_grown(batch->words, batch->word_count, n,
                                 sizeof *words, &batch->word_room);
     if (words == NULL) {
         return -1;
@@ -147,7 +132,7 @@ int batch_add_samples(struct batch *batch, const lum_line_samples *line)
 {
     struct batch_line *to = &batch->lines[batch->count];
     lum_sample *samples =
-        make_room(batch->samples, batch->sample_count, line->count + 1u,
+        lum_grown(batch->samples, batch->sample_count, line->count,
                   sizeof *samples, &batch->sample_room);
     if (samples == NULL) {
         return -1;
