@@ -191,7 +191,7 @@ static void datagrams_come_back_from_their_interfaces(void **state)
     assert_int_equal(
         lum_capture_writer_add_from(w, LUM_CAPTURE_INTERFACES_MAX, &d, &error),
         -1);
-    assert_non_null(strstr(error.text, "from 0 to 15"));
+    assert_non_null(strstr(error.text, "use 0 to 15"));
     assert_int_equal(lum_capture_writer_close(w, NULL), 0);
     lum_capture *c = open_bytes(bytes, read_file(bytes, sizeof bytes));
     for (size_t i = LUM_CAPTURE_INTERFACES_MAX; i-- > 0;) {

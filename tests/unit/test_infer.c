@@ -1707,7 +1707,7 @@ static void an_upper_half_that_stands_is_told(void **state)
             assert_non_null(strstr(equal, is_big ? "{at: 20, bytes: 8, order"
                                                  : "{at: 20, bytes: 8}"));
             assert_non_null(strstr(equal, "do not change; a recording of more "
-                                          "than 4295.0 s tells"));
+                                          "than 4295.0 s shows"));
         } else {
             finds_it(&m);
             assert_null(strstr(equal, "bytes: 4"));

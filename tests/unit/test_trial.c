@@ -361,7 +361,8 @@ static void a_second_sensor_far_behind_is_told(void **state)
     (void)state;
     run_as_one(&first, &second, &result);
     assert_warned(&result);
-    assert_non_null(strstr(result.remark.text, " packets are late"));
+    assert_non_null(
+        strstr(result.remark.text, " packets came after newer lines"));
 }
 
 /* Its clock comes again where it was; the frame, elsewhere. */
