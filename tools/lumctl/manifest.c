@@ -309,6 +309,7 @@ static void put_rest(FILE *out, const struct manifest_result *r)
     struct json json;
     json_init(&json, out);
     json.has_before = true;
+    json.depth = 1; /* put_begin() has begun it */
     json_bool(&json, "done", r->is_done);
     if (r->is_done && r->file[0] != '\0') {
         json_text(&json, "file", r->file);
