@@ -97,6 +97,10 @@ class Structs(unittest.TestCase):
 class Files(unittest.TestCase):
     """Each module says what it does (script/files)."""
 
+    def test_every_module_has_its_sentence(self):
+        done = subprocess.run([sys.executable, "-B", TOP / "script/files", "--check"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+
     def test_one_without_is_found(self):
         with tempfile.TemporaryDirectory() as top:
             for name, text in {"src/net/a.c": "#include <b.h>\n/* Not the head. */\n", "src/net/b.c": "int b;\n", "src/net/b.h": "/* What b does. */\n",
