@@ -1,14 +1,18 @@
 /* The ring and the thread of one output of a live run. Each output has its own
  * lane, so that one that stalls or fails does not stop the others. The summary
- * has a lane without an output. */
+ * has a lane without an output. The thread takes what a sensor sent out of the
+ * ring, makes lines and points of it and writes them; it may wait for its disk
+ * or its reader as long as it takes. */
 #ifndef LUMDUMP_LANE_H
 #define LUMDUMP_LANE_H
 
+#include "convert.h"
 #include "say.h"
-#include "worker.h"
 
 #include "../common/ring.h"
+#include "lum/net/socket.h"
 
+#include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -47,22 +51,71 @@ struct lane_moves {
     int64_t read_ns;  /* when it took something, or had nothing to take */
 };
 
+/* What its thread has come to. */
+struct lane_view {
+    uint64_t taken; /* datagrams, as of now; the rest as of the last tenth of a
+                       second */
+    uint64_t points;
+    uint64_t lost_words; /* without lines that were under way when it began */
+    uint64_t lost_lines; /* skipped, or without all angles; likewise */
+    uint64_t refused;    /* datagrams that reassembly could not use */
+    bool has_all;        /* that --frames asks for */
+    bool has_ended;      /* its outputs are closed, and no file is lost that
+                            lane_take_lost() has not given */
+};
+
+/* Where datagrams went from and to. */
+struct lane_ends {
+    lum_endpoint sensor;
+    lum_endpoint client;
+};
+
+/* Files that are found lost between two looks from outside. */
+#define LANE_LOST_MAX 4u
+
+/* What both sides use, under the lock. */
+struct lane_shared {
+    pthread_mutex_t lock;
+    struct lane_view view;
+    uint64_t dropped;
+    lum_error lost[LANE_LOST_MAX]; /* what became of files, to be told */
+    size_t lost_count;
+    bool keep;
+    bool is_dropped;
+};
+
+/* When the thread last did something. */
+struct lane_times {
+    int64_t pipes_ns; /* flushed them */
+    int64_t files_ns;
+    int64_t view_ns;   /* made the view */
+    int64_t health_ns; /* told outputs of it */
+};
+
 struct lane {
     struct options options; /* of its output alone */
     struct pass own;        /* the summary's lane uses the run's instead */
     struct pass *pass;
     struct ring *ring;
     struct closer *closer; /* of a file; else NULL */
-    struct worker *worker; /* NULL: not started, or joined */
+    struct lane_ends ends;
+    pthread_t thread;
+    bool runs; /* the thread was started, and is not joined */
     enum lane_kind kind;
     enum lane_target target;
 
-    enum lane_end end;
+    /* the thread's, until it is joined */
+    enum pass_result result;
     lum_error error;
-    int64_t ended_ns;        /* monotonic; 0: with the run */
-    struct worker_view view; /* as last looked */
-    uint64_t dropped;        /* datagrams that the ring had no room for */
-    struct say_count told;   /* of them */
+    struct lane_times last;
+
+    struct lane_shared shared;
+
+    enum lane_end end;
+    int64_t ended_ns;      /* monotonic; 0: with the run */
+    struct lane_view view; /* as last looked */
+    uint64_t dropped;      /* datagrams that the ring had no room for */
+    struct say_count told; /* of them */
     struct lane_moves moves;
 };
 
@@ -72,7 +125,12 @@ struct lane {
 struct lane *lane_new(struct pass *run, size_t output, size_t ring_size,
                       lum_error *error);
 
-int lane_start(struct lane *lane, struct worker_ends ends, lum_error *error);
+int lane_start(struct lane *lane, struct lane_ends ends, lum_error *error);
+
+/* No more will come. Its outputs are finished once all that is in the ring has
+ * been written, where keep is set or one of them has failed, which is aborted;
+ * else all are. Does not wait. */
+void lane_finish(struct lane *lane, bool keep);
 
 /* Take back a start, where nothing came yet. A thread that waits for the reader
  * of a pipe is left to itself. */

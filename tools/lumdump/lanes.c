@@ -48,7 +48,7 @@ int lanes_open(struct lanes *lanes, struct pass *run, lum_error *error)
 
 /* The summary's, which waits for no disk, comes last: where it is started, all
  * are. */
-int lanes_start(struct lanes *lanes, struct worker_ends ends, lum_error *error)
+int lanes_start(struct lanes *lanes, struct lane_ends ends, lum_error *error)
 {
     int result = 0;
     for (size_t i = 0; i < lanes->count && result == 0; i++) {
@@ -272,7 +272,7 @@ void lanes_finish(struct lanes *lanes, bool keep)
 {
     for (size_t i = 0; i <= lanes->count; i++) {
         if (lanes->list[i]->end == LANE_LIVES) {
-            worker_finish(lanes->list[i]->worker, keep);
+            lane_finish(lanes->list[i], keep);
         }
     }
 }
@@ -334,7 +334,7 @@ void lanes_note_left_out(const struct lanes *lanes, struct summary *summary)
     for (size_t i = 0; i < lanes->count; i++) {
         const struct pass *pass = &lanes->list[i]->own;
         const struct summary_outputs *one = &pass->summary.outputs;
-        if (lanes->list[i]->worker != NULL) {
+        if (lanes->list[i]->runs) {
             continue;
         }
         if (one->left_out_count > 0) {

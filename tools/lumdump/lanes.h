@@ -19,7 +19,7 @@ int lanes_open(struct lanes *lanes, struct pass *run, lum_error *error);
 
 /* 0, or -1 with the reason in error. After a signal it does not start, and
  * error is empty: opening a file may have stalled until then. */
-int lanes_start(struct lanes *lanes, struct worker_ends ends, lum_error *error);
+int lanes_start(struct lanes *lanes, struct lane_ends ends, lum_error *error);
 
 /* The receiving thread's: put an item into all; show what was put; wake all, so
  * that they look at the clock. None waits for anything. */
@@ -38,7 +38,7 @@ uint64_t lanes_dropped(const struct lanes *lanes);
 unsigned lanes_level(const struct lanes *lanes);
 
 /* No more will come: have what is in the rings written, and the files finished.
- * Does not wait. keep: see worker_finish(). */
+ * Does not wait. keep: see lane_finish(). */
 void lanes_finish(struct lanes *lanes, bool keep);
 
 /* After lanes_finish(): wait for that. Each output has its time. A file: while

@@ -65,7 +65,7 @@ static int open_laser(struct live *l)
 static int start_lanes(struct live *l)
 {
     const uint32_t address = l->options->live.address.address;
-    struct worker_ends ends = {.sensor = {address, LUM_PORT}};
+    struct lane_ends ends = {.sensor = {address, LUM_PORT}};
     lum_socket_local(lum_sensor_socket(l->session.sensor), &ends.client);
     if (ends.client.address == 0) {
         ends.client.address = own_address(address, l->options->live.interface);
@@ -226,7 +226,7 @@ static void tell_no_data(struct session *s)
 static void tell_notes(struct live *l)
 {
     for (size_t i = 0; i < l->lanes.count; i++) {
-        if (l->lanes.list[i]->worker == NULL) {
+        if (!l->lanes.list[i]->runs) {
             conclude_notes(l->lanes.list[i]->pass);
         }
     }

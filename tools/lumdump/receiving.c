@@ -175,7 +175,7 @@ static void show_status(struct session *s, const lum_sensor_counters *c,
                         int64_t now_ns)
 {
     char line[400];
-    const struct worker_view view = s->lanes->summary->view;
+    const struct lane_view view = s->lanes->summary->view;
     const lum_laser_session_view sensor = session_look(s);
     const struct status_totals now = {.time_ns = now_ns,
                                       .datagrams = s->received,
