@@ -162,7 +162,7 @@ static enum pass_result flush(struct lane *l, int64_t now_ns, bool is_idle)
     l->last.files_ns = files ? now_ns : l->last.files_ns;
     if (outputs_act(l->pass->outputs,
                     &(struct action){.kind = FLUSH, .number = files},
-                    &l->error) != 0) {
+                    &l->failure) != 0) {
         return pass_failure();
     }
     if (files) {
@@ -183,7 +183,7 @@ static enum pass_result look_around(struct lane *l, bool is_idle)
         (void)pthread_mutex_lock(&l->shared.lock);
         l->pass->dropped = l->shared.dropped;
         (void)pthread_mutex_unlock(&l->shared.lock);
-        const enum pass_result result = health_tell(l->pass, &l->error);
+        const enum pass_result result = health_tell(l->pass, &l->failure);
         if (result != PASS_DONE) {
             return result;
         }
@@ -220,8 +220,8 @@ static enum pass_result take_one(struct lane *l, const struct ring_item *item)
 {
     const lum_record record = record_of(l, item);
     const enum pass_result result =
-        l->kind == LANE_RECORDING ? pass_record(l->pass, &record, &l->error)
-                                  : pass_take(l->pass, &record, &l->error);
+        l->kind == LANE_RECORDING ? pass_record(l->pass, &record, &l->failure)
+                                  : pass_take(l->pass, &record, &l->failure);
     l->pass->summary.records++;
     return result == PASS_DONE ? count_one(l) : result;
 }
@@ -258,8 +258,8 @@ static enum pass_result open_outputs(struct lane *l)
     if (l->target != LANE_LATE_PIPE) {
         return PASS_DONE;
     }
-    return outputs_open(p->options, NULL, &p->notes, &p->outputs, &l->error) ==
-                   0
+    return outputs_open(p->options, NULL, &p->notes, &p->outputs,
+                        &l->failure) == 0
                ? PASS_DONE
                : PASS_FAILED;
 }
@@ -272,7 +272,7 @@ static enum pass_result close_outputs(struct lane *l)
     const bool is_fine = l->result == PASS_DONE;
     pass_note_left_out(l->pass);
     l->pass->outputs = NULL;
-    if (outputs_close(outputs, is_fine ? &l->error : &others) == 0 ||
+    if (outputs_close(outputs, is_fine ? &l->failure : &others) == 0 ||
         !is_fine) {
         return l->result;
     }
@@ -303,9 +303,9 @@ static void *run(void *argument)
         l->result = work(l);
     }
     if (l->result == PASS_DONE && l->kind != LANE_RECORDING) {
-        l->result = pass_flush(l->pass, &l->error);
+        l->result = pass_flush(l->pass, &l->failure);
         if (l->result == PASS_DONE) {
-            l->result = health_tell(l->pass, &l->error);
+            l->result = health_tell(l->pass, &l->failure);
         }
     }
     make_view(l);
@@ -382,6 +382,9 @@ static void join(struct lane *lane)
     (void)pthread_mutex_destroy(&lane->shared.lock);
     const enum lane_end end = end_of(lane->result);
     lane->runs = false;
+    if (lane->result == PASS_FAILED) {
+        lane->error = lane->failure;
+    }
     if (lane->end == LANE_LIVES) {
         lane->end = end;
     } else if (lane->end == LANE_ABANDONED) {

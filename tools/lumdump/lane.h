@@ -106,12 +106,13 @@ struct lane {
 
     /* the thread's, until it is joined */
     enum pass_result result;
-    lum_error error;
+    lum_error failure;
     struct lane_times last;
 
     struct lane_shared shared;
 
     enum lane_end end;
+    lum_error error;       /* why it failed */
     int64_t ended_ns;      /* monotonic; 0: with the run */
     struct lane_view view; /* as last looked */
     uint64_t dropped;      /* datagrams that the ring had no room for */
