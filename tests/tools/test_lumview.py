@@ -775,9 +775,7 @@ class Licenses(Case):
         self.assertNotEqual(r.returncode, 0)
         self.assertIn("there is no licence file to be shipped with it", " ".join(r.stderr.split()))
 
-    def test_the_palettes_and_lumsdk_have_theirs(self):
-        self.assertIn("Copyright 2019 Google LLC", self.text)
-        self.assertIn("TERMS AND CONDITIONS FOR USE, REPRODUCTION, AND DISTRIBUTION", self.text)
+    def test_lumsdk_has_its_own(self):
         self.assertIn((PAGE / "../../../LICENSE").read_text(), self.text)
 
     def test_the_page_has_them_too(self):
