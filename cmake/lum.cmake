@@ -79,16 +79,21 @@ function(lum_program name)
   lum_target(${name})
 endfunction()
 
+# lum_help(TARGET FOLDER): what --help prints, of a folder's help.txt.
+function(lum_help target folder)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${folder}/help.txt)
+  file(READ ${folder}/help.txt text HEX)
+  string(REGEX REPLACE "(..)" "0x\\1," text "${text}")
+  file(CONFIGURE OUTPUT help.c CONTENT "extern const char help_text[];\nconst char help_text[] = {${text}0};\n")
+  target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/help.c)
+endfunction()
+
 # lum_tool(NAME SOURCE...): a program for users, in BUILD/bin.
 function(lum_tool name)
   lum_program(${name} ${ARGN})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/help.txt)
-    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS help.txt)
-    file(READ help.txt text HEX)
-    string(REGEX REPLACE "(..)" "0x\\1," text "${text}")
-    file(CONFIGURE OUTPUT help.c CONTENT "extern const char help_text[];\nconst char help_text[] = {${text}0};\n")
-    target_sources(${name} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/help.c)
+    lum_help(${name} ${CMAKE_CURRENT_SOURCE_DIR})
   endif()
 endfunction()
 

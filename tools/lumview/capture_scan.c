@@ -8,7 +8,6 @@
 #include "thread_monitor.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Records of a step. */
 #define RECORDS_A_STEP 64u
@@ -93,12 +92,10 @@ static void places_end(lum_reader *places)
 static void places_note_frame(lum_reader *places)
 {
     struct place *at = &places->place;
-    struct last_frame *last = &at->frames.last[SENSOR];
-    uint32_t lines[LUM_EYES];
-    (void)memcpy(lines, last->lines, sizeof lines);
-    lum_framer_get_lines(places->framer, SENSOR, last->lines);
-    lum_index_entries_finish(at, SENSOR,
-                             lum_framer_frame_number(places->framer), lines);
+    const struct last_frame before = at->frames.last[SENSOR];
+    lum_framer_get_lines(places->framer, SENSOR, at->frames.last[SENSOR].lines);
+    lum_index_entries_finish(
+        at, SENSOR, lum_framer_frame_number(places->framer), before.lines);
     at->index.frames = ++at->frames.order;
 }
 
