@@ -4,6 +4,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import os
+import signal
 import sys
 import time
 import warnings
@@ -12,16 +13,51 @@ from typing import Any, Callable, Optional, Protocol, TypeVar
 
 from ._c import VERSION
 from ._errors import Error, OptionError, install
-from ._signals import Signals, Stopped, die_of
 from ._target import Target
 
 PERIOD_S = 0.2
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
 
 
 def told(name: str, text: str) -> None:
     """A line for the user of a program, apart from the result."""
     shown = "".join(c if c.isprintable() else "?" for c in text)
     print(f"{name}: {shown}".encode(errors="replace").decode(), file=sys.stderr, flush=True)
+
+
+# --- Signals ---
+
+
+class Stopped(BaseException):
+    """A signal came."""
+
+
+class Signals:
+    """The first signal stops the run, the next one ends the program at once."""
+
+    def __init__(self) -> None:
+        self.caught = 0
+        self.waits = False  # the run looks at `caught` itself
+
+    def install(self) -> None:
+        """Catch them from now on."""
+        for name in SIGNALS:
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, self._take)
+
+    def _take(self, number: int, _: object) -> None:
+        if self.caught:
+            die_of(number)
+        self.caught = number
+        if not self.waits:
+            raise Stopped
+
+
+def die_of(number: int) -> None:
+    """The caller sees the signal."""
+    signal.signal(number, signal.SIG_DFL)
+    os.kill(os.getpid(), number)
 
 
 # --- Progress ---

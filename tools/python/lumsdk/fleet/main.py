@@ -10,8 +10,7 @@ from contextlib import suppress
 from typing import Any, Optional
 
 from .._c import VERSION
-from .._run import run
-from .._signals import Signals
+from .._run import Signals, run
 from . import _arguments, _journal, _manifest
 from ._errors import FleetError, LockTaken, Usage
 from ._folders import WorkFolder, remove_dead
