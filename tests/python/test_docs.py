@@ -87,7 +87,8 @@ def test_from_a_drive_to_a_map(tmp_path):
     pytest.importorskip("kiss_icp")
     pytest.importorskip("matplotlib")
     text = (TOP / "docs/odometry.md").read_text()
-    told = re.findall(r"^    (lum\w+) (.*?(?:truth|poses)\.txt.*?)(?: +#.*)?$", text[text.index("    lumsim -o drive.pcap --scene town"):], re.M)
+    block = text[text.index("    lumsim -o drive.pcap --scene town"):].split("\n\n")[0]
+    told = re.findall(r"^    (lum\w+) (.*?(?:truth|poses)\.txt.*?)(?: +#.*)?$", block, re.M)
     assert [name for name, _ in told] == ["lumsim", "lumodom", "lumdump"]
     said = []
     for name, arguments in told:

@@ -30,8 +30,8 @@ See 'lumcal eyes --help' and 'lumcal check --help' for their options.
       --help, --version
 
 Exit status: 0 done, 1 failed: files, captures, no flat face seen; eyes: the
-result is useless; check: the eyes do not meet, or nothing shows whether they do.
-2 bad arguments or configuration.
+result is useless; check: the eyes do not meet, or nothing shows whether they
+do. 2 bad arguments or configuration.
 
 Examples:
   lumcal eyes a.pcap b.pcap c.pcap -o calibration.yaml --report report.html
