@@ -107,7 +107,7 @@ void live_darken_data(struct live *live)
 
 /* --- How it leaves --- */
 
-static size_t take(struct live *live, int64_t now_ns, struct parcel *out,
+static size_t take(struct live *live, int64_t now_ns, lum_outgoing *out,
                    size_t max)
 {
     return live->options->mode == MODE_REPLAY
@@ -141,14 +141,14 @@ static void send_what_is_due(struct live *live, int64_t now_ns)
 /* Whether a whole batch was due: more may be. */
 static bool stream_batch(struct live *live, int64_t now_ns)
 {
-    struct parcel parcels[LUM_SOCKET_BATCH];
+    lum_outgoing datagrams[LUM_SOCKET_BATCH];
     const size_t room =
         sender_is_stuck(&live->data.sender) ? 0 : LUM_SOCKET_BATCH;
-    const size_t n = take(live, now_ns, parcels, room);
+    const size_t n = take(live, now_ns, datagrams, room);
     if (live->is_silent) {
         live->counts.unsent += n;
     } else if (n > 0) {
-        sender_put(&live->data.sender, parcels, n, now_ns);
+        sender_put(&live->data.sender, datagrams, n, now_ns);
     }
     send_what_is_due(live, now_ns);
     return n > 0 && n == room;

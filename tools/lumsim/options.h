@@ -21,6 +21,9 @@ enum mode {
 /* Frames of a run without --frames; 640 lines on the network have fewer. */
 #define FRAMES_USUAL 10
 
+/* A simulated sensor whose data is later than this skips lines. */
+#define FEED_LAG_MAX_NS INT64_C(200000000)
+
 /* A capture that is written. */
 struct capture_options {
     const char *output; /* "-": standard output */

@@ -104,7 +104,7 @@ static void shift_if_late(struct playback *p, int64_t now_ns)
 }
 
 size_t playback_take(struct playback *playback, int64_t now_ns,
-                     struct parcel *out, size_t max)
+                     lum_outgoing *out, size_t max)
 {
     size_t n = 0;
     size_t used = 0;
@@ -117,7 +117,7 @@ size_t playback_take(struct playback *playback, int64_t now_ns,
         }
         memcpy(playback->bytes + used, next->bytes, next->len);
         out[n++] =
-            (struct parcel){.bytes = playback->bytes + used, .len = next->len};
+            (lum_outgoing){.bytes = playback->bytes + used, .len = next->len};
         used += next->len;
         read_next(playback);
     }

@@ -2,8 +2,8 @@
 #ifndef LUMSIM_PLAYBACK_H
 #define LUMSIM_PLAYBACK_H
 
+#include "lum/net/socket.h"
 #include "named_files.h"
-#include "parcel.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -36,7 +36,7 @@ void playback_begin(struct playback *playback, int64_t begin_ns);
 
 /* Up to max datagrams that are due. Returns how many. */
 size_t playback_take(struct playback *playback, int64_t now_ns,
-                     struct parcel *out, size_t max);
+                     lum_outgoing *out, size_t max);
 
 /* When the next one is due; INT64_MAX: there is none. */
 int64_t playback_next_ns(const struct playback *playback);

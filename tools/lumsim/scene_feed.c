@@ -120,7 +120,7 @@ static bool open_line(struct scene *scene, const lum_device *device,
 }
 
 size_t scene_take(struct scene *scene, const lum_device *device, int64_t now_ns,
-                  struct parcel *out, size_t max)
+                  lum_outgoing *out, size_t max)
 {
     size_t n = 0;
     if (scene->reel == NULL) {
@@ -129,7 +129,7 @@ size_t scene_take(struct scene *scene, const lum_device *device, int64_t now_ns,
     while (n < max && open_line(scene, device, now_ns) &&
            packet_leaves_ns(scene) <= now_ns) {
         const lum_reel_packet *p = &scene->packets[scene->next++];
-        out[n++] = (struct parcel){.bytes = p->bytes, .len = p->len};
+        out[n++] = (lum_outgoing){.bytes = p->bytes, .len = p->len};
     }
     return n;
 }

@@ -3,7 +3,8 @@
 #ifndef LUMSIM_SCENE_FEED_H
 #define LUMSIM_SCENE_FEED_H
 
-#include "parcel.h"
+#include "lum/net/socket.h"
+#include "options.h"
 #include "sim/device.h"
 #include "sim/reel.h"
 
@@ -42,7 +43,7 @@ bool scene_hold(struct scene *scene, bool is_held);
 
 /* Up to max datagrams that are due, in order. Returns how many. */
 size_t scene_take(struct scene *scene, const lum_device *device, int64_t now_ns,
-                  struct parcel *out, size_t max);
+                  lum_outgoing *out, size_t max);
 
 /* When the next one is due; INT64_MAX without a reel. */
 int64_t scene_next_ns(const struct scene *scene);

@@ -121,42 +121,34 @@ static void hold(struct sender *o, const lum_sim_packet *packet, int64_t now_ns)
     sift_up(o, o->waiting++);
 }
 
-static void put_direct(struct sender *o, const struct parcel *parcels, size_t n)
-{
-    for (size_t i = 0; i < n; i++) {
-        o->pending[i] =
-            (lum_outgoing){.bytes = parcels[i].bytes, .len = parcels[i].len};
-    }
-    o->pending_next = 0;
-    o->pending_count = n;
-}
-
-static void bend(struct sender *o, const struct parcel *parcel, int64_t now_ns)
+static void bend(struct sender *o, const lum_outgoing *datagram, int64_t now_ns)
 {
     lum_sim_packet packet;
     const lum_sim_packet *leaving;
-    if (parcel->len > sizeof packet.bytes) {
+    if (datagram->len > sizeof packet.bytes) {
         o->no_room++;
         return;
     }
     packet.time_ns = now_ns;
-    packet.len = parcel->len;
-    memcpy(packet.bytes, parcel->bytes, parcel->len);
+    packet.len = datagram->len;
+    memcpy(packet.bytes, datagram->bytes, datagram->len);
     lum_fault_push(&o->fault, &packet);
     while ((leaving = lum_fault_pull(&o->fault)) != NULL) {
         hold(o, leaving, now_ns);
     }
 }
 
-void sender_put(struct sender *sender, const struct parcel *parcels, size_t n,
+void sender_put(struct sender *sender, const lum_outgoing *datagrams, size_t n,
                 int64_t now_ns)
 {
     if (sender->is_direct) {
-        put_direct(sender, parcels, n);
+        memcpy(sender->pending, datagrams, n * sizeof datagrams[0]);
+        sender->pending_next = 0;
+        sender->pending_count = n;
         return;
     }
     for (size_t i = 0; i < n; i++) {
-        bend(sender, &parcels[i], now_ns);
+        bend(sender, &datagrams[i], now_ns);
     }
 }
 

@@ -5,7 +5,6 @@
 
 #include "lum/net/socket.h"
 #include "options.h"
-#include "parcel.h"
 #include "sim/fault.h"
 #include "sim/random.h"
 
@@ -48,9 +47,10 @@ int sender_open(struct sender *out, const struct delivery_options *options,
                 uint64_t seed);
 void sender_close(struct sender *sender);
 
-/* Take parcels, at most LUM_SOCKET_BATCH, and none while it is stuck. If
- * direct, their bytes must live until they have left or sender_drop(). */
-void sender_put(struct sender *sender, const struct parcel *parcels, size_t n,
+/* Take datagrams to nobody yet, at most LUM_SOCKET_BATCH, and none while it is
+ * stuck. If direct, their bytes must live until they have left or
+ * sender_drop(). */
+void sender_put(struct sender *sender, const lum_outgoing *datagrams, size_t n,
                 int64_t now_ns);
 
 /* Send what is due. False when datagrams had to be given up. */
