@@ -152,17 +152,17 @@ static void look_for_files(struct lane *l)
 
 static enum pass_result flush(struct lane *l, int64_t now_ns, bool is_idle)
 {
-    const int64_t since_ns = now_ns - l->last.pipes_ns;
-    const bool files = now_ns - l->last.files_ns >= FILES_NS;
+    const int64_t since_ns = now_ns - l->work.pipes_ns;
+    const bool files = now_ns - l->work.files_ns >= FILES_NS;
     if (l->pass->outputs == NULL ||
         (!files && since_ns < (is_idle ? PIPES_NS : BUSY_NS))) {
         return PASS_DONE;
     }
-    l->last.pipes_ns = now_ns;
-    l->last.files_ns = files ? now_ns : l->last.files_ns;
+    l->work.pipes_ns = now_ns;
+    l->work.files_ns = files ? now_ns : l->work.files_ns;
     if (outputs_act(l->pass->outputs,
                     &(struct action){.kind = FLUSH, .number = files},
-                    &l->failure) != 0) {
+                    &l->work.failure) != 0) {
         return pass_failure();
     }
     if (files) {
@@ -174,16 +174,16 @@ static enum pass_result flush(struct lane *l, int64_t now_ns, bool is_idle)
 static enum pass_result look_around(struct lane *l, bool is_idle)
 {
     const int64_t now_ns = lum_time_monotonic_ns();
-    if (now_ns - l->last.view_ns >= VIEW_NS) {
-        l->last.view_ns = now_ns;
+    if (now_ns - l->work.view_ns >= VIEW_NS) {
+        l->work.view_ns = now_ns;
         make_view(l);
     }
-    if (l->kind != LANE_RECORDING && now_ns - l->last.health_ns >= HEALTH_NS) {
-        l->last.health_ns = now_ns;
+    if (l->kind != LANE_RECORDING && now_ns - l->work.health_ns >= HEALTH_NS) {
+        l->work.health_ns = now_ns;
         (void)pthread_mutex_lock(&l->shared.lock);
         l->pass->dropped = l->shared.dropped;
         (void)pthread_mutex_unlock(&l->shared.lock);
-        const enum pass_result result = health_tell(l->pass, &l->failure);
+        const enum pass_result result = health_tell(l->pass, &l->work.failure);
         if (result != PASS_DONE) {
             return result;
         }
@@ -220,8 +220,9 @@ static enum pass_result take_one(struct lane *l, const struct ring_item *item)
 {
     const lum_record record = record_of(l, item);
     const enum pass_result result =
-        l->kind == LANE_RECORDING ? pass_record(l->pass, &record, &l->failure)
-                                  : pass_take(l->pass, &record, &l->failure);
+        l->kind == LANE_RECORDING
+            ? pass_record(l->pass, &record, &l->work.failure)
+            : pass_take(l->pass, &record, &l->work.failure);
     l->pass->summary.records++;
     return result == PASS_DONE ? count_one(l) : result;
 }
@@ -259,7 +260,7 @@ static enum pass_result open_outputs(struct lane *l)
         return PASS_DONE;
     }
     return outputs_open(p->options, NULL, &p->notes, &p->outputs,
-                        &l->failure) == 0
+                        &l->work.failure) == 0
                ? PASS_DONE
                : PASS_FAILED;
 }
@@ -269,12 +270,12 @@ static enum pass_result close_outputs(struct lane *l)
 {
     lum_error others = {""};
     struct outputs *outputs = l->pass->outputs;
-    const bool is_fine = l->result == PASS_DONE;
+    const bool is_fine = l->work.result == PASS_DONE;
     pass_note_left_out(l->pass);
     l->pass->outputs = NULL;
-    if (outputs_close(outputs, is_fine ? &l->failure : &others) == 0 ||
+    if (outputs_close(outputs, is_fine ? &l->work.failure : &others) == 0 ||
         !is_fine) {
-        return l->result;
+        return l->work.result;
     }
     return pass_failure();
 }
@@ -285,7 +286,7 @@ static bool is_kept(struct lane *l)
     const bool keep = l->shared.keep;
     const bool is_dropped = l->shared.is_dropped;
     (void)pthread_mutex_unlock(&l->shared.lock);
-    return !is_dropped && (keep || l->result != PASS_DONE);
+    return !is_dropped && (keep || l->work.result != PASS_DONE);
 }
 
 static void tell_end(struct lane *l)
@@ -298,19 +299,19 @@ static void tell_end(struct lane *l)
 static void *run(void *argument)
 {
     struct lane *l = argument;
-    l->result = open_outputs(l);
-    if (l->result == PASS_DONE) {
-        l->result = work(l);
+    l->work.result = open_outputs(l);
+    if (l->work.result == PASS_DONE) {
+        l->work.result = work(l);
     }
-    if (l->result == PASS_DONE && l->kind != LANE_RECORDING) {
-        l->result = pass_flush(l->pass, &l->failure);
-        if (l->result == PASS_DONE) {
-            l->result = health_tell(l->pass, &l->failure);
+    if (l->work.result == PASS_DONE && l->kind != LANE_RECORDING) {
+        l->work.result = pass_flush(l->pass, &l->work.failure);
+        if (l->work.result == PASS_DONE) {
+            l->work.result = health_tell(l->pass, &l->work.failure);
         }
     }
     make_view(l);
     if (l->pass->outputs != NULL && is_kept(l)) {
-        l->result = close_outputs(l);
+        l->work.result = close_outputs(l);
     }
     outputs_abort(l->pass->outputs);
     l->pass->outputs = NULL;
@@ -380,10 +381,10 @@ static void join(struct lane *lane)
 {
     (void)pthread_join(lane->thread, NULL);
     (void)pthread_mutex_destroy(&lane->shared.lock);
-    const enum lane_end end = end_of(lane->result);
+    const enum lane_end end = end_of(lane->work.result);
     lane->runs = false;
-    if (lane->result == PASS_FAILED) {
-        lane->error = lane->failure;
+    if (lane->work.result == PASS_FAILED) {
+        lane->error = lane->work.failure;
     }
     if (lane->end == LANE_LIVES) {
         lane->end = end;

@@ -84,12 +84,14 @@ struct lane_shared {
     bool is_dropped;
 };
 
-/* When the thread last did something. */
-struct lane_times {
-    int64_t pipes_ns; /* flushed them */
+/* What is the thread's alone until it is joined. */
+struct lane_work {
+    enum pass_result result;
+    lum_error failure;
+    int64_t pipes_ns; /* when they were flushed */
     int64_t files_ns;
-    int64_t view_ns;   /* made the view */
-    int64_t health_ns; /* told outputs of it */
+    int64_t view_ns;   /* when the view was made */
+    int64_t health_ns; /* when outputs were told of it */
 };
 
 struct lane {
@@ -104,11 +106,7 @@ struct lane {
     enum lane_kind kind;
     enum lane_target target;
 
-    /* the thread's, until it is joined */
-    enum pass_result result;
-    lum_error failure;
-    struct lane_times last;
-
+    struct lane_work work;
     struct lane_shared shared;
 
     enum lane_end end;
