@@ -9,7 +9,7 @@ import { setTimeout as sleep } from "node:timers/promises";
 import { pathToFileURL } from "node:url";
 import { gzipSync } from "node:zlib";
 import { makeFrames } from "../../tools/lumview/page/frame.js";
-import { arrayOf, framesOf } from "./facts_truth.mjs";
+import { arrayOf } from "./facts_truth.mjs";
 import { SIZE, SLOW } from "./page.mjs";
 import { dump, run } from "./tools.mjs";
 
@@ -213,7 +213,7 @@ async function findsTheLayout(context) {
     await page.close();
 }
 
-// Poses, labels and true points, dropped one by one, are what lumview takes by options.
+// Poses, an array and a second capture as ground truth, dropped one by one, are what lumview takes by options.
 async function takesWhatIsBeside(context) {
     const { folder } = context;
     const [poses, labels, exact] = ["drive.txt", "labels.npy", "exact.pcap"].map((name) => path.join(folder, name));
@@ -227,10 +227,12 @@ async function takesWhatIsBeside(context) {
     assert.ok(await page.evaluate(() => document.getElementById("world-row").hidden));
     await drop(page, dropped(poses));
     await until(page, () => !document.getElementById("world-row").hidden && window.lumview.beside().labels.includes("ground"));
-    await drop(page, dropped(write(folder, "exact.npy", framesOf(dump(exact)))));
-    await until(page, () => document.getElementById("truth-name").textContent.startsWith("exact.npy"));
+    await page.setInputFiles("#truth-files", exact);
+    await until(page, () => document.getElementById("truth-name").textContent.startsWith("exact.pcap"));
     await shows(page, 3); // its last one
     await until(page, (n) => window.lumview.beside().truth === n, dump(exact, "--frames", "3:3").length);
+    await page.setInputFiles("#truth-files", write(folder, "notes.txt", "no capture\n".repeat(100)));
+    await says(page, "message", "notes.txt: not a capture");
     assert.deepEqual(page.complaints, []);
     await page.close();
 }
@@ -566,7 +568,7 @@ export const aloneFacts = [
     ["compressed captures, and several as one", compressedAndSeveral],
     ["YAML files are known by their keys", yamlIsKnown],
     ["it finds the layout of packets that do not decode", findsTheLayout],
-    ["poses, labels and true points are taken beside it", takesWhatIsBeside],
+    ["poses, labels and a true capture are taken beside it", takesWhatIsBeside],
     ["arrays that are of no use are told", refusesArrays],
     ["poses and files that are of no use are told", refusesFiles],
     ["a text file is no capture", textFile],

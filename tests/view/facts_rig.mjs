@@ -114,6 +114,7 @@ async function refusesWhatIsOfOneSensor({ browser, folder }) {
     const page = await open(browser, server.url);
     await until(page, () => document.getElementById("message").textContent.includes("labels.npy: labels belong to one sensor"));
     assert.equal(await page.locator("#colour [value=label]").count(), 0);
+    await assert.rejects(view("--paused", "--rig", rig, "--truth", alone, both), /true points of a capture are seen from its sensor/);
 }
 
 export const rigFacts = [

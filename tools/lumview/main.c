@@ -10,6 +10,7 @@
 #include "served.h"
 #include "server.h"
 #include "setting_files.h"
+#include "true_points.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -44,11 +45,27 @@ struct loaded {
     struct served served;
 };
 
+/* An array, or a capture. */
+static int load_truth(const struct options *o, const struct geometry *geometry,
+                      struct served *out, lum_error *error)
+{
+    const char *name = o->beside.truth;
+    struct truth truth;
+    if (name == NULL || served_is_array(name)) {
+        return served_add(out, "/truth", name, error);
+    }
+    if (truth_read(o, geometry, &name, 1, &truth, error) != 0) {
+        return -1;
+    }
+    served_put(out, "/truth", truth.bytes, truth.len);
+    return 0;
+}
+
 /* What is known beside the points, for the page alone. */
 static int load_served(struct options *o, struct loaded *out, lum_error *error)
 {
     if (served_add(&out->served, "/labels", o->beside.labels, error) != 0 ||
-        served_add(&out->served, "/truth", o->beside.truth, error) != 0) {
+        load_truth(o, &out->files.geometry, &out->served, error) != 0) {
         return -1;
     }
     o->beside.served = &out->served;

@@ -98,7 +98,7 @@ static const struct option_spec specs[] = {
     {"labels", .kind = OPTION_TEXT, .group = CAPTURE, INTO(beside.labels),
      .allowed = "the name of an array of NumPy, .npy"},
     {"truth", .kind = OPTION_TEXT, .group = CAPTURE, INTO(beside.truth),
-     .allowed = "the name of an array of NumPy, .npy"},
+     .allowed = "the name of a capture or of an array of NumPy, .npy"},
     {"poses", .kind = OPTION_TEXT, .group = CAPTURE, INTO(beside.poses_path),
      .allowed = "the name of a file of poses"},
     {"calibration", .kind = OPTION_TEXT, INTO(calibration)},

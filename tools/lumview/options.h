@@ -47,7 +47,7 @@ struct listen_options {
 /* What is known beside the points. */
 struct beside_options {
     const char *labels;          /* an array of NumPy; NULL: none */
-    const char *truth;           /* likewise */
+    const char *truth;           /* likewise, or a capture */
     const char *poses_path;      /* NULL: none */
     const struct served *served; /* as arrays, once they are read */
     const lum_poses *poses;      /* likewise; NULL: there are none */

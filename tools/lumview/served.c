@@ -66,6 +66,13 @@ int served_add(struct served *served, const char *path, const char *name,
         return refuse(error, name,
                       "is no array of NumPy, as numpy.save() writes it");
     }
+    served_put(served, path, bytes, len);
+    return 0;
+}
+
+void served_put(struct served *served, const char *path, char *bytes,
+                size_t len)
+{
     served->memory[served->count] = bytes;
     served->files[served->count++] = (struct asset){
         .path = path,
@@ -73,7 +80,19 @@ int served_add(struct served *served, const char *path, const char *name,
         .bytes = bytes,
         .len = len,
     };
-    return 0;
+}
+
+bool served_is_array(const char *name)
+{
+    char begin[sizeof magic];
+    FILE *in = fopen(name, "rb");
+    const bool is_array = in != NULL &&
+                          fread(begin, 1, sizeof begin, in) == sizeof begin &&
+                          memcmp(begin, magic, sizeof magic) == 0;
+    if (in != NULL) {
+        (void)fclose(in);
+    }
+    return is_array;
 }
 
 const struct asset *served_find(const struct served *served, const char *path)

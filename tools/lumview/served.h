@@ -22,6 +22,13 @@ struct served {
 int served_add(struct served *served, const char *path, const char *name,
                lum_error *error);
 
+/* The same of bytes that are there, made by malloc() and taken over. */
+void served_put(struct served *served, const char *path, char *bytes,
+                size_t len);
+
+/* Whether a file begins as an array does. */
+bool served_is_array(const char *name);
+
 /* NULL: there is none. */
 const struct asset *served_find(const struct served *served, const char *path);
 

@@ -16,6 +16,7 @@ static int check_stdin(const struct options *o, lum_error *error)
         {o->second, "the second --profile"},
         {o->rig_path, "--rig"},
         {o->beside.poses_path, "--poses"},
+        {o->beside.truth, "--truth"},
         {sources_find_stdin(&o->sources), "the source"}};
     return input_files_check_once(inputs, sizeof inputs / sizeof inputs[0],
                                   error);

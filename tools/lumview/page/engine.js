@@ -84,6 +84,11 @@ export function makeEngine(module, files, log) {
                 }
             }
         },
+        // Instead of open(): the points of the captures as an array of NumPy.
+        truth() {
+            must(calls.engine_truth());
+            return calls.memory.buffer.slice(calls.engine_bytes(), calls.engine_bytes() + calls.engine_length());
+        },
         infer() {
             must(calls.engine_infer());
             return { yaml: textAt(calls.engine_profile()), sentence: textAt(calls.engine_sentence()) };

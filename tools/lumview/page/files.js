@@ -98,7 +98,22 @@ export function makeFiles(on, unpack) {
         }
     }
 
+    // Points of captures that are true, as an array of NumPy. What is shown goes on meanwhile.
+    async function readTruth(files) {
+        const { captures, ...options } = opened;
+        const { url, wasm } = await engine;
+        const other = new Worker(url);
+        const heard = new Promise((resolve, reject) => {
+            other.onmessage = ({ data }) => (data.failed ? reject(new Error(data.failed)) : resolve(data.truth));
+            other.onerror = (event) => reject(new Error(`the decoder has ended: ${event.message || "the browser does not say why"}`));
+        });
+        other.postMessage({ wasm });
+        other.postMessage({ truth: { files, options } });
+        return heard.finally(() => other.terminate());
+    }
+
     return {
+        readTruth,
         get connected() {
             return isUp;
         },

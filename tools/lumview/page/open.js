@@ -182,8 +182,26 @@ export function attachOpen(source, tell, takeArray) {
 
     const takeAll = (arrays) => arrays.forEach(({ name, read }) => takeArray(name, read));
 
+    // Arrays say what they are; captures are the truth beside what is shown.
+    async function takeTruth({ files, folders }) {
+        const left = [];
+        const { arrays, captures } = await sortFiles(files, left);
+        if (captures.length === 0 || !source.opened) {
+            await take({ files: source.opened ? arrays : files, folders });
+            return;
+        }
+        const name = captures.map((file) => file.name).join(", ");
+        const read = () => {
+            tell(`reading ${name} as ground truth`);
+            return source.readTruth(captures).finally(() => tell(left.join("; ")));
+        };
+        known.push({ name, read });
+        takeAll(known.slice(-1));
+    }
+
     // A file may go before it is read.
-    const open = (given) => take(given).catch((error) => tell(error.message));
+    const guarded = (use) => (given) => use(given).catch((error) => tell(error.message));
+    const [open, openTruth] = [take, takeTruth].map(guarded);
 
     async function offer({ yaml, sentence }) {
         const profile = { name: "profile.yaml", text: yaml };
@@ -206,10 +224,13 @@ export function attachOpen(source, tell, takeArray) {
         at("infer").disabled = true;
         source.infer();
     });
-    at("files").addEventListener("change", ({ target }) => {
-        open({ files: [...target.files] });
-        target.value = "";
-    });
+    at("truth-open").addEventListener("click", () => at("truth-files").click());
+    for (const [id, use] of [["files", open], ["truth-files", openTruth]]) {
+        at(id).addEventListener("change", ({ target }) => {
+            use({ files: [...target.files] });
+            target.value = "";
+        });
+    }
     document.addEventListener("dragover", (event) => {
         event.preventDefault();
         over(true);
@@ -218,7 +239,7 @@ export function attachOpen(source, tell, takeArray) {
     document.addEventListener("drop", (event) => {
         event.preventDefault();
         over(false);
-        open(filesOf(event.dataTransfer));
+        (event.shiftKey ? openTruth : open)(filesOf(event.dataTransfer));
     });
 
     return {
@@ -231,6 +252,7 @@ export function attachOpen(source, tell, takeArray) {
             at("landing").hidden = true;
             at("infer").hidden = true;
             at("infer").disabled = false; // what is asked of the source before is not answered
+            at("truth-open-row").hidden = false;
         },
         // Something else can be opened, as nothing was.
         failed() {

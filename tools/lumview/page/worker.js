@@ -176,6 +176,11 @@ const orders = {
         engine.open(order.options?.paused);
         turn();
     }),
+    // Of a worker that does nothing else.
+    truth: (order) => begin(order, (made) => {
+        const truth = made.truth();
+        tell({ truth }, [truth]);
+    }),
     send(text) {
         if (engine) {
             guarded(() => engine.command(text));

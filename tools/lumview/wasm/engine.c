@@ -2,6 +2,7 @@
  * server does for a browser, for a page that holds the captures itself. */
 #include "../feed.h"
 #include "../setting_files.h"
+#include "../true_points.h"
 #include "../viewer.h"
 #include "inputs.h"
 
@@ -118,6 +119,25 @@ int engine_next(void)
         return found == 0 ? 0 : lum_error_set(inputs_error(), "out of memory");
     }
     return m->is_text ? (int)NEXT_TEXT : (int)NEXT_PIECE;
+}
+
+/* Reads the captures to their end, in place of engine_open(), as points that
+ * are true: engine_bytes() are an array then. 0, or -1 with an error. */
+EXPORTED(engine_truth) int engine_truth(void);
+int engine_truth(void)
+{
+    struct options *o = &engine.options;
+    struct truth truth;
+    o->quiet = true;
+    if (take_inputs(o, inputs_error()) != 0 ||
+        files_load(o, &engine.files, inputs_error()) != 0 ||
+        truth_read(o, &engine.files.geometry, o->sources.paths,
+                   o->sources.count, &truth, inputs_error()) != 0) {
+        return -1;
+    }
+    engine.message.bytes = (unsigned char *)truth.bytes;
+    engine.message.len = truth.len;
+    return 0;
 }
 
 EXPORTED(engine_bytes) const unsigned char *engine_bytes(void);
