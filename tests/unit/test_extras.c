@@ -314,7 +314,7 @@ static void what_cannot_be_is_refused_with_what_can(void **state)
     lum_writer_extra one = all[0];
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         one.name = bad[i];
-        refuse(LUM_FORMATS, NULL, &one, 1, "use 1 to 31 letters of ASCII");
+        refuse(LUM_FORMATS, NULL, &one, 1, "use 1 to 31 ASCII letters");
     }
     one.name = "range";
     refuse(LUM_FORMATS, NULL, &one, 1, "give yours another name");

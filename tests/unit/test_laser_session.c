@@ -684,7 +684,7 @@ static void texts_of_the_sensor_are_told_up_to_a_limit(void **state)
         say(i % 2u == 0 ? LUM_SENSOR_ALERT : LUM_SENSOR_ANSWER, text,
             i == 1 ? 300 : 5, 1);
         const lum_news news = take_news(LUM_NEWS_TEXT);
-        assert_int_equal(strlen(news.text), i == 1 ? 228 : i < 20 ? 5 : 5 + 27);
+        assert_int_equal(strlen(news.text), i == 1 ? 226 : i < 20 ? 5 : 5 + 29);
         assert_memory_equal(news.text, "?~? ?", 5);
         assert_string_equal(news.text + (i < 20 ? strlen(news.text) : 5),
                             i < 20 ? "" : " (further ones are not shown)");
