@@ -192,7 +192,7 @@ def test_a_comment_that_cannot_be_used_is_told(make_capture, tmp_path):
     subprocess.run([BIN / "lumdump", make_capture("-n", 1), "-q", "--calibration", own, "-o", out], check=True)
     content = out.read_bytes()
     for old, new, said in [(b"x_m: 1.25", b"x_m: none", "its calibration:"), (b"calibration 1", b"calibration 2",
-                                                                             "'calibration 2' of itself")]:
+                                                                             "the comment 'calibration 2'")]:
         assert old in content
         with pytest.warns(lumsdk.CaptureWarning, match=said):
             assert lumsdk.open(content.replace(old, new)).calibration == lumsdk.Calibration()

@@ -66,7 +66,7 @@ class Options(unittest.TestCase):
                 (("--poses", "x.npy", "--labels", "x.npy"), "--labels: 'x.npy' is the file of --poses too"),
                 (("--path", "one.txt"), "one.txt: it has one pose, but a path needs two or more; .* use --pose"),
                 (("--path", "brief.txt"), r"its poses last 0\.05 s, and one frame 0\.1 s; use poses that last longer"),
-                (("--path", "gap.txt"), r"1 gap is longer than 1 s, the longest from 11\.000 to 13\.500 s; use poses that"),
+                (("--path", "gap.txt"), r"1 gap is longer than 1 s, the longest from 11\.000 to 13\.500 s; use poses closer"),
                 (("--path", "gap.txt", "--frames", "2"), "1 gap is longer than 1 s"),
                 (("--labels", "y.csv"), r"'y\.csv': labels are an array of NumPy; use .* in \.npy"),
                 (("--path", "short.txt", "--poses", "short.txt"), "--poses: .*the path"),

@@ -296,17 +296,17 @@ class Damaged(Case):
                 (b"# lumsdk calibration 1\n" + b"#" * 65000, "its calibration"),
                 (b"# lumsdk profile 1\nversion: 9\n", "its profile"),
                 (b"# lumsdk profile 1\nversion: 1\ngroup: {line: {at: 70000}}\n", "its profile"),
-                (b"# lumsdk calibration 2\nversion: 1\n", "'calibration 2' of itself"),
-                (b"# lumsdk weather\x1b[31m 1\nrain: true\n", "'weather?[31m 1' of itself"),
-                (b"# lumsdk ", "'' of itself"),
+                (b"# lumsdk calibration 2\nversion: 1\n", "the comment 'calibration 2'"),
+                (b"# lumsdk weather\x1b[31m 1\nrain: true\n", "the comment 'weather?[31m 1'"),
+                (b"# lumsdk ", "the comment ''"),
                 (b"# lumsdk origin 1\nsource: \"x\"\r\nend_header\n", "its origin"),
                 (b"# lumsdk origin 1\nx: " + b"y" * 9000 + b"\n", "its origin")):
             with self.subTest(comment[:60]):
-                self.expect([comment], says, "ignored" if "of itself" in says or "origin" in says else "built-in")
+                self.expect([comment], says, "ignored" if "the comment" in says or "origin" in says else "built-in")
 
     def test_two_calibrations_are_none(self):
         known = [b"# lumsdk calibration 1\neyes: {blue: {mount: {x_m: %d}}}\n" % x for x in (1, 2)]
-        self.expect(known, "it has 2 of a calibration")
+        self.expect(known, "it has 2 calibrations")
 
     def test_more_comments_than_are_looked_at(self):
         many = [b"comment %d" % i for i in range(16)]

@@ -201,8 +201,8 @@ static void note_unknown(const struct reading *r, const struct comment *c)
     (void)printable((const uint8_t *)c->text + mark, head_bytes(c) - mark, head,
                     sizeof head);
     note(r->out,
-         "%s: it has the comment '%s', which this version does not know and "
-         "ignores",
+         "%s: it has the comment '%s', which this version does not know; it is "
+         "ignored",
          r->name, head);
 }
 

@@ -81,7 +81,7 @@ class Provenance:
         if not comment.kind:
             head = comment.text.split(b"\n", 1)[0][len(_MARK):].decode("latin-1")
             self.notes.append(f"{self.speaker}: it has the comment '{quoted(head)}', which this "
-                              "version does not know and ignores")
+                              "version does not know; it is ignored")
         elif comment.kind == "origin" and not _is_plain(comment.text):
             self.notes.append(f"{self.speaker}: its origin cannot be read: it has to be lines of printable ASCII; it is "
                               "ignored")
