@@ -107,6 +107,7 @@ static void start_another(lum_thread_pool *pool)
         lum_thread_start(&m->thread, run, m) != 0) {
         free_member(pool, m);
         pool->work.threads = pool->member_count;
+        (void)pthread_cond_signal(&pool->is_given);
         return;
     }
     pool->members = m;
@@ -135,10 +136,10 @@ void lum_thread_pool_give(lum_thread_pool *pool)
     (void)pthread_mutex_unlock(&pool->lock);
     if (pool->work.threads == 0) {
         lum_thread_pool_settle(pool);
-    } else if (wakes) {
-        (void)pthread_cond_signal(&pool->is_given);
     } else if (is_much && pool->member_count < pool->work.threads) {
         start_another(pool);
+    } else if (wakes) {
+        (void)pthread_cond_signal(&pool->is_given);
     }
 }
 
