@@ -37,7 +37,7 @@ STORY(two_interfaces, "one address at two interfaces: each is found, and "
     user_expect_equal(user_length(user_out(find), "sensors"), 2);
     find = user_run(b.host, "lumctl find");
     user_expect_like(user_err(find), "10.42.0.37 is on eth[01] and on eth[01]: "
-                                     "say --interface");
+                                     "the routes choose one");
     user_tool *on =
         user_run(b.host, "lumctl --interface eth1 send '33p' --json");
     user_expect_status(on, 0);
