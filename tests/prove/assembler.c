@@ -2,8 +2,8 @@
  * no decoder gives, another packet after an event, idle lines of any arrival
  * and flushes that are left before their end. Lines that are handed out can be
  * read to their end. Storage has any content at init. words_contract.h replaces
- * words.c, which the driver words.c covers; docs/internals/proof.md has the arguments for
- * the admitted facts. */
+ * words.c, which the driver words.c covers; docs/internals/proof.md has the
+ * arguments for the admitted facts. */
 #include "lum/assembler.h"
 #include "unknown.h"
 #include "words_contract.h"

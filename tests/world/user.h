@@ -83,8 +83,8 @@ extern void (*user_prints)(const struct user_text *text);
 extern void (*user_types)(const struct user_tool *tool, const char *text);
 extern void (*user_leaves)(const char *rule, const char *why);
 
-/* The story breaks a rule of the judges (docs/internals/testing.md), and may: it says
- * why. A story that leaves a rule and keeps it has failed. */
+/* The story breaks a rule of the judges (docs/internals/testing.md), and may:
+ * it says why. A story that leaves a rule and keeps it has failed. */
 void user_leave(const char *rule, const char *why);
 
 /* The log (world_traces) names what datagrams are, and leaves out those with
