@@ -236,6 +236,7 @@ static int begin_cloud(lum_writer *writer, size_t n, float first_s,
         return lum_mcap_expect(&s->file, n * bytes + CLOUD_END_BYTES, error);
     }
     s->cloud.to = lum_bytes_extend(out, n * bytes);
+    /* Without memory, the message's end fails, and says so. */
     return s->cloud.to != NULL ? 0 : lum_mcap_end_message(&s->file, error);
 }
 
@@ -300,7 +301,9 @@ void lum_writer_foresee(lum_writer *writer, const lum_line_samples *line)
 static int not_foreseen(const lum_writer *writer, lum_error *error)
 {
     errno = EINVAL;
-    return lum_error_set(error, "%s: the points differ from those announced",
+    return lum_error_set(error,
+                         "%s: the points differ from those announced; add the "
+                         "lines that were, in their order",
                          lum_sink_name(writer->sink));
 }
 

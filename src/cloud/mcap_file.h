@@ -114,11 +114,13 @@ LUM_MUST_CHECK int lum_mcap_begin_message(lum_mcap_file *file, unsigned channel,
                                           lum_error *error);
 
 /** Say how many bytes will be put, and nothing else appended, up to its end: if
- * they are many, they need not be in memory. */
+ * they are many, they need not be in memory.
+ * @return 0, or -1 with the reason: memory, or the sink. */
 LUM_MUST_CHECK int lum_mcap_expect(lum_mcap_file *file, size_t n,
                                    lum_error *error);
 
-/** Append some of them. */
+/** Append some of them; all calls together, as many as were expected.
+ * @return as lum_mcap_expect(). */
 LUM_MUST_CHECK int lum_mcap_put_expected(lum_mcap_file *file, const void *bytes,
                                          size_t n, lum_error *error);
 

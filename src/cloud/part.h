@@ -46,9 +46,11 @@ void lum_writer_pack_by(lum_writer *writer, unsigned threads);
 
 /** Say that a line will come, of which the samples are not read yet: all lines
  * of a frame between lum_writer_begin_frame() and the first lum_writer_add().
- * Then come lum_writer_add() of the same lines and lum_writer_end_frame(), and
- * nothing else before these. An MCAP file writes its points as they come
- * instead of keeping them; other files have no use for it. */
+ * Then come lum_writer_add() of the same lines in the same order and
+ * lum_writer_end_frame(), and nothing else before these; with other points
+ * these fail (EINVAL). An MCAP file writes its points as they come instead of
+ * keeping them; other files have no use for it.
+ * @param line its count, line, eye and times are read; not kept. */
 void lum_writer_foresee(lum_writer *writer, const lum_line_samples *line);
 
 #endif

@@ -155,7 +155,7 @@ _CHUNK = 50_000
 
 
 def _compressed_at_once() -> int:
-    """Points: as many chunks for each core, and some, so that little time is spent between. Beyond 8 cores memory is worth more."""
+    """Points: a chunk or more for each core, up to 8 because of memory, and at least four, so that little time passes between."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return _CHUNK * min(cores, 8) * -(-4 // cores)
 

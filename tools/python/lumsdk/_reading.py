@@ -28,7 +28,6 @@ _BAD_KINDS = {"malformed": lib.LUM_PACKET_MALFORMED, "unknown_tag": lib.LUM_PACK
               "unknown_type": lib.LUM_PACKET_UNKNOWN_TYPE, "foreign": lib.LUM_PACKET_FOREIGN}
 
 
-
 def _of_packets(c: Any) -> dict[str, int]:
     """lum_demux_counters by lumdump's names."""
     a = c.assembly
