@@ -149,7 +149,7 @@ static int fail_removed(const lum_outfile *file, const char *rest,
 int lum_outfile_check(const lum_outfile *file, lum_error *error)
 {
     char name[PATH_BYTES];
-    char remedy[160];
+    char fix[160];
     if (file->path == NULL || is_at(file, present_name(file))) {
         return 0;
     }
@@ -160,11 +160,11 @@ int lum_outfile_check(const lum_outfile *file, lum_error *error)
                          name, "", error);
     case 0:
         (void)snprintf(
-            remedy, sizeof remedy,
+            fix, sizeof fix,
             "; its data is put back when the file ends, if its folder has "
             "room; to save it now: cp /proc/%ld/fd/%d NAME",
             (long)getpid(), file->fd);
-        return fail_removed(file, remedy, error);
+        return fail_removed(file, fix, error);
     default:
         return fail_lost(file, "was removed or renamed while it was written",
                          "", "", error);

@@ -283,7 +283,7 @@ static int enter_chunk(lum_pcap *r, const struct record *record,
     lum_chunk_head head = {.packed = record->data_len,
                            .unpacked = number(record->header, "size"),
                            .known = known,
-                           .remedy = "rosbag decompress"};
+                           .fix = "rosbag decompress"};
     if (name.len == 0 || name.len > LUM_CHUNK_NAME_MAX) {
         head.compression[0] = '?';
     } else {

@@ -52,7 +52,7 @@ static lum_unpacker *find_unpacker(const lum_pcap *r, const lum_chunk_head *h,
         (void)lum_pcap_fail(r, error,
                             "a chunk is compressed by %s, and this build has "
                             "no %s: %s makes a readable file",
-                            h->compression, library, h->remedy);
+                            h->compression, library, h->fix);
     }
     return unpacker;
 }
@@ -78,7 +78,7 @@ static int check_lengths(const lum_pcap *r, const lum_chunk_head *h,
                             "a chunk of %llu bytes; at most %lu can be read: "
                             "%s makes a readable file",
                             (unsigned long long)most,
-                            (unsigned long)LUM_CHUNK_RECORDS_MAX, h->remedy);
+                            (unsigned long)LUM_CHUNK_RECORDS_MAX, h->fix);
         return LUM_PCAP_DAMAGED;
     }
     return h->compression[0] == '\0' ? lum_chunk_check_plain(r, h, error)

@@ -27,7 +27,7 @@ typedef struct lum_chunk_head {
     uint64_t unpacked;        /**< bytes of the records */
     uint32_t crc;             /**< of the records; 0: not known */
     const char *const *known; /**< two names of compressions in such a file */
-    const char *remedy;       /**< a command that makes chunks to be read */
+    const char *fix;          /**< a command that makes chunks to be read */
 } lum_chunk_head;
 
 /** Bytes of its own. */

@@ -45,15 +45,15 @@ static bool is_supported(uint32_t link_type)
 
 static int refuse_link(const lum_input *in, lum_error *error)
 {
-    char remedy[LUM_LINK_REMEDY_BYTES] = "";
+    char fix[LUM_LINK_FIX_BYTES] = "";
     if (in->hidden_at != 0) {
-        (void)lum_link_remedy(in->hidden_link, in->hidden_at, remedy);
+        (void)lum_link_fix(in->hidden_link, in->hidden_at, fix);
     }
     return lum_error_set(
         error, "%s: link type %lu (%s) is not supported; supported are %s%s%s",
         in->source->name, (unsigned long)in->link_type,
         lum_link_name(in->link_type), lum_link_supported(),
-        in->hidden_at != 0 ? "; packets of a G2 are in it: " : "", remedy);
+        in->hidden_at != 0 ? "; packets of a G2 are in it: " : "", fix);
 }
 
 static void look_inside(lum_input *in, const lum_pcap_record *record)

@@ -193,16 +193,16 @@ size_t lum_link_find_hidden(uint32_t link_type, lum_span frame)
     return 0;
 }
 
-const char *lum_link_remedy(uint32_t link_type, size_t hidden_at,
-                            char out[LUM_LINK_REMEDY_BYTES])
+const char *lum_link_fix(uint32_t link_type, size_t hidden_at,
+                         char out[LUM_LINK_FIX_BYTES])
 {
     const bool is_raw = lum_link_find(link_type) == read_raw;
     if (link_type >= DSA_FIRST && link_type <= DSA_LAST) {
-        (void)snprintf(out, LUM_LINK_REMEDY_BYTES,
+        (void)snprintf(out, LUM_LINK_FIX_BYTES,
                        "record at a port of the switch, such as lan1, where "
                        "packets have no tag");
     } else {
-        (void)snprintf(out, LUM_LINK_REMEDY_BYTES,
+        (void)snprintf(out, LUM_LINK_FIX_BYTES,
                        "strip them by editcap -C %zu -L%s IN OUT", hidden_at,
                        is_raw ? "" : " -T rawip4");
     }

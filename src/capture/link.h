@@ -61,13 +61,13 @@ const char *lum_link_name(uint32_t link_type);
  * @return bytes before its IPv4 header; 0: there is none, or it is read. */
 size_t lum_link_find_hidden(uint32_t link_type, lum_span frame);
 
-/** Bytes that every text of lum_link_remedy() fits, the NUL included. */
-#define LUM_LINK_REMEDY_BYTES 96u
+/** Bytes that every text of lum_link_fix() fits, the NUL included. */
+#define LUM_LINK_FIX_BYTES 96u
 
 /** What makes such a packet readable: a command, or how to record.
  * @param hidden_at from lum_link_find_hidden().
  * @return out. */
-const char *lum_link_remedy(uint32_t link_type, size_t hidden_at,
-                            char out[LUM_LINK_REMEDY_BYTES]);
+const char *lum_link_fix(uint32_t link_type, size_t hidden_at,
+                         char out[LUM_LINK_FIX_BYTES]);
 
 #endif

@@ -299,9 +299,8 @@ static int take_chunk(lum_mcap_records *m, const struct raw *raw,
     static const char *const known[] = {"zstd", "lz4"};
     lum_source *s = m->reader->source;
     lum_chunk_head head = {.known = known,
-                           .remedy = lum_unpack_zstd != NULL
-                                         ? "mcap compress"
-                                         : "mcap decompress"};
+                           .fix = lum_unpack_zstd != NULL ? "mcap compress"
+                                                          : "mcap decompress"};
     lum_source_take(s, RECORD_HEAD);
     const uint64_t begin = lum_source_offset(s);
     m->chunk_at = 0;

@@ -160,7 +160,7 @@ static bool say_cut(const lum_remarks *r, const lum_demux_counters *counters,
 
 static bool say_hidden(const lum_remarks *r, size_t i, lum_error *out)
 {
-    char remedy[LUM_LINK_REMEDY_BYTES];
+    char fix[LUM_LINK_FIX_BYTES];
     if (i >= r->hidden_count) {
         return false;
     }
@@ -170,7 +170,7 @@ static bool say_hidden(const lum_remarks *r, size_t i, lum_error *out)
         "%" PRIu64 " packet%s of a G2 came wrapped in %zu bytes of other "
         "headers, such as a tunnel's, which are not read: %s%s",
         count, count == 1 ? "" : "s", r->hidden[i].at,
-        lum_link_remedy(r->hidden[i].link_type, r->hidden[i].at, remedy),
+        lum_link_fix(r->hidden[i].link_type, r->hidden[i].at, fix),
         r->way_count != 0 || r->hidden_count > 1
             ? ", but from these packets alone, since others of a G2 are not "
               "wrapped in it: first put these into a file of their own "

@@ -14,7 +14,7 @@ typedef struct entry {
     const char *name;
     lum_news_weight weight;
     const char *sentence; /* words in braces stand for values */
-    const char *remedy;
+    const char *fix;
 } entry;
 
 #define TENTH_NS INT64_C(100000000)
@@ -289,13 +289,13 @@ const char *lum_news_sentence(const lum_news *news, char *out, size_t room)
     return write(news, entry_of(news->kind)->sentence, "", out, room);
 }
 
-const char *lum_news_remedy(const lum_news *news, char *out, size_t room)
+const char *lum_news_fix(const lum_news *news, char *out, size_t room)
 {
-    return write(news, "", entry_of(news->kind)->remedy, out, room);
+    return write(news, "", entry_of(news->kind)->fix, out, room);
 }
 
 const char *lum_news_tell(const lum_news *news, char *out, size_t room)
 {
     return write(news, entry_of(news->kind)->sentence,
-                 entry_of(news->kind)->remedy, out, room);
+                 entry_of(news->kind)->fix, out, room);
 }

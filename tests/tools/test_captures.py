@@ -908,7 +908,7 @@ class Mcap(Case):
         self.assertIn("it has no packets of a sensor, only messages such as sensor_msgs/msg/PointCloud2; "
                       "clouds cannot be decoded again", r.stderr)
 
-    def test_one_remedy_is_told(self):
+    def test_one_fix_is_told(self):
         """And what stands in the middle of the file is not taken for its begin."""
         large = mcap_maker.chunk(b"", "zstd", lambda _: b"\x28\xb5\x2f\xfd" + bytes(100))
         made = bytearray(mcap_maker.MAGIC + mcap_maker.record(1, bytes(8)) + large)

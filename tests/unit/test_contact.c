@@ -138,15 +138,15 @@ static void each_kind_has_its_name_weight_and_text(void **state)
     for (size_t i = 0; i < GOLDEN; i++) {
         const lum_news news = news_of((lum_news_kind)(i + 1u));
         char text[LUM_ERROR_BYTES];
-        char remedy[LUM_ERROR_BYTES];
+        char fix[LUM_ERROR_BYTES];
         char all[2 * LUM_ERROR_BYTES];
         (void)snprintf(all, sizeof all, "%s, %s: %s", lum_news_name(news.kind),
                        weights[lum_news_weigh(news.kind)],
                        lum_news_tell(&news, text, sizeof text));
         assert_string_equal(all, golden[i]);
         (void)lum_news_sentence(&news, all, sizeof all);
-        (void)lum_news_remedy(&news, remedy, sizeof remedy);
-        strcat(strcat(all, remedy[0] != '\0' ? "; " : ""), remedy);
+        (void)lum_news_fix(&news, fix, sizeof fix);
+        strcat(strcat(all, fix[0] != '\0' ? "; " : ""), fix);
         assert_string_equal(all, text);
     }
 }

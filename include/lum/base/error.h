@@ -25,7 +25,7 @@ extern "C" {
 /** Longest message, its NUL included. */
 #define LUM_ERROR_BYTES 512
 
-/** A message for a person: what was wrong, where, and the remedy; one line, no
+/** A message for a person: what was wrong, where, and the fix; one line, no
  * newline at its end. Caller-owned. It never grows. */
 typedef struct lum_error {
     char text[LUM_ERROR_BYTES]; /**< NUL-terminated; empty: none */

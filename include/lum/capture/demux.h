@@ -196,7 +196,7 @@ lum_result lum_demux_count(const lum_demux *demux, size_t i,
  * @return as lum_demux_count(). */
 lum_result lum_demux_total(const lum_demux *demux, lum_demux_counters *out);
 
-/** Warnings about a stream, each with its cause and remedy: packets of a G2
+/** Warnings about a stream, each with its cause and fix: packets of a G2
  * that are on another port, cut by the capture, wrapped in a protocol that is
  * not read, or dropped because records are out of order; and sensors left out
  * because they share the requested one's address. With members: each wanted one

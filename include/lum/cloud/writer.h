@@ -226,7 +226,7 @@ LUM_MUST_CHECK int lum_writer_check_columns(const char *names,
 /** Check lum_writer_options.extra together with columns.
  * @param format  of the file; LUM_FORMATS: check only the rules of all formats.
  * @param columns as in the options; may be NULL.
- * @return 0, or -1 with what is wrong, and the remedy, in error: a name that is
+ * @return 0, or -1 with what is wrong, and the fix, in error: a name that is
  *         not allowed, repeated, or of another column; a type that the format
  *         cannot hold; a format that has no such columns; too many of them; a
  *         wrong name in columns. Then errno is EINVAL. */

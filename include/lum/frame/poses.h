@@ -77,7 +77,7 @@ typedef struct lum_poses lum_poses;
  * @param options    NULL: the defaults.
  * @param out        written only on success; to be freed by lum_poses_free().
  * @return 0, or -1 with the reason in error, which names the line and the
- *         remedy: the file cannot be read; it has no poses; a line has another
+ *         fix: the file cannot be read; it has no poses; a line has another
  *         count of numbers than the first one, or other text; a time is not
  *         after that of the line above; times are not in seconds; a
  *         quaternion's length is not 1; poses are farther apart than jump_m;

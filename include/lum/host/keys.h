@@ -62,7 +62,7 @@ typedef struct lum_keys {
 typedef struct lum_key_refusal {
     char key[LUM_KEY_BYTES];          /**< the key; empty: no key */
     uint32_t place;                   /**< where it was set; 0: nowhere */
-    char text[LUM_KEY_MESSAGE_BYTES]; /**< what is wrong, and the remedy; one
+    char text[LUM_KEY_MESSAGE_BYTES]; /**< what is wrong, and the fix; one
                                            line for a person */
 } lum_key_refusal;
 

@@ -83,7 +83,7 @@ typedef enum lum_laser_state {
 typedef struct lum_laser_session_options {
     size_t struct_size;         /**< sizeof(lum_laser_session_options) */
     lum_endpoint sensor;        /**< the session's */
-    const char *interface_name; /**< the session's; named in remedies; copied */
+    const char *interface_name; /**< the session's; named in fixes; copied */
     lum_layout layout;          /**< the session's */
     bool owns;                  /**< the session sends heartbeats */
     lum_laser_want laser;       /**< from the beginning */

@@ -1,5 +1,5 @@
 /** @file
- * News about a live sensor: one table, with a number, a sentence, a remedy and
+ * News about a live sensor: one table, with a number, a sentence, a fix and
  * a weight for each. lum_laser_session of lum/live/laser_session.h produces
  * them. */
 #ifndef LUM_LIVE_NEWS_H
@@ -122,7 +122,7 @@ const char *lum_news_sentence(const lum_news *news, char *out, size_t room);
 
 /** What a person can do about it, for example "when it is safe, run lumctl
  * --host 10.42.0.37 laser on"; "": nothing. As lum_news_sentence(). */
-const char *lum_news_remedy(const lum_news *news, char *out, size_t room);
+const char *lum_news_fix(const lum_news *news, char *out, size_t room);
 
 /** Both, with "; " between them. As lum_news_sentence(). */
 const char *lum_news_tell(const lum_news *news, char *out, size_t room);

@@ -5,7 +5,7 @@ import { makeEngine } from "./engine.js";
 const BLOCK_BYTES = 1 << 20; // read at once
 const BLOCKS = 8; // kept of a file: two places of it are read in turns
 const ON_THE_WAY = 2; // frames that the page has not taken yet
-const REMEDY = "allow WebAssembly for this page, or open lumview.html in another browser";
+const FIX = "allow WebAssembly for this page, or open lumview.html in another browser";
 const SINGLE = ["calibration", "profile", "second", "rig", "poses"];
 
 // The smallest module that has a vector.
@@ -163,7 +163,7 @@ async function begin({ files, options }, act) {
         act(load(await compile(), files, options ?? {}));
     } catch (error) {
         fail(typeof WebAssembly === "undefined" || error instanceof WebAssembly.CompileError
-            ? new Error(`this browser does not let the page decode captures: ${error.message}; ${REMEDY}`) : error);
+            ? new Error(`this browser does not let the page decode captures: ${error.message}; ${FIX}`) : error);
     }
 }
 

@@ -25,7 +25,7 @@ _ANSWERED = ("text", "hazard", "no-status")
 # --- News ---
 
 # What a program does about news, where the table tells a person at a terminal what to run.
-_REMEDIES = dict.fromkeys(("laser-fell", "laser-refused", "laser-held-up"),
+_FIXES = dict.fromkeys(("laser-fell", "laser-refused", "laser-held-up"),
                           "it is not switched on again automatically: when it is safe, call laser_on(); heartbeats are sent "
                           "only inside calls") | {"unknown-layout": "is a profile needed?"}
 
@@ -42,8 +42,8 @@ class News:
         self.status = int(c.status)
         out = ffi.new("char[]", int(lib.LUM_ERROR_BYTES))
         self.told = text(lib.lum_news_sentence(c, out, len(out)))
-        remedy = _REMEDIES.get(self.name) or text(lib.lum_news_remedy(c, out, len(out)))
-        self.told += f"; {remedy}" if remedy else ""
+        fix = _FIXES.get(self.name) or text(lib.lum_news_fix(c, out, len(out)))
+        self.told += f"; {fix}" if fix else ""
 
     def error(self, also: str = "") -> SensorError:
         """It, where it ends the work."""
