@@ -59,7 +59,7 @@ function(lum_add_wasm name simd)
                       BINARY_DIR ${folder}
                       CONFIGURE_COMMAND ${CMAKE_COMMAND} -E env --unset=CFLAGS --unset=LDFLAGS
                                         ${CMAKE_COMMAND} --preset wasm -S <SOURCE_DIR> -B <BINARY_DIR> -G ${CMAKE_GENERATOR}
-                                        -D LUM_WASM_SIMD=${simd} -D LUM_WASM_TOOLS=${lum_wasm_tools}
+                                        -D LUM_WASM_SIMD=${simd} -D LUM_WASM_TOOLS=${lum_wasm_tools} -D LUM_WASM_TESTS=${LUM_BUILD_TESTS}
                                         -D LUM_SOURCES=${LUM_SOURCES} -D LUM_WERROR=${LUM_WERROR}
                                         -D CMAKE_C_COMPILER_LAUNCHER=${CMAKE_C_COMPILER_LAUNCHER}
                       BUILD_COMMAND ${CMAKE_COMMAND} --build <BINARY_DIR> --target lumview_wasm

@@ -1,7 +1,7 @@
 /* All that a capture gives, line by line and before anything is rounded for the
  * page: so tests compare it with what lumdump writes. */
-#include "../../common/geometry.h"
-#include "inputs.h"
+#include "../../tools/common/geometry.h"
+#include "../../tools/lumview/wasm/inputs.h"
 
 #include "lum/frame/reader.h"
 
