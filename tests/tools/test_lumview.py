@@ -756,8 +756,7 @@ class Licenses(Case):
         """The page put together anew, of modules at another place."""
         esbuild = next(modules.glob("@esbuild/*/bin/esbuild"))
         values = {"PAGE": PAGE, "MODULES": modules, "ESBUILD": esbuild, "GZIP": shutil.which("gzip"), "NAME": "x",
-                  "EMBED": BIN / "../tools/lumview/lumview_embed", "LICENSE": PAGE / "../../../LICENSE",
-                  "OUT": self.folder / "out"}
+                  "LICENSE": PAGE / "../../../LICENSE", "OUT": self.folder / "out"}
         return subprocess.run(["cmake", *(f"-D{name}={value}" for name, value in values.items()), "-P",
                                PAGE / "../bundle.cmake"], capture_output=True, text=True, timeout=PATIENCE_S)
 

@@ -1,9 +1,9 @@
 # Part of the build: the page into a C source of assets.h.
-#   cmake -D PAGE=DIR -D MODULES=DIR -D ESBUILD=FILE -D GZIP=FILE -D EMBED=FILE
-#         -D LICENSE=FILE -D NAME=TEXT -D OUT=DIR -P bundle.cmake
+#   cmake -D PAGE=DIR -D MODULES=DIR -D ESBUILD=FILE -D GZIP=FILE -D LICENSE=FILE
+#         -D NAME=TEXT -D OUT=DIR -P bundle.cmake
 # or, of what that left in OUT, into lumview.html, which has all within:
-#   cmake -D PAGE=DIR -D ESBUILD=FILE -D XZ=FILE -D EMBED=FILE -D OUT=DIR
-#         -D WASM=DIR -D SOURCES=DIR -D ALONE=FILE -P bundle.cmake
+#   cmake -D PAGE=DIR -D ESBUILD=FILE -D XZ=FILE -D OUT=DIR -D WASM=DIR
+#         -D SOURCES=DIR -D ALONE=FILE -P bundle.cmake
 # or, of the modules, what a release keeps, into the folder KEEP:
 #   cmake -D PAGE=DIR -D MODULES=DIR -D OUT=DIR -D KEEP=DIR -P bundle.cmake
 # esbuild makes one script and one style of the page and of the modules that it
@@ -27,9 +27,9 @@ function(bundle_join)
              --outdir=${OUT})
 endfunction()
 
-# bundle_key(NAME ENDING ASSETS HTML): compressed, under a name that has its hash;
-# the page asks for that.
-function(bundle_key name ending assets html)
+# bundle_key(NAME ENDING TYPE HTML): compressed, under a name that has its hash; the
+# page asks for that.
+function(bundle_key name ending type html)
   file(SHA256 ${OUT}/${name}${ending} hash)
   string(SUBSTRING ${hash} 0 16 key)
   string(REPLACE "\"/${name}${ending}\"" "\"/${name}-${key}${ending}\"" keyed "${${html}}")
@@ -38,7 +38,15 @@ function(bundle_key name ending assets html)
   endif()
   bundle_run(${GZIP} -9nkf ${OUT}/${name}${ending})
   set(${html} "${keyed}" PARENT_SCOPE)
-  set(${assets} ${${assets}} /${name}-${key}${ending}=${OUT}/${name}${ending}.gz PARENT_SCOPE)
+  bundle_asset(/${name}-${key}${ending} ${OUT}/${name}${ending}.gz "${type}" true)
+endfunction()
+
+# bundle_asset(PATH FILE TYPE IS_KEPT): as one of those in assets.c.
+function(bundle_asset path file type is_kept)
+  file(READ ${file} bytes HEX)
+  file(SIZE ${file} size)
+  string(REGEX REPLACE "(..)" "\\\\x\\1" bytes "${bytes}")
+  file(APPEND ${OUT}/assets.c "{\"${path}\", \"${type}\", \"${bytes}\", ${size}, ${is_kept}},\n")
 endfunction()
 
 # bundle_folder(FILE OUT): that of the module which a file is from; "" where it is
@@ -185,8 +193,9 @@ function(bundle_alone)
   bundle_head(html)
   file(WRITE ${folder}/lumview.html "${html}<script type=\"application/json\" id=\"packed-parts\">"
        "{\"order\": [\"${names}\"], \"sizes\": [${sizes}]}</script>\n")
-  bundle_run(${EMBED} ${folder}/lumview.html packed=${folder}/all.lzma)
-  file(APPEND ${folder}/lumview.html "</body>\n</html>\n")
+  execute_process(COMMAND base64 INPUT_FILE ${folder}/all.lzma OUTPUT_VARIABLE packed COMMAND_ERROR_IS_FATAL ANY)
+  string(REPLACE "\n" "" packed "${packed}")
+  file(APPEND ${folder}/lumview.html "<script type=\"text/plain\" id=\"packed\">${packed}</script>\n</body>\n</html>\n")
   file(RENAME ${folder}/lumview.html ${ALONE})
 endfunction()
 
@@ -227,8 +236,11 @@ file(MAKE_DIRECTORY ${OUT})
 bundle_join()
 bundle_licenses()
 file(READ ${PAGE}/index.html page_html)
-set(page_assets /index.html=${OUT}/index.html /icon.svg=${PAGE}/icon.svg /licenses.txt=${OUT}/licenses.txt)
-bundle_key(app .js page_assets page_html)
-bundle_key(style .css page_assets page_html)
+file(WRITE ${OUT}/assets.c "#include \"assets.h\"\nconst struct asset assets[] = {\n")
+bundle_key(app .js "text/javascript; charset=utf-8" page_html)
+bundle_key(style .css "text/css; charset=utf-8" page_html)
 file(WRITE ${OUT}/index.html "${page_html}")
-bundle_run(${EMBED} ${OUT}/assets.c ${page_assets})
+bundle_asset(/index.html ${OUT}/index.html "text/html; charset=utf-8" false)
+bundle_asset(/icon.svg ${PAGE}/icon.svg "image/svg+xml" false)
+bundle_asset(/licenses.txt ${OUT}/licenses.txt "text/plain; charset=utf-8" false)
+file(APPEND ${OUT}/assets.c "};\nconst size_t assets_count = sizeof assets / sizeof assets[0];\n")
