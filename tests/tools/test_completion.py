@@ -54,10 +54,6 @@ class Faults(unittest.TestCase):
         text = (FOLDER.parents[1] / "docs/man/lumsim.1").read_text()
         self.check(re.search(r"\.It Fl \\-fault(.*?)\.It Fl \\-jitter", text, re.S)[1])
 
-    def test_zsh(self):
-        found = re.search(r"--fault\)\s+compadd -S '' (.*)", (FOLDER / "_lumsdk").read_text())[1]
-        self.assertEqual(sorted(found.split()), [name + "@" for name in faults()])
-
     def test_there_are_some(self):
         self.assertIn("fan", faults())
         self.assertGreater(len(faults()), 9)
@@ -195,14 +191,40 @@ class Zsh(unittest.TestCase):
         r = subprocess.run(["zsh", "-n", str(FOLDER / "_lumsdk")], capture_output=True, text=True, timeout=PATIENCE_S)
         self.assertEqual((r.returncode, r.stderr), (0, ""))
 
-    def test_options_come_from_the_help(self):
-        script = "fpath=($1 $fpath); autoload -U compinit; compinit -D -u; autoload +X _lumsdk; _lumsdk_options=; " \
-                 "source $1/_lumsdk 2>/dev/null; _lumsdk_options lumdump; _lumsdk_words lumdump --preset; _lumctl_takes lumctl wait"
-        r = subprocess.run(["zsh", "-fc", script, "zsh", str(FOLDER)], capture_output=True, text=True, timeout=PATIENCE_S,
-                           env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
-        self.assertIn("--laser", r.stdout)
-        self.assertIn("\nlio-sam\n", r.stdout)
-        self.assertIn("\nanswers|up|down|clear\n", r.stdout)
+    def offered(self, *words):
+        """What zsh is told to offer for the last word: completions that go on without a space, then those that end."""
+        script = """
+            compset() { [[ $PREFIX == $2* ]]; }
+            _files() { print -r files $@; }
+            compadd() { print -rl -- "$@"; }
+            file=$1; shift; words=("$@") CURRENT=$# PREFIX=$words[-1]
+            source $file
+        """
+        r = subprocess.run(["zsh", "-fc", script, "zsh", str(FOLDER / "_lumsdk"), *words], capture_output=True, text=True,
+                           env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"}, timeout=PATIENCE_S)
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        return r.stdout.split("\n")[:-1]
+
+    def test_options_and_words_come_from_the_help(self):
+        self.assertIn("--laser", self.offered("lumdump", "--la"))
+        self.assertEqual(self.offered("lumdump", "--preset", "lio"), ["--", "lio-sam"])
+        self.assertEqual(self.offered("lumctl", "wait", ""), ["--", "answers", "up", "down", "clear"])
+
+    def test_it_is_what_bash_offers(self):
+        for words in (("lumctl", ""), ("lumctl", "laser", "o"), ("lumctl", "doctor", "--"), ("lumcal", ""), ("lumcal", "--"),
+                      ("lumview", "--"), ("lumsim", "--scene", ""), ("lumdump", "--check-preset", "")):
+            self.assertEqual(self.offered(*words), ["--", *complete(*words)], words)
+
+    def test_words_that_go_on_have_no_space_behind_them(self):
+        for words in (("lumsim", "--fault", ""), ("lumdump", "--columns", "x,y,ti"), ("lumdump", "--set", "eyes.blue."),
+                      ("lumctl", "yscan", "--shape", "g"), ("lumdump", "ud")):
+            self.assertEqual(self.offered(*words), ["-S", "", "--", *complete(*words)], words)
+        self.assertEqual(sorted(self.offered("lumsim", "--fault", "")[3:]), [name + "@" for name in faults()])
+
+    def test_files(self):
+        for words in (("lumdump", "x"), ("lumsim", "--truth", ""), ("lumctl", "apply", ""), ("lumctl", "yscan", "--shape", "csv:x")):
+            self.assertEqual(self.offered(*words), ["files"], words)
+        self.assertEqual(self.offered("lumctl", "sweep", "x", "-o", ""), ["files -/"])
 
 
 if __name__ == "__main__":
