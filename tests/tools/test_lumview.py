@@ -546,10 +546,12 @@ class Socket(Case):
         first = slow.cloud()
         for _ in range(12):  # more than buffers hold; the slow one must not be silent for so long that it is hung up
             newest = fast.cloud()
-        late = slow.cloud()  # what was under way is left
-        self.assertGreaterEqual(late.frame, newest.frame, "it was queued")
+        late = [slow.cloud()]  # the kernel's buffers may hold older ones
+        while late[-1].frame < newest.frame:
+            late.append(slow.cloud())
+        self.assertLess(len(late), 6, "they were queued")
         status = slow.status(lambda s: s["skipped"] > 0)
-        self.assertGreaterEqual(status["skipped"], late.frame - first.frame - 2)
+        self.assertGreaterEqual(status["skipped"], late[-1].frame - first.frame - 1 - len(late))
         self.assertLess(fast.status()["skipped"], status["skipped"])
 
     def test_a_browser_that_gives_no_sign_of_life_is_hung_up(self):
