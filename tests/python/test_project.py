@@ -55,7 +55,7 @@ def test_points_from_far_outside_do_not_fold_back_into_the_picture():
 
 @pytest.mark.parametrize("given, text", [
     (dict(K=np.eye(4)), "K has the shape"), (dict(K=np.zeros((3, 3))), "fx and fy above 0"),
-    (dict(T=np.eye(3)), "T has the shape"), (dict(T=2 * np.eye(4)), "no rotation"), (dict(T=np.diag([1.0, 1, -1, 1])), "no rotation"),
+    (dict(T=np.eye(3)), "T has the shape"), (dict(T=2 * np.eye(4)), "T are not a rotation"), (dict(T=np.diag([1.0, 1, -1, 1])), "T are not a rotation"),
     (dict(distortion=(1, 2, 3)), "3 numbers"), (dict(size=(0, 5)), "width, height"), (dict(size=5), "width, height"),
     (dict(size="ab"), "use numbers"), (dict(size=(np.nan, 5)), "width, height"), (dict(size=(1, 2, 3)), "width, height"),
     (dict(K="ab"), "K is 'ab'; use numbers"), (dict(distortion="ab"), "use numbers"),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import lumsdk
+from lumsdk._lines import LINE_DTYPE
 
 PROFILES = {
     "big-endian": {"sample_order": "big", "angle_order": "elevation_azimuth", "eye_values": {"blue": 7, "green": 9}},
@@ -68,7 +69,7 @@ def mixed(path, out):
     return out
 
 
-def points_of(path, fields=lumsdk._lines.LINE_DTYPE.names, **options):
+def points_of(path, fields=LINE_DTYPE.names, **options):
     """What is compared: all columns, lines and times."""
     with lumsdk.open(path, columns="all", edge="both", **options) as source:
         return [(frame.number, frame.sensor, frame.utc_ns, frame.lines[list(fields)].tolist(), [frame[name].tobytes() for name in frame.columns])
@@ -268,7 +269,7 @@ def test_frames_of_a_rig_have_the_addresses_of_their_sensors(make_capture, tmp_p
     lumsdk.write_capture(out, lumsdk.open(path, raw=True, rig=rig))
     assert packets_of(out) == packets_of(path) and points_of(out) == points_of(path)
     [made] = list(lumsdk.sync(lumsdk.open(path, raw=True, rig=rig)))[:1]
-    with pytest.raises(lumsdk.OptionError, match=r"the points of several sensors, front; use .*frames.values\(\)"):
+    with pytest.raises(lumsdk.OptionError, match=r"the points of several sensors, front; write .*one by one: frames.values\(\)"):
         lumsdk.write_capture(out, made.joined())
 
 

@@ -283,7 +283,7 @@ def test_laser_off_that_is_not_answered_is_an_error_and_ends_the_heartbeats(monk
             f"{sim.host}: laser off was not answered: it MAY BE ON or come on by itself; a working sensor switches it "
             f"off within 3 s, because the heartbeats have ended; make sure by lumctl --host {sim.host} laser off, or cut its power")
         assert told.value.news == "ended-unknown"
-        with pytest.raises(lumsdk.ClosedError, match="laser off was not seen"):
+        with pytest.raises(lumsdk.ClosedError, match="laser off was not confirmed"):
             sensor.status()
         sensor.close()
 

@@ -802,7 +802,7 @@ def test_what_the_progress_function_raises_comes_out(path):
 
 def test_the_progress_function_cannot_use_the_source(path):
     source = lumsdk.open(path, progress=lambda *_: source.losses)
-    with pytest.raises(lumsdk.Error, match="it is being read"):
+    with pytest.raises(lumsdk.Error, match="is reading it; open a source for each thread"):
         list(source)
 
 

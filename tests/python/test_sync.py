@@ -150,7 +150,7 @@ def test_arrival_in_place_of_a_clock_is_told():
 
 
 def test_two_sensors_of_one_name_are_told():
-    with pytest.warns(lumsdk.CaptureWarning, match="frames of two sensors have the name a, .* names that differ") as said:
+    with pytest.warns(lumsdk.CaptureWarning, match="frames of two sensors have the name a, .* use different names") as said:
         list(lumsdk.sync(stream(a=free(0)) + stream(b=free(0.2))))  # of b alone, as in a second capture
         list(lumsdk.sync(sorted(stream(a=free(0)) + stream(a=free(0.2)), key=lambda one: one.utc_ns)))
     assert len(said) == 1
