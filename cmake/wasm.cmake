@@ -50,16 +50,16 @@ function(lum_find_wasm_compiler out)
   set(lum_wasm_tools ${folder}/zig PARENT_SCOPE)
 endfunction()
 
-# lum_add_wasm(NAME SIMD): the target lum_wasm_NAME, which makes BUILD/wasm/NAME/bin/lumview.wasm. Flags of the environment are
-# for the host's compiler.
-function(lum_add_wasm name simd)
-  set(folder ${PROJECT_BINARY_DIR}/wasm/${name})
-  ExternalProject_Add(lum_wasm_${name}
+# lum_add_wasm(): the target lum_wasm, which makes the file ${lum_wasm}. Flags of the environment are for the host's compiler.
+function(lum_add_wasm)
+  set(folder ${PROJECT_BINARY_DIR}/wasm/page)
+  set(lum_wasm ${folder}/bin/lumview.wasm PARENT_SCOPE)
+  ExternalProject_Add(lum_wasm
                       SOURCE_DIR ${PROJECT_SOURCE_DIR}
                       BINARY_DIR ${folder}
                       CONFIGURE_COMMAND ${CMAKE_COMMAND} -E env --unset=CFLAGS --unset=LDFLAGS
                                         ${CMAKE_COMMAND} --preset wasm -S <SOURCE_DIR> -B <BINARY_DIR> -G ${CMAKE_GENERATOR}
-                                        -D LUM_WASM_SIMD=${simd} -D LUM_WASM_TOOLS=${lum_wasm_tools} -D LUM_WASM_TESTS=${LUM_BUILD_TESTS}
+                                        -D LUM_WASM_TOOLS=${lum_wasm_tools} -D LUM_WASM_TESTS=${LUM_BUILD_TESTS}
                                         -D LUM_SOURCES=${LUM_SOURCES} -D LUM_WERROR=${LUM_WERROR}
                                         -D CMAKE_C_COMPILER_LAUNCHER=${CMAKE_C_COMPILER_LAUNCHER}
                       BUILD_COMMAND ${CMAKE_COMMAND} --build <BINARY_DIR> --target lumview_wasm
@@ -68,7 +68,7 @@ function(lum_add_wasm name simd)
                       INSTALL_COMMAND ""
                       LOG_CONFIGURE ON
                       USES_TERMINAL_BUILD ON)
-  ExternalProject_Add_StepDependencies(lum_wasm_${name} configure ${PROJECT_SOURCE_DIR}/CMakePresets.json)
+  ExternalProject_Add_StepDependencies(lum_wasm configure ${PROJECT_SOURCE_DIR}/CMakePresets.json)
 endfunction()
 
 if(LUM_PAGE)
@@ -76,17 +76,13 @@ if(LUM_PAGE)
 elseif(LUM_BUILD_PAGE AND LUM_WITH_VIEW)
   if(EXISTS ${LUM_SOURCES}/zlib AND EXISTS ${LUM_SOURCES}/libzstd AND EXISTS ${LUM_SOURCES}/libyaml)
     lum_find_wasm_compiler(lum_why_no_page)
-    if(NOT lum_why_no_page AND NOT LUM_XZ)
-      set(lum_why_no_page "missing: xz (Debian: xz-utils)")
-    endif()
   else()
     set(lum_why_no_page "missing: sources of zlib, zstd and libyaml in ${LUM_SOURCES} (script/setup --test brings them)")
   endif()
   if(NOT lum_why_no_page)
     set(LUM_WITH_PAGE ON)
     include(ExternalProject)
-    lum_add_wasm(simd ON)
-    lum_add_wasm(plain OFF)
+    lum_add_wasm()
   endif()
 endif()
 if(LUM_BUILD_PAGE STREQUAL "ON" AND NOT LUM_WITH_PAGE)

@@ -170,7 +170,7 @@ def test_what_a_floor_alone_does_not_tell_is_held_at_its_value_and_named():
     for key in ("green.mount.yaw_deg", "green.mount.x_m", "green.mount.y_m"):
         assert held[key].value == held[key].before and math.isinf(held[key].sigma)
         assert "add two of the same room" in held[key].held
-    assert any("3 are the least" in note for note in found.notes)
+    assert any("use at least 3" in note for note in found.notes)
 
 
 @pytest.mark.parametrize("key", _model.KEYS)
@@ -213,7 +213,7 @@ def test_a_bent_scan_shows():
     assert "green azimuth 0.050" in _tell.solution_text(found)
 
 
-@pytest.mark.parametrize("count, told", [(2, "3 are the least"), (3, None), (5, None)])
+@pytest.mark.parametrize("count, told", [(2, "use at least 3"), (3, None), (5, None)])
 def test_a_note_says_what_the_number_of_captures_means(count, told):
     notes = list(_eyes._notes([room()[0][0]] * count))
     assert [told in note for note in notes] == [True] if told else not notes
@@ -372,7 +372,7 @@ def test_it_is_told_which_capture_stands_alone():
     for k in range(4):
         fewer = [_faces.without([group], np.array([False, False, g == k]))[0] for g, group in enumerate(groups)]
         assert [note[:3] for note in told(fewer)] == [f"{names[k]}: "]
-        assert "how high" in told(fewer)[0]
+        assert "height is unknown" in told(fewer)[0]
     fewer = [_faces.without([group], np.array([False, g == 2, g == 2]))[0] for g, group in enumerate(groups)]
     notes = told(fewer)
     assert all(note.startswith("c: ") for note in notes) and sum("turned" in note for note in notes) == 1

@@ -2,7 +2,7 @@
 #   cmake -D PAGE=DIR -D MODULES=DIR -D ESBUILD=FILE -D GZIP=FILE -D LICENSE=FILE
 #         -D NAME=TEXT -D OUT=DIR -P bundle.cmake
 # or, of what that left in OUT, into lumview.html, which has all within:
-#   cmake -D PAGE=DIR -D ESBUILD=FILE -D XZ=FILE -D OUT=DIR -D WASM=DIR
+#   cmake -D PAGE=DIR -D ESBUILD=FILE -D GZIP=FILE -D OUT=DIR -D WASM=FILE
 #         -D SOURCES=DIR -D ALONE=FILE -P bundle.cmake
 # or, of the modules, what a release keeps, into the folder KEEP:
 #   cmake -D PAGE=DIR -D MODULES=DIR -D OUT=DIR -D KEEP=DIR -P bundle.cmake
@@ -120,7 +120,7 @@ function(bundle_licenses)
   file(WRITE ${OUT}/licenses.txt "${licenses}")
 endfunction()
 
-# bundle_add_permissions(FILE): those of what the modules of WebAssembly have
+# bundle_add_permissions(FILE): those of what the module of WebAssembly has
 # within: libraries, and those of the compiler, Debian's or zig's.
 function(bundle_add_permissions file)
   set(texts zlib=${SOURCES}/zlib/LICENSE Zstandard=${SOURCES}/libzstd/LICENSE libyaml=${SOURCES}/libyaml/License
@@ -164,38 +164,23 @@ function(bundle_head out)
   set(${out} "${html}" PARENT_SCOPE)
 endfunction()
 
-# Beside the modules: the scripts of the page and of the worker, and licences.
-# All of it is compressed as one, since the modules have much in common.
+# Beside the module: the scripts of the page and of the worker, and licences.
 function(bundle_alone)
   set(folder ${OUT}/alone)
   file(MAKE_DIRECTORY ${folder})
   bundle_run(${ESBUILD} ${PAGE}/worker.js --bundle --minify --format=iife --target=es2022 --log-level=warning
              --charset=utf8 --outfile=${folder}/worker.js)
-  file(COPY ${OUT}/app.js ${OUT}/licenses.txt DESTINATION ${folder})
+  file(COPY ${OUT}/app.js ${OUT}/licenses.txt ${WASM} DESTINATION ${folder})
   bundle_add_permissions(${folder}/licenses.txt)
-  set(names app.js worker.js licenses.txt)
-  foreach(kind IN ITEMS simd plain)
-    file(COPY ${WASM}/${kind}/bin/lumview.wasm DESTINATION ${folder})
-    file(RENAME ${folder}/lumview.wasm ${folder}/${kind}.wasm)
-    list(APPEND names ${kind}.wasm)
+  set(parts "")
+  foreach(name IN ITEMS app.js worker.js licenses.txt lumview.wasm)
+    bundle_run(${GZIP} -9nkf ${folder}/${name})
+    execute_process(COMMAND base64 INPUT_FILE ${folder}/${name}.gz OUTPUT_VARIABLE packed COMMAND_ERROR_IS_FATAL ANY)
+    string(REPLACE "\n" "" packed "${packed}")
+    string(APPEND parts "<script type=\"text/plain\" id=\"${name}\">${packed}</script>\n")
   endforeach()
-  set(files ${names})
-  list(TRANSFORM files PREPEND ${folder}/)
-  set(sizes "")
-  foreach(file IN LISTS files)
-    file(SIZE ${file} size)
-    list(APPEND sizes ${size})
-  endforeach()
-  execute_process(COMMAND ${CMAKE_COMMAND} -E cat ${files} OUTPUT_FILE ${folder}/all RESULT_VARIABLE failed)
-  bundle_run(${XZ} --format=lzma -9ekf ${folder}/all)
-  list(JOIN names "\", \"" names)
-  list(JOIN sizes ", " sizes)
   bundle_head(html)
-  file(WRITE ${folder}/lumview.html "${html}<script type=\"application/json\" id=\"packed-parts\">"
-       "{\"order\": [\"${names}\"], \"sizes\": [${sizes}]}</script>\n")
-  execute_process(COMMAND base64 INPUT_FILE ${folder}/all.lzma OUTPUT_VARIABLE packed COMMAND_ERROR_IS_FATAL ANY)
-  string(REPLACE "\n" "" packed "${packed}")
-  file(APPEND ${folder}/lumview.html "<script type=\"text/plain\" id=\"packed\">${packed}</script>\n</body>\n</html>\n")
+  file(WRITE ${folder}/lumview.html "${html}${parts}</body>\n</html>\n")
   file(RENAME ${folder}/lumview.html ${ALONE})
 endfunction()
 

@@ -4,10 +4,10 @@
 const NO_WORKER = "this browser does not let a page start a worker, and captures are read in one: allow it for this page, "
     + "or open lumview.html in another browser";
 
-// The two modules and the worker's script, unpacked once.
+// The module and the worker's script, unpacked once.
 async function unpackEngine(unpack) {
-    const [script, simd, plain] = await Promise.all(["worker.js", "simd.wasm", "plain.wasm"].map(unpack));
-    return { url: URL.createObjectURL(new Blob([script], { type: "text/javascript" })), wasm: { simd, plain } };
+    const [script, wasm] = await Promise.all(["worker.js", "lumview.wasm"].map(unpack));
+    return { url: URL.createObjectURL(new Blob([script], { type: "text/javascript" })), wasm };
 }
 
 // on: that of makeSource()

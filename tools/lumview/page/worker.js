@@ -8,12 +8,8 @@ const ON_THE_WAY = 2; // frames that the page has not taken yet
 const FIX = "allow WebAssembly for this page, or open lumview.html in another browser";
 const SINGLE = ["calibration", "profile", "second", "rig", "poses"];
 
-// The smallest module that has a vector.
-const HAS_VECTORS = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0,
-                                    253, 15, 253, 98, 11]);
-
-let wasm = null; // the modules' bytes, or a module
-let module = null; // compiled, as soon as it is known which
+let wasm = null; // the module's bytes, or a module
+let module = null; // compiled
 let engine = null;
 let onTheWay = 0;
 let timer = 0;
@@ -82,11 +78,7 @@ function nameFor(files, name) {
 // --- The engine ---
 
 async function compile() {
-    if (module === null) {
-        const modules = wasm instanceof WebAssembly.Module || wasm.simd === undefined ? { simd: wasm, plain: wasm } : wasm;
-        const best = WebAssembly.validate(HAS_VECTORS) ? modules.simd : modules.plain;
-        module = best instanceof WebAssembly.Module ? best : await WebAssembly.compile(best);
-    }
+    module ??= wasm instanceof WebAssembly.Module ? wasm : await WebAssembly.compile(wasm);
     return module;
 }
 
