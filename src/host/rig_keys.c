@@ -208,10 +208,9 @@ static const lum_key_entry of_sensor[] = {
 
 /* Else this does not compile. */
 typedef char
-    every_value_has_its_key[COUNT(of_rig) == LUM_RIG_FILE_VALUES &&
-                                    COUNT(of_sensor) == LUM_RIG_SENSOR_VALUES
-                                ? 1
-                                : -1];
+    file_values_have_keys[COUNT(of_rig) == LUM_RIG_FILE_VALUES ? 1 : -1];
+typedef char
+    sensor_values_have_keys[COUNT(of_sensor) == LUM_RIG_SENSOR_VALUES ? 1 : -1];
 
 const lum_key_table lum_rig_keys = {of_rig, COUNT(of_rig)};
 const lum_key_table lum_rig_sensor_keys = {of_sensor, COUNT(of_sensor)};
