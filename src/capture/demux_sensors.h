@@ -63,8 +63,7 @@ typedef struct lum_demux_packet {
     uint64_t lost_before; /* late and stray, before it */
 } lum_demux_packet;
 
-/** What demux_interfaces.c keeps of data that is held until it is known whose
- * it is. */
+/** What is kept of data that is held until it is known whose it is. */
 typedef struct lum_demux_trials {
     size_t open;      /* entries that have one */
     lum_queue *queue; /* what is held while one is open; or NULL */
