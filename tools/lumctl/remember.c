@@ -1,10 +1,11 @@
 #define _POSIX_C_SOURCE 200809L
 #include "remember.h"
 
+#include "../common/make_folder.h"
 #include "../common/printable.h"
 #include "ctl_session.h"
 #include "refusal.h"
-#include "state_file.h"
+#include "rows_file.h"
 #include "yscan/yscan_table.h"
 
 #include "lum/base/time.h"
@@ -13,7 +14,9 @@
 
 #include "net/route.h"
 
+#include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -23,6 +26,142 @@
  * due is late by more than a sensor allows. */
 #define LOCK_NS       INT64_C(10000000000)
 #define LOCK_OWNER_NS INT64_C(1000000000)
+
+/* --- Small files in the user's folder of states, for this user alone --- */
+
+#define STATE_PATH_BYTES 1024
+
+/* Room for a name in the folder, or a suffix. */
+#define LONG_PATH_BYTES (STATE_PATH_BYTES + 8)
+
+#define LOOK_NS INT64_C(10000000)
+
+static int fail(const char *path, const char *doing, lum_error *error)
+{
+    return lum_error_set(error, "%s: %s: %s", path, doing, strerror(errno));
+}
+
+/* Else a relative one would be another folder for each present folder. */
+static bool is_absolute(const char *path)
+{
+    return path != NULL &&
+           (*path == '/' || *path == '\\' || (*path != '\0' && path[1] == ':'));
+}
+
+/* The folder, which need not be there: $XDG_STATE_HOME/lumsdk/sensors, or that
+ * in ~/.local/state; on Windows in %LOCALAPPDATA%. -1 where there is no home.
+ */
+static int state_folder(char out[STATE_PATH_BYTES], lum_error *error)
+{
+    const char *state = getenv("XDG_STATE_HOME");
+    const char *local = getenv("LOCALAPPDATA");
+    const char *home = getenv("HOME");
+    const char *base = is_absolute(state) ? state : local;
+    int n = 0;
+    if (is_absolute(base)) {
+        n = snprintf(out, STATE_PATH_BYTES, "%s/lumsdk/sensors", base);
+    } else if (is_absolute(home)) {
+        n = snprintf(out, STATE_PATH_BYTES, "%s/.local/state/lumsdk/sensors",
+                     home);
+    }
+    return n > 0 && n < STATE_PATH_BYTES
+               ? 0
+               : lum_error_set(error,
+                               "neither XDG_STATE_HOME nor HOME (on Windows: "
+                               "LOCALAPPDATA) names a folder where it could "
+                               "be kept");
+}
+
+/* And all above it. Whether they could be made shows when the lock is opened.
+ */
+static void make_folders(const char *folder)
+{
+    char path[STATE_PATH_BYTES];
+    (void)snprintf(path, sizeof path, "%s", folder);
+    for (char *at = path + 1;; at++) {
+        const char was = *at;
+        if (was == '/' || was == '\\' || was == '\0') {
+            *at = '\0';
+            (void)make_private_folder(path);
+            *at = was;
+        }
+        if (was == '\0') {
+            return;
+        }
+    }
+}
+
+/* Makes the folder if it does not exist, and waits for the lock on it: while it
+ * is held, no other lumctl changes the files. The lock of a program that was
+ * stopped is not waited for without end. A descriptor to be closed, or -1. */
+static int state_lock(const char *folder, int64_t wait_ns, lum_error *error)
+{
+    const int64_t end = lum_time_monotonic_ns() + wait_ns;
+    char path[LONG_PATH_BYTES];
+    make_folders(folder);
+    (void)snprintf(path, sizeof path, "%s/.lock", folder);
+    int lock = rows_file_open(path, true);
+    while (lock < 0 && errno == EBUSY && lum_time_monotonic_ns() < end) {
+        lum_time_sleep_until(lum_time_monotonic_ns() + LOOK_NS);
+        lock = rows_file_open(path, true);
+    }
+    if (lock < 0) {
+        (void)(errno == EBUSY
+                   ? lum_error_set(error, "%s: another lumctl is using it",
+                                   path)
+                   : fail(path, "cannot be opened", error));
+    }
+    return lock;
+}
+
+/* Reads a file of less than size bytes and ends it with a NUL: 1; 0 if it is
+ * not there; -1. */
+static int state_read(const char *path, char *out, size_t size,
+                      lum_error *error)
+{
+    FILE *file = fopen(path, "rb");
+    if (file == NULL) {
+        return errno == ENOENT || errno == ENOTDIR
+                   ? 0
+                   : fail(path, "cannot be read", error);
+    }
+    errno = 0;
+    const size_t len = fread(out, 1, size, file);
+    const int result =
+        ferror(file) != 0 ? fail(path, "cannot be read", error) : 1;
+    (void)fclose(file);
+    if (result == 1 && (len == size || memchr(out, '\0', len) != NULL)) {
+        return lum_error_set(error, "%s: is not a state file of lumctl", path);
+    }
+    out[len < size ? len : 0] = '\0';
+    return result;
+}
+
+/* Replaces a file as a whole, with the lock held: a reader sees the old one or
+ * the new one. Not forced to the disk: one that is slow must not hold up the
+ * heartbeats of a shell, and a file that a power failure has spoilt is passed
+ * over. */
+static int state_write(const char *path, const char *text, size_t len,
+                       lum_error *error)
+{
+    char part[LONG_PATH_BYTES];
+    (void)snprintf(part, sizeof part, "%s.part", path);
+    const int fd = rows_file_open(part, true);
+    if (fd < 0) {
+        return fail(path, "cannot be written", error);
+    }
+    int code = rows_file_cut(fd, 0) == 0 && rows_file_put(fd, text, len) == 0
+                   ? 0
+                   : errno;
+    code = close(fd) != 0 && code == 0 ? errno : code;
+    if (code == 0 && rows_file_replace(part, path) == 0) {
+        return 0;
+    }
+    errno = code != 0 ? code : errno;
+    (void)fail(path, "cannot be written", error);
+    (void)unlink(part);
+    return -1;
+}
 
 /* --- What a request sets --- */
 
@@ -282,7 +421,7 @@ static int merge(const struct ctl *ctl, const struct memory_clock *clock,
         return -1;
     }
     if (!load(ctl, &key, path, &memory) && !is_acknowledged(&ctl->changes)) {
-        state_unlock(lock);
+        (void)close(lock);
         return 0;
     }
     const bool had_any = memory_has_any(&memory);
@@ -295,7 +434,7 @@ static int merge(const struct ctl *ctl, const struct memory_clock *clock,
     }
     memory_merge(&memory, &ctl->changes, lum_time_utc_ns());
     const int result = save(&key, path, &memory, error);
-    state_unlock(lock);
+    (void)close(lock);
     return result;
 }
 
@@ -357,7 +496,7 @@ void remember_move(const struct ctl *ctl, lum_endpoint from, lum_endpoint to)
     int result = -1;
     if (lock >= 0) {
         result = move_file(ctl, folder, &old, &new, &error);
-        state_unlock(lock);
+        (void)close(lock);
     }
     if (result != 0) {
         ctl_note(ctl,
@@ -401,7 +540,7 @@ static void see(const struct ctl *ctl, const char *folder, const char *path,
     out->run = memory_see_clock(&out->memory, &out->clock, &out->missed);
     if (lock >= 0) {
         (void)save(&out->key, path, &out->memory, &error);
-        state_unlock(lock);
+        (void)close(lock);
     }
 }
 

@@ -3,12 +3,34 @@
 #ifndef LUMDUMP_FILE_SET_H
 #define LUMDUMP_FILE_SET_H
 
+#include "bag_folder.h"
 #include "closer.h"
-#include "file_names.h"
+#include "options.h"
 #include "output_file.h"
+#include "retention.h"
+
+#include "base/claim.h"
 
 /* Frames whose files are open at once; the eyes are seldom two apart. */
 #define FILE_SET_OPEN_MAX 16u
+
+#define FILE_NAME_BYTES 4096u
+
+/* The names of its files, and the run's right to them. */
+struct file_names {
+    enum {
+        FILE_NAMES_ONE,       /* the output is one file */
+        FILE_NAMES_OF_FRAMES, /* each frame has a file */
+        FILE_NAMES_NUMBERED,  /* one after another */
+        FILE_NAMES_IN_FOLDER  /* of rosbag2, one after another */
+    } kind;
+    const struct options *options;
+    const char *name;            /* as the option gives it */
+    unsigned number;             /* of the newest numbered file; 0: none */
+    lum_claim claim;             /* to the name of which others are made */
+    struct retention *retention; /* NULL: no file is removed */
+    struct bag_folder *folder;   /* NULL: there is none */
+};
 
 /* When a series goes on in its next file. Times are since 1970. */
 struct series {
@@ -79,5 +101,9 @@ int file_set_close(struct file_set *set, lum_error *error);
 
 /* Remove unfinished files, except recordings; give the names back. */
 void file_set_abort(struct file_set *set);
+
+/* Whether files of an earlier, longer run follow the newest one; out says so.
+ */
+bool file_names_find_stale(const struct file_names *names, lum_error *out);
 
 #endif

@@ -168,7 +168,7 @@ static int64_t next_ns(const struct live *live, int64_t now_ns)
     int64_t next = live_stream_next_ns(live, now_ns);
     next = earlier(next, live->end_ns);
     next = earlier(next, lum_device_next_ns(&live->device));
-    next = earlier(next, replies_next_ns(&live->replies));
+    next = earlier(next, live_replies_next_ns(live));
     if (awaits_cue(live)) {
         next = earlier(next, now_ns + CUE_NS);
     }
@@ -227,13 +227,11 @@ static int open_socket(struct live *live)
 
 static int open_parts(struct live *live)
 {
-    const struct options *o = live->options;
-    replies_init(&live->replies, o->answers.delay_ms, o->answers.loss,
-                 o->render.seed);
+    live_init_replies(live);
     return live_open_data(live) == 0 &&
                    lum_cancel_new(&live->cancel, &live->error) == 0 &&
                    open_socket(live) == 0 &&
-                   journal_open(&live->log.journal, o->live.log,
+                   journal_open(&live->log.journal, live->options->live.log,
                                 &live->error) == 0
                ? 0
                : -1;

@@ -10,14 +10,33 @@
 #include "options.h"
 #include "playback.h"
 #include "renderer.h"
-#include "replies.h"
 #include "scene_feed.h"
 #include "sender.h"
 #include "sim/device.h"
+#include "sim/random.h"
 #include "timeline.h"
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#define REPLIES_MAX 256
+
+struct reply {
+    int64_t due_ns;
+    lum_device_peer to;
+    size_t len;
+    uint8_t bytes[LUM_DEVICE_REPLY_BYTES];
+};
+
+/* Answers on their way: delayed or lost, by the options. */
+struct replies {
+    int64_t delay_ns;
+    double loss; /* a probability */
+    lum_random random;
+    size_t first;
+    size_t count;                      /* that wait */
+    struct reply waiting[REPLIES_MAX]; /* all wait alike: in order of due_ns */
+};
 
 /* Where data comes from, and how it leaves; of live_data.c. */
 struct live_data {
@@ -77,6 +96,8 @@ int live_run(const struct options *o);
 /* serve.c: take the datagrams that have come, and do what the device says. */
 void live_receive(struct live *live);
 void live_tick(struct live *live, int64_t now_ns);
+void live_init_replies(struct live *live);
+int64_t live_replies_next_ns(const struct live *live); /* INT64_MAX: none */
 void live_send_replies(struct live *live,
                        int64_t now_ns); /* answers that are due */
 void live_reboot(struct live *live, int64_t now_ns);

@@ -6,8 +6,10 @@
 #include "lum/base/time.h"
 
 #include <stdio.h>
+#include <string.h>
 
-#define BATCHES_MAX 16 /* of one look */
+#define BATCHES_MAX 16  /* of one look */
+#define STREAM      101 /* of random numbers */
 
 /* The device's time does not go back. */
 static int64_t tell_time(struct live *live, int64_t t_ns)
@@ -16,6 +18,58 @@ static int64_t tell_time(struct live *live, int64_t t_ns)
         live->device_ns = t_ns;
     }
     return live->device_ns;
+}
+
+/* --- Answers on their way --- */
+
+void live_init_replies(struct live *live)
+{
+    const struct options *o = live->options;
+    live->replies.delay_ns = (int64_t)(o->answers.delay_ms * 1e6);
+    live->replies.loss = o->answers.loss;
+    lum_random_init(&live->replies.random, o->render.seed, STREAM);
+}
+
+/* Whether it will be sent; otherwise it is lost, by chance or because there is
+ * no room. */
+static bool replies_add(struct replies *replies, int64_t now_ns,
+                        lum_device_peer to, const void *bytes, size_t len)
+{
+    if (lum_random_chance(&replies->random, replies->loss) ||
+        replies->count == REPLIES_MAX || len > LUM_DEVICE_REPLY_BYTES) {
+        return false;
+    }
+    struct reply *r =
+        &replies->waiting[(replies->first + replies->count) % REPLIES_MAX];
+    r->due_ns = now_ns + replies->delay_ns;
+    r->to = to;
+    r->len = len;
+    memcpy(r->bytes, bytes, len);
+    replies->count++;
+    return true;
+}
+
+static int64_t replies_next_ns(const struct replies *replies)
+{
+    return replies->count > 0 ? replies->waiting[replies->first].due_ns
+                              : INT64_MAX;
+}
+
+int64_t live_replies_next_ns(const struct live *live)
+{
+    return replies_next_ns(&live->replies);
+}
+
+/* The next one that leaves by then, or NULL. Lives until the next is added. */
+static const struct reply *replies_take(struct replies *replies, int64_t now_ns)
+{
+    if (replies_next_ns(replies) > now_ns) {
+        return NULL;
+    }
+    const struct reply *r = &replies->waiting[replies->first];
+    replies->first = (replies->first + 1) % REPLIES_MAX;
+    replies->count--;
+    return r;
 }
 
 static void send_reply(struct live *live, const struct reply *reply,
