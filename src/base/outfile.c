@@ -3,7 +3,7 @@
 #include "outfile_io.h"
 #include "outfile_parts.h"
 
-#include "base/text_copy.h"
+#include "base/text.h"
 
 #include <errno.h>
 #include <stdlib.h>

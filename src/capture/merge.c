@@ -1,6 +1,6 @@
 #include "merge.h"
 
-#include "base/text_copy.h"
+#include "base/text.h"
 
 #include <stdio.h>
 #include <stdlib.h>

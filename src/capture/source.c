@@ -2,7 +2,7 @@
 #include "source_internal.h"
 
 #include "base/sized.h"
-#include "base/text_copy.h"
+#include "base/text.h"
 
 #include <errno.h>
 #include <stdlib.h>

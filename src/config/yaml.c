@@ -1,6 +1,6 @@
 #include "yaml.h"
 
-#include "base/text_add.h"
+#include "base/text.h"
 #include "lum/config/config.h"
 
 #include <stdarg.h>

@@ -1,7 +1,7 @@
 /* The capture of a reader, opened, and opened again. */
 #include "reader_internal.h"
 
-#include "base/text_copy.h"
+#include "base/text.h"
 #include "capture/capture_internal.h"
 
 #include <stdlib.h>

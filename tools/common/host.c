@@ -2,7 +2,7 @@
 
 #include "number.h"
 
-#include "base/text_add.h"
+#include "base/text.h"
 #include "lum/net/resolve.h"
 
 #include <stdlib.h>

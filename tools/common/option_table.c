@@ -4,7 +4,7 @@
 #include "nearest.h"
 #include "number.h"
 
-#include "base/text_add.h"
+#include "base/text.h"
 
 #include <getopt.h>
 #include <stdarg.h>

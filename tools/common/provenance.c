@@ -1,7 +1,7 @@
 #include "provenance.h"
 
 #include "base/system.h"
-#include "base/text_add.h"
+#include "base/text.h"
 #include "printable.h"
 
 #include "lum/version.h"

@@ -4,7 +4,7 @@
 #include "rows_file.h"
 
 #include "base/outfile.h"
-#include "base/text_copy.h"
+#include "base/text.h"
 #include "base/thread.h"
 #include "lum/base/time.h"
 

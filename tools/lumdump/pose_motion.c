@@ -1,6 +1,6 @@
 #include "pose_motion.h"
 
-#include "base/text_add.h"
+#include "base/text.h"
 
 #include <errno.h>
 #include <inttypes.h>

@@ -4,7 +4,7 @@
 #include "../common/file_look.h"
 #include "base/claim.h"
 #include "base/outfile.h"
-#include "base/text_copy.h"
+#include "base/text.h"
 #include "ledger.h"
 #include "numbered.h"
 

@@ -2,7 +2,7 @@
 
 #include "../common/number.h"
 
-#include "base/text_add.h"
+#include "base/text.h"
 #include "lum/wire.h"
 
 #include <stdio.h>

@@ -4,7 +4,7 @@
 #include "../common/number.h"
 #include "../common/rig_sensors.h"
 #include "base/system.h"
-#include "base/text_add.h"
+#include "base/text.h"
 #include "cut.h"
 
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* The data packets of one sensor of a capture, for --replay. */
 #include "../common/number.h"
-#include "base/text_add.h"
+#include "base/text.h"
 #include "lum/assembler.h"
 #include "lum/capture/capture.h"
 #include "lum/capture/demux.h"

@@ -2,7 +2,7 @@
 
 #include "../common/number.h"
 #include "../common/option_table.h"
-#include "base/text_add.h"
+#include "base/text.h"
 #include "sim/blocks.h"
 
 #include <stdio.h>

@@ -2,7 +2,7 @@
 #include "timeline.h"
 
 #include "../common/number.h"
-#include "base/text_add.h"
+#include "base/text.h"
 #include "lum/laser.h"
 
 #include <signal.h>

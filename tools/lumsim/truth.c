@@ -1,6 +1,6 @@
 #include "truth.h"
 
-#include "base/text_add.h"
+#include "base/text.h"
 #include "lum/assembler.h"
 #include "lum/cloud/writer.h"
 #include "lum/host/keys.h"

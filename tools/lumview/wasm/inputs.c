@@ -1,6 +1,6 @@
 #include "inputs.h"
 
-#include "base/text_copy.h"
+#include "base/text.h"
 
 #include <stdlib.h>
 

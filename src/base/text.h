@@ -1,7 +1,7 @@
 /** @file
- * Texts that are made of parts. Internal. */
-#ifndef LUM_BASE_TEXT_ADD_H
-#define LUM_BASE_TEXT_ADD_H
+ * Texts that are made of parts, or kept. Internal. */
+#ifndef LUM_BASE_TEXT_H
+#define LUM_BASE_TEXT_H
 
 #include "lum/base/error.h"
 
@@ -11,5 +11,9 @@
  * @param room Bytes that out has, its NUL among them. */
 LUM_PRINTF(3, 4)
 void lum_text_add(char *out, size_t room, const char *format, ...);
+
+/** A copy of a text, which ISO C has no function for.
+ * @return to be freed with free(); NULL without memory. */
+char *lum_text_copy(const char *text);
 
 #endif

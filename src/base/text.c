@@ -1,7 +1,8 @@
-#include "base/text_add.h"
+#include "base/text.h"
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 void lum_text_add(char *out, size_t room, const char *format, ...)
@@ -11,4 +12,14 @@ void lum_text_add(char *out, size_t room, const char *format, ...)
     va_start(arguments, format);
     (void)vsnprintf(out + len, room - len, format, arguments);
     va_end(arguments);
+}
+
+char *lum_text_copy(const char *text)
+{
+    const size_t len = strlen(text) + 1u;
+    char *copy = malloc(len);
+    if (copy != NULL) {
+        memcpy(copy, text, len);
+    }
+    return copy;
 }
