@@ -1,6 +1,6 @@
 /* The command line of lumdump: the table of its options, read into a struct
  * options. */
-#include "command_line.h"
+#include "options.h"
 
 #include "../common/host.h"
 #include "../common/ring.h"

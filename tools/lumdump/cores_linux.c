@@ -1,6 +1,6 @@
 /* Cores that this process may use, by its affinity on Linux. */
 #define _GNU_SOURCE
-#include "cores.h"
+#include "options.h"
 
 #include <sched.h>
 

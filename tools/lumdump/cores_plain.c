@@ -1,5 +1,5 @@
 /* Cores of the machine, on systems of POSIX other than Linux. */
-#include "cores.h"
+#include "options.h"
 
 #include <unistd.h>
 

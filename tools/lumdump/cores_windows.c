@@ -1,5 +1,5 @@
 /* Cores that this process may use, by its affinity on Windows. */
-#include "cores.h"
+#include "options.h"
 
 #include <windows.h>
 

@@ -1,7 +1,6 @@
 /* lumdump: captures and sensors to clouds. */
 #include "../common/geometry.h"
 #include "../common/interrupt.h"
-#include "command_line.h"
 #include "replay.h"
 #include "rig_run.h"
 #include "runs.h"

@@ -3,7 +3,6 @@
 #include "options.h"
 
 #include "cloud/part.h"
-#include "cores.h"
 #include "points/columns.h"
 
 #include <string.h>

@@ -2,6 +2,7 @@
 #ifndef LUMDUMP_OPTIONS_H
 #define LUMDUMP_OPTIONS_H
 
+#include "../common/option_table.h"
 #include "../common/provenance.h"
 #include "../common/sources.h"
 
@@ -258,5 +259,14 @@ unsigned options_threads(const struct options *options);
  * all that come. */
 options_question options_is_picture;
 options_question options_draws_one;
+
+/* The options point into argv. To be freed by command_line_free() whatever the
+ * result. */
+enum option_end command_line_read(int argc, char **argv, struct options *out);
+
+void command_line_free(struct options *options);
+
+/* How many cores this process may use, at least 1. */
+unsigned cores_count(void);
 
 #endif

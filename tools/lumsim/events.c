@@ -4,8 +4,15 @@
 #include "../common/number.h"
 #include "lum/wire.h"
 
+#include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#if defined(_WIN32)
+#include <share.h>
+#else
+#include "base/outfile_io.h"
+#endif
 
 #define QUIET_NS INT64_C(100000000) /* between two lines about a flood */
 
@@ -19,6 +26,128 @@ static const char *const kinds[LUM_PACKET_KINDS] = {
     [LUM_PACKET_UNKNOWN_TYPE] = "unknown_type",
     [LUM_PACKET_MALFORMED] = "malformed",
     [LUM_PACKET_UNKNOWN_TAG] = "unknown_tag"};
+
+/* --- The file --- */
+
+#if defined(_WIN32)
+struct log_file {
+    FILE *stream;
+};
+
+/* The system keeps other writers away. */
+static int open_file(const char *path, struct log_file **out, FILE **stream,
+                     lum_error *error)
+{
+    struct log_file *file = calloc(1, sizeof *file);
+    if (file == NULL) {
+        return lum_error_set(error, "%s: not enough memory", path);
+    }
+    file->stream = _fsopen(path, "w", _SH_DENYWR);
+    if (file->stream == NULL) {
+        (void)lum_error_set(error, "%s: cannot be written: %s", path,
+                            strerror(errno));
+        free(file);
+        return -1;
+    }
+    *stream = file->stream;
+    *out = file;
+    return 0;
+}
+
+static int close_file(struct log_file *file)
+{
+    const int reason = fclose(file->stream) == 0 ? 0 : errno;
+    free(file);
+    return reason;
+}
+#else
+struct log_file {
+    lum_outfile out;
+    FILE *stream; /* of a second descriptor */
+};
+
+static int close_file(struct log_file *file)
+{
+    const bool is_whole = file->stream != NULL && fclose(file->stream) == 0 &&
+                          lum_outfile_finish(&file->out, NULL) == 0;
+    const int reason = is_whole ? 0 : errno;
+    lum_outfile_discard(&file->out);
+    free(file);
+    return reason;
+}
+
+static int open_file(const char *path, struct log_file **out, FILE **stream,
+                     lum_error *error)
+{
+    struct log_file *file = calloc(1, sizeof *file);
+    if (file == NULL) {
+        return lum_error_set(error, "%s: not enough memory", path);
+    }
+    if (lum_outfile_open(path, LUM_OUTFILE_GROWS, &file->out, error) != 0) {
+        free(file);
+        return -1;
+    }
+    file->stream = lum_outfile_stream(&file->out);
+    if (file->stream == NULL) {
+        (void)lum_outfile_fail(&file->out, errno, "cannot be written", error);
+    } else if (lum_outfile_show(&file->out, error) == 0) {
+        *stream = file->stream;
+        *out = file;
+        return 0;
+    }
+    (void)close_file(file);
+    return -1;
+}
+#endif
+
+/* --- Its lines --- */
+
+int live_open_log(struct live *live)
+{
+    const char *path = live->options->live.log;
+    struct live_log *log = &live->log;
+    lum_error why = {""};
+    if (path == NULL) {
+        return 0;
+    }
+    if (strcmp(path, "-") == 0) {
+        log->out = stdout;
+    } else if (open_file(path, &log->file, &log->out, &why) != 0) {
+        return lum_error_set(&live->error, "--log: %s", why.text);
+    }
+    return 0;
+}
+
+struct json *live_begin_line(struct live *live, int64_t t_ns, const char *event)
+{
+    struct json *json = &live->log.json;
+    json_begin_line(json, live->log.out);
+    json_real(json, "t", (double)t_ns / 1e9, 6);
+    json_text(json, "event", event);
+    return json;
+}
+
+void live_end_line(struct live *live)
+{
+    struct live_log *log = &live->log;
+    json_end_line(&log->json);
+    if (log->out != NULL && (fflush(log->out) != 0 || ferror(log->out))) {
+        log->reason = errno != 0 ? errno : EIO;
+        log->out = NULL;
+    }
+}
+
+int live_close_log(struct live *live)
+{
+    struct live_log *log = &live->log;
+    if (log->file != NULL) {
+        const int reason = close_file(log->file);
+        log->reason = log->reason != 0 ? log->reason : reason;
+    }
+    log->out = NULL;
+    log->file = NULL;
+    return log->reason;
+}
 
 const char *live_name(uint32_t address, uint16_t port, char out[24])
 {
@@ -42,15 +171,14 @@ static void add_peer(struct json *json, const char *key, uint32_t address,
 void live_log_text(struct live *live, int64_t t_ns, const char *event,
                    const char *key, const char *text)
 {
-    struct json *json = journal_begin(&live->log.journal, t_ns, event);
+    struct json *json = live_begin_line(live, t_ns, event);
     json_text(json, key, text);
-    journal_end(&live->log.journal);
+    live_end_line(live);
 }
 
 void live_log_start(struct live *live)
 {
-    struct json *json =
-        journal_begin(&live->log.journal, live->start_ns, "start");
+    struct json *json = live_begin_line(live, live->start_ns, "start");
     add_peer(json, "address", live->self.address, live->self.port);
     json_uint(json, "clock_us",
               lum_device_clock_us(&live->device, live->start_ns));
@@ -61,7 +189,7 @@ void live_log_start(struct live *live)
         json_uint(json, "lines", live->options->render.lines);
         json_real(json, "rate_hz", live->options->render.rate_hz, 3);
     }
-    journal_end(&live->log.journal);
+    live_end_line(live);
 }
 
 static bool is_ignored(lum_packet_kind kind)
@@ -73,14 +201,14 @@ static bool is_ignored(lum_packet_kind kind)
 static void log_ignored(struct live *live, int64_t t_ns, lum_packet_kind kind,
                         const lum_received *datagram)
 {
-    struct json *json = journal_begin(&live->log.journal, t_ns, "ignored");
+    struct json *json = live_begin_line(live, t_ns, "ignored");
     if (datagram != NULL) {
         add_peer(json, "from", datagram->from.address, datagram->from.port);
         json_text(json, "kind", kinds[kind]);
         json_uint(json, "len", datagram->len);
     }
     json_uint(json, "count", live->log.ignored);
-    journal_end(&live->log.journal);
+    live_end_line(live);
     live->log.ignored_ns = t_ns;
     live->log.ignored = 0;
 }
@@ -122,7 +250,7 @@ void live_log_received(struct live *live, int64_t t_ns, lum_packet_kind kind,
         }
         return;
     }
-    struct json *json = journal_begin(&live->log.journal, t_ns, kinds[kind]);
+    struct json *json = live_begin_line(live, t_ns, kinds[kind]);
     add_peer(json, "from", datagram->from.address, datagram->from.port);
     add_sequence(json, datagram->bytes, datagram->len);
     if (lum_set_ip_decode(&live->device.layout, datagram->bytes, datagram->len,
@@ -132,13 +260,13 @@ void live_log_received(struct live *live, int64_t t_ns, lum_packet_kind kind,
     if (note[0] != '\0' && strcmp(note, kinds[kind]) != 0) {
         json_text(json, "note", note);
     }
-    journal_end(&live->log.journal);
+    live_end_line(live);
 }
 
 void live_log_reply(struct live *live, int64_t t_ns, lum_device_peer to,
                     const void *bytes, size_t len, bool is_lost)
 {
-    struct json *json = journal_begin(&live->log.journal, t_ns, "reply");
+    struct json *json = live_begin_line(live, t_ns, "reply");
     lum_group group;
     add_peer(json, "to", to.address, to.port);
     json_text(
@@ -146,36 +274,35 @@ void live_log_reply(struct live *live, int64_t t_ns, lum_device_peer to,
         kinds[lum_packet_decode(&live->device.layout, bytes, len, &group)]);
     add_sequence(json, bytes, len);
     json_bool(json, "lost", is_lost);
-    journal_end(&live->log.journal);
+    live_end_line(live);
 }
 
 static void log_stream(struct live *live, int64_t now_ns)
 {
     const lum_device *d = &live->device;
-    struct json *json = journal_begin(&live->log.journal, now_ns, "stream");
+    struct json *json = live_begin_line(live, now_ns, "stream");
     if (d->is_streaming) {
         add_peer(json, "to", d->client.address, d->client.port);
     } else {
         json_null(json, "to");
     }
     json_uint(json, "packets", live->data.sender.sent);
-    journal_end(&live->log.journal);
+    live_end_line(live);
 }
 
 void live_log_state(struct live *live, const lum_device_effects *effects,
                     int64_t now_ns)
 {
-    struct journal *journal = &live->log.journal;
     if (effects->status_changed) {
-        struct json *json = journal_begin(journal, now_ns, "status");
+        struct json *json = live_begin_line(live, now_ns, "status");
         json_uint(json, "status", live->device.status);
         json_laser_bits(json, "bits", live->device.status);
-        journal_end(journal);
+        live_end_line(live);
     }
     if (effects->laser_changed) {
-        struct json *json = journal_begin(journal, now_ns, "laser");
+        struct json *json = live_begin_line(live, now_ns, "laser");
         json_bool(json, "up", lum_device_laser_is_up(&live->device));
-        journal_end(journal);
+        live_end_line(live);
     }
     if (effects->streaming_changed) {
         log_stream(live, now_ns);
@@ -185,21 +312,21 @@ void live_log_state(struct live *live, const lum_device_effects *effects,
 void live_log_move(struct live *live, int64_t now_ns, uint32_t address,
                    const char *reason)
 {
-    struct json *json = journal_begin(&live->log.journal, now_ns, "move");
+    struct json *json = live_begin_line(live, now_ns, "move");
     add_address(json, "address", address);
     json_bool(json, "done", reason == NULL);
     if (reason != NULL) {
         json_text(json, "reason", reason);
     }
-    journal_end(&live->log.journal);
+    live_end_line(live);
 }
 
 void live_log_frames(struct live *live, int64_t now_ns)
 {
-    struct json *json = journal_begin(&live->log.journal, now_ns, "frames");
+    struct json *json = live_begin_line(live, now_ns, "frames");
     json_uint(json, "frames", lum_reel_frames(live->data.scene.reel));
     json_uint(json, "lines", lum_reel_lines(live->data.scene.reel));
-    journal_end(&live->log.journal);
+    live_end_line(live);
 }
 
 /* The replay came to its end once more. */
@@ -209,10 +336,10 @@ void live_log_round(struct live *live, int64_t now_ns)
         return;
     }
     live->log.rounds = live->data.playback.rounds;
-    struct json *json = journal_begin(&live->log.journal, now_ns, "replayed");
+    struct json *json = live_begin_line(live, now_ns, "replayed");
     json_uint(json, "rounds", live->log.rounds);
     json_uint(json, "packets", live->data.sender.sent);
-    journal_end(&live->log.journal);
+    live_end_line(live);
 }
 
 void live_log_skipped(struct live *live, int64_t now_ns)
@@ -221,9 +348,9 @@ void live_log_skipped(struct live *live, int64_t now_ns)
     if (skipped == 0 || now_ns - live->log.skipped_ns < QUIET_NS) {
         return;
     }
-    struct json *json = journal_begin(&live->log.journal, now_ns, "skipped");
+    struct json *json = live_begin_line(live, now_ns, "skipped");
     json_uint(json, "lines", skipped);
-    journal_end(&live->log.journal);
+    live_end_line(live);
     live->log.skipped_ns = now_ns;
     live->log.skipped = live->data.scene.lines_skipped;
 }
@@ -258,7 +385,7 @@ void live_log_stop(struct live *live, int64_t now_ns)
     if (live->log.ignored > 0) {
         log_ignored(live, now_ns, LUM_PACKET_FOREIGN, NULL);
     }
-    struct json *json = journal_begin(&live->log.journal, now_ns, "stop");
+    struct json *json = live_begin_line(live, now_ns, "stop");
     add_counts(json, live);
-    journal_end(&live->log.journal);
+    live_end_line(live);
 }

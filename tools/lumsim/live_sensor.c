@@ -121,10 +121,10 @@ static void sum_up(const struct live *live, int64_t now_ns)
 static void apply_fault(struct live *live, const struct timeline_event *event,
                         int64_t now_ns)
 {
-    struct json *json = journal_begin(&live->log.journal, now_ns, "fault");
+    struct json *json = live_begin_line(live, now_ns, "fault");
     json_text(json, "name", event->name);
     json_bool(json, "ends", event->ends);
-    journal_end(&live->log.journal);
+    live_end_line(live);
     switch (event->kind) {
     case FAULT_HAZARD:
         live_set_hazard(live, event->bits, event->ends, now_ns);
@@ -178,7 +178,7 @@ static int64_t next_ns(const struct live *live, int64_t now_ns)
 
 static bool has_failed(const struct live *live)
 {
-    return live->has_failed || live->log.journal.reason != 0;
+    return live->has_failed || live->log.reason != 0;
 }
 
 static bool has_ended(const struct live *live, int64_t now_ns)
@@ -230,9 +230,7 @@ static int open_parts(struct live *live)
     live_init_replies(live);
     return live_open_data(live) == 0 &&
                    lum_cancel_new(&live->cancel, &live->error) == 0 &&
-                   open_socket(live) == 0 &&
-                   journal_open(&live->log.journal, live->options->live.log,
-                                &live->error) == 0
+                   open_socket(live) == 0 && live_open_log(live) == 0
                ? 0
                : -1;
 }
@@ -274,7 +272,7 @@ static int finish(struct live *live)
 {
     const int64_t now_ns = lum_time_monotonic_ns();
     live_log_stop(live, now_ns);
-    const int reason = journal_close(&live->log.journal);
+    const int reason = live_close_log(live);
     if (live->has_failed) {
         return fail(live->error.text);
     }

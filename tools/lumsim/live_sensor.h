@@ -2,7 +2,7 @@
 #ifndef LUMSIM_LIVE_SENSOR_H
 #define LUMSIM_LIVE_SENSOR_H
 
-#include "journal.h"
+#include "../common/json.h"
 #include "lum/net/cancel.h"
 #include "lum/net/socket.h"
 #include "lum/packet.h"
@@ -18,6 +18,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #define REPLIES_MAX 256
 
@@ -48,9 +49,14 @@ struct live_data {
     bool has_link;  /* data leaves */
 };
 
-/* The log; of events.c. */
+struct log_file;
+
+/* The log of --log: one JSON object a line, each line flushed; of events.c. */
 struct live_log {
-    struct journal journal;
+    FILE *out;             /* NULL: there is none, or it cannot be written */
+    struct log_file *file; /* NULL: standard output */
+    struct json json;
+    int reason;         /* errno of the write that failed; 0: none did */
     int64_t ignored_ns; /* when ignored datagrams were last logged */
     uint64_t ignored;   /* since then */
     int64_t skipped_ns; /* when skipped lines were last logged */
@@ -116,7 +122,16 @@ void live_switch_data(struct live *live, int64_t now_ns); /* as the device */
 void live_darken_data(struct live *live); /* what has not left */
 int64_t live_stream_next_ns(const struct live *live, int64_t now_ns);
 
-/* events.c: lines of the log; "a.b.c.d:port" into 24 bytes. */
+/* events.c: lines of the log. A file exists from its first line on, and only
+ * one run can write it. To open it: 0, or -1 with the reason in live->error; to
+ * close it: 0, or the errno of what could not be written. */
+int live_open_log(struct live *live);
+int live_close_log(struct live *live);
+/* Begin a line with "t" and "event". Returns the object for its rest. */
+struct json *live_begin_line(struct live *live, int64_t t_ns,
+                             const char *event);
+void live_end_line(struct live *live);
+/* "a.b.c.d:port" into 24 bytes. */
 const char *live_name(uint32_t address, uint16_t port, char out[24]);
 void live_log_text(struct live *live, int64_t t_ns, const char *event,
                    const char *key, const char *text);
