@@ -14,6 +14,12 @@ void lum_text_add(char *out, size_t room, const char *format, ...)
     va_end(arguments);
 }
 
+void lum_text_list(char *out, size_t room, const char *between,
+                   const char *text)
+{
+    lum_text_add(out, room, "%s%s", out[0] != '\0' ? between : "", text);
+}
+
 char *lum_text_copy(const char *text)
 {
     const size_t len = strlen(text) + 1u;

@@ -12,6 +12,11 @@
 LUM_PRINTF(3, 4)
 void lum_text_add(char *out, size_t room, const char *format, ...);
 
+/** Add one more to a list.
+ * @param between What stands between two of them. */
+void lum_text_list(char *out, size_t room, const char *between,
+                   const char *text);
+
 /** A copy of a text, which ISO C has no function for.
  * @return to be freed with free(); NULL without memory. */
 char *lum_text_copy(const char *text);

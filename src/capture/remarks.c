@@ -1,5 +1,6 @@
 #include "remarks.h"
 
+#include "base/text.h"
 #include "demux_sensors.h"
 #include "link.h"
 #include "lum/wire.h"
@@ -258,18 +259,10 @@ static bool say_mixture(const lum_demux_counters *counters,
 static void add_name(lum_error *out, const char *before, uint32_t a,
                      const char *interface)
 {
-    const size_t used = strlen(out->text);
-    (void)snprintf(out->text + used, sizeof out->text - used,
-                   "%s%u.%u.%u.%u%s%s", before, (unsigned)(a >> 24),
-                   (unsigned)(a >> 16 & 255u), (unsigned)(a >> 8 & 255u),
-                   (unsigned)(a & 255u), *interface != '\0' ? "%" : "",
-                   interface);
-}
-
-static void add_text(lum_error *out, const char *text)
-{
-    const size_t used = strlen(out->text);
-    (void)snprintf(out->text + used, sizeof out->text - used, "%s", text);
+    lum_text_add(out->text, sizeof out->text, "%s%u.%u.%u.%u%s%s", before,
+                 (unsigned)(a >> 24), (unsigned)(a >> 16 & 255u),
+                 (unsigned)(a >> 8 & 255u), (unsigned)(a & 255u),
+                 *interface != '\0' ? "%" : "", interface);
 }
 
 /* The entry of a member whose data is another sensor's too; NULL: none. */
@@ -301,7 +294,7 @@ static void add_sensors(const lum_demux *demux, bool has_interface,
                         lum_error *out)
 {
     if (demux->sensor_count == 0) {
-        add_text(out, "no sensor did");
+        lum_text_add(out->text, sizeof out->text, "no sensor did");
         return;
     }
     for (size_t i = 0; i < demux->sensor_count; i++) {
@@ -320,17 +313,19 @@ static void say_absent(const lum_demux *demux, const lum_demux_known *member,
     if (copy != NULL) {
         add_name(out, " is not another sensor: its data duplicates that of ",
                  copy->sensor->address, copy->sensor->interface);
-        add_text(out, "; leave one of them out of the rig");
+        lum_text_add(out->text, sizeof out->text,
+                     "; leave one of them out of the rig");
         return;
     }
-    add_text(out, " sent no data; ");
+    lum_text_add(out->text, sizeof out->text, " sent no data; ");
     if (other == NULL || *other->interface != '\0') {
         add_sensors(demux, *member->interface != '\0', out);
     } else {
         add_name(out, "", other->address, "");
-        add_text(out, " did, on an unknown interface: record with dumpcap -i "
-                      "eth0 -i eth1 -w out, whose pcapng files name them, or "
-                      "leave the interface out of the rig");
+        lum_text_add(out->text, sizeof out->text,
+                     " did, on an unknown interface: record with dumpcap -i "
+                     "eth0 -i eth1 -w out, whose pcapng files name them, or "
+                     "leave the interface out of the rig");
     }
 }
 

@@ -1,5 +1,6 @@
 #include "file_columns.h"
 
+#include "base/text.h"
 #include "le.h"
 #include "text_columns.h"
 
@@ -62,11 +63,8 @@ static int refuse(lum_error *error, const lum_extras *extras, const char *name,
                   size_t n)
 {
     char all[256] = "";
-    size_t len = 0;
-    for (unsigned i = 0; i < known_columns(extras) && len < sizeof all; i++) {
-        const int added = snprintf(all + len, sizeof all - len, "%s%s",
-                                   i == 0 ? "" : ", ", name_of(extras, i));
-        len += added > 0 ? (size_t)added : 0u;
+    for (unsigned i = 0; i < known_columns(extras); i++) {
+        lum_text_list(all, sizeof all, ", ", name_of(extras, i));
     }
     errno = EINVAL;
     return lum_error_set(error, "'%.*s' is not a column; columns are %s",

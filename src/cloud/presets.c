@@ -1,5 +1,6 @@
 #include "presets.h"
 
+#include "base/text.h"
 #include "decimal.h"
 #include "le.h"
 #include "text_columns.h"
@@ -88,14 +89,11 @@ const lum_preset lum_preset_of_voxels = {
 const lum_preset *lum_preset_find(const char *name, lum_error *error)
 {
     char all[128] = "";
-    size_t len = 0;
     for (unsigned i = 0; i < LUM_PRESETS; i++) {
         if (strcmp(lum_presets[i].name, name) == 0) {
             return &lum_presets[i];
         }
-        const int added = snprintf(all + len, sizeof all - len, "%s%s",
-                                   i == 0 ? "" : ", ", lum_presets[i].name);
-        len += added > 0 ? (size_t)added : 0u;
+        lum_text_list(all, sizeof all, ", ", lum_presets[i].name);
     }
     (void)lum_error_set(error, "'%.40s' is not a preset; presets are %s", name,
                         all);

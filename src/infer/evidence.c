@@ -1,8 +1,8 @@
 /* The evidence for each key of a profile, the margin, and the verdict. */
+#include "base/text.h"
 #include "fields.h"
 #include "ticks.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -25,15 +25,7 @@
 /* --- Texts --- */
 
 /* Add to a text. */
-LUM_PRINTF(2, 3)
-static void say(char out[LUM_INFER_TEXT_BYTES], const char *format, ...)
-{
-    const size_t len = strlen(out);
-    va_list arguments;
-    va_start(arguments, format);
-    (void)vsnprintf(out + len, LUM_INFER_TEXT_BYTES - len, format, arguments);
-    va_end(arguments);
-}
+#define say(out, ...) lum_text_add(out, LUM_INFER_TEXT_BYTES, __VA_ARGS__)
 
 static double percent(double share)
 {

@@ -1,6 +1,7 @@
 /* Network interfaces of Windows, by their names. */
 #include "net/winsock.h"
 
+#include "base/text.h"
 #include "net/adapter.h"
 
 #include <stdio.h>
@@ -100,14 +101,9 @@ void lum_adapter_list(char *out, size_t room)
 {
     unsigned long code = 0;
     IP_ADAPTER_ADDRESSES *all = lum_adapter_all(&code);
-    size_t used = 0;
-    (void)snprintf(out, room, "none");
-    for (const IP_ADAPTER_ADDRESSES *i = all; i != NULL && used < room;
-         i = i->Next) {
-        const lum_adapter here = describe(i, 0);
-        const int n = snprintf(out + used, room - used, "%s%s",
-                               used != 0 ? ", " : "", here.name);
-        used += n > 0 ? (size_t)n : 0;
+    *out = '\0';
+    for (const IP_ADAPTER_ADDRESSES *i = all; i != NULL; i = i->Next) {
+        lum_text_list(out, room, ", ", describe(i, 0).name);
     }
     free(all);
 }

@@ -4,6 +4,7 @@
 #include "net/socket_system.h"
 
 #include "base/sized.h"
+#include "base/text.h"
 #include "lum/base/time.h"
 #include "net/endpoint.h"
 #include "net/program.h"
@@ -90,13 +91,9 @@ static void close_handle(lum_system_handle fd)
 static void list_interfaces(char *out, size_t room)
 {
     struct if_nameindex *all = if_nameindex();
-    size_t used = 0;
-    (void)snprintf(out, room, "none");
-    for (size_t i = 0; all != NULL && all[i].if_index != 0 && used < room;
-         i++) {
-        const int n = snprintf(out + used, room - used, "%s%s",
-                               i != 0 ? ", " : "", all[i].if_name);
-        used += n > 0 ? (size_t)n : 0;
+    *out = '\0';
+    for (size_t i = 0; all != NULL && all[i].if_index != 0; i++) {
+        lum_text_list(out, room, ", ", all[i].if_name);
     }
     if (all != NULL) {
         if_freenameindex(all);
@@ -213,7 +210,7 @@ static lum_net_result use_interface(lum_socket *socket, const char *name,
     }
     list_interfaces(list, sizeof list);
     (void)lum_error_set(error, "there is no interface %s; this host has: %s",
-                        name, list);
+                        name, *list != '\0' ? list : "none");
     return LUM_NET_FAILED;
 }
 

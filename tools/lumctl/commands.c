@@ -12,6 +12,7 @@
 #include "text_command.h"
 #include "yscan/yscan_shape.h"
 
+#include "base/text.h"
 #include "lum/version.h"
 
 #include <errno.h>
@@ -233,12 +234,10 @@ static enum exit_status complain_unknown(const struct ctl *ctl,
 /* The commands that have an option. */
 static const char *list_owners(unsigned own, char names[NAMES_BYTES])
 {
-    size_t n = 0;
     names[0] = '\0';
     for (size_t i = 0; i < COMMANDS; i++) {
         if ((table[i].own & own) != 0) {
-            n += (size_t)snprintf(names + n, NAMES_BYTES - n, "%s%s",
-                                  n != 0 ? ", " : "", table[i].name);
+            lum_text_list(names, NAMES_BYTES, ", ", table[i].name);
         }
     }
     return names;

@@ -4,6 +4,8 @@
 #include "remember.h"
 #include "setting.h"
 
+#include "base/text.h"
+
 #include <string.h>
 
 #define PLAN_BYTES 128 /* of all commands of a plan, parted by spaces */
@@ -120,13 +122,6 @@ void plan_print(FILE *out, const struct settings_plan *plan)
     }
 }
 
-static void gather(char text[PLAN_BYTES], const char *command)
-{
-    const size_t used = strlen(text);
-    (void)snprintf(text + used, PLAN_BYTES - used, "%s%s", used != 0 ? " " : "",
-                   command);
-}
-
 /* Notes which of the items from first up to end the answer names. */
 static void read_answer(struct settings_plan *plan, size_t first, size_t end)
 {
@@ -142,7 +137,7 @@ static void read_answer(struct settings_plan *plan, size_t first, size_t end)
                                : refusal_find(item->command, debug, &refusal) &&
                                      refusal.names[0] != '\0';
         plan->refused += item->is_refused;
-        gather(all, item->command);
+        lum_text_list(all, PLAN_BYTES, " ", item->command);
     }
     (void)refusal_find(all, debug, &refusal);
     plan->has_unnamed = plan->has_unnamed || refusal.has_unnamed;
@@ -229,7 +224,7 @@ enum exit_status plan_send(struct ctl *ctl, struct settings_plan *plan)
     enum exit_status status = begin(&packet, 0);
     for (size_t i = 0; i < plan->count && status == EXIT_DONE; i++) {
         if (!plan->has_table || i != plan->table_at) {
-            gather(packet.text, plan->items[i].command);
+            lum_text_list(packet.text, PLAN_BYTES, " ", plan->items[i].command);
             continue;
         }
         if (packet.text[0] != '\0') {
@@ -252,14 +247,12 @@ enum exit_status plan_send(struct ctl *ctl, struct settings_plan *plan)
 static void list_refused(const struct settings_plan *plan, char *names,
                          size_t size)
 {
-    size_t n = 0;
     names[0] = '\0';
     for (size_t i = 0; i < plan->count; i++) {
         const struct plan_item *item = &plan->items[i];
-        if (item->is_refused && n < size) {
-            n += (size_t)snprintf(names + n, size - n, "%s%s (%s)",
-                                  n != 0 ? ", " : "", item->setting,
-                                  item->command);
+        if (item->is_refused) {
+            lum_text_add(names, size, "%s%s (%s)", *names != '\0' ? ", " : "",
+                         item->setting, item->command);
         }
     }
 }

@@ -9,6 +9,7 @@
 #include "setting.h"
 #include "watch.h"
 
+#include "base/text.h"
 #include "lum/base/time.h"
 #include "lum/laser.h"
 
@@ -446,9 +447,8 @@ static void say_about(const struct sweep *s, size_t step,
                    (unsigned)s->plan.count);
     for (size_t i = 0; i < s->in_force.count; i++) {
         const struct plan_item *item = &s->in_force.items[i];
-        const size_t n = strlen(set);
-        (void)snprintf(set + n, sizeof set - n, "%s%s %s", n > 0 ? ", " : "",
-                       item->setting, item->value);
+        lum_text_add(set, sizeof set, "%s%s %s", *set != '\0' ? ", " : "",
+                     item->setting, item->value);
     }
     provenance_make(&run, &s->geometry, NULL, out);
 }

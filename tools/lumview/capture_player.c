@@ -8,6 +8,7 @@
 #include "playhead.h"
 #include "thread_monitor.h"
 
+#include "base/text.h"
 #include "lum/base/time.h"
 
 #include <inttypes.h>
@@ -66,34 +67,31 @@ static void tell_message(const struct player *p)
     char text[LUM_ERROR_BYTES] = "";
     char others[200];
     char shown[LUM_SENSOR_NAME_BYTES];
-    size_t len = 0;
     if (p->broken.text[0] != '\0') {
-        len = (size_t)snprintf(text, sizeof text, "%.280s", p->broken.text);
+        lum_text_add(text, sizeof text, "%.280s", p->broken.text);
     }
     (void)decoder_others(p->decoder, shown, others, sizeof others);
     if (p->options.rig == NULL && others[0] != '\0' && shown[0] != '\0') {
-        (void)snprintf(text + len, sizeof text - len,
-                       "%s%s is shown; there is also %s: choose by lumview "
-                       "--sensor, or show all by a rig: lumview --rig, or a "
-                       "rig file dropped on lumview.html",
-                       len > 0 ? "; " : "", shown, others);
-        len = strlen(text);
+        lum_text_add(text, sizeof text,
+                     "%s%s is shown; there is also %s: choose by lumview "
+                     "--sensor, or show all by a rig: lumview --rig, or a "
+                     "rig file dropped on lumview.html",
+                     *text != '\0' ? "; " : "", shown, others);
     }
     const char *sensor = "";
     const uint64_t late = decoder_late(p->decoder, &sensor);
     if (late > 0) {
-        (void)snprintf(text + len, sizeof text - len,
-                       "%sa frame of %s is left out, as the sensor paused in "
-                       "it or has stopped (%" PRIu64 " in all)",
-                       len > 0 ? "; " : "", sensor, late);
-        len = strlen(text);
+        lum_text_add(text, sizeof text,
+                     "%sa frame of %s is left out, as the sensor paused in "
+                     "it or has stopped (%" PRIu64 " in all)",
+                     *text != '\0' ? "; " : "", sensor, late);
     }
     if (p->cut > 0) {
-        (void)snprintf(text + len, sizeof text - len,
-                       "%sframe %" PRId64 " has more than %u points: %" PRIu64
-                       " of them are not shown",
-                       len > 0 ? "; " : "", p->cut_frame, FRAME_POINTS_MAX,
-                       p->cut);
+        lum_text_add(text, sizeof text,
+                     "%sframe %" PRId64 " has more than %u points: %" PRIu64
+                     " of them are not shown",
+                     *text != '\0' ? "; " : "", p->cut_frame, FRAME_POINTS_MAX,
+                     p->cut);
     }
     stage_set_text(p->head.stage, FEED_MESSAGE, text);
 }

@@ -3,6 +3,7 @@
 
 #include "../common/file_look.h"
 #include "../common/source_walk.h"
+#include "base/text.h"
 #include "capture/capture_internal.h"
 #include "thread_monitor.h"
 
@@ -163,21 +164,19 @@ static void add_seam(const struct seam *seam, const lum_capture *capture,
     struct source_walk walk = {.capture = capture,
                                .source.struct_size = sizeof walk.source};
     size_t count = 0;
-    size_t len = strlen(out);
     char text[LUM_ERROR_BYTES / 4];
     while (source_walk_step(&walk)) {
         if (seam->is_it(&walk) && ++count == 1u) {
             const double s = (double)walk.gap_ns * 1e-9;
-            (void)snprintf(out + len, room - len, "%s%.3f %s%s",
-                           len > 0 ? "; " : "", s < 0 ? -s : s,
-                           source_walk_text(&walk, text, sizeof text),
-                           seam->meaning);
+            lum_text_add(out, room, "%s%.3f %s%s", *out != '\0' ? "; " : "",
+                         s < 0 ? -s : s,
+                         source_walk_text(&walk, text, sizeof text),
+                         seam->meaning);
         }
     }
-    len = strlen(out);
     if (count > 1u) {
-        (void)snprintf(out + len, room - len, "; there are %zu more %s",
-                       count - 1u, seam->more);
+        lum_text_add(out, room, "; there are %zu more %s", count - 1u,
+                     seam->more);
     }
 }
 
@@ -197,11 +196,8 @@ static void write_remarks(const lum_capture *capture, const lum_demux *demux,
     lum_error remark = {""};
     (void)lum_capture_damaged(capture, &remark);
     (void)snprintf(out, room, "%s", remark.text);
-    size_t len = strlen(out);
     for (size_t i = 0; lum_capture_remark(capture, demux, 0, i, &remark); i++) {
-        (void)snprintf(out + len, room - len, "%s%s", len > 0 ? "; " : "",
-                       remark.text);
-        len += strlen(out + len);
+        lum_text_list(out, room, "; ", remark.text);
     }
 }
 

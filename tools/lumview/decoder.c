@@ -2,6 +2,7 @@
 
 #include "../common/misfit.h"
 #include "../common/number.h"
+#include "base/text.h"
 #include "capture/demux_state.h"
 #include "gather.h"
 #include "lum/frame/framer.h"
@@ -257,7 +258,6 @@ const char *decoder_others(const struct decoder *decoder,
                            size_t room)
 {
     char name[LUM_SENSOR_NAME_BYTES];
-    size_t len = 0;
     *out = '\0';
     *shown = '\0';
     if (has_rig(decoder)) {
@@ -268,10 +268,8 @@ const char *decoder_others(const struct decoder *decoder,
         (void)lum_demux_name(demux, i, name);
         if (decoder->has_shown && i == decoder->shown) {
             memcpy(shown, name, sizeof name);
-        } else if (len + 3u + strlen(name) < room) {
-            const int n = snprintf(out + len, room - len, "%s%s",
-                                   len > 0 ? ", " : "", name);
-            len += n > 0 ? (size_t)n : 0;
+        } else if (strlen(out) + 3u + strlen(name) < room) {
+            lum_text_list(out, room, ", ", name);
         }
     }
     return out;

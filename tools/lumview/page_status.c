@@ -3,6 +3,7 @@
 
 #include "../common/json.h"
 #include "../common/profile_difference.h"
+#include "base/text.h"
 #include "lum/image.h"
 #include "lum/laser.h"
 #include "lum/pose.h"
@@ -340,12 +341,9 @@ static void write_losses(struct json *json, const struct feed_status *f)
 static void write_message(struct json *json, const struct feed_status *f)
 {
     char text[sizeof f->texts + 8u] = "";
-    size_t len = 0;
     for (size_t i = 0; i < FEED_TEXTS; i++) {
         if (f->texts[i][0] != '\0') {
-            (void)snprintf(text + len, sizeof text - len, "%s%s",
-                           len > 0 ? "; " : "", f->texts[i]);
-            len = strlen(text);
+            lum_text_list(text, sizeof text, "; ", f->texts[i]);
         }
     }
     json_text(json, "message", text);

@@ -4,6 +4,7 @@
 #include "../common/laser_end.h"
 #include "../common/number.h"
 #include "../common/ring.h"
+#include "base/text.h"
 #include "lum/base/time.h"
 #include "lum/wire.h"
 #include "thread_monitor.h"
@@ -111,14 +112,10 @@ static void take_event(struct link *l, const lum_sensor_event *event,
     lum_laser_session_take(l->laser, event, now_ns);
 }
 
-static size_t add_news(const lum_news *news, char *out, size_t room, size_t len)
+static void add_news(const lum_news *news, char *out, size_t room)
 {
     char text[LUM_ERROR_BYTES];
-    const int n = len < room ? snprintf(out + len, room - len, "%s%s",
-                                        len > 0 ? "; " : "",
-                                        lum_news_tell(news, text, sizeof text))
-                             : 0;
-    return len + (n > 0 ? (size_t)n : 0);
+    lum_text_list(out, room, "; ", lum_news_tell(news, text, sizeof text));
 }
 
 static bool is_among(const lum_news *news, const lum_news *all, size_t count)
@@ -137,14 +134,13 @@ static void make_message(const struct link *l, int64_t now_ns, char *out,
     lum_news all[STANDING_MAX] = {{.struct_size = sizeof all[0]}};
     const size_t count =
         lum_laser_session_standing(l->laser, now_ns, all, STANDING_MAX);
-    size_t len = 0;
     *out = '\0';
     for (size_t i = 0; i < count; i++) {
-        len = add_news(&all[i], out, room, len);
+        add_news(&all[i], out, room);
     }
     if (lum_news_weigh(l->last.kind) != LUM_NEWS_INFO &&
         now_ns - l->last_ns < SHOWN_NS && !is_among(&l->last, all, count)) {
-        (void)add_news(&l->last, out, room, len);
+        add_news(&l->last, out, room);
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include "../common/input_files.h"
 
+#include "base/text.h"
 #include "lum/config/config.h"
 
 #include <stdio.h>
@@ -38,10 +39,8 @@ static int refuse_name(const struct options *o, const lum_rig *rig,
                        lum_error *error)
 {
     char names[LUM_RIG_SENSORS_MAX * (LUM_RIG_NAME_BYTES + 2u)] = "";
-    size_t len = 0;
     for (size_t i = 0; i < rig->count; i++) {
-        len += (size_t)snprintf(names + len, sizeof names - len, "%s%s",
-                                i > 0 ? ", " : "", rig->sensor[i].name);
+        lum_text_list(names, sizeof names, ", ", rig->sensor[i].name);
     }
     return lum_error_set(error,
                          "--sensor: '%s' is not a sensor of %s, which "

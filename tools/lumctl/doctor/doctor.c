@@ -12,33 +12,14 @@
 
 #define LOOPBACK 0x7f000001u
 
-#define SET_FINDING(out, which, text)                                          \
-    do {                                                                       \
-        va_list arguments;                                                     \
-        va_start(arguments, text);                                             \
-        (out)->result = (which);                                               \
-        (void)vsnprintf((out)->text, sizeof(out)->text, text, arguments);      \
-        va_end(arguments);                                                     \
-    } while (0)
-
-void doctor_fine(struct doctor_finding *out, const char *text, ...)
+void doctor_say(struct doctor_finding *out, enum doctor_result result,
+                const char *text, ...)
 {
-    SET_FINDING(out, DOCTOR_FINE, text);
-}
-
-void doctor_wrong(struct doctor_finding *out, const char *text, ...)
-{
-    SET_FINDING(out, DOCTOR_WRONG, text);
-}
-
-void doctor_note(struct doctor_finding *out, const char *text, ...)
-{
-    SET_FINDING(out, DOCTOR_NOTE, text);
-}
-
-void doctor_unseen(struct doctor_finding *out, const char *text, ...)
-{
-    SET_FINDING(out, DOCTOR_UNSEEN, text);
+    va_list arguments;
+    va_start(arguments, text);
+    out->result = result;
+    (void)vsnprintf(out->text, sizeof out->text, text, arguments);
+    va_end(arguments);
 }
 
 void doctor_fix(struct doctor_finding *out, const char *command, ...)
@@ -46,15 +27,6 @@ void doctor_fix(struct doctor_finding *out, const char *command, ...)
     va_list arguments;
     va_start(arguments, command);
     (void)vsnprintf(out->fix, sizeof out->fix, command, arguments);
-    va_end(arguments);
-}
-
-void doctor_add(struct doctor_finding *out, const char *text, ...)
-{
-    const size_t len = strlen(out->text);
-    va_list arguments;
-    va_start(arguments, text);
-    (void)vsnprintf(out->text + len, sizeof out->text - len, text, arguments);
     va_end(arguments);
 }
 

@@ -14,6 +14,8 @@
 #include "lum/host/clock_sync.h"
 #include "lum/packet.h"
 
+#include "base/text.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -119,19 +121,18 @@ struct doctor {
 };
 
 /* What a check says; the text is a sentence without its full stop. */
-LUM_PRINTF(2, 3)
-void doctor_fine(struct doctor_finding *out, const char *text, ...);
-LUM_PRINTF(2, 3)
-void doctor_wrong(struct doctor_finding *out, const char *text, ...);
-LUM_PRINTF(2, 3)
-void doctor_note(struct doctor_finding *out, const char *text, ...);
-LUM_PRINTF(2, 3)
-void doctor_unseen(struct doctor_finding *out, const char *text, ...);
+LUM_PRINTF(3, 4)
+void doctor_say(struct doctor_finding *out, enum doctor_result result,
+                const char *text, ...);
+#define doctor_fine(out, ...)   doctor_say(out, DOCTOR_FINE, __VA_ARGS__)
+#define doctor_wrong(out, ...)  doctor_say(out, DOCTOR_WRONG, __VA_ARGS__)
+#define doctor_note(out, ...)   doctor_say(out, DOCTOR_NOTE, __VA_ARGS__)
+#define doctor_unseen(out, ...) doctor_say(out, DOCTOR_UNSEEN, __VA_ARGS__)
+/* More of the sentence. */
+#define doctor_add(out, ...)                                                   \
+    lum_text_add((out)->text, sizeof(out)->text, __VA_ARGS__)
 LUM_PRINTF(2, 3)
 void doctor_fix(struct doctor_finding *out, const char *command, ...);
-/* More of the sentence. */
-LUM_PRINTF(2, 3)
-void doctor_add(struct doctor_finding *out, const char *text, ...);
 
 /* Where a program listens, as options: "127.0.0.1 --port 5518"; the port only
  * if it is not the usual one. */

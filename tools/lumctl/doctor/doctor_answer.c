@@ -200,9 +200,9 @@ void doctor_check_answer(struct doctor *d, struct doctor_finding *out)
         say_silent(d, begin_ns, out);
         return;
     }
-    (2 * e.error_ns > SLOW_NS ? doctor_note : doctor_fine)(
-        out, "the sensor answers a timestamp, %swithin %.2f ms",
-        2 * e.error_ns > SLOW_NS ? "but late, " : "",
-        2e-6 * (double)e.error_ns);
+    doctor_say(out, 2 * e.error_ns > SLOW_NS ? DOCTOR_NOTE : DOCTOR_FINE,
+               "the sensor answers a timestamp, %swithin %.2f ms",
+               2 * e.error_ns > SLOW_NS ? "but late, " : "",
+               2e-6 * (double)e.error_ns);
     respect_others(d, out);
 }

@@ -6,6 +6,7 @@
 #include "doctor_facts.h"
 #include "doctor_knock.h"
 
+#include "base/text.h"
 #include "lum/base/time.h"
 
 #include <poll.h>
@@ -184,10 +185,8 @@ void neighbours_find(struct doctor *d, const struct host_interface *on,
 struct neighbours_text neighbours_format(const struct arp_answers *all)
 {
     struct neighbours_text out = {""};
-    size_t len = 0;
     for (size_t i = 0; i < all->count; i++) {
-        len += (size_t)snprintf(out.text + len, sizeof out.text - len, "%s%s",
-                                i > 0 ? " and " : "", all->macs[i]);
+        lum_text_list(out.text, sizeof out.text, " and ", all->macs[i]);
     }
     return out;
 }

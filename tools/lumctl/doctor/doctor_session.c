@@ -169,8 +169,8 @@ void doctor_check_buffer(struct doctor *d, struct doctor_finding *out)
                     (double)room / MIB);
     } else {
         /* the data of a simulator on this host does not fill the link */
-        (d->is_local ? doctor_note : doctor_wrong)(
-            out,
+        doctor_say(
+            out, d->is_local ? DOCTOR_NOTE : DOCTOR_WRONG,
             "the kernel grants a receive buffer of %.1f MiB only; a quarter of "
             "a second at 125 MB/s needs %.0f",
             (double)room / MIB, (double)LUM_SOCKET_RECEIVE_BUFFER / MIB);

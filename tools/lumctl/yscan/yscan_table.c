@@ -3,6 +3,8 @@
 #include "../../common/terminal.h"
 #include "../config_files.h"
 
+#include "base/text.h"
+
 #include <ctype.h>
 #include <stdio.h>
 #include <string.h>
@@ -37,14 +39,12 @@ const char *yscan_name_calibration(const struct ctl *ctl,
                                    char out[MEMORY_FROM_BYTES])
 {
     const struct ctl_options *o = &ctl->options;
-    size_t n = 0;
     (void)snprintf(out, MEMORY_FROM_BYTES, "%s",
                    o->calibration != NULL ? o->calibration : "");
     for (size_t i = 0; i < o->set.count; i++) {
-        n = strlen(out);
         if (!o->set.list[i].is_of_profile) {
-            (void)snprintf(out + n, MEMORY_FROM_BYTES - n, "%s--set %s",
-                           n > 0 ? " " : "", o->set.list[i].text);
+            lum_text_add(out, MEMORY_FROM_BYTES, "%s--set %s",
+                         *out != '\0' ? " " : "", o->set.list[i].text);
         }
     }
     return out[0] != '\0' ? out : NULL;
