@@ -157,7 +157,7 @@ static void of_eye(const lum_infer_state *state, lum_infer_finding *f)
         return;
     }
     say(f->evidence,
-        "two values, %u and %u, take turns at %.1f %% of %zu lines; within "
+        "the values %u and %u alternate in %.1f %% of %zu lines; within "
         "each, lines rise by 1",
         (unsigned)best->eye_value[0], (unsigned)best->eye_value[1],
         percent(eye->share), state->readings.lines);
@@ -247,8 +247,7 @@ static void of_clock(const lum_infer_state *state, lum_infer_finding *f)
     } else if (clock->field.bytes == 0) {
         say(f->evidence, "no field rises as the time of capture does");
     } else {
-        say(f->evidence,
-            "rises as the time of capture does, %.1f %% of the time off it",
+        say(f->evidence, "follows the time of capture; off by %.1f %% of it",
             percent(1.0 - clock->share));
         say_rival(f, clock, "other clock");
     }

@@ -230,7 +230,7 @@ static void fill(const lum_news *news, value out[VALUES])
         is_held ? out[4].text : lum_laser_cause(news->status, news->was_away));
     SET(&out[6], "state", "%s", state);
     SET(&out[7], "is",
-        lum_laser_is_down(news->status) ? "is off" : "may be on");
+        lum_laser_is_down(news->status) ? "is off" : "is not confirmed on");
     SET(&out[8], "left", news->was_away ? "being switched off" : "off");
     SET(&out[9], "when",
         news->is_owner ? "within 3 s, because the heartbeats have ended"

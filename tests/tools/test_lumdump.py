@@ -335,7 +335,7 @@ class Times(unittest.TestCase):
         self.assertEqual((clock["sensor_breaks"], clock["host_steps"]), (0, 0))
         text = run("lumdump", self.batched).stdout
         self.assertIn("clock             +", text)
-        self.assertIn("ppm by which the host's is faster", text)
+        self.assertIn("ppm: host's clock minus sensor's, +- ", text)
         self.assertIn("microseconds that UTC may be off", text)
 
     def shifted(self, shift_ns, repeat=False):

@@ -157,7 +157,7 @@ class Captures(Lumsim):
         r = sim("-o", "-", "--frames", 1)
         self.assertEqual(r.returncode, 0)
         self.assertEqual(r.stdout_bytes, self.simulate())
-        self.assertIn("standard output: 1 frames of 64 lines", r.stderr)
+        self.assertIn("standard output: 1 frame of 64 lines", r.stderr)
 
     def test_addresses_are_those_asked_for(self):
         data = self.simulate("--address", "10.1.2.3", "--client", "10.9.8.7:1234")

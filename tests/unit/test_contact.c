@@ -246,7 +246,7 @@ static const struct {
     {{ROOM, .kind = LUM_NEWS_LASER_IS_OFF, .status = 1},
      "the laser of 10.42.0.37 is off;"},
     {{ROOM, .kind = LUM_NEWS_LASER_IS_OFF},
-     "the laser of 10.42.0.37 may be on;"},
+     "the laser of 10.42.0.37 is not confirmed on;"},
     {{ROOM, .kind = LUM_NEWS_LASER_LEFT, .was_away = true},
      "10.42.0.37 is being switched off;"},
     /* seconds are rounded */

@@ -23,7 +23,7 @@ static enum exit_status complain_down(const struct ctl *ctl,
         return ctl_complain(
             EXIT_FAILED,
             "the laser stays down: nobody sends heartbeats. Start a lumdump "
-            "with --laser, or %s heartbeat, then say laser on again",
+            "with --laser, or %s heartbeat, then run laser on again",
             session_ctl(ctl, session_host(ctl)).text);
     }
     return ctl_complain(EXIT_FAILED, "the laser did not come up: %s",

@@ -229,9 +229,7 @@ static void print_clock(const char *title, const lum_clock_fit_info *clock,
     const bool is_known = clock->error_ns != LUM_CLOCK_ERROR_UNKNOWN;
     if (clock->has_drift) {
         (void)fprintf(
-            out,
-            "%-10s %+14.3f  ppm by which the host's is faster, within "
-            "%.3f\n",
+            out, "%-10s %+14.3f  ppm: host's clock minus sensor's, +- %.3f\n",
             title, clock->drift_ppb * 1e-3, clock->drift_error_ppb * 1e-3);
         title = "";
     }

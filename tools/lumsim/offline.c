@@ -334,11 +334,11 @@ static void sum_up(const struct run *run)
         packets += run->sensors[i].packets;
     }
     (void)fprintf(stderr,
-                  "%s: %" PRId64 " frames of %" PRIu32 " lines%s, %" PRIu64
+                  "%s: %" PRId64 " frame%s of %" PRIu32 " lines%s, %" PRIu64
                   " points in %" PRIu64 " packets",
                   strcmp(o->capture.output, "-") == 0 ? "standard output"
                                                       : o->capture.output,
-                  run->frames, o->render.lines,
+                  run->frames, run->frames == 1 ? "" : "s", o->render.lines,
                   o->rig.path != NULL ? " of each sensor" : "", points,
                   packets);
     sum_faults(o, run->fault.count);

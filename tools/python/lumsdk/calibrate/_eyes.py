@@ -257,8 +257,7 @@ def _held_out(problem: Problem, found: _Found) -> tuple[float, float]:
 # --- What is told ---
 
 
-_CENTRE = ("has the same effect as the yaw of the eye's mount, which stands for both; no recording of still "
-           "faces separates them")
+_CENTRE = ("cannot be told from the yaw of the eye's mount, which includes it")
 
 
 _DEGREES = {"azimuth.width_deg": "the width has no meaning there",
