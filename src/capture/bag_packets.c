@@ -85,13 +85,13 @@ static const uint8_t *take(struct bytes *b, size_t n)
 static uint32_t take_u32(struct bytes *b)
 {
     const uint8_t *at = take(b, 4);
-    return at != NULL ? load_le32(at) : 0;
+    return at != NULL ? load_u32(at) : 0;
 }
 
 static uint64_t take_u64(struct bytes *b)
 {
     const uint8_t *at = take(b, 8);
-    return at != NULL ? load_le64(at) : 0;
+    return at != NULL ? load_u64(at) : 0;
 }
 
 /* An array with its length before it, which has to be `count`. */
@@ -111,11 +111,11 @@ static bool is_consistent(const struct batch *m, size_t data_len)
     size_t left = data_len;
     uint64_t least = 0;
     for (size_t i = 0; i < m->count; i++) {
-        const uint64_t place = load_le16(m->places + 2u * i);
-        const size_t len = load_le16(m->lengths + 2u * i);
+        const uint64_t place = load_u16(m->places + 2u * i);
+        const size_t len = load_u16(m->lengths + 2u * i);
         if (place < least || place >= m->end - m->begin ||
             len > LUM_DATAGRAM_BYTES_MAX || len > left ||
-            load_le32(m->stamps + 8u * i + 4u) >= NS_PER_S) {
+            load_u32(m->stamps + 8u * i + 4u) >= NS_PER_S) {
             return false;
         }
         least = place + 1u;
@@ -139,11 +139,11 @@ static bool parse(struct batch *m, size_t len, unsigned *eye)
     }
     m->is_last = *last != 0;
     *eye = *which;
-    m->count = load_le32(b.at);
+    m->count = load_u32(b.at);
     m->places = take_array(&b, m->count, 2);
     m->stamps = take_array(&b, m->count, 8);
     m->lengths = take_array(&b, m->count, 2);
-    const size_t data_len = b.is_short || b.left < 4u ? 0 : load_le32(b.at);
+    const size_t data_len = b.is_short || b.left < 4u ? 0 : load_u32(b.at);
     m->data = take_array(&b, data_len, 1);
     return !b.is_short && b.left == 0 && is_consistent(m, data_len);
 }
@@ -278,15 +278,15 @@ void lum_bag_packets_end(lum_bag_packets *packets)
 
 static uint64_t number_of(const struct batch *m)
 {
-    return m->begin + load_le16(m->places + 2u * m->next);
+    return m->begin + load_u16(m->places + 2u * m->next);
 }
 
 static void take_packet(struct batch *m, lum_record *out)
 {
     const uint8_t *stamp = m->stamps + 8u * m->next;
-    const size_t len = load_le16(m->lengths + 2u * m->next);
-    *out = (lum_record){.time_ns = (int64_t)load_le32(stamp) * NS_PER_S +
-                                   load_le32(stamp + 4),
+    const size_t len = load_u16(m->lengths + 2u * m->next);
+    *out = (lum_record){.time_ns = (int64_t)load_u32(stamp) * NS_PER_S +
+                                   load_u32(stamp + 4),
                         .payload = m->data + m->next_at,
                         .len = len,
                         .source = m->sensor,

@@ -57,7 +57,7 @@ static lum_bytes_at find(lum_bytes_at fields, const char *name)
 {
     const size_t name_len = strlen(name);
     while (fields.len >= 4u) {
-        const uint32_t n = load_le32(fields.at);
+        const uint32_t n = load_u32(fields.at);
         const uint8_t *field = fields.at + 4;
         if (n > fields.len - 4u) {
             break;
@@ -82,7 +82,7 @@ static bool is(lum_bytes_at value, const char *wanted)
 static uint32_t number(lum_bytes_at header, const char *name)
 {
     const lum_bytes_at value = find(header, name);
-    return value.at != NULL && value.len == 4u ? load_le32(value.at)
+    return value.at != NULL && value.len == 4u ? load_u32(value.at)
                                                : UINT32_MAX;
 }
 
@@ -151,7 +151,7 @@ static int read_header(lum_pcap *r, struct record *out, lum_error *error)
                    ? lum_pcap_fail_cut(r, "record", 0, error)
                    : LUM_PCAP_ENDED;
     }
-    const uint32_t len = load_le32(s->at);
+    const uint32_t len = load_u32(s->at);
     const size_t all = 8u + (size_t)len;
     if (all > room) {
         return leave_chunk(r, "the header of a record", error);
@@ -167,7 +167,7 @@ static int read_header(lum_pcap *r, struct record *out, lum_error *error)
         return lum_pcap_fail_cut(r, "record", all, error);
     }
     out->header = (lum_bytes_at){s->at + 4, len};
-    out->data_len = load_le32(s->at + 4u + len);
+    out->data_len = load_u32(s->at + 4u + len);
     return out->data_len <= room - all ? LUM_PCAP_GO_ON
                                        : leave_chunk(r, "a record", error);
 }
@@ -300,7 +300,7 @@ static int enter_chunk(lum_pcap *r, const struct record *record,
 static int take_bag(lum_pcap *r, const struct record *record)
 {
     const lum_bytes_at at = find(record->header, "index_pos");
-    r->bag->index = at.len == 8u ? load_le64(at.at) : 0;
+    r->bag->index = at.len == 8u ? load_u64(at.at) : 0;
     return LUM_PCAP_GO_ON;
 }
 

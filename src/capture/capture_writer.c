@@ -76,45 +76,45 @@ static uint16_t checksum(uint32_t sum)
 /* Locally administered, made from the IPv4 address. */
 static void put_mac(uint8_t *p, uint32_t address)
 {
-    store_be16(p, 0x0200);
-    store_be32(p + 2, address);
+    store_big_u16(p, 0x0200);
+    store_big_u32(p + 2, address);
 }
 
 static void put_ethernet(uint8_t *p, const lum_datagram *d)
 {
     put_mac(p, d->destination);
     put_mac(p + 6, d->source);
-    store_be16(p + 12, 0x0800);
+    store_big_u16(p + 12, 0x0800);
 }
 
 static void put_ipv4(uint8_t *p, const lum_datagram *d)
 {
     memset(p, 0, IPV4_BYTES);
     p[0] = 0x45;
-    store_be16(p + 2, (uint32_t)(IPV4_BYTES + UDP_BYTES + d->len));
-    store_be16(p + 6, 0x4000); /* not to be fragmented */
+    store_big_u16(p + 2, (uint32_t)(IPV4_BYTES + UDP_BYTES + d->len));
+    store_big_u16(p + 6, 0x4000); /* not to be fragmented */
     p[8] = 64;
     p[9] = PROTOCOL_UDP;
-    store_be32(p + 12, d->source);
-    store_be32(p + 16, d->destination);
-    store_be16(p + 10, checksum(sum_words(p, IPV4_BYTES)));
+    store_big_u32(p + 12, d->source);
+    store_big_u32(p + 16, d->destination);
+    store_big_u16(p + 10, checksum(sum_words(p, IPV4_BYTES)));
 }
 
 /* After the IPv4 header, whose addresses are in the sum. */
 static void put_udp(uint8_t *p, const lum_datagram *d)
 {
     const uint32_t len = (uint32_t)(UDP_BYTES + d->len);
-    store_be16(p, d->source_port);
-    store_be16(p + 2, d->destination_port);
-    store_be16(p + 4, len);
-    store_be16(p + 6, 0);
+    store_big_u16(p, d->source_port);
+    store_big_u16(p + 2, d->destination_port);
+    store_big_u16(p + 4, len);
+    store_big_u16(p + 6, 0);
     if (d->len != 0) {
         memcpy(p + UDP_BYTES, d->payload, d->len);
     }
     const uint32_t sum = sum_words(p - 8, 8) + PROTOCOL_UDP + len;
     const uint16_t sent =
         checksum((sum & 0xffffu) + (sum >> 16) + sum_words(p, len));
-    store_be16(p + 6, sent == 0 ? 0xffffu : sent);
+    store_big_u16(p + 6, sent == 0 ? 0xffffu : sent);
 }
 
 /* --- Blocks of a pcapng file: little-endian, one section --- */
@@ -123,8 +123,8 @@ static uint8_t *put_option(uint8_t *p, unsigned code, const void *value,
                            size_t len)
 {
     const size_t padded = lum_pcapng_padded(len);
-    store_le16(p, code);
-    store_le16(p + 2, (uint32_t)len);
+    store_u16(p, code);
+    store_u16(p + 2, (uint32_t)len);
     memset(p + 4, 0, padded);
     memcpy(p + 4, value, len);
     return p + 4 + padded;
@@ -140,18 +140,18 @@ static uint8_t *end_block(uint8_t *block, uint8_t *p)
 {
     const uint32_t len = (uint32_t)(p - block) + 4u + LUM_PCAPNG_TRAILER_BYTES;
     memset(p, 0, 4);
-    store_le32(p + 4, len);
-    store_le32(block + 4, len);
+    store_u32(p + 4, len);
+    store_u32(block + 4, len);
     return block + len;
 }
 
 static uint8_t *put_section(uint8_t *block, const lum_capture_writer_options *o)
 {
     uint8_t *p = block + 24;
-    store_le32(block, LUM_PCAPNG_SECTION);
-    store_le32(block + 8, BYTE_ORDER);
-    store_le16(block + 12, VERSION_PCAPNG);
-    store_le16(block + 14, 0);
+    store_u32(block, LUM_PCAPNG_SECTION);
+    store_u32(block + 8, BYTE_ORDER);
+    store_u16(block + 12, VERSION_PCAPNG);
+    store_u16(block + 14, 0);
     memset(block + 16, 0xff, 8); /* its length is not known */
     if (o->application != NULL) {
         p = put_text(p, OPTION_APPLICATION, o->application);
@@ -166,10 +166,10 @@ static uint8_t *put_interface(uint8_t *block, const char *name)
 {
     const uint8_t resolution = NANOSECONDS;
     uint8_t *p = block + 16;
-    store_le32(block, LUM_PCAPNG_INTERFACE);
-    store_le16(block + 8, LINKTYPE_ETHERNET);
-    store_le16(block + 10, 0);
-    store_le32(block + 12, SNAP_BYTES);
+    store_u32(block, LUM_PCAPNG_INTERFACE);
+    store_u16(block + 8, LINKTYPE_ETHERNET);
+    store_u16(block + 10, 0);
+    store_u32(block + 12, SNAP_BYTES);
     if (*name != '\0') {
         p = put_text(p, OPTION_NAME, name);
     }
@@ -183,15 +183,15 @@ static size_t put_around(uint8_t *block, uint32_t interface, int64_t time_ns,
     const uint64_t time = (uint64_t)time_ns;
     const size_t tail = BLOCK_HEAD_BYTES + lum_pcapng_padded(len);
     const size_t all = tail + LUM_PCAPNG_TRAILER_BYTES;
-    store_le32(block, LUM_PCAPNG_ENHANCED_PACKET);
-    store_le32(block + 4, (uint32_t)all);
-    store_le32(block + 8, interface);
-    store_le32(block + 12, (uint32_t)(time >> 32));
-    store_le32(block + 16, (uint32_t)(time & UINT32_MAX));
-    store_le32(block + 20, len);
-    store_le32(block + 24, len);
+    store_u32(block, LUM_PCAPNG_ENHANCED_PACKET);
+    store_u32(block + 4, (uint32_t)all);
+    store_u32(block + 8, interface);
+    store_u32(block + 12, (uint32_t)(time >> 32));
+    store_u32(block + 16, (uint32_t)(time & UINT32_MAX));
+    store_u32(block + 20, len);
+    store_u32(block + 24, len);
     memset(block + BLOCK_HEAD_BYTES + len, 0, lum_pcapng_padded(len) - len);
-    store_le32(block + tail, (uint32_t)all);
+    store_u32(block + tail, (uint32_t)all);
     return all;
 }
 
@@ -237,11 +237,11 @@ static int write_start(lum_capture_writer *w, const void *bytes, size_t len,
 static int begin_pcap(lum_capture_writer *w, lum_error *error)
 {
     uint8_t header[FILE_HEADER_BYTES] = {0};
-    store_le32(header, MAGIC_NANOSECONDS);
-    store_le16(header + 4, VERSION);
-    store_le16(header + 6, VERSION_MINOR);
-    store_le32(header + 16, SNAP_BYTES);
-    store_le32(header + 20, LINKTYPE_ETHERNET);
+    store_u32(header, MAGIC_NANOSECONDS);
+    store_u16(header + 4, VERSION);
+    store_u16(header + 6, VERSION_MINOR);
+    store_u32(header + 16, SNAP_BYTES);
+    store_u32(header + 20, LINKTYPE_ETHERNET);
     return write_start(w, header, sizeof header, error);
 }
 
@@ -409,10 +409,10 @@ static void put_packet(uint8_t *p, const lum_datagram *d)
 static size_t put_record(uint8_t *p, const lum_datagram *d)
 {
     const uint32_t len = (uint32_t)(HEADER_BYTES + d->len);
-    store_le32(p, (uint32_t)(d->time_ns / 1000000000));
-    store_le32(p + 4, (uint32_t)(d->time_ns % 1000000000));
-    store_le32(p + 8, len);
-    store_le32(p + 12, len);
+    store_u32(p, (uint32_t)(d->time_ns / 1000000000));
+    store_u32(p + 4, (uint32_t)(d->time_ns % 1000000000));
+    store_u32(p + 8, len);
+    store_u32(p + 12, len);
     put_packet(p + RECORD_HEADER_BYTES, d);
     return RECORD_HEADER_BYTES + len;
 }

@@ -18,14 +18,14 @@ void lum_datagram_packet_make(const lum_record *datagram, uint32_t whole,
     uint8_t *p = room;
     memset(p, 0, HEADERS_BYTES);
     p[0] = IPV4_VERSION_AND_WORDS;
-    store_be16(p + 2, HEADERS_BYTES + whole);
+    store_big_u16(p + 2, HEADERS_BYTES + whole);
     p[8] = IPV4_TTL;
     p[9] = IPV4_UDP;
-    store_be32(p + 12, datagram->source);
-    store_be32(p + 16, datagram->destination);
-    store_be16(p + 20, datagram->source_port);
-    store_be16(p + 22, datagram->destination_port);
-    store_be16(p + 24, 8u + whole);
+    store_big_u32(p + 12, datagram->source);
+    store_big_u32(p + 16, datagram->destination);
+    store_big_u16(p + 20, datagram->source_port);
+    store_big_u16(p + 22, datagram->destination_port);
+    store_big_u16(p + 24, 8u + whole);
     if (datagram->len != 0) {
         memcpy(p + HEADERS_BYTES, datagram->payload, datagram->len);
     }
@@ -54,12 +54,12 @@ enum {
 
 static uint32_t number(bool is_little, const uint8_t *p)
 {
-    return is_little ? load_le32(p) : load_be32(p);
+    return is_little ? load_u32(p) : load_big_u32(p);
 }
 
 static uint16_t port(bool is_little, const uint8_t *p)
 {
-    return is_little ? load_le16(p) : load_be16(p);
+    return is_little ? load_u16(p) : load_big_u16(p);
 }
 
 bool lum_mcap_datagram_read(const uint8_t *message, size_t len, lum_record *out,
@@ -81,8 +81,8 @@ bool lum_mcap_datagram_read(const uint8_t *message, size_t len, lum_record *out,
         .time_ns = seconds * NANOSECONDS_PER_S + nanoseconds,
         .payload = message + DATA,
         .len = count,
-        .source = load_be32(message + SOURCE),
-        .destination = load_be32(message + DESTINATION),
+        .source = load_big_u32(message + SOURCE),
+        .destination = load_big_u32(message + DESTINATION),
         .source_port = port(is_little, message + SOURCE_PORT),
         .destination_port = port(is_little, message + DESTINATION_PORT),
         .kind = count < sent ? LUM_RECORD_CUT_SHORT : LUM_RECORD_DATAGRAM};

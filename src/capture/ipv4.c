@@ -23,9 +23,9 @@ static bool read_header(lum_span packet, header *out)
         return false;
     }
     out->len = (size_t)(p[0] & 0x0fu) * 4u;
-    out->total = load_be16(p + 2);
-    out->id = load_be16(p + 4);
-    out->fragment = load_be16(p + 6);
+    out->total = load_big_u16(p + 2);
+    out->id = load_big_u16(p + 4);
+    out->fragment = load_big_u16(p + 6);
     return out->len >= IPV4_BYTES && out->total >= out->len;
 }
 
@@ -64,9 +64,9 @@ void lum_udp_read(lum_span udp, size_t whole, lum_record *out)
 {
     const bool has_ports = udp.len >= 4;
     const bool has_length = udp.len >= 6;
-    out->source_port = has_ports ? load_be16(udp.at) : 0;
-    out->destination_port = has_ports ? load_be16(udp.at + 2) : 0;
-    const size_t len = has_length ? load_be16(udp.at + 4) : UDP_BYTES;
+    out->source_port = has_ports ? load_big_u16(udp.at) : 0;
+    out->destination_port = has_ports ? load_big_u16(udp.at + 2) : 0;
+    const size_t len = has_length ? load_big_u16(udp.at + 4) : UDP_BYTES;
     if (len < UDP_BYTES || len > whole) {
         out->kind = LUM_RECORD_OTHER;
     } else if (udp.len < whole) {
@@ -85,8 +85,8 @@ void lum_ipv4_read(lum_span packet, lum_record *out, lum_fragment *fragment)
         out->kind = LUM_RECORD_OTHER;
         return;
     }
-    out->source = load_be32(packet.at + 12);
-    out->destination = load_be32(packet.at + 16);
+    out->source = load_big_u32(packet.at + 12);
+    out->destination = load_big_u32(packet.at + 16);
     const lum_span data = payload_of(packet, &ip);
     if ((ip.fragment & (MORE_FRAGMENTS | OFFSET_MASK)) != 0) {
         read_fragment(data, &ip, out, fragment);

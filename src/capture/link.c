@@ -35,7 +35,7 @@ static bool is_tag(unsigned ethertype)
 static bool skip_tags(unsigned ethertype, lum_span rest, lum_span *packet)
 {
     while (is_tag(ethertype) && rest.len >= TAG_BYTES) {
-        ethertype = load_be16(rest.at + 2);
+        ethertype = load_big_u16(rest.at + 2);
         rest = behind(rest, TAG_BYTES);
     }
     if (ethertype != ETHERTYPE_IPV4) {
@@ -48,21 +48,21 @@ static bool skip_tags(unsigned ethertype, lum_span rest, lum_span *packet)
 static bool read_ethernet(lum_span frame, lum_span *packet)
 {
     return frame.len >= ETHERNET_BYTES &&
-           skip_tags(load_be16(frame.at + 12), behind(frame, ETHERNET_BYTES),
+           skip_tags(load_big_u16(frame.at + 12), behind(frame, ETHERNET_BYTES),
                      packet);
 }
 
 static bool read_cooked(lum_span frame, lum_span *packet)
 {
     return frame.len >= SLL_BYTES &&
-           skip_tags(load_be16(frame.at + 14), behind(frame, SLL_BYTES),
+           skip_tags(load_big_u16(frame.at + 14), behind(frame, SLL_BYTES),
                      packet);
 }
 
 static bool read_cooked_v2(lum_span frame, lum_span *packet)
 {
     return frame.len >= SLL2_BYTES &&
-           skip_tags(load_be16(frame.at), behind(frame, SLL2_BYTES), packet);
+           skip_tags(load_big_u16(frame.at), behind(frame, SLL2_BYTES), packet);
 }
 
 /* The family is in the byte order of the machine that captured. */
@@ -71,7 +71,7 @@ static bool read_loopback(lum_span frame, lum_span *packet)
     if (frame.len < LOOPBACK_BYTES) {
         return false;
     }
-    const uint32_t family = load_be32(frame.at);
+    const uint32_t family = load_big_u32(frame.at);
     if (family != AF_INET_EVERYWHERE && family != (uint32_t)AF_INET_EVERYWHERE
                                                       << 24) {
         return false;

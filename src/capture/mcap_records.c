@@ -46,10 +46,10 @@ struct raw {
 
 bool lum_mcap_take_text(lum_bytes_at *from, lum_bytes_at *out)
 {
-    if (from->len < 4u || load_le32(from->at) > from->len - 4u) {
+    if (from->len < 4u || load_u32(from->at) > from->len - 4u) {
         return false;
     }
-    *out = (lum_bytes_at){from->at + 4, load_le32(from->at)};
+    *out = (lum_bytes_at){from->at + 4, load_u32(from->at)};
     from->at += 4u + out->len;
     from->len -= 4u + out->len;
     return true;
@@ -76,7 +76,7 @@ static int read_schema(const lum_mcap_records *m, const struct raw *raw,
         return too_short(m, "schema", error);
     }
     *out =
-        (lum_mcap_record){.kind = LUM_MCAP_IS_SCHEMA, .id = load_le16(raw->at)};
+        (lum_mcap_record){.kind = LUM_MCAP_IS_SCHEMA, .id = load_u16(raw->at)};
     out->rest = (lum_bytes_at){raw->at + 2, (size_t)raw->len - 2u};
     return lum_mcap_take_text(&out->rest, &out->name) &&
                    lum_mcap_take_text(&out->rest, &out->encoding)
@@ -91,8 +91,8 @@ static int read_channel(const lum_mcap_records *m, const struct raw *raw,
         return too_short(m, "channel", error);
     }
     *out = (lum_mcap_record){.kind = LUM_MCAP_IS_CHANNEL,
-                             .id = load_le16(raw->at),
-                             .schema = load_le16(raw->at + 2)};
+                             .id = load_u16(raw->at),
+                             .schema = load_u16(raw->at + 2)};
     out->rest = (lum_bytes_at){raw->at + 4, (size_t)raw->len - 4u};
     return lum_mcap_take_text(&out->rest, &out->name) &&
                    lum_mcap_take_text(&out->rest, &out->encoding)
@@ -115,7 +115,7 @@ static int not_described(const lum_mcap_records *m, unsigned channel,
 static int look_at_message(const lum_mcap_records *m, const uint8_t *message,
                            lum_error *error)
 {
-    const unsigned channel = load_le16(message);
+    const unsigned channel = load_u16(message);
     const lum_mcap_want want = m->wanted.wants(m->wanted.context, channel);
     if (want == LUM_MCAP_UNKNOWN) {
         return not_described(m, channel, error);
@@ -138,8 +138,8 @@ static int read_message(lum_mcap_records *m, const struct raw *raw,
         return too_short(m, "message", error);
     }
     *out = (lum_mcap_record){.kind = LUM_MCAP_IS_MESSAGE,
-                             .id = load_le16(raw->at),
-                             .log_ns = load_le64(raw->at + 6)};
+                             .id = load_u16(raw->at),
+                             .log_ns = load_u64(raw->at + 6)};
     out->rest =
         (lum_bytes_at){raw->at + MESSAGE_HEAD, (size_t)raw->len - MESSAGE_HEAD};
     return LUM_PCAP_READ;
@@ -169,14 +169,14 @@ static int next_in_chunk(lum_mcap_records *m, lum_mcap_record *out,
     const lum_chunk_bytes all = m->chunk.records;
     const size_t left = all.len - m->chunk_at;
     const uint8_t *at = all.at + m->chunk_at;
-    if (left < RECORD_HEAD || load_le64(at + 1) > left - RECORD_HEAD) {
+    if (left < RECORD_HEAD || load_u64(at + 1) > left - RECORD_HEAD) {
         m->chunk_at = all.len;
         (void)lum_pcap_fail(
             m->reader, error,
             "a record of a chunk is longer than the rest of the chunk");
         return LUM_PCAP_DAMAGED;
     }
-    const struct raw raw = {at[0], at + RECORD_HEAD, load_le64(at + 1)};
+    const struct raw raw = {at[0], at + RECORD_HEAD, load_u64(at + 1)};
     m->chunk_at += RECORD_HEAD + (size_t)raw.len;
     return read_raw(m, &raw, out, error);
 }
@@ -271,9 +271,9 @@ static int read_chunk_head(const lum_mcap_records *m, uint64_t left,
     if (result != LUM_PCAP_GO_ON) {
         return result;
     }
-    head->unpacked = load_le64(s->at + 16);
-    head->crc = load_le32(s->at + 24);
-    const size_t len = load_le32(s->at + 28);
+    head->unpacked = load_u64(s->at + 16);
+    head->crc = load_u32(s->at + 24);
+    const size_t len = load_u32(s->at + 28);
     if (len > LUM_CHUNK_NAME_MAX) {
         (void)lum_pcap_fail(m->reader, error,
                             "a chunk's compression has a name of %zu bytes",
@@ -286,7 +286,7 @@ static int read_chunk_head(const lum_mcap_records *m, uint64_t left,
         return result;
     }
     lum_chunk_name(head->compression, s->at + CHUNK_HEAD, len);
-    head->packed = load_le64(s->at + CHUNK_HEAD + len);
+    head->packed = load_u64(s->at + CHUNK_HEAD + len);
     lum_source_take(s, all);
     return head->packed <= left - all ? LUM_PCAP_GO_ON
                                       : too_short(m, "chunk", error);
@@ -332,7 +332,7 @@ static int take_statistics(const lum_mcap_records *m, const struct raw *raw,
     if (!lum_source_has(r->source, RECORD_HEAD + 8u)) {
         return lum_pcap_fail_cut(r, "record", 0, error);
     }
-    const uint64_t messages = load_le64(r->source->at + RECORD_HEAD);
+    const uint64_t messages = load_u64(r->source->at + RECORD_HEAD);
     if (messages != m->messages && r->damaged == 0) {
         return lum_pcap_fail(
             r, error, "%llu messages were read, but its statistics count %llu",
@@ -405,7 +405,7 @@ static int next_in_file(lum_mcap_records *m, lum_mcap_record *out,
                                    "the file ends without a footer: it was cut "
                                    "short or never finished");
     }
-    struct raw raw = {s->at[0], NULL, load_le64(s->at + 1)};
+    struct raw raw = {s->at[0], NULL, load_u64(s->at + 1)};
     switch (raw.opcode) {
     case 0:
         return lum_pcap_fail(r, error, "a record of type 0");
@@ -444,10 +444,10 @@ static bool find_summary(lum_source *s)
     const uint64_t total = s->functions.total;
     if (total < all || lum_source_seek(s, total - all, NULL) != 0 ||
         !lum_source_has(s, all) || s->at[0] != OP_FOOTER ||
-        load_le64(s->at + 1) != FOOTER_BYTES) {
+        load_u64(s->at + 1) != FOOTER_BYTES) {
         return false;
     }
-    const uint64_t summary = load_le64(s->at + RECORD_HEAD);
+    const uint64_t summary = load_u64(s->at + RECORD_HEAD);
     return summary >= MAGIC_BYTES && summary < total - all &&
            lum_source_seek(s, summary, NULL) == 0;
 }
@@ -473,7 +473,7 @@ static int next_of_summary(lum_mcap_records *m, lum_mcap_record *out,
     lum_error none = {""};
     int result = LUM_PCAP_FAILED;
     if (lum_source_has(s, RECORD_HEAD)) {
-        struct raw raw = {s->at[0], NULL, load_le64(s->at + 1)};
+        struct raw raw = {s->at[0], NULL, load_u64(s->at + 1)};
         if (raw.opcode == OP_SCHEMA || raw.opcode == OP_CHANNEL) {
             result =
                 take_record(m, &raw, LUM_MCAP_RECORD_BYTES_MAX, out, &none);

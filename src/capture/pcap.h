@@ -177,14 +177,15 @@ enum lum_pcap_step {
     LUM_PCAP_DAMAGED /**< and passed over, or can be; with the reason */
 };
 
-static inline uint16_t load_u16(const lum_pcap *r, const uint8_t *p)
+/* A number of a file, in its own byte order. */
+static inline uint16_t file_u16(const lum_pcap *r, const uint8_t *p)
 {
-    return r->is_big ? load_be16(p) : load_le16(p);
+    return r->is_big ? load_big_u16(p) : load_u16(p);
 }
 
-static inline uint32_t load_u32(const lum_pcap *r, const uint8_t *p)
+static inline uint32_t file_u32(const lum_pcap *r, const uint8_t *p)
 {
-    return r->is_big ? load_be32(p) : load_le32(p);
+    return r->is_big ? load_big_u32(p) : load_u32(p);
 }
 
 /** The meaning of a limit of 0 and of impossible limits. */

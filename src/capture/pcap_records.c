@@ -41,10 +41,10 @@ static bool is_zeros(const lum_pcap_record *record)
 static void read_header(const lum_pcap *r, const uint8_t *p,
                         lum_pcap_record *out)
 {
-    out->time_ns = (int64_t)load_u32(r, p) * 1000000000 +
-                   (int64_t)load_u32(r, p + 4) * r->scale;
-    out->len = load_u32(r, p + 8);
-    out->whole = load_u32(r, p + 12);
+    out->time_ns = (int64_t)file_u32(r, p) * 1000000000 +
+                   (int64_t)file_u32(r, p + 4) * r->scale;
+    out->len = file_u32(r, p + 8);
+    out->whole = file_u32(r, p + 12);
     if (is_swapped(r, out)) {
         swap_lengths(out);
     }
@@ -95,7 +95,7 @@ static bool read_magic(lum_pcap *r, const uint8_t *p)
     };
     for (size_t i = 0; i < 2u * (sizeof kinds / sizeof kinds[0]); i++) {
         r->is_big = i % 2u != 0;
-        if (load_u32(r, p) == kinds[i / 2u].magic) {
+        if (file_u32(r, p) == kinds[i / 2u].magic) {
             r->scale = kinds[i / 2u].scale;
             r->header = kinds[i / 2u].header;
             return true;
@@ -106,8 +106,8 @@ static bool read_magic(lum_pcap *r, const uint8_t *p)
 
 static int read_version(lum_pcap *r, const uint8_t *p, lum_error *error)
 {
-    const unsigned version = load_u16(r, p);
-    const unsigned minor = load_u16(r, p + 2);
+    const unsigned version = file_u16(r, p);
+    const unsigned minor = file_u16(r, p + 2);
     if ((version != VERSION || minor > VERSION_MINOR_MAX) &&
         (version != VERSION_DG_UX || minor != 0)) {
         return lum_error_set(
@@ -137,7 +137,7 @@ int lum_pcap_records_begin(lum_pcap *reader, lum_error *error)
         return lum_pcap_fail_cut(r, "file header", FILE_HEADER_BYTES, error);
     }
     /* the snap length is not read: programs state one below their records */
-    const lum_pcap_interface interface = {.link_type = load_u32(r, s->at + 20) &
+    const lum_pcap_interface interface = {.link_type = file_u32(r, s->at + 20) &
                                                        LINK_TYPE_MASK};
     if (read_version(r, s->at + 4, error) != 0 ||
         lum_pcap_add_interface(r, &interface, error) != 0) {

@@ -15,7 +15,7 @@ enum {
 bool lum_pcapng_is(lum_source *source)
 {
     return lum_source_has(source, 4) &&
-           load_be32(source->at) == LUM_PCAPNG_SECTION;
+           load_big_u32(source->at) == LUM_PCAPNG_SECTION;
 }
 
 /* The byte order of a section comes after its length. */
@@ -25,8 +25,8 @@ static int read_order(lum_pcap *r, lum_error *error)
     if (!lum_source_has(s, HEADER_BYTES + 4)) {
         return lum_pcap_fail_cut(r, "section header", 0, error);
     }
-    r->is_big = load_be32(s->at + HEADER_BYTES) == BYTE_ORDER;
-    if (load_u32(r, s->at + HEADER_BYTES) != BYTE_ORDER) {
+    r->is_big = load_big_u32(s->at + HEADER_BYTES) == BYTE_ORDER;
+    if (file_u32(r, s->at + HEADER_BYTES) != BYTE_ORDER) {
         return lum_pcap_fail(r, error, "a section without a valid byte order");
     }
     return 0;
@@ -56,11 +56,12 @@ static int read_block_header(lum_pcap *r, lum_pcapng_block *b, lum_error *error)
         (void)lum_pcap_fail_cut(r, "block", 0, error);
         return -1;
     }
-    if (load_be32(s->at) == LUM_PCAPNG_SECTION && read_order(r, error) != 0) {
+    if (load_big_u32(s->at) == LUM_PCAPNG_SECTION &&
+        read_order(r, error) != 0) {
         return -1;
     }
-    b->type = load_u32(r, s->at);
-    b->len = load_u32(r, s->at + 4);
+    b->type = file_u32(r, s->at);
+    b->len = file_u32(r, s->at + 4);
     return b->len >= BLOCK_BYTES_MIN && b->len % 4u == 0
                ? 1
                : lum_pcap_fail(r, error,
@@ -73,7 +74,7 @@ static int read_block_header(lum_pcap *r, lum_pcapng_block *b, lum_error *error)
 static int check_trailer(const lum_pcap *r, uint32_t len,
                          const uint8_t *trailer, lum_error *error)
 {
-    const uint32_t again = load_u32(r, trailer);
+    const uint32_t again = file_u32(r, trailer);
     return again == len
                ? 0
                : lum_pcap_fail(r, error,
@@ -241,7 +242,7 @@ static int read_simple(const lum_pcap *r, const lum_pcapng_block *b,
     if (set_interface(r, 0, 0, out, error) != 0) {
         return -1;
     }
-    out->whole = load_u32(r, b->at + 8);
+    out->whole = file_u32(r, b->at + 8);
     out->len = simple_len(b, out->whole, r->interfaces[0].snap);
     return set_bytes(r, b, 12, out, error);
 }
@@ -253,15 +254,15 @@ static int read_packet(const lum_pcap *r, const lum_pcapng_block *b,
         return lum_pcapng_fail_short(r, b, error);
     }
     const uint32_t index = b->type == LUM_PCAPNG_PACKET
-                               ? load_u16(r, b->at + 8)
-                               : load_u32(r, b->at + 8);
+                               ? file_u16(r, b->at + 8)
+                               : file_u32(r, b->at + 8);
     const uint64_t ticks =
-        (uint64_t)load_u32(r, b->at + 12) << 32 | load_u32(r, b->at + 16);
+        (uint64_t)file_u32(r, b->at + 12) << 32 | file_u32(r, b->at + 16);
     if (set_interface(r, index, ticks, out, error) != 0) {
         return -1;
     }
-    out->len = load_u32(r, b->at + 20);
-    out->whole = load_u32(r, b->at + 24);
+    out->len = file_u32(r, b->at + 20);
+    out->whole = file_u32(r, b->at + 24);
     if (set_bytes(r, b, 28, out, error) != 0) {
         return -1;
     }

@@ -45,8 +45,8 @@ static int next_option(const lum_pcap *r, const lum_pcapng_block *b, size_t *at,
     if (left < 4) {
         return left == 0 ? 0 : -1;
     }
-    out->code = load_u16(r, p);
-    out->len = load_u16(r, p + 2);
+    out->code = file_u16(r, p);
+    out->len = file_u16(r, p + 2);
     out->value = p + 4;
     const size_t all = 4u + lum_pcapng_padded(out->len);
     if (all > left) {
@@ -96,8 +96,8 @@ static int read_offset(const lum_pcap *r, const struct option *option,
                              "needs 8",
                              option->len);
     }
-    out->offset_s = (int64_t)(r->is_big ? load_be64(option->value)
-                                        : load_le64(option->value));
+    out->offset_s = (int64_t)(r->is_big ? load_big_u64(option->value)
+                                        : load_u64(option->value));
     return 0;
 }
 
@@ -167,8 +167,8 @@ static int parse_interface(const lum_pcap *r, const lum_pcapng_block *b,
     if (b->len < INTERFACE_BYTES_MIN) {
         return lum_pcapng_fail_short(r, b, error);
     }
-    out->snap = lum_pcap_snap(load_u32(r, b->at + 12));
-    out->link_type = load_u16(r, b->at + 8);
+    out->snap = lum_pcap_snap(file_u32(r, b->at + 12));
+    out->link_type = file_u16(r, b->at + 8);
     (void)snprintf(out->name, sizeof out->name, "%lu",
                    (unsigned long)r->interface_count);
     return read_interface_options(r, b, out, error);
@@ -214,7 +214,7 @@ static int read_section(lum_pcap *r, const lum_pcapng_block *b,
         (void)lum_pcapng_fail_short(r, b, error);
         return LUM_PCAP_DAMAGED;
     }
-    const unsigned version = load_u16(r, b->at + 12);
+    const unsigned version = file_u16(r, b->at + 12);
     if (version != VERSION) {
         (void)lum_pcap_fail(
             r, error, "a section of pcapng version %u; 1 can be read", version);

@@ -320,7 +320,7 @@ bool lum_index_write(lum_index *index, const lum_index_key *key, lum_pack *pack)
     char version[32] = LUM_VERSION;
     lum_index_key k = *key;
     memcpy(head, magic, sizeof magic);
-    store_le16(head + FORMAT_AT, FORMAT);
+    store_u16(head + FORMAT_AT, FORMAT);
     lum_pack_bytes(pack, head, sizeof head);
     pack_version(pack, version);
     pack_key(pack, &k);
@@ -328,8 +328,8 @@ bool lum_index_write(lum_index *index, const lum_index_key *key, lum_pack *pack)
     if (pack->has_failed) {
         return false;
     }
-    store_le32(pack->written + SUM_AT,
-               lum_index_sum(0, pack->written + BODY_AT, pack->len - BODY_AT));
+    store_u32(pack->written + SUM_AT,
+              lum_index_sum(0, pack->written + BODY_AT, pack->len - BODY_AT));
     return true;
 }
 
@@ -338,12 +338,12 @@ static int check_head(const uint8_t *bytes, size_t len, lum_error *error)
     if (len < BODY_AT || memcmp(bytes, magic, sizeof magic) != 0) {
         return lum_error_set(error, "it is not an index");
     }
-    const uint32_t format = load_le16(bytes + FORMAT_AT);
+    const uint32_t format = load_u16(bytes + FORMAT_AT);
     if (format != FORMAT) {
         return lum_error_set(error, "its format is %u; %d can be read",
                              (unsigned)format, (int)FORMAT);
     }
-    return load_le32(bytes + SUM_AT) ==
+    return load_u32(bytes + SUM_AT) ==
                    lum_index_sum(0, bytes + BODY_AT, len - BODY_AT)
                ? 0
                : lum_error_set(error, "it is damaged or cut short");

@@ -39,15 +39,15 @@ static void put_float(uint8_t *to, float value)
 {
     uint32_t bits = 0;
     memcpy(&bits, &value, sizeof bits);
-    store_le32(to, bits);
+    store_u32(to, bits);
 }
 
 static void put_double(uint8_t *to, double value)
 {
     uint64_t bits = 0;
     memcpy(&bits, &value, sizeof bits);
-    store_le32(to, (uint32_t)bits);
-    store_le32(to + 4, (uint32_t)(bits >> 32));
+    store_u32(to, (uint32_t)bits);
+    store_u32(to + 4, (uint32_t)(bits >> 32));
 }
 
 static uint32_t fit32(uint64_t value)
@@ -124,7 +124,7 @@ static void put_axis(const lum_packed_run *run, unsigned axis,
         const double most =
             steps < LUM_PACKED_STEPS_MAX ? steps : LUM_PACKED_STEPS_MAX;
         const uint32_t k = (uint32_t)(int32_t)(most > 0.0 ? most : 0.0);
-        store_le16(low + 2u * i, k);
+        store_u16(low + 2u * i, k);
         high[i] = (uint8_t)(high[i] | k >> 16 << 2u * axis);
     }
     cursor->axes[axis] += 2u * (size_t)run->count;
@@ -140,11 +140,11 @@ static void put_kinds(const lum_packed_run *run, struct cursor *cursor)
             code++;
         }
         if (code == LUM_PACKED_KINDS) {
-            store_le16(cursor->other, kind);
+            store_u16(cursor->other, kind);
             cursor->other += 2;
         }
         cursor->high[i] = (uint8_t)(code << 6);
-        store_le16(cursor->width + 2u * i, width_of(width[i]));
+        store_u16(cursor->width + 2u * i, width_of(width[i]));
     }
     cursor->width += 2u * (size_t)run->count;
 }
@@ -164,15 +164,15 @@ static void put_pixels(const lum_packed_run *run, struct cursor *cursor)
 static void put_run(const lum_packed_run *run, struct cursor *cursor)
 {
     uint8_t *to = cursor->run;
-    store_le32(to, run->first);
-    store_le32(to + 4, run->part->line[run->begin]);
+    store_u32(to, run->first);
+    store_u32(to + 4, run->part->line[run->begin]);
     for (unsigned axis = 0; axis < LUM_PACKED_AXES; axis++) {
-        store_le32(to + 8 + 4u * axis, (uint32_t)run->origin[axis]);
+        store_u32(to + 8 + 4u * axis, (uint32_t)run->origin[axis]);
     }
-    store_le16(to + 20, run->count);
-    store_le16(to + 22, run->part->pixel[run->begin]);
+    store_u16(to + 20, run->count);
+    store_u16(to + 22, run->part->pixel[run->begin]);
     for (unsigned k = 0; k < LUM_PACKED_KINDS; k++) {
-        store_le16(to + 24 + 2u * k, run->kinds[k]);
+        store_u16(to + 24 + 2u * k, run->kinds[k]);
     }
     to[30] = run->exponent;
     to[31] = run->part->eye[run->begin] & 1u;
@@ -187,9 +187,9 @@ static void put_run(const lum_packed_run *run, struct cursor *cursor)
 
 static void put_head(uint8_t *to, const lum_packed_head *head, size_t parts)
 {
-    store_le32(to, LUM_PACKED_MAGIC);
-    store_le16(to + 4, LUM_PACKED_VERSION);
-    store_le16(to + 6, LUM_PACKED_HEAD_BYTES);
+    store_u32(to, LUM_PACKED_MAGIC);
+    store_u16(to + 4, LUM_PACKED_VERSION);
+    store_u16(to + 6, LUM_PACKED_HEAD_BYTES);
     put_double(to + 8, (double)head->frame);
     put_double(to + 16, (double)head->clock_us);
     put_double(to + 24, (double)head->utc_ns * 1e-9);
@@ -197,10 +197,10 @@ static void put_head(uint8_t *to, const lum_packed_head *head, size_t parts)
     to[37] = head->smooth;
     to[38] = head->time;
     to[39] = head->is_rig ? (uint8_t)parts : 0;
-    store_le32(to + 40, head->lines);
-    store_le32(to + 44, fit32(head->lost_words));
-    store_le32(to + 48, head->sensor);
-    store_le32(to + 52, fit32(head->shown));
+    store_u32(to + 40, head->lines);
+    store_u32(to + 44, fit32(head->lost_words));
+    store_u32(to + 48, head->sensor);
+    store_u32(to + 52, fit32(head->shown));
     put_double(to + 56, (double)head->complete_ns * 1e-9);
     put_double(to + 64, head->utc_error_ns != LUM_CLOCK_ERROR_UNKNOWN
                             ? (double)head->utc_error_ns * 1e-9
@@ -212,8 +212,8 @@ static void put_parts(uint8_t *to, const lum_packed_part *parts, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         put_double(to, (double)parts[i].frame);
-        store_le32(to + 8, (uint32_t)parts[i].count);
-        store_le32(to + 12, parts[i].sensor);
+        store_u32(to + 8, (uint32_t)parts[i].count);
+        store_u32(to + 12, parts[i].sensor);
         to += LUM_PACKED_PART_BYTES;
     }
 }
@@ -254,12 +254,12 @@ static void put_pieces(uint8_t *to, const lum_packed_runs *runs,
     for (size_t i = 0; i < pieces; i++) {
         const struct piece piece = cut_piece(runs, run, common->parts);
         const size_t len = piece_bytes(&piece, common->parts);
-        store_le32(common->bytes + 80, (uint32_t)len);
-        store_le32(common->bytes + 84, (uint32_t)i);
-        store_le32(common->bytes + 88, (uint32_t)pieces);
-        store_le32(common->bytes + 92, (uint32_t)piece.points);
-        store_le32(common->bytes + 96, (uint32_t)piece.run_count);
-        store_le32(common->bytes + 100, (uint32_t)piece.others);
+        store_u32(common->bytes + 80, (uint32_t)len);
+        store_u32(common->bytes + 84, (uint32_t)i);
+        store_u32(common->bytes + 88, (uint32_t)pieces);
+        store_u32(common->bytes + 92, (uint32_t)piece.points);
+        store_u32(common->bytes + 96, (uint32_t)piece.run_count);
+        store_u32(common->bytes + 100, (uint32_t)piece.others);
         memcpy(to, common->bytes, common->len);
         memset(to + len - 3, 0, 3);
         put_piece(to + common->len, &piece);
@@ -316,9 +316,9 @@ static lum_result pack(lum_packed_runs *runs, const lum_packed_head *head,
         points += parts[i].count;
     }
     put_head(common.bytes, head, count);
-    store_le32(common.bytes + 32, (uint32_t)points);
-    store_le32(common.bytes + 72,
-               head->is_rig || count < 2u ? 0 : (uint32_t)parts[1].count);
+    store_u32(common.bytes + 32, (uint32_t)points);
+    store_u32(common.bytes + 72,
+              head->is_rig || count < 2u ? 0 : (uint32_t)parts[1].count);
     put_parts(common.bytes + LUM_PACKED_HEAD_BYTES, parts, common.parts);
     common.len = LUM_PACKED_HEAD_BYTES + LUM_PACKED_PART_BYTES * common.parts;
     put_pieces(out->bytes, runs, &common, pieces);
@@ -384,5 +384,5 @@ size_t lum_packed_piece(const lum_packed *packed, size_t at)
     if (at >= packed->len) {
         return 0;
     }
-    return load_le32(packed->bytes + at + 80);
+    return load_u32(packed->bytes + at + 80);
 }

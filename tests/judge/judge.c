@@ -187,7 +187,7 @@ static int step(struct both *b, judge_result *out, lum_error *error)
 
 static uint32_t load(bool is_big, const uint8_t *p)
 {
-    return is_big ? load_be32(p) : load_le32(p);
+    return is_big ? load_big_u32(p) : load_u32(p);
 }
 
 /* Whether libpcap ignores some of the blocks before the first interface. */

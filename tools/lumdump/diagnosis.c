@@ -1,5 +1,7 @@
 #include "diagnosis.h"
 
+#include "core/bytes.h"
+
 #include <inttypes.h>
 #include <stdbool.h>
 #include <string.h>
@@ -20,12 +22,6 @@ static bool may_be_data(lum_packet_kind kind)
 {
     return kind == LUM_PACKET_UNKNOWN_TYPE || kind == LUM_PACKET_MALFORMED ||
            kind == LUM_PACKET_UNKNOWN_TAG;
-}
-
-static uint32_t type_of(const uint8_t *bytes)
-{
-    return (uint32_t)bytes[8] | ((uint32_t)bytes[9] << 8) |
-           ((uint32_t)bytes[10] << 16) | ((uint32_t)bytes[11] << 24);
 }
 
 static struct packet_shape *find_shape(struct diagnosis *d, uint32_t type,
@@ -60,7 +56,7 @@ void diagnosis_note(struct diagnosis *d, const uint8_t *bytes, size_t len,
                     lum_packet_kind kind)
 {
     const bool may_be = may_be_data(kind);
-    note_shape(d, type_of(bytes), len, kind);
+    note_shape(d, load_u32(bytes + 8), len, kind);
     /* the longest packet that may be data is the most useful */
     if ((may_be && !d->sample_may_be_data) ||
         (may_be == d->sample_may_be_data && len > d->sample_len)) {

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "viewer.h"
 
+#include "core/bytes.h"
 #include "lum/base/time.h"
 #include "lum/frame/packed.h"
 
@@ -215,17 +216,11 @@ static int give_piece(struct viewers *viewers, struct viewer *viewer,
     return 1;
 }
 
-static uint32_t read_count(const uint8_t *head)
-{
-    const uint8_t *at = head + AT_COUNT;
-    return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 |
-           (uint32_t)at[3] << 24;
-}
-
 /* Frames between the last one and this were never sent. */
 static void count_skipped(struct viewer *viewer, const uint8_t *head)
 {
-    const uint32_t step = read_count(head) - read_count(viewer->last);
+    const uint32_t step =
+        load_u32(head + AT_COUNT) - load_u32(viewer->last + AT_COUNT);
     if (viewer->has_last && step > 1u && step < UINT32_MAX / 2u) {
         viewer->skipped += step - 1u;
     }

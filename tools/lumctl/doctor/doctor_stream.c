@@ -5,6 +5,8 @@
 #include "lum/frame/framer.h"
 #include "lum/wire.h"
 
+#include "core/bytes.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 
@@ -82,12 +84,6 @@ static bool is_clock_of_answers(const lum_profile *profile)
     return bits == 32u && profile->clock_unit_ns == 1000u;
 }
 
-static uint32_t type_of(const uint8_t *bytes)
-{
-    return (uint32_t)bytes[8] | ((uint32_t)bytes[9] << 8) |
-           ((uint32_t)bytes[10] << 16) | ((uint32_t)bytes[11] << 24);
-}
-
 void doctor_stream_take(struct doctor *d, const lum_received *datagram,
                         int64_t arrived_ns)
 {
@@ -103,7 +99,7 @@ void doctor_stream_take(struct doctor *d, const lum_received *datagram,
         s->clock_ns = arrived_ns;
         take_data(d, datagram, arrived_ns, group.eye);
     } else if (kind >= LUM_PACKET_UNKNOWN_TYPE) {
-        s->odd_type = type_of(datagram->bytes);
+        s->odd_type = load_u32(datagram->bytes + 8);
         s->odd_len = datagram->len;
     }
 }
