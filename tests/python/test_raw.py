@@ -528,7 +528,7 @@ def test_a_jump_that_readers_take_for_another_is_told(tmp_path):
 def test_rows_that_are_not_of_their_line_are_refused(raw_frame, tmp_path):
     edited = pickle.loads(pickle.dumps(raw_frame))
     edited["line"][5] = 17
-    with pytest.raises(lumsdk.OptionError, match="frame 2: row 5 has the line 17, but its line in frame.lines has another"):
+    with pytest.raises(lumsdk.OptionError, match=r"frame 2: line: points \d+ and 5 are of one line of the frame, and have \d+ and 17; use one number"):
         lumsdk.write_capture(tmp_path / "out.pcap", [edited])
 
 

@@ -115,7 +115,7 @@ def test_items_that_do_not_go_together_are_refused():
 
     points = torch.ones(2, 3)
     for samples, said in (([points], "takes items that are dictionaries"), ([], "takes items that are dictionaries"),
-                          ([{"x": points}, {"y": points}], "other names than x"), ([{"x": points, "batch": 1}], "which a batch adds"),
+                          ([{"x": points}, {"y": points}], "other names than the first, x"), ([{"x": points, "batch": 1}], "which a batch adds"),
                           ([{"x": 1}], "none is a tensor of the points"),
                           ([{"x": points, "pose": torch.eye(4)}], "'pose' has 4 rows and 'x' has 2")):
         with pytest.raises((TypeError, ValueError), match=said):

@@ -17,32 +17,14 @@ const number = {
     },
 };
 
-// Element, setting, how it is read and shown.
+// The elements by how they are read and shown; of each [element, setting, how].
 const CONTROLS = [
-    ["return", "return", choice],
-    ["edges", "edges", choice],
-    ["smooth", "smooth", choiceOfNumber],
-    ["blue", "blue", box],
-    ["green", "green", box],
-    ["colour", "colour", choice],
-    ["map", "map", choice],
-    ["from", "from", number],
-    ["to", "to", number],
-    ["size", "size", slider],
-    ["edl", "edl", choice],
-    ["accumulate", "accumulate", slider],
-    ["range-min", "rangeMin", number],
-    ["range-max", "rangeMax", number],
-    ["height-min", "heightMin", number],
-    ["height-max", "heightMax", number],
-    ["flat", "flat", box],
-    ["theme", "theme", choice],
-    ["grid", "grid", box],
-    ["rings", "rings", box],
-    ["ground", "ground", number],
-    ["truth", "truth", box],
-    ["world", "world", box],
-];
+    [choice, ["return", "edges", "colour", "map", "edl", "theme"]],
+    [choiceOfNumber, ["smooth"]],
+    [box, ["blue", "green", "flat", "grid", "rings", "truth", "world"]],
+    [slider, ["size", "accumulate"]],
+    [number, ["from", "to", "range-min", "range-max", "height-min", "height-max", "ground"]],
+].flatMap(([kind, ids]) => ids.map((id) => [id, id.replace("-m", "M"), kind]));
 
 const at = (id) => document.getElementById(id);
 

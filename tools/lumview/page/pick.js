@@ -82,7 +82,7 @@ const coordinates = (at) => `${at.map((v) => v.toFixed(3)).join("  ")} m`;
 
 const ROWS = [
     ["sensor", (p) => p.sensor],
-    ["its frame", (p) => p.sensorFrame],
+    ["its frame", (p) => p.sensorFrame?.toString()],
     ["x y z", (p) => coordinates(p.position)],
     ["each within", (p) => `${(500 * p.step).toFixed(2)} mm`],
     ["range", (p) => p.range !== undefined && `${p.range.toFixed(3)} m`],
@@ -95,7 +95,7 @@ const ROWS = [
     ["edge", (p) => p.edge],
     ["pulse width", (p) => (p.pulse > 0 ? `${p.pulse.toFixed(2)} ns` : "unknown")],
     ["label", (p) => p.label],
-    ["frame", (p) => p.frame],
+    ["frame", (p) => String(p.frame)],
     ["frame began", (p) => timeOf(p.began)],
     ["its time is", (p) => kindOf(p.began)],
 ];
@@ -113,8 +113,9 @@ const MEASURE_ROWS = [
     ["to", (m) => coordinates(m.to)],
 ];
 
-function fillList(list, rows, of) {
-    const shown = (of ? rows : []).map(([name, text]) => [name, text(of)]).filter(([, text]) => text !== null && text !== false);
+// A list of names and what is told of each; what is null, false or 0 is left out.
+export function fillList(list, rows, of) {
+    const shown = (of ? rows : []).map(([name, text]) => [name, text(of)]).filter(([, text]) => text);
     list.replaceChildren(...shown.flatMap((texts) => ["dt", "dd"].map((kind, i) => {
         const item = document.createElement(kind);
         item.textContent = texts[i];

@@ -2,6 +2,7 @@
 // shown, also in those that come. They can be cropped to or hidden.
 import { CHOICES, makeFilter } from "./filter.js";
 import { NONE } from "./image.js";
+import { fillList } from "./pick.js";
 import { numbersOf } from "./plane.js";
 
 const at = (id) => document.getElementById(id);
@@ -98,12 +99,7 @@ export function makeSelection({ cloud, settings, eyes, changed }) {
         at("selection").hidden = current === null;
         at("show-all").disabled = cuts.length === 0;
         if (current) {
-            const rows = ROWS.map(([name, text]) => [name, text(numbers())]).filter(([, text]) => text);
-            at("selection-data").replaceChildren(...rows.flatMap((texts) => ["dt", "dd"].map((kind, i) => {
-                const item = document.createElement(kind);
-                item.textContent = texts[i];
-                return item;
-            })));
+            fillList(at("selection-data"), ROWS, numbers());
         }
     }
 

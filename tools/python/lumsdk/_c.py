@@ -64,6 +64,11 @@ def number_of(address: str) -> int:
     return number
 
 
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 VERSION = f"{lib.LUM_VERSION_MAJOR}.{lib.LUM_VERSION_MINOR}.{lib.LUM_VERSION_PATCH}"
 
 LOSSES = ("lost_words", "lines_missing_angles", "lines_skipped", "lines_missing", "lines_in_pauses", "pauses",

@@ -7,7 +7,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from ._c import lib, text
+from ._c import ffi, lib, text
 
 _TYPES: dict[int, np.dtype[Any]] = {lib.LUM_TYPE_FLOAT: np.dtype("f4"), lib.LUM_TYPE_UINT32: np.dtype("u4"),
           lib.LUM_TYPE_UINT16: np.dtype("u2"), lib.LUM_TYPE_UINT8: np.dtype("u1")}
@@ -17,6 +17,19 @@ NUMBERS: dict[str, int] = {text(lib.lum_column_name(c)): c for c in range(lib.LU
 COLUMNS: Mapping[str, np.dtype[Any]] = MappingProxyType(
     {name: _TYPES[lib.lum_column_get_type(c)] for name, c in NUMBERS.items()})
 """Every column that a frame can have, and the type of its numbers."""
+
+
+def _format(c: Any) -> Any:
+    if c.kind == "array":
+        return _format(c.item), (c.length,)
+    return {"float": "f4", "size_t": "uintp"}.get(c.cname, c.cname[:-len("_t")])
+
+
+def struct_dtype(name: str) -> np.dtype[Any]:
+    """The layout of a struct of the library."""
+    fields = dict(ffi.typeof(name).fields)
+    return np.dtype({"names": list(fields), "formats": [_format(field.type) for field in fields.values()],
+                     "offsets": [field.offset for field in fields.values()], "itemsize": ffi.sizeof(name)})
 
 
 _ROWS = 4096

@@ -23,7 +23,7 @@ from ._poses import Motion, Poses
 from ._settings import Calibration, Profile
 from ._source import Source, open
 from ._plan import APPLIES, OF_TABLES, Plan, Summary, name_for
-from ._sync import refuse_set
+from ._sync import check_frame
 from ._table import OF_RAW, Layout, own_types
 from ._target import Target, UrlTarget, failed, is_url, local_for
 
@@ -322,9 +322,7 @@ class _Thread(threading.Thread):
     def write(self, frames: Iterable[Frame], losses: Callable[[], dict[str, int]]) -> None:
         """Write all of them, and complete the output."""
         for frame in frames:
-            refuse_set(frame)
-            if not isinstance(frame, Frame):
-                raise TypeError(f"the source gives {type(frame).__name__} and not frames")
+            check_frame(frame)
             self._put(frame)
             del frame
             if self.error is not None:

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import struct
 import tempfile
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, ClassVar, Optional, Union
 
 import numpy as np
 
+from ._c import cores
 from ._columns import fill
 from ._errors import Error, OptionError, install
 from ._points_file import check_own, file_type
@@ -156,8 +156,7 @@ _CHUNK = 50_000
 
 def _compressed_at_once() -> int:
     """Points: a chunk or more for each core, up to 8 because of memory, and at least four, so that little time passes between."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return _CHUNK * min(cores, 8) * -(-4 // cores)
+    return _CHUNK * min(cores(), 8) * -(-4 // cores())
 
 
 def _away(numbers: Array, unit: float) -> Array:

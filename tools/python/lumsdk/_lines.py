@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Optional
 import numpy as np
 
 from ._c import ffi, lib
+from ._columns import struct_dtype
 from ._errors import OptionError
 
 if TYPE_CHECKING:
@@ -17,17 +18,7 @@ LINE_DTYPE = np.dtype([("number", "u4"), ("eye", "u1"), ("first_point", "u4"), (
 """The fields of Frame.lines."""
 
 
-def _c_lines() -> np.dtype[Any]:
-    """The layout of lum_frame_line, which is filled in C."""
-    fields = [name for name, _ in ffi.typeof("lum_frame_line").fields]
-    types = {"struct_size": np.dtype(f"u{ffi.sizeof('size_t')}")}
-    types.update({name: np.dtype(LINE_DTYPE[name]) for name in LINE_DTYPE.names or ()})
-    return np.dtype({"names": fields, "formats": [types[name] for name in fields],
-                     "offsets": [ffi.offsetof("lum_frame_line", name) for name in fields],
-                     "itemsize": ffi.sizeof("lum_frame_line")})
-
-
-_C_LINES = _c_lines()
+_C_LINES = struct_dtype("lum_frame_line")
 
 
 def of_library(frame: Any) -> Array:

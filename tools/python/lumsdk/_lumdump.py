@@ -6,7 +6,6 @@ import io
 import json
 import math
 import os
-import signal
 import subprocess
 import tempfile
 import threading
@@ -21,7 +20,7 @@ from ._rig import Rig
 from ._settings import Calibration, Profile
 
 _BLOCK = 1 << 20
-_END_S = 10.0
+END_S = 10.0
 _WAIT_S = 0.05
 
 
@@ -153,15 +152,12 @@ def _gather(pipe: IO[bytes], into: list[bytes]) -> None:
         into.append(pipe.read())
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """End the program, which removes what it has begun."""
-    if os.name == "nt":
-        process.terminate()
-    else:
-        process.send_signal(signal.SIGINT)
+def end(process: subprocess.Popen[bytes]) -> None:
+    """End a program, which removes what it has begun."""
+    process.terminate()
     try:
         with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(_END_S)
+            process.wait(END_S)
     finally:
         if process.returncode is None:  # it does not end, or Ctrl-C came again
             process.kill()
@@ -217,7 +213,7 @@ def run(source: Union[Sequence[str], Any], output: str, options: Iterable[str]) 
                 threads[0].join(_WAIT_S)
             process.wait()
         except BaseException:
-            _end(process)
+            end(process)
             raise
         # A file object may wait for bytes that nobody needs any more.
         threads[-1].join(_WAIT_S)

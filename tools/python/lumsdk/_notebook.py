@@ -9,12 +9,11 @@ import numpy as np
 
 from ._drawing import png
 from ._errors import OptionError
+from ._grid import EYES
 from ._table import extra
 
 if TYPE_CHECKING:
     from ._frame import Frame
-
-EYES = ("blue", "green")
 
 _VIEW = (60.0, -60.0, 3.0, -17.0)
 """Degrees at the edges of the strip: left, right, top, bottom."""

@@ -2,12 +2,11 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, cast
 
-from ._c import ffi, lib, sized
+from ._c import cores, ffi, lib, number_of, sized
 from ._errors import OptionError, nearest
 from ._info import Members
 from ._columns import COLUMNS
@@ -210,10 +209,7 @@ def _parse_address(text: str, value: str) -> int:
     parts = text.split(".")
     if len(parts) != 4 or not all(re.fullmatch(r"0|[1-9]\d{0,2}", part) and int(part) < 256 for part in parts):
         raise _wrong("sensor", value)
-    number = 0
-    for part in parts:
-        number = number << 8 | int(part)
-    return number
+    return number_of(text)
 
 
 def parse_port(value: Any) -> int:
@@ -245,8 +241,7 @@ def _smooth(value: Any) -> tuple[int, int]:
 def _threads(value: Any) -> int:
     """As many as asked for, or as this process has cores, but not more than help."""
     if value is None:
-        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        return min(cores, _THREADS)
+        return min(cores(), _THREADS)
     number = _whole("threads", value, value)
     if not 1 <= number <= lib.LUM_FRAMER_THREADS_MAX:
         raise _wrong("threads", value)

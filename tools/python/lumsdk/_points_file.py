@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Optional
 import numpy as np
 
 from ._c import check, ffi, lib, sized
+from ._columns import struct_dtype
 from ._errors import OptionError
 from ._table import Array, value
 from ._target import TargetError
@@ -24,16 +25,7 @@ _NUMBERS: dict[str, int] = {name: getattr(lib, f"LUM_NUMBER_{name.upper()}")
 
 _OF_SAMPLE = ("x", "y", "z", "range", "azimuth", "elevation", "pulse_width", "pixel", "return_number",
               "number_of_returns", "edge")
-_TYPES = {"float": "f4", "uint16_t": "u2", "uint8_t": "u1"}
-
-
-def _sample_dtype() -> np.dtype[Any]:
-    fields = dict(ffi.typeof("lum_sample").fields)
-    return np.dtype({"names": list(fields), "formats": [_TYPES[f.type.cname] for f in fields.values()],
-                     "offsets": [f.offset for f in fields.values()], "itemsize": ffi.sizeof("lum_sample")})
-
-
-_SAMPLE = _sample_dtype()
+_SAMPLE = struct_dtype("lum_sample")
 
 
 _WHOLE_64 = ("csv", "las")

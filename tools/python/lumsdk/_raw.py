@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Optional
 import numpy as np
 
 from ._c import ffi, lib, sized
+from ._columns import Memory, struct_dtype
 from ._errors import OptionError
 
 if TYPE_CHECKING:
@@ -27,18 +28,7 @@ WRITTEN = (*RAW_COLUMNS, "line", "pixel", "eye", "edge")
 NEEDED = ("line", "pixel", "eye", "edge")
 """The columns that a raw frame has whichever are chosen: with tof they are the words."""
 
-_TYPES = {"uint64_t": "u8", "int64_t": "i8", "uint32_t": "u4"}
-
-
-def _packet_dtype() -> np.dtype[Any]:
-    """The layout of lum_raw_packet."""
-    fields = dict(ffi.typeof("lum_raw_packet").fields)
-    types: list[Any] = [_TYPES.get(field.type.cname) or ("u1", (field.type.length,)) for field in fields.values()]
-    return np.dtype({"names": list(fields), "formats": types, "offsets": [field.offset for field in fields.values()],
-                     "itemsize": ffi.sizeof("lum_raw_packet")})
-
-
-PACKET_DTYPE = _packet_dtype()
+PACKET_DTYPE = struct_dtype("lum_raw_packet")
 """The fields of Frame.packets."""
 
 
@@ -94,8 +84,6 @@ def words_of(tof: Array, edge: Array, pixel: Array) -> Array:
 
 def _view(owner: Any, pointer: Any, shape: tuple[int, ...], dtype: str) -> Array:
     """Memory of a frame, which stays as long as the array."""
-    from ._columns import Memory
-
     if 0 in shape:
         return np.zeros(shape, dtype)
     return np.asarray(Memory(owner, int(ffi.cast("uintptr_t", pointer)), shape, None, np.dtype(dtype)))

@@ -14,7 +14,7 @@ import yaml  # type: ignore[import-untyped,unused-ignore]
 from ._c import address_of, ffi, lib, number_of, text
 from ._errors import OptionError, UnknownKeyError
 from ._keys import Text, quoted
-from ._settings import Calibration, Profile, written
+from ._settings import Calibration, Profile, refusal, written
 from ._yaml import Reader, content_of
 
 if TYPE_CHECKING:
@@ -101,11 +101,6 @@ class _Made:
     def check(self) -> bool:
         """Whether all of it goes together; False: why says what is wrong."""
         return bool(lib.lum_rig_check(self.c, self.why) == lib.LUM_OK)
-
-    def said(self) -> str:
-        """What is wrong, behind its key."""
-        key, what = text(self.why.key), text(self.why.text)
-        return f"{key}: {what}" if key else what
 
 
 def _allowed(place: Optional[int], key: str) -> str:
@@ -251,7 +246,7 @@ def _set_file(made: _Made, where: str, key: str, value: Any) -> None:
         return
     is_path = isinstance(value, (str, os.PathLike)) and "\n" not in os.fsdecode(value)
     if is_path and not made.set(len(made.files) - 1, key, os.fsdecode(value)):
-        _refuse(made.said())
+        _refuse(refusal(made.why))
     try:
         made.files[-1][key] = _FILES[key](value)
     except (OptionError, TypeError) as error:
@@ -277,7 +272,7 @@ def _set_sensor(made: _Made, place: int, given: Any) -> None:
         if as_text is None:
             raise TypeError(f"the rig: {where}.{key}: a value is a text or a number, not {type(value).__name__}")
         if not made.set(place, key, as_text):
-            _refuse(made.said())
+            _refuse(refusal(made.why))
     if made.c.count == place:
         _refuse(f"{where}: has no keys; each sensor needs a name and its address")
     for key, value in files:
@@ -296,7 +291,7 @@ def _of_mapping(given: Mapping[str, Any]) -> _Made:
         if not isinstance(key, str) or as_text is None:
             raise TypeError(f"the rig: {key!r}: use a text such as 'frame', and a text or a number for its value")
         if not made.set(None, key, as_text):
-            _refuse(made.said())
+            _refuse(refusal(made.why))
     sensors = given.get("sensors", ())
     if isinstance(sensors, (str, Mapping)) or not isinstance(sensors, Sequence):
         raise TypeError(f"the rig: sensors is of type {type(sensors).__name__}; use a list of mappings")
@@ -305,7 +300,7 @@ def _of_mapping(given: Mapping[str, Any]) -> _Made:
     for place, sensor in enumerate(sensors):
         _set_sensor(made, place, sensor)
     if not made.check():
-        _refuse(made.said())
+        _refuse(refusal(made.why))
     return made
 
 

@@ -8,7 +8,6 @@ import os
 import warnings
 import weakref
 from collections.abc import Iterable, Mapping
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from ._c import ffi, lib
@@ -67,8 +66,7 @@ class Laser:
     def __enter__(self) -> Status:
         return self._sensor.laser_on()
 
-    def __exit__(self, kind: Optional[type[BaseException]], value: Optional[BaseException],
-                 traceback: Optional[TracebackType]) -> None:
+    def __exit__(self, *_: object) -> None:
         # What ended the session in the block has switched the laser off, or has said that it could not.
         if self._sensor._connection.session:
             self._sensor.laser_off()
@@ -154,8 +152,7 @@ class Sensor:
         self._connection.check()
         return self
 
-    def __exit__(self, kind: Optional[type[BaseException]], value: Optional[BaseException],
-                 traceback: Optional[TracebackType]) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def __del__(self) -> None:

@@ -27,7 +27,8 @@ def _known(keys: Any) -> dict[str, Key]:
     return _KNOWN[keys.kind]
 
 
-def _refusal(why: Any) -> str:
+def refusal(why: Any) -> str:
+    """What is wrong, behind its key."""
     key, said = text(why.key), text(why.text)
     return f"{key}: {said}" if key else said
 
@@ -105,7 +106,7 @@ class _Settings(Mapping[str, Value]):
         why = ffi.new("lum_key_refusal *")
         if type(self)._take(self._keys, ffi.new(f"{self._struct} *"), why) != lib.LUM_OK:
             line = f":{why.place}" if why.place else ""
-            raise OptionError(f"{self._name}{line}: {_refusal(why)}")
+            raise OptionError(f"{self._name}{line}: {refusal(why)}")
 
     def _set_all(self, values: Iterable[tuple[str, Any]], above: str) -> None:
         """Set values, check them one by one and together."""
@@ -118,9 +119,9 @@ class _Settings(Mapping[str, Value]):
                 right = "a word, or two whole numbers such as [0, 13]" if is_pair else "a number or a word"
                 raise TypeError(f"{above}{key}: a value is {right}, not {type(value).__name__}")
             if lib.lum_keys_set(self._keys, key.encode(), as_text.encode(), place, why) != lib.LUM_OK:
-                raise OptionError(f"{above}{_refusal(why)}")
+                raise OptionError(f"{above}{refusal(why)}")
         if type(self)._take(self._keys, ffi.new(f"{self._struct} *"), why) != lib.LUM_OK:
-            raise OptionError(f"{above}{_refusal(why)}")
+            raise OptionError(f"{above}{refusal(why)}")
 
     def replace(self: _S, values: Mapping[str, Any]) -> _S:
         """One with other values on top of these, such as {"eyes.blue.mount.x_m": 0.1}."""
@@ -138,7 +139,7 @@ class _Settings(Mapping[str, Value]):
         """The struct of the library."""
         out, why = ffi.new(f"{self._struct} *"), ffi.new("lum_key_refusal *")
         if type(self)._take(self._keys, out, why) != lib.LUM_OK:
-            raise OptionError(_refusal(why))
+            raise OptionError(refusal(why))
         return out
 
     # As a mapping.

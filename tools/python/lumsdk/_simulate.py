@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import IO, TYPE_CHECKING, Any, Optional, TypeVar, Union, cast, overload
 
 from ._errors import ClosedError, Error, OptionError, SensorError
-from ._lumdump import flatten, setting_file
+from ._lumdump import END_S, end, flatten, setting_file
 from ._programs import find
 
 if TYPE_CHECKING:
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 _READY_S = 120.0
-_END_S = 10.0
 _WAIT_S = 0.05  # without it, Ctrl-C is taken a quarter of a second late
 _LOG_MAX = 200_000
 
@@ -90,17 +89,6 @@ def _complaint(said: bytes, returncode: int) -> Error:
 # --- Captures ---
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """Ask a program to end, so that it leaves nothing behind; then see that it does."""
-    if process.poll() is None:
-        process.terminate()
-        try:
-            process.wait(_END_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-
-
 def _run(arguments: list[str]) -> bytes:
     # A session of its own: Ctrl-C is for this program, which ends the other once.
     process = subprocess.Popen([find("lumsim"), *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
@@ -111,7 +99,7 @@ def _run(arguments: list[str]) -> bytes:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 ended = process.communicate(timeout=_WAIT_S)
     except BaseException:
-        _end(process)
+        end(process)
         raise
     out, said = ended
     if process.returncode != 0:
@@ -198,15 +186,11 @@ def simulate(path: Optional[Path] = None, frames: int = 3, lines: Literal[64, 64
 
     Raises OptionError for what lumsim refuses, and Error where it fails, both with its sentence.
     """
+    options = {**locals()}
+    options["path"] = options.pop("motion")
     if path is not None and not isinstance(path, (str, os.PathLike)):
         raise TypeError(f"the path is {path!r}, of type {type(path).__name__}; use a path, or None for bytes")
     name = None if path is None else os.fspath(path)
-    options = {"frames": frames, "lines": lines, "seed": seed, "rate": rate, "returns_max": returns_max, "loss": loss,
-               "duplicate": duplicate, "reorder": reorder, "corrupt": corrupt, "scene": scene, "pose": pose,
-               "walls": walls, "path": motion, "velocity": velocity, "noise": noise, "truth": truth, "poses": poses,
-               "labels": labels, "time": time, "drift": drift, "batch": batch,
-               "calibration": calibration, "profile": profile, "set": set, "address": address, "client": client,
-               "rig": rig}
     # A name such as -x is a path too.
     output = "-" if name is None else os.path.join(os.curdir, name) if name.startswith("-") else name
     with tempfile.TemporaryDirectory(prefix="lumsdk-") as folder:
@@ -282,14 +266,9 @@ class SimulatedSensor:
 
         Raises OptionError for what lumsim refuses, SensorError where it cannot run there, both with its sentence.
         """
-        options = {"address": address, "port": port, "lines": lines, "frames": frames, "rate": rate, "seed": seed,
-                   "returns_max": returns_max, "loss": loss, "duplicate": duplicate, "reorder": reorder,
-                   "corrupt": corrupt, "jitter": jitter, "answer_delay": answer_delay, "answer_loss": answer_loss,
-                   "fault": fault, "clock": clock,
-                   "boot_status": None if boot_status is None else f"{boot_status:#06x}", "duration": duration,
-                   "interface": interface, "replay": replay, "speed": speed, "loop": loop, "sensor": sensor, "scene": scene,
-                   "pose": pose, "walls": walls, "path": motion, "velocity": velocity, "noise": noise,
-                   "calibration": calibration, "profile": profile, "set": set}
+        options = {name: value for name, value in locals().items() if name != "self"}
+        options["path"] = options.pop("motion")
+        options["boot_status"] = None if boot_status is None else f"{boot_status:#06x}"
         if not isinstance(address, str):
             raise TypeError(f"the address is {address!r}; use a text, such as \"127.0.0.1\"")
         if replay is not None:
@@ -312,7 +291,7 @@ class SimulatedSensor:
         try:
             self.wait_for(lambda: any(e["event"] == ready for e in self._log.events), _READY_S)
         except SensorError:
-            returncode = process.wait(_END_S) if not self._readers[0].is_alive() else 1
+            returncode = process.wait(END_S) if not self._readers[0].is_alive() else 1
             self.close()
             problem = _complaint(self._log.said, returncode)
             raise problem if isinstance(problem, OptionError) else SensorError(str(problem)) from None
@@ -367,9 +346,9 @@ class SimulatedSensor:
         """End it; its log stays."""
         process, self._process = self._process, None
         if process is not None:
-            _end(process)
+            end(process)
             for reader in self._readers:
-                reader.join(_END_S)
+                reader.join(END_S)
 
     def __enter__(self) -> SimulatedSensor:
         return self

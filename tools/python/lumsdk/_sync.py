@@ -130,6 +130,13 @@ def refuse_set(given: Any) -> None:
                         "all its points, or frames.values(), its frames")
 
 
+def check_frame(given: Any) -> None:
+    """TypeError: a source gives something else than a frame."""
+    refuse_set(given)
+    if not isinstance(given, Frame):
+        raise TypeError(f"the source gives {type(given).__name__} and not frames")
+
+
 def _names_of(frames: Sequence[Frame], columns: Union[str, Iterable[str], None]) -> list[str]:
     if columns is None:
         every = dict.fromkeys(name for frame in frames for name in frame.columns if name != "sensor")
@@ -405,19 +412,11 @@ def _check_tolerance(value: Any) -> Optional[int]:
 
 def _sets(frames: Iterable[Frame], state: _Sync) -> Iterator[FrameSet]:
     for frame in frames:
-        refuse_set(frame)
-        if not isinstance(frame, Frame):
-            raise TypeError(f"the source gives {type(frame).__name__} and not frames")
+        check_frame(frame)
         state.add(frame)
-        made = state.take()
-        while made is not None:
-            yield made
-            made = state.take()
+        yield from iter(state.take, None)
     state.has_ended = True
-    made = state.take()
-    while made is not None:
-        yield made
-        made = state.take()
+    yield from iter(state.take, None)
 
 
 def sync(source: Union[Source, Iterable[Frame]], tolerance: Optional[float] = None,

@@ -194,16 +194,15 @@ class View:
         """The file that open() has made. None: none yet."""
         return self._path
 
-    def _write(self, file: Any) -> None:
+    def _parts(self) -> list[bytes]:
+        """The page, with the data in it."""
         before, after = _page()
-        file.write(before + b'<script type="application/json" id="lumview-data">')
-        file.write(self._data)
-        file.write(b"</script>" + after)
+        return [before, b'<script type="application/json" id="lumview-data">', self._data, b"</script>", after]
 
     def save(self, path: Path) -> None:
         """Write the page as one file, such as "street.html", which any browser opens, without a network too."""
         with open(path, "wb") as file:
-            self._write(file)
+            file.writelines(self._parts())
 
     def open(self) -> str:
         """Show it in a browser, from a temporary file that nobody else can read. The file stays, as the browser needs it; the
@@ -216,7 +215,7 @@ class View:
             handle, path = tempfile.mkstemp(prefix="lumsdk-", suffix=".html")
             try:
                 with os.fdopen(handle, "wb") as file:
-                    self._write(file)
+                    file.writelines(self._parts())
             except BaseException:
                 os.unlink(path)
                 raise
@@ -228,12 +227,11 @@ class View:
 
     def _repr_html_(self) -> str:
         """In a notebook: the page itself, of which the notebook keeps a copy."""
-        before, after = _page()
         size = len(self._data)
         if size > _MOST_OF_CELL:
             return (f"<p>The view has {size / 2 ** 20:,.0f} MB, and a cell keeps at most {_MOST_OF_CELL >> 20} MB. Fewer frames are "
                     'smaller, as in lumsdk.view(source[:10]); .save("view.html") writes a file, and .open() shows it.</p>')
-        text = (before + b'<script type="application/json" id="lumview-data">' + self._data + b"</script>" + after).decode()
+        text = b"".join(self._parts()).decode()
         return (f'<iframe title="lumview" sandbox="allow-scripts allow-downloads" srcdoc="{html.escape(text)}" '
                 f'style="width:100%;height:{self._height}px;border:0"></iframe>')
 

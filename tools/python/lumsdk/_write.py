@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
 import numpy as np
 
-from . import _raw
+from . import _lines, _raw
 from ._c import VERSION, address_of, check, ffi, lib, sized
 from ._errors import OptionError, warn
-from ._grid import JOINED
+from ._grid import EYES, JOINED
 from ._inputs import check_storage
 from ._options import parse_sensor
 from ._settings import Calibration, Profile
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from ._types import Array
 
 _FORMATS = {".pcap": lib.LUM_CAPTURE_PCAP, ".pcapng": lib.LUM_CAPTURE_PCAPNG}
-_EYES = ("blue", "green")
 _PLACE = (0, 2 ** 16 - 1)
 _TOF = (-int(lib.LUM_TOF_MAX) - 1, int(lib.LUM_TOF_MAX))
 _COLUMNS = ("tof", "pixel", "edge", "line", "eye")
@@ -81,7 +80,7 @@ class Line:
     """Of each word, its place in its packets, as in the column raw_place; None: packets have their words ordered by pixel."""
 
     def __repr__(self) -> str:
-        eye = _EYES[self.eye] if self.eye in (0, 1) else self.eye
+        eye = EYES[self.eye] if self.eye in (0, 1) else self.eye
         return f"<Line {self.number} of the {eye} eye of {self.sensor}: {np.size(self.tof)} words>"
 
 
@@ -117,19 +116,11 @@ def _numbers(frame: Frame, where: str) -> dict[str, Array]:
 
 def _lines_of(frame: Frame, columns: Mapping[str, Array], where: str) -> Array:
     """Its lines, with the numbers and eyes that the columns say."""
-    table = frame.lines.copy()
-    counts = table["point_count"].astype("i8")
-    if not np.array_equal(table["first_point"], np.cumsum(counts) - counts) or counts.sum() != len(frame):
-        raise OptionError(f"{where}its lines do not follow each other: first_point and point_count of frame.lines have to name all "
-                          "rows in their order")
-    for name, field in ("line", "number"), ("eye", "eye"):
-        has = counts > 0
-        table[field][has] = columns[name][table["first_point"][has]]
-        wrong = np.flatnonzero(np.repeat(table[field], counts) != columns[name])
-        if len(wrong):
-            raise OptionError(f"{where}row {wrong[0]} has the {name} {columns[name][wrong[0]]}, but its line in frame.lines "
-                              "has another; order rows by line")
-    return table
+    try:
+        _lines.check(frame.lines, len(frame))
+        return _lines.renumber(frame.lines, columns)
+    except OptionError as error:
+        raise OptionError(f"{where}{error}") from error
 
 
 def _put_angles(frame: Frame, raw: _raw.Raw, table: Array, columns: Mapping[str, Array], where: str) -> _raw.Raw:
@@ -205,7 +196,7 @@ def to_lines(frame: Frame) -> list[Line]:
     for i, line in enumerate(found.table):
         rows = slice(line["first_point"], line["first_point"] + line["point_count"])
         words = found.words[rows]
-        made.append(Line(int(line["number"]), _EYES[line["eye"]], int(line["clock_us"]), found.angles[i].copy(),
+        made.append(Line(int(line["number"]), EYES[line["eye"]], int(line["clock_us"]), found.angles[i].copy(),
                          (words & lib.LUM_WORD_PIXEL).astype("u2"), words.view("i4") >> 12, (words >> 10 & 1).astype(bool),
                          int(line["arrival_ns"]), has[i].copy(), packets[starts[i]:starts[i + 1]].copy(), found.sensor,
                          found.origin, None if found.places is None else found.places[rows].copy()))
@@ -221,19 +212,17 @@ def _whole(line: Line, name: str, low: int, high: int, shape: Optional[tuple[int
 
 
 def _take_line(line: Line) -> _Lines:
-    from ._lines import LINE_DTYPE
-
-    if line.eye not in (*_EYES, 0, 1):
+    if line.eye not in (*EYES, 0, 1):
         raise OptionError(f'line {line.number}: eye is {line.eye!r}; use "blue" or "green"')
     tof = _whole(line, "tof", *_TOF, None)
     shape = (tof.size,)
     pixel, edge = _whole(line, "pixel", 0, _raw.PIXELS - 1, shape), _whole(line, "rising", 0, 1, shape)
     angles = _whole(line, "angles", -32768, 32767, (_raw.PIXELS, 2))
     has = np.ones(_raw.PIXELS, bool) if line.has_angles is None else _whole(line, "has_angles", 0, 1, (_raw.PIXELS,)).astype(bool)
-    table = np.zeros(1, LINE_DTYPE)
+    table = np.zeros(1, _lines.LINE_DTYPE)
     for name, low, high in ("number", 0, 2 ** 32 - 1), ("clock_us", -2 ** 63, 2 ** 63 - 1), ("arrival_ns", 0, 2 ** 63 - 1):
         table[name] = _whole(line, name, low, high, ())
-    table["eye"], table["point_count"] = _EYES.index(line.eye) if isinstance(line.eye, str) else line.eye, tof.size
+    table["eye"], table["point_count"] = EYES.index(line.eye) if isinstance(line.eye, str) else line.eye, tof.size
     packets = _raw.packets_of(line.packets, f"line {line.number} of the {line.eye} eye: ")
     packets["line"] = 0
     places = None if line.place is None else np.ascontiguousarray(_whole(line, "place", *_PLACE, shape), "u2")

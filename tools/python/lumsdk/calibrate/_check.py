@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from .._settings import Calibration
     from ._arguments import Options
 
-EYES = ("blue", "green")
 
 STEP_M = 0.005
 TILT_DEG = 0.05

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from .._drawing import canvas, png
-from ._check import EYES, Check, Seam
+from .._grid import EYES
+from ._check import Check, Seam
 from ._solution import Array
 from ._tell import MARKS, advice, azimuth, millimetres
 

@@ -17,7 +17,7 @@ from ._faces import Scene, begin, join, observe, rejoin, without
 from ._match import look, place_all
 from ._model import CALIBRATION_COUNT, ORDERS, Eye, State, fixed_of, priors, tangents, values_of
 from ._planes import Grid, grid
-from ._solution import KEYS, WISHES, Array, Parameter, Plane, Residuals, Solution
+from ._solution import KEYS, WISHES, Array, Parameter, Plane, Residuals, Solution, put
 from ._solve import Fit, Group, Problem, Spread, covariance, estimate_bends, estimate_spread, linearise, solve, untold
 from ._tell import ADD_TWO, MOUNT, bends, exchange, more_captures, not_written
 
@@ -503,11 +503,7 @@ def run(options: Options) -> Solution:
 def _nested(calibration: Calibration) -> dict[str, Any]:
     made: dict[str, Any] = {}
     for key, value in calibration.items():
-        place = made
-        *above, name = key.split(".")
-        for part in above:
-            place = place.setdefault(part, {})
-        place[name] = value
+        put(made, key, value)
     return made
 
 

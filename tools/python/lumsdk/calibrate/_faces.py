@@ -56,9 +56,7 @@ def _cells(scene: Scene, of: Array, choose: Any) -> list[Cells]:
             at = [choose(s.patch.cells) for _, s in mine]
             plane = np.concatenate([np.full(len(cells), of[index]) for (index, _), cells in zip(mine, at)])
             cells = np.concatenate(at)
-            g = view.grid
-            made.append(Cells(k, e, g.azimuth[e].ravel()[cells], g.elevation[e].ravel()[cells], g.range_m[e].ravel()[cells],
-                              g.sigma_m[e].ravel()[cells] ** 2, plane))
+            made.append(cells_of(view.grid, k, e, cells, plane))
     return made
 
 
@@ -224,8 +222,7 @@ def _fine(scene: Scene, state: State, cells: Cells, at: Array) -> tuple[Cells, A
     eye = Eye(cells, state, scene.fixed)
     off = np.abs(eye.residual * eye.slope)
     kept = off < max(0.01, 4 * 1.4826 * float(np.median(off)))
-    return Cells(cells.capture, cells.eye, cells.azimuth[kept], cells.elevation[kept], cells.range_m[kept], cells.variance[kept],
-                 cells.plane[kept]), at[kept]
+    return cells.at(kept), at[kept]
 
 
 def _shrink(scene: Scene, state: State, s: Seen, found: Array, plane: int) -> Cells:
@@ -282,8 +279,7 @@ def without(groups: list[Group], is_out: Array) -> list[Group]:
         if not kept.any():
             continue
         at = kept[group.of]
-        c = group.cells
-        cells = Cells(c.capture, c.eye, c.azimuth[at], c.elevation[at], c.range_m[at], c.variance[at], c.plane[at])
         number = np.cumsum(kept) - 1
-        made.append(Group(cells, number[group.of[at]], group.count[kept], group.plane[kept], group.place[kept], group.noise[kept]))
+        made.append(Group(group.cells.at(at), number[group.of[at]], group.count[kept], group.plane[kept], group.place[kept],
+                          group.noise[kept]))
     return made

@@ -6,6 +6,7 @@ at noisy points would make the elevation span shrink.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Union
 
 import numpy as np
 
@@ -82,27 +83,16 @@ class Cells:
     variance: Array
     plane: Array
 
+    def at(self, chosen: Array) -> Cells:
+        """Some of them."""
+        return Cells(self.capture, self.eye, self.azimuth[chosen], self.elevation[chosen], self.range_m[chosen],
+                     self.variance[chosen], self.plane[chosen])
 
-def cells_of(grid: Grid, capture: int, eye: int, at: Array, plane: int) -> Cells:
-    """Cells of a grid by their places in it, all of one face."""
+
+def cells_of(grid: Grid, capture: int, eye: int, at: Array, plane: Union[int, Array]) -> Cells:
+    """Cells of a grid by their places in it, and their faces."""
     return Cells(capture, eye, grid.azimuth[eye].ravel()[at], grid.elevation[eye].ravel()[at], grid.range_m[eye].ravel()[at],
                  grid.sigma_m[eye].ravel()[at] ** 2, np.full(len(at), plane))
-
-
-@dataclass
-class Ray:
-    """Cells as the state sees them."""
-
-    expected: Array
-    """Range to the face."""
-    points: Array
-    """Where the ray meets its face: (n, 3) in the world's frame."""
-    slope: Array
-    """normal . direction of the ray: negative."""
-    residual: Array
-    """Measured less expected range."""
-    azimuth_deg: Array
-    elevation_deg: Array
 
 
 def _legendre(x: Array) -> Array:
@@ -146,9 +136,6 @@ class Eye:
         self.points = self.origin + self.expected[:, None] * world
         measured = cells.range_m + offset * fixed.metres_a_ps - state.biases[cells.plane]
         self.residual = measured - self.expected
-
-    def ray(self) -> Ray:
-        return Ray(self.expected, self.points, self.slope, self.residual, self.azimuth_deg, self.elevation_deg)
 
     def _along(self, moved: Array) -> Array:
         """Change of the expected range where the point moves by this vector a unit."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._c import VERSION
 from .._drawing import canvas, png, small
-from ._check import EYES
+from .._grid import EYES
 from ._model import ORDERS
 from ._check_picture import binned
 from ._solution import Array, Plane, Residuals, Solution

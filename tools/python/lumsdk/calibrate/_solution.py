@@ -1,6 +1,7 @@
 """What a calibration finds: values with their standard deviations, residuals and planes."""
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass, field
 from typing import Any
@@ -124,15 +125,15 @@ class Solution:
 
     def calibration(self) -> dict[str, Any]:
         """Nested as in a calibration file: as it was, with the values that were measured."""
-        made: dict[str, Any] = {key: _copy(value) for key, value in self.base.items()}
+        made = copy.deepcopy(self.base)
         for parameter in self.parameters:
-            place = made.setdefault("eyes", {})
-            *above, name = parameter.key.split(".")
-            for part in above:
-                place = place.setdefault(part, {})
-            place[name] = parameter.value
+            put(made, f"eyes.{parameter.key}", parameter.value)
         return made
 
 
-def _copy(value: Any) -> Any:
-    return {key: _copy(part) for key, part in value.items()} if isinstance(value, dict) else value
+def put(made: dict[str, Any], key: str, value: Any) -> None:
+    """Set a value of nested mappings by its key with dots."""
+    *above, name = key.split(".")
+    for part in above:
+        made = made.setdefault(part, {})
+    made[name] = value

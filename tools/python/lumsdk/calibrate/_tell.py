@@ -7,7 +7,8 @@ from typing import Any, Optional
 
 import numpy as np
 
-from ._check import EYES, TOLD_DEG, TOLD_M, Check, Seam
+from .._grid import EYES
+from ._check import TOLD_DEG, TOLD_M, Check, Seam
 from ._solution import Parameter, Solution
 
 

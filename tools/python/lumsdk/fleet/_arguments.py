@@ -11,6 +11,7 @@ import warnings
 from typing import Any, NoReturn
 
 from .. import _run
+from .._c import cores
 from ._errors import FleetError, Usage
 from ._job import LUMDUMP_FORMATS, PYTHON_FORMATS, Job, find_lumdump
 from ._names import printable
@@ -251,12 +252,7 @@ def _try_convert(made: Job, keywords: dict[str, Any]) -> None:
 
 def local_jobs(options: argparse.Namespace) -> int:
     """Captures at a time on this machine."""
-    if options.jobs:
-        return int(options.jobs)
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:
-        return os.cpu_count() or 1
+    return int(options.jobs or cores())
 
 
 def told(text: str) -> None:

@@ -7,6 +7,8 @@ import shutil
 import tempfile
 from typing import IO
 
+from .._target import fcntl
+
 PREFIX = "lumfleet-"
 
 
@@ -28,9 +30,7 @@ class WorkFolder:
 
 
 def _lock(file: IO[bytes]) -> bool:
-    try:
-        import fcntl
-    except ImportError:
+    if fcntl is None:
         return False
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
