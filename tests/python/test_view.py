@@ -27,7 +27,7 @@ def frame(capture):
 
 def data_of(view):
     file = io.BytesIO()
-    view._write(file)
+    file.writelines(view._parts())
     return json.loads(re.search(rb'<script type="application/json" id="lumview-data">(.*?)</script>', file.getvalue())[1])
 
 
@@ -339,7 +339,7 @@ def test_a_notebook_has_the_page_in_the_cell(frame, monkeypatch):
     assert cell.startswith("<iframe") and "height:300px" in cell and 'sandbox="allow-scripts allow-downloads"' in cell
     page = html.unescape(re.search(r'srcdoc="([^"]*)"', cell)[1])
     file = io.BytesIO()
-    view._write(file)
+    file.writelines(view._parts())
     assert page.encode() == file.getvalue()
     monkeypatch.setattr(_view, "_MOST_OF_CELL", 1000)
     assert "<iframe" not in view._repr_html_() and ".save(" in view._repr_html_()

@@ -17,7 +17,7 @@ from ._errors import CaptureError, CaptureWarning, Error, OptionError
 from ._poses import Poses
 from ._programs import find
 from ._rig import Rig
-from ._settings import Calibration, Profile
+from ._settings import Calibration, Profile, entries
 
 _BLOCK = 1 << 20
 END_S = 10.0
@@ -33,51 +33,21 @@ def _number(value: object) -> str:
     return str(value)
 
 
-def _limits(value: Any) -> str:
-    return value if isinstance(value, str) else ":".join(_number(v) for v in value)
-
-
-def _box(value: Any) -> str:
-    return value if isinstance(value, str) else ",".join(_limits(axis) for axis in value)
+def _joined(mark: str, part: Callable[[Any], str] = _number) -> Callable[[Any], str]:
+    """Values as one text, with a mark between them; a text is one already, and a number is one value."""
+    return lambda value: part(value) if isinstance(value, str) or hasattr(value, "__index__") else mark.join(map(part, value))
 
 
 def _frames(value: Any) -> str:
     if isinstance(value, range):
         value = (value[0], value[-1])
-    return f"{value}:{value}" if hasattr(value, "__index__") else _limits(value)
+    return f"{value}:{value}" if hasattr(value, "__index__") else _joined(":")(value)
 
 
-def _smooth(value: Any) -> str:
-    return ":".join(map(str, value)) if isinstance(value, (tuple, list)) else str(value)
-
-
-def _columns(value: Any) -> str:
-    return value if isinstance(value, str) else ",".join(value)
-
-
-def _size(value: Any) -> str:
-    return value if isinstance(value, str) else "x".join(map(str, value))
-
-
-_TEXTS: Mapping[str, Callable[[Any], str]] = {"range": _limits, "box": _box, "frames": _frames, "smooth": _smooth,
-                                              "columns": _columns, "size": _size}
+_TEXTS: Mapping[str, Callable[[Any], str]] = {"range": _joined(":"), "box": _joined(",", _joined(":")), "frames": _frames,
+                                              "smooth": _joined(":"), "columns": _joined(","), "size": _joined("x")}
 _NAMES = {"returns": "return", "pose_times": "pose-times"}
 _FLAGS = ("ascii", "comments", "organized")
-
-
-def flatten(settings: Any) -> list[str]:
-    """The option set= as texts KEY=VALUE."""
-    if isinstance(settings, str):
-        return [settings]
-    if not isinstance(settings, Mapping):
-        return [str(entry) for entry in settings]
-    out = []
-    for key, value in settings.items():
-        if isinstance(value, Mapping):
-            out += [f"{key}.{entry}" for entry in flatten(value)]
-        else:
-            out.append(f"{key}={value}")
-    return out
 
 
 _KINDS: Mapping[str, Any] = {"calibration": Calibration, "profile": Profile, "rig": Rig}
@@ -109,7 +79,7 @@ def arguments(options: Mapping[str, Any], folder: str) -> list[str]:
         if name in _FLAGS:
             out += [f"--{name}"] if value else []
         elif name == "set":
-            out += [f"--set={entry}" for entry in flatten(value)]
+            out += [f"--set={key}={given}" for key, given in entries(value)]
         elif name == "poses" and isinstance(value, Poses):
             value.save(os.path.join(folder, "poses.txt"))
             out.append(f"--poses={os.path.join(folder, 'poses.txt')}")

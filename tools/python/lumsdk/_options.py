@@ -80,16 +80,19 @@ def _number(name: str, value: Any, whole: object) -> float:
     return float(value)
 
 
-def _limits(name: str, value: Any, whole: object) -> tuple[float, float]:
-    """(MIN, MAX), each of which may be missing."""
-    if isinstance(value, str):
-        parts: list[Any] = [part or None for part in value.split(":")]
-    elif isinstance(value, (tuple, list)):
-        parts = list(value)
-    else:
+def _pair(name: str, value: Any, whole: object) -> list[Any]:
+    """Two values, each of which may be None."""
+    if not isinstance(value, (str, tuple, list)):
         raise _wrong_type(name, whole)
+    parts = [part or None for part in value.split(":")] if isinstance(value, str) else list(value)
     if len(parts) != 2:
         raise _wrong(name, whole)
+    return parts
+
+
+def _limits(name: str, value: Any, whole: object) -> tuple[float, float]:
+    """(MIN, MAX), each of which may be missing."""
+    parts = _pair(name, value, whole)
     low = -math.inf if parts[0] is None else _number(name, parts[0], whole)
     high = math.inf if parts[1] is None else _number(name, parts[1], whole)
     if not low <= high or any(math.isfinite(v) and abs(v) > 1e6 for v in (low, high)):
@@ -115,18 +118,12 @@ class FrameRange(NamedTuple):
 
 
 def _frames(value: Any) -> FrameRange:
-    if isinstance(value, str):
-        parts: list[Any] = [part or None for part in value.split(":")]
-    elif _is_whole(value):
+    if _is_whole(value):
         parts = [value, value]
     elif isinstance(value, range):
-        parts = [value[0], value[-1]] if value.step == 1 and len(value) else []
-    elif isinstance(value, (tuple, list)):
-        parts = list(value)
+        parts = _pair("frames", (value[0], value[-1]) if value.step == 1 and len(value) else (), value)
     else:
-        raise _wrong_type("frames", value)
-    if len(parts) != 2:
-        raise _wrong("frames", value)
+        parts = _pair("frames", value, value)
     low = _INT64[0] if parts[0] is None else _whole("frames", parts[0], value)
     high = _INT64[1] if parts[1] is None else _whole("frames", parts[1], value)
     if not _INT64[0] <= low <= high <= _INT64[1]:

@@ -206,7 +206,7 @@ class Profile(_Settings):
     _take = lib.lum_keys_profile
 
 
-def _entries(settings: Any) -> list[tuple[str, Any]]:
+def entries(settings: Any) -> list[tuple[str, Any]]:
     """What set= names."""
     if isinstance(settings, Mapping):
         return list(_flat(settings, "set"))
@@ -223,8 +223,8 @@ def _entries(settings: Any) -> list[tuple[str, Any]]:
 def setting_of(calibration: Calibration, profile: Profile, settings: Any) -> tuple[Calibration, Profile]:
     """Both, with the option set= on top: {key: value}, or ["key=value", ...]."""
     of: dict[str, list[tuple[str, Any]]] = {"calibration": [], "profile": []}
-    entries = _entries(settings)
-    for key, _ in entries:
+    given = entries(settings)
+    for key, _ in given:
         if key == "version":
             raise OptionError("set: version is a key of files only")
         kinds = [made for made in (calibration, profile) if key in _known(made._keys)]
@@ -234,7 +234,7 @@ def setting_of(calibration: Calibration, profile: Profile, settings: Any) -> tup
             raise OptionError(f"set: unknown key '{key}'; did you mean '{near[0]}'?" if near else
                               f"set: '{key}' is not a key of a calibration or a profile; they have "
                               f"{', '.join(every)}")
-        of[kinds[0]._kind].extend(entry for entry in entries if entry[0] == key)
+        of[kinds[0]._kind].extend(entry for entry in given if entry[0] == key)
     if of["calibration"]:
         calibration = calibration._replace(of["calibration"], "set: ")
     if of["profile"]:

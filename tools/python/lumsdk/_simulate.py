@@ -17,8 +17,9 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import IO, TYPE_CHECKING, Any, Optional, TypeVar, Union, cast, overload
 
 from ._errors import ClosedError, Error, OptionError, SensorError
-from ._lumdump import END_S, end, flatten, setting_file
+from ._lumdump import END_S, end, setting_file
 from ._programs import find
+from ._settings import entries
 
 if TYPE_CHECKING:
     from typing_extensions import Literal
@@ -68,7 +69,7 @@ def _arguments(options: Mapping[str, Any], folder: str) -> list[str]:
         elif name in ("calibration", "profile", "rig"):
             words += [option, setting_file(name, value, folder)]
         elif name == "set":
-            words += [word for pair in flatten(value) for word in (option, pair)]
+            words += [word for key, given in entries(value) for word in (option, f"{key}={given}")]
         elif name in ("fault", "truth"):
             words += [word for each in _several(value) for word in (option, _word(name, each))]
         elif name in ("pose", "noise"):
