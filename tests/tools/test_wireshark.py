@@ -505,10 +505,12 @@ class Columns(Case):
 class Script(unittest.TestCase):
     def test_is_the_tables_and_the_parts(self):
         rest = SCRIPT.read_text()
-        for path in (ROOT / "tools" / "wireshark").glob("*.lua"):
-            with self.subTest(path.name):
-                self.assertEqual(rest.count(path.read_text()), 1)
-            rest = rest.replace(path.read_text(), "")
+        tables = subprocess.run([SCRIPT.parent / "lum_wireshark_tables"], stdout=subprocess.PIPE, text=True, check=True).stdout
+        parts = {path.name: path.read_text() for path in (ROOT / "tools" / "wireshark").glob("*.lua")}
+        for name, text in {"the tables": tables, **parts}.items():
+            with self.subTest(name):
+                self.assertEqual(rest.count(text), 1)
+            rest = rest.replace(text, "")
         self.assertRegex(rest, r"^(local \w+ = \(function\(\)\nend\)\(\)\n\n)+$")
 
 
