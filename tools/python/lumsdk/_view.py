@@ -39,8 +39,8 @@ _BY_PAGE = {"columns", "threads", "progress", "broken", "raw", "calibration", "p
 _PACKED_OTHERWISE = (b"BZh", b"\x04\x22\x4d\x18")
 """How captures begin that bzip2 or lz4 compressed, which the page cannot unpack."""
 
-_NO_PAGE = ("this installation has no lumview.html, which shows the points: in a clone, script/setup --test and cmake -B build && cmake "
-            "--build build make it, and pip install . then takes it (docs/internals/wheels.md); frame.to_png() draws a picture")
+_NO_PAGE = ("this installation has no lumview.html, which shows the points: in a clone, script/setup --test and cmake -B build && "
+            "cmake --build build make it, and pip install . then takes it (docs/internals/wheels.md); frame.to_png() draws a picture")
 
 _SENSOR = re.compile(r"(udp://)?(\d+\.){3}\d+(%\w+)?(:\d+)?")
 
