@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""budget.py LEVEL SECONDS YARDSTICK: whether the tree and the tests are within budget.txt: files in git, and the processor time
-that this run of script/test took, without installs. LEVEL is fast, all or whole.
+"""budget.py LEVEL SECONDS YARDSTICK: whether the tree and the tests are within budget.txt: the SIZES of the tree, and the
+processor time that this run of script/test took, without installs. LEVEL is fast, all or whole.
 budget.py watch YARDSTICK: does the same piece of work again and again, and writes how long each took, until the shell that
 started it ends or kills it.
 
@@ -17,6 +17,7 @@ TOP = pathlib.Path(__file__).resolve().parents[2]
 FILE = pathlib.Path(__file__).parent / "budget.txt"
 YARDSTICK_S = 0.055  # of the machine that budget.txt names
 EACH_S = 10
+SIZES = {"files": "files in git", "words": "words in README.md and docs", "design": "words in design.md", "lines": "lines in src and tools"}
 
 
 def read(path):
@@ -54,13 +55,18 @@ def slowness(path):
     return max(1.0, statistics.median(float(line) for line in path.read_text(encoding="ascii").split()) / YARDSTICK_S)
 
 
-def files_in_git():
-    """None where this is no checkout."""
-    r = subprocess.run(["git", "ls-files", "-z"], cwd=TOP, capture_output=True, check=False)
-    return r.stdout.count(b"\0") if r.returncode == 0 else None
+def sizes_of(top):
+    """By the names of SIZES; nothing where this is no checkout."""
+    r = subprocess.run(["git", "ls-files", "-z"], cwd=top, capture_output=True, text=True, check=False)
+    if r.returncode != 0:
+        return {}
+    names = r.stdout.split("\0")[:-1]
+    words = {n: len((top / n).read_bytes().split()) for n in names if n == "README.md" or n.startswith("docs/") and n.endswith(".md")}
+    return {"files": len(names), "words": sum(words.values()), "design": words.get("docs/internals/design.md", 0),
+            "lines": sum((top / n).read_bytes().count(b"\n") for n in names if n.startswith(("src/", "tools/")))}
 
 
-def hold(path, level, files, seconds, slow, out):
+def hold(path, level, sizes, seconds, slow, out):
     budget, passed, failed = read(path), 0, 0
 
     def check(text, is_within):
@@ -70,11 +76,11 @@ def hold(path, level, files, seconds, slow, out):
         if not is_within:
             print(f"      make room, or raise tests/runner/{path.name} in a commit that says what it brings", file=out)
 
-    for name in "files", level:
+    for name in (*SIZES, level):
         if name not in budget:
             raise ValueError(f"{path.name} has no line for {name}")
-    if files is not None:
-        check(f"{files} of {budget['files']:.0f} files in git", files <= budget["files"])
+    for name, size in sizes.items():
+        check(f"{size} of {budget[name]:.0f} {SIZES[name]}", size <= budget[name])
     allowed = budget[level] * slow
     check(f"{seconds / 60:.1f} of {allowed:.1f} processor minutes"
           + (f", as this machine took {slow:.1f} times as long" if round(slow, 1) != 1.0 else ""), seconds / 60 <= allowed)
@@ -86,7 +92,7 @@ def main():
     if sys.argv[1] == "watch":
         watch(sys.argv[2])
         return 0
-    return hold(FILE, sys.argv[1], files_in_git(), float(sys.argv[2]), slowness(pathlib.Path(sys.argv[3])), sys.stdout)
+    return hold(FILE, sys.argv[1], sizes_of(TOP), float(sys.argv[2]), slowness(pathlib.Path(sys.argv[3])), sys.stdout)
 
 
 if __name__ == "__main__":

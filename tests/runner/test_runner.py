@@ -120,11 +120,11 @@ class Budget(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.file = pathlib.Path(folder.name) / "budget.txt"
-        self.file.write_text("# why\nfiles 100\nfast 10.0\n")
+        self.file.write_text("# why\nfiles 100\nwords 9\ndesign 9\nlines 9\nfast 10.0\n")
 
     def hold(self, files, minutes, speed=1.0):
         out = io.StringIO()
-        return budget.hold(self.file, "fast", files, minutes * 60, speed, out), out.getvalue().splitlines()
+        return budget.hold(self.file, "fast", {"files": files}, minutes * 60, speed, out), out.getvalue().splitlines()
 
     def test_what_is_within_passes_and_says_how_much_is_left(self):
         self.assertEqual(self.hold(100, 10.0), (0, ["ok    100 of 100 files in git", "ok    10.0 of 10.0 processor minutes",
@@ -135,6 +135,16 @@ class Budget(unittest.TestCase):
         self.assertEqual((status, lines[0], lines[-1]), (1, "FAIL  101 of 100 files in git", "1 passed, 1 failed"))
         self.assertIn("budget.txt", lines[1])
         self.assertEqual(self.hold(1, 10.1)[1][1], "FAIL  10.1 of 10.0 processor minutes")
+
+    def test_sizes_are_those_of_what_git_has(self):
+        top = self.file.parent
+        for name, text in (("README.md", "one two"), ("docs/internals/design.md", "three\n"), ("docs/x.1", "no"), ("src/a.c", "1\n2\n")):
+            (top / name).parent.mkdir(parents=True, exist_ok=True)
+            (top / name).write_text(text)
+        self.assertEqual(budget.sizes_of(top), {})
+        subprocess.run("git init -q && git add README.md docs src", shell=True, cwd=top, check=True)
+        (top / "src/b.c").write_text("not in git\n")
+        self.assertEqual(budget.sizes_of(top), {"files": 4, "words": 3, "design": 1, "lines": 2})
 
     def test_a_slow_machine_has_more_minutes(self):
         self.assertEqual(self.hold(1, 19.9, 2.0)[1][1], "ok    19.9 of 20.0 processor minutes, as this machine took 2.0 times as long")
@@ -155,7 +165,7 @@ class Budget(unittest.TestCase):
         self.file.write_text("files 100\nfast ten\n")
         with self.assertRaisesRegex(ValueError, "budget.txt:2"):
             self.hold(1, 1.0)
-        self.file.write_text("files 100\n")
+        self.file.write_text("files 100\nwords 9\ndesign 9\nlines 9\n")
         with self.assertRaisesRegex(ValueError, "no line for fast"):
             self.hold(1, 1.0)
 
