@@ -35,11 +35,12 @@ static int refuse_for_memory(const lum_pcap *r, uint64_t bytes,
 /* --- Its head --- */
 
 /* NULL: with the reason in error. */
-static lum_unpacker *find_unpacker(const lum_pcap *r, const lum_chunk_head *h,
-                                   lum_error *error)
+static const lum_unpacker *find_unpacker(const lum_pcap *r,
+                                         const lum_chunk_head *h,
+                                         lum_error *error)
 {
     const char *library = NULL;
-    lum_unpacker *unpacker = NULL;
+    const lum_unpacker *unpacker = NULL;
     if (strcmp(h->compression, h->known[0]) == 0 ||
         strcmp(h->compression, h->known[1]) == 0) {
         unpacker = lum_unpack_named(h->compression, &library);
@@ -150,13 +151,13 @@ static int unpack_all(const lum_pcap *r, const lum_source_functions *f,
     return LUM_PCAP_DAMAGED;
 }
 
-static int unpack(lum_chunk *c, const lum_pcap *r, lum_unpacker *unpacker,
+static int unpack(lum_chunk *c, const lum_pcap *r, const lum_unpacker *unpacker,
                   size_t bytes, lum_error *error)
 {
     lum_source_functions functions;
     lum_source *packed =
         lum_source_from_memory("a chunk", c->packed.at, c->packed.len);
-    if (packed == NULL || unpacker(packed, &functions) != 0) {
+    if (packed == NULL || lum_unpack_by(unpacker, packed, &functions) != 0) {
         lum_source_close(packed);
         return refuse_for_memory(r, bytes, error);
     }
@@ -173,7 +174,7 @@ static int read_records(lum_chunk *c, lum_pcap *r, const lum_chunk_head *h,
     if (h->compression[0] == '\0') {
         return copy(r, bytes, &c->records, error);
     }
-    lum_unpacker *const unpacker = find_unpacker(r, h, error);
+    const lum_unpacker *const unpacker = find_unpacker(r, h, error);
     if (unpacker == NULL) {
         return LUM_PCAP_DAMAGED;
     }

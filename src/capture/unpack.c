@@ -15,7 +15,7 @@ struct compression {
     const char *name;
     const char *magic;
     uint8_t first_mask;
-    lum_unpacker *const *unpacker;
+    const lum_unpacker *const *unpacker;
     const char *library;
     const char *program; /* its -dc unpacks */
 };
@@ -54,7 +54,7 @@ static const struct compression *find(lum_source *source)
     return i < COMPRESSIONS ? &compressions[i] : NULL;
 }
 
-lum_unpacker *lum_unpack_named(const char *name, const char **library)
+const lum_unpacker *lum_unpack_named(const char *name, const char **library)
 {
     for (size_t i = 0; i < COMPRESSIONS; i++) {
         if (strcmp(compressions[i].name, name) == 0) {
@@ -75,7 +75,7 @@ int lum_unpack(lum_source **source, lum_error *error)
         return 0;
     }
     lum_source *s = NULL;
-    if ((*c->unpacker)(packed, &functions) == 0) {
+    if (lum_unpack_by(*c->unpacker, packed, &functions) == 0) {
         s = lum_source_from_functions(packed->name, &functions, NULL);
         if (s == NULL) {
             functions.close(functions.context);
@@ -143,7 +143,7 @@ const char *lum_unpack_hint(lum_source *source, char out[LUM_UNPACK_HINT_BYTES])
 /* --- By a library that reads from memory to memory --- */
 
 struct unpacker {
-    const lum_unpack_codec *codec;
+    const lum_unpacker *unpacker;
     void *state;
     lum_source *packed;
     bool is_between; /* no frame is under way */
@@ -162,7 +162,7 @@ static int64_t end(const struct unpacker *u, lum_error *error)
     }
     return lum_error_set(
         error, "the %s data are cut short at byte %llu of the compressed file",
-        u->codec->name, (unsigned long long)lum_source_offset(u->packed));
+        u->unpacker->name, (unsigned long long)lum_source_offset(u->packed));
 }
 
 static void fail(struct unpacker *u, const char *why)
@@ -171,7 +171,8 @@ static void fail(struct unpacker *u, const char *why)
     (void)lum_error_set(
         &u->failure,
         "the %s data are damaged at byte %llu of the compressed file (%s)",
-        u->codec->name, (unsigned long long)lum_source_offset(u->packed), why);
+        u->unpacker->name, (unsigned long long)lum_source_offset(u->packed),
+        why);
 }
 
 /* Returns 1 if there may be more. */
@@ -187,7 +188,7 @@ static int64_t step(struct unpacker *u, lum_unpack_step *s, lum_error *error)
     s->in = u->packed->at;
     s->in_len = u->packed->left;
     s->taken = 0;
-    const bool is_good = u->codec->step(u->state, s);
+    const bool is_good = u->unpacker->step(u->state, s);
     lum_source_take(u->packed, s->taken);
     if (!is_good) {
         fail(u, s->why);
@@ -212,21 +213,23 @@ static int64_t read_some(void *context, void *buffer, size_t room,
 static void close_unpacker(void *context)
 {
     struct unpacker *u = context;
-    u->codec->free(u->state);
+    u->unpacker->free(u->state);
     free(u);
 }
 
-int lum_unpack_by(const lum_unpack_codec *codec, lum_source *packed,
+int lum_unpack_by(const lum_unpacker *unpacker, lum_source *packed,
                   lum_source_functions *out)
 {
     struct unpacker *u = calloc(1, sizeof *u);
-    void *state = u != NULL ? codec->make() : NULL;
+    void *state = u != NULL ? unpacker->make() : NULL;
     if (state == NULL) {
         free(u);
         return -1;
     }
-    *u = (struct unpacker){
-        .codec = codec, .state = state, .packed = packed, .is_between = true};
+    *u = (struct unpacker){.unpacker = unpacker,
+                           .state = state,
+                           .packed = packed,
+                           .is_between = true};
     *out = (lum_source_functions){.struct_size = sizeof *out,
                                   .read = read_some,
                                   .close = close_unpacker,

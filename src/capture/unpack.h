@@ -7,21 +7,6 @@
 
 #include "source_internal.h"
 
-/** Make functions that unpack a source's bytes; they need the source as long as
- * they are used. They give the readable part of damaged or cut data, then the
- * failure with its byte.
- * @param packed borrowed; stays open.
- * @param out    its close frees all but packed; written only on success.
- * @return 0; -1 without memory. */
-typedef int lum_unpacker(lum_source *packed, lum_source_functions *out);
-
-/** Of gzip, zstd, lz4 and bzip2 data, also of several members or frames. NULL:
- * not in this build. */
-extern lum_unpacker *const lum_unpack_gzip;
-extern lum_unpacker *const lum_unpack_zstd;
-extern lum_unpacker *const lum_unpack_lz4;
-extern lum_unpacker *const lum_unpack_bz2;
-
 /** Bytes to be unpacked, and room for what they unpack to. */
 typedef struct lum_unpack_step {
     const uint8_t *in;
@@ -34,23 +19,35 @@ typedef struct lum_unpack_step {
     const char *why; /**< of a failure */
 } lum_unpack_step;
 
-/** A library, for lum_unpack_by(). */
-typedef struct lum_unpack_codec {
+/** A library that unpacks from memory to memory. */
+typedef struct lum_unpacker {
     const char *name;
     void *(*make)(void); /**< its state; NULL without memory */
     bool (*step)(void *state,
                  lum_unpack_step *step); /**< false: it is damaged */
     void (*free)(void *state);
-} lum_unpack_codec;
+} lum_unpacker;
 
-/** A lum_unpacker of a library that reads from memory to memory. */
-LUM_MUST_CHECK int lum_unpack_by(const lum_unpack_codec *codec,
+/** Of gzip, zstd, lz4 and bzip2 data, also of several members or frames. NULL:
+ * not in this build. */
+extern const lum_unpacker *const lum_unpack_gzip;
+extern const lum_unpacker *const lum_unpack_zstd;
+extern const lum_unpacker *const lum_unpack_lz4;
+extern const lum_unpacker *const lum_unpack_bz2;
+
+/** Make functions that unpack a source's bytes; they need the source as long as
+ * they are used. They give the readable part of damaged or cut data, then the
+ * failure with its byte.
+ * @param packed borrowed; stays open.
+ * @param out    its close frees all but packed; written only on success.
+ * @return 0; -1 without memory. */
+LUM_MUST_CHECK int lum_unpack_by(const lum_unpacker *unpacker,
                                  lum_source *packed, lum_source_functions *out);
 
 /** What unpacks a compression, by its name: gzip, zstd, lz4 or bz2.
  * @param library gets that which it needs; NULL: the name is not known.
  * @return NULL: not known, or not in this build. */
-lum_unpacker *lum_unpack_named(const char *name, const char **library);
+const lum_unpacker *lum_unpack_named(const char *name, const char **library);
 
 /** Replace *source by its unpacked bytes, if it is compressed in a way that
  * this build reads. Waits for the first bytes.

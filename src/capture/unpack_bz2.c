@@ -69,10 +69,6 @@ static void free_state(void *state)
     free(state);
 }
 
-static int unpack(lum_source *packed, lum_source_functions *out)
-{
-    static const lum_unpack_codec codec = {"bzip2", make, step, free_state};
-    return lum_unpack_by(&codec, packed, out);
-}
+static const lum_unpacker unpacker = {"bzip2", make, step, free_state};
 
-lum_unpacker *const lum_unpack_bz2 = unpack;
+const lum_unpacker *const lum_unpack_bz2 = &unpacker;

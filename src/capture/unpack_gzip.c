@@ -82,10 +82,6 @@ static void free_state(void *state)
     free(g);
 }
 
-static int unpack(lum_source *packed, lum_source_functions *out)
-{
-    static const lum_unpack_codec codec = {"gzip", make, step, free_state};
-    return lum_unpack_by(&codec, packed, out);
-}
+static const lum_unpacker unpacker = {"gzip", make, step, free_state};
 
-lum_unpacker *const lum_unpack_gzip = unpack;
+const lum_unpacker *const lum_unpack_gzip = &unpacker;

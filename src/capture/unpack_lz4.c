@@ -32,10 +32,6 @@ static void free_context(void *state)
     (void)LZ4F_freeDecompressionContext(state);
 }
 
-static int unpack(lum_source *packed, lum_source_functions *out)
-{
-    static const lum_unpack_codec codec = {"lz4", make, step, free_context};
-    return lum_unpack_by(&codec, packed, out);
-}
+static const lum_unpacker unpacker = {"lz4", make, step, free_context};
 
-lum_unpacker *const lum_unpack_lz4 = unpack;
+const lum_unpacker *const lum_unpack_lz4 = &unpacker;

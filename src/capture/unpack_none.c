@@ -1,6 +1,6 @@
 /* The compressions that a build lacks; CMake lists them as LUM_LACKING. */
 #include "unpack.h"
 
-#define LACKS(name) lum_unpacker *const lum_unpack_##name = NULL;
+#define LACKS(name) const lum_unpacker *const lum_unpack_##name = NULL;
 
 LUM_LACKING

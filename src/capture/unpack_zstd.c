@@ -28,10 +28,6 @@ static void free_stream(void *state)
     (void)ZSTD_freeDStream(state);
 }
 
-static int unpack(lum_source *packed, lum_source_functions *out)
-{
-    static const lum_unpack_codec codec = {"zstd", make, step, free_stream};
-    return lum_unpack_by(&codec, packed, out);
-}
+static const lum_unpacker unpacker = {"zstd", make, step, free_stream};
 
-lum_unpacker *const lum_unpack_zstd = unpack;
+const lum_unpacker *const lum_unpack_zstd = &unpacker;

@@ -82,7 +82,7 @@ static void put_cloud(image *im, size_t len)
 /* How chunks are compressed. */
 static const struct packing {
     const char *library;
-    lum_unpacker *const *unpacker; /* NULL: none is needed */
+    const lum_unpacker *const *unpacker; /* NULL: none is needed */
     void (*put_chunk)(image *im, image *records);
 } packings[] = {{"", NULL, put_plain},
                 {"libzstd", &lum_unpack_zstd, put_zstd},

@@ -36,7 +36,7 @@ enum {
 
 /* Of one compression; none in a build without its library. */
 struct kind {
-    lum_unpacker *unpacker;
+    const lum_unpacker *unpacker;
     const uint8_t *bytes;
     size_t len;
     const char *name;
@@ -266,8 +266,8 @@ static void a_build_without_a_library_says_what_to_do(void **state)
 static void a_compression_has_a_name_and_a_library(void **state)
 {
     static const char *const names[] = {"gzip", "zstd", "lz4", "bz2"};
-    lum_unpacker *const unpackers[] = {lum_unpack_gzip, lum_unpack_zstd,
-                                       lum_unpack_lz4, lum_unpack_bz2};
+    const lum_unpacker *const unpackers[] = {lum_unpack_gzip, lum_unpack_zstd,
+                                             lum_unpack_lz4, lum_unpack_bz2};
     const char *library = NULL;
     (void)state;
     for (size_t i = 0; i < KINDS; i++) {

@@ -13,10 +13,6 @@
 
 #define LIST_SIZE 384u
 
-/* Adds to a terminated text of LIST_SIZE. */
-#define ADD(out, ...)                                                          \
-    (void)snprintf((out) + strlen(out), LIST_SIZE - strlen(out), __VA_ARGS__)
-
 /* --- Addresses --- */
 
 /* "eth0 has 10.42.0.1/28 and 192.168.7.2/24, eth1 has none" */
@@ -28,16 +24,16 @@ static void list_addresses(const struct doctor *d, char out[LIST_SIZE])
         if (w->is_loopback || !host_is_asked_for(d, w)) {
             continue;
         }
-        ADD(out, "%s%s has%s", out[0] != '\0' ? ", " : "", w->name,
-            w->address_count == 0 ? " none" : "");
+        lum_text_add(out, LIST_SIZE, "%s%s has%s", out[0] != '\0' ? ", " : "",
+                     w->name, w->address_count == 0 ? " none" : "");
         for (size_t k = 0; k < w->address_count; k++) {
-            ADD(out, "%s %s/%u", k > 0 ? " and" : "",
-                number_address(w->addresses[k].address).text,
-                w->addresses[k].prefix);
+            lum_text_add(out, LIST_SIZE, "%s %s/%u", k > 0 ? " and" : "",
+                         number_address(w->addresses[k].address).text,
+                         w->addresses[k].prefix);
         }
     }
     if (out[0] == '\0') {
-        ADD(out, "loopback is the only one");
+        lum_text_add(out, LIST_SIZE, "loopback is the only one");
     }
 }
 
