@@ -7,7 +7,7 @@
 
 #include "base/outfile.h"
 
-/* --- Messages: outfile.c. They return -1. --- */
+/* --- Messages: outfile_common.c. They return -1. --- */
 
 int lum_outfile_refuse(int code, const char *name, const char *why,
                        lum_error *error);

@@ -149,6 +149,8 @@ int live_close_log(struct live *live)
     return log->reason;
 }
 
+/* --- What happens --- */
+
 const char *live_name(uint32_t address, uint16_t port, char out[24])
 {
     (void)snprintf(out, 24, "%s:%u", number_address(address).text,
