@@ -26,7 +26,7 @@ enum {
         (LUM_CAPTURE_COMMENTS_MAX + 2u) * (LUM_CAPTURE_COMMENT_BYTES_MAX + 1u),
     BLOCK_HEAD_BYTES = 28, /* of a packet's block, before the packet */
     BLOCK_TAIL_BYTES = 7,  /* most behind it */
-    BYTE_ORDER = 0x1a2b3c4d,
+    BYTE_ORDER_MARK = 0x1a2b3c4d,
     VERSION_PCAPNG = 1,
     OPTION_APPLICATION = 4,
     OPTION_NAME = 2,
@@ -149,7 +149,7 @@ static uint8_t *put_section(uint8_t *block, const lum_capture_writer_options *o)
 {
     uint8_t *p = block + 24;
     store_u32(block, LUM_PCAPNG_SECTION);
-    store_u32(block + 8, BYTE_ORDER);
+    store_u32(block + 8, BYTE_ORDER_MARK);
     store_u16(block + 12, VERSION_PCAPNG);
     store_u16(block + 14, 0);
     memset(block + 16, 0xff, 8); /* its length is not known */

@@ -10,7 +10,15 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* Of a descriptor that somebody else made not to block. */
+/* A pipe without a writer makes nobody wait who opens it, but who reads it.
+ * Elsewhere than on Linux it would look like a pipe at its end. */
+#ifdef __linux__
+#define NO_WAIT O_NONBLOCK
+#else
+#define NO_WAIT 0
+#endif
+
+/* Also on a descriptor that somebody else made not to block. */
 static bool wait_for_input(int fd)
 {
     struct pollfd look = {.fd = fd, .events = POLLIN};
@@ -20,16 +28,16 @@ static bool wait_for_input(int fd)
 int lum_source_file_open(const char *path)
 {
     return strcmp(path, "-") == 0 ? fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0)
-                                  : open(path, O_RDONLY | O_CLOEXEC);
+                                  : open(path, O_RDONLY | O_CLOEXEC | NO_WAIT);
 }
 
 int64_t lum_source_file_read(int fd, void *buffer, size_t room,
                              lum_error *error)
 {
-    ssize_t got = 0;
+    ssize_t got = -1;
     do {
-        got = read(fd, buffer, room);
-    } while (got < 0 && errno == EAGAIN && wait_for_input(fd));
+        got = wait_for_input(fd) ? read(fd, buffer, room) : -1;
+    } while (got < 0 && errno == EAGAIN);
     return got >= 0 ? got : lum_error_set(error, "%s", strerror(errno));
 }
 

@@ -168,11 +168,11 @@ static int64_t end(const struct unpacker *u, lum_error *error)
 static void fail(struct unpacker *u, const char *why)
 {
     u->has_failed = true;
-    (void)lum_error_set(
-        &u->failure,
-        "the %s data are damaged at byte %llu of the compressed file (%s)",
-        u->unpacker->name, (unsigned long long)lum_source_offset(u->packed),
-        why);
+    (void)lum_error_set(&u->failure,
+                        "the %s data cannot be unpacked at byte %llu of the "
+                        "compressed file: %s",
+                        u->unpacker->name,
+                        (unsigned long long)lum_source_offset(u->packed), why);
 }
 
 /* Returns 1 if there may be more. */
@@ -202,7 +202,8 @@ static int64_t read_some(void *context, void *buffer, size_t room,
                          lum_error *error)
 {
     struct unpacker *u = context;
-    lum_unpack_step s = {.out = buffer, .room = room, .why = "damaged"};
+    lum_unpack_step s = {
+        .out = buffer, .room = room, .why = "they are damaged"};
     int64_t result = 1;
     while (result > 0 && s.given == 0) {
         result = step(u, &s, error);

@@ -44,7 +44,7 @@ static const char *why_not(const struct state *g, int result)
 {
     return result == Z_MEM_ERROR ? "not enough memory"
            : g->members == 0 || g->z.total_out != 0
-               ? "a check sum or a code is wrong"
+               ? "they are damaged: a check sum or a code is wrong"
                : "other data follows the gzip data";
 }
 

@@ -115,6 +115,23 @@ class Remembers(Case):
         self.assertNotIn("\npower", r.stdout)
         self.assertIn("power is left out", r.stderr)
 
+    def test_the_folder_is_that_of_posix(self):
+        """Neither Windows' variable nor its separators and drives have a meaning here."""
+        Sensor(self, self.folder, address="127.61.0.15")
+        home = self.folder / "home"
+        env = {**os.environ, "HOME": str(home), "LOCALAPPDATA": str(self.folder / "local"), "XDG_STATE_HOME": "a:b"}
+        r = run("lumctl", "--host", "127.61.0.15", "power", 50, env=env, cwd=self.folder.path)
+        self.assertEqual((r.returncode, r.stderr), (DONE, ""))
+        self.assertTrue((home / ".local" / "state" / "lumsdk" / "sensors").is_dir())
+        self.ctl(DONE, "127.61.0.15", "power", 60, state=self.folder / "c\\d")
+        self.assertEqual([p for p in self.folder.path.iterdir() if p.name in ("a:b", "local", "c")], [])
+
+    def test_why_a_folder_cannot_be_made_is_told(self):
+        Sensor(self, self.folder, address="127.61.0.16")
+        r = self.ctl(DONE, "127.61.0.16", "power", 50, state="/sys")
+        self.assertIn("/sys/lumsdk/sensors: cannot be made: ", r.stderr)
+        self.assertNotIn("No such file", r.stderr)
+
     def test_raw_text_that_is_not_the_manuals_makes_all_unsure(self):
         self.fake("127.61.0.7")
         self.ctl(DONE, "127.61.0.7", "send", "50p 10b")
@@ -127,7 +144,7 @@ class Remembers(Case):
         FakeSensor(self, "127.61.0.8")  # has power again
         for word in ("show", "save"):
             r = self.ctl(FAILED, "127.61.0.8", word)
-            self.assertIn("it has acknowledged no setting that lumctl of this user on this host sent", r.stderr)
+            self.assertIn("no record that it acknowledged a setting that lumctl of this user on this host sent", r.stderr)
 
     def test_a_table_is_shown_with_what_its_calibration_was(self):
         Sensor(self, self.folder, address="127.61.0.12")

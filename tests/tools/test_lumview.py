@@ -1281,6 +1281,16 @@ class Others(Case):
         self.addCleanup(feeder.end)
         self.assertEqual(self.told(name), self.of_stream(name=name))
 
+    def test_a_pipe_that_is_gone_before_anybody_writes_keeps_nobody_waiting(self):
+        name = self.folder / "p.fifo"
+        os.mkfifo(name)
+        self.serve(sources=[name])
+        self.browser()
+        wait_until(lambda: any(os.readlink(fd) == str(name) for fd in pathlib.Path(f"/proc/{self.server.p.pid}/fd").iterdir()),
+                   what="the pipe to be open")
+        name.unlink()
+        self.assertEqual(self.server.end(), 0)
+
     def test_a_file_beside_a_stream_keeps_its_own(self):
         file = self.part("f.pcapng", 0, mounted(7))
         for stream, message in ((self.part("same.pcapng", 1, mounted(7)), ""), (self.part("none.pcapng", 1), ""),

@@ -41,11 +41,23 @@ static int fail(const char *path, const char *doing, lum_error *error)
     return lum_error_set(error, "%s: %s: %s", path, doing, strerror(errno));
 }
 
+#ifdef _WIN32
+#define SEPARATORS  "\\/"
+#define HOME        "LOCALAPPDATA"
+#define HOME_STATES "%s/lumsdk/sensors"
+#else
+#define SEPARATORS  "/"
+#define HOME        "HOME"
+#define HOME_STATES "%s/.local/state/lumsdk/sensors"
+#endif
+
 /* Else a relative one would be another folder for each present folder. */
 static bool is_absolute(const char *path)
 {
-    return path != NULL &&
-           (*path == '/' || *path == '\\' || (*path != '\0' && path[1] == ':'));
+    const bool has_drives = sizeof SEPARATORS > 2u;
+    return path != NULL && *path != '\0' &&
+           (strchr(SEPARATORS, *path) != NULL ||
+            (has_drives && path[1] == ':'));
 }
 
 /* The folder, which need not be there: $XDG_STATE_HOME/lumsdk/sensors, or that
@@ -54,39 +66,38 @@ static bool is_absolute(const char *path)
 static int state_folder(char out[STATE_PATH_BYTES], lum_error *error)
 {
     const char *state = getenv("XDG_STATE_HOME");
-    const char *local = getenv("LOCALAPPDATA");
-    const char *home = getenv("HOME");
-    const char *base = is_absolute(state) ? state : local;
+    const char *home = getenv(HOME);
     int n = 0;
-    if (is_absolute(base)) {
-        n = snprintf(out, STATE_PATH_BYTES, "%s/lumsdk/sensors", base);
+    if (is_absolute(state)) {
+        n = snprintf(out, STATE_PATH_BYTES, "%s/lumsdk/sensors", state);
     } else if (is_absolute(home)) {
-        n = snprintf(out, STATE_PATH_BYTES, "%s/.local/state/lumsdk/sensors",
-                     home);
+        n = snprintf(out, STATE_PATH_BYTES, HOME_STATES, home);
     }
     return n > 0 && n < STATE_PATH_BYTES
                ? 0
-               : lum_error_set(error,
-                               "neither XDG_STATE_HOME nor HOME (on Windows: "
-                               "LOCALAPPDATA) names a folder where it could "
-                               "be kept");
+               : lum_error_set(error, "neither XDG_STATE_HOME nor " HOME
+                                      " names a folder where it could be kept");
 }
 
-/* And all above it. Whether they could be made shows when the lock is opened.
- */
-static void make_folders(const char *folder)
+/* And all above it. 0, or why the first that is not there could not be made;
+ * one that may not be made, such as a drive, may be there all the same. */
+static int make_folders(const char *folder)
 {
     char path[STATE_PATH_BYTES];
+    int code = 0;
     (void)snprintf(path, sizeof path, "%s", folder);
     for (char *at = path + 1;; at++) {
         const char was = *at;
-        if (was == '/' || was == '\\' || was == '\0') {
+        if (strchr(SEPARATORS, was) != NULL) { /* or the end */
             *at = '\0';
-            (void)make_private_folder(path);
+            if (make_private_folder(path) != 0 && errno != EEXIST &&
+                code == 0) {
+                code = errno;
+            }
             *at = was;
         }
         if (was == '\0') {
-            return;
+            return code;
         }
     }
 }
@@ -98,14 +109,17 @@ static int state_lock(const char *folder, int64_t wait_ns, lum_error *error)
 {
     const int64_t end = lum_time_monotonic_ns() + wait_ns;
     char path[LONG_PATH_BYTES];
-    make_folders(folder);
+    const int code = make_folders(folder);
     (void)snprintf(path, sizeof path, "%s/.lock", folder);
     int lock = rows_file_open(path, true);
     while (lock < 0 && errno == EBUSY && lum_time_monotonic_ns() < end) {
         lum_time_sleep_until(lum_time_monotonic_ns() + LOOK_NS);
         lock = rows_file_open(path, true);
     }
-    if (lock < 0) {
+    if (lock < 0 && errno == ENOENT && code != 0) {
+        errno = code;
+        (void)fail(folder, "cannot be made", error);
+    } else if (lock < 0) {
         (void)(errno == EBUSY
                    ? lum_error_set(error, "%s: another lumctl is using it",
                                    path)

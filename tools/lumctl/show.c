@@ -148,8 +148,8 @@ static enum exit_status complain_nothing(const struct remembered *r)
     if (r->memory.restart_to_ns == 0) {
         return ctl_complain(
             EXIT_FAILED,
-            "nothing is known of %s: it has acknowledged no setting that "
-            "lumctl of this user on this host sent",
+            "nothing is known of %s: there is no record that it acknowledged "
+            "a setting that lumctl of this user on this host sent",
             sensor.text);
     }
     return ctl_complain(

@@ -441,7 +441,6 @@ void player_end(struct player *player)
     if (player == NULL) {
         return;
     }
-    captures_stop(player->captures);
     thread_join(player->thread);
     release(player);
 }

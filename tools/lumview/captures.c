@@ -1,4 +1,3 @@
-#define _POSIX_C_SOURCE 200809L
 #include "captures.h"
 
 #include "../common/file_look.h"
@@ -7,15 +6,12 @@
 #include "capture/capture_internal.h"
 #include "thread_monitor.h"
 
-#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 struct captures {
     const struct sources *sources;
-    int *pipes; /* of each that was let go of on stopping; else -1 */
     bool is_quiet;
     const char *rig; /* NULL: none */
 };
@@ -54,15 +50,7 @@ static int try_files(const struct captures *c, lum_error *error)
 
 static int start(struct captures *c, lum_error *error)
 {
-    const size_t count = c->sources->count;
-    c->pipes = calloc(count, sizeof *c->pipes);
-    if (c->pipes == NULL) {
-        return lum_error_set(error, "out of memory");
-    }
-    for (size_t i = 0; i < count; i++) {
-        c->pipes[i] = -1;
-    }
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < c->sources->count; i++) {
         if (!thread_exists() && is_stream(c->sources->paths[i])) {
             return lum_error_set(error,
                                  "%s: it is not a file, and only files can be "
@@ -94,31 +82,8 @@ int captures_new(const struct sources *sources, const char *rig, bool is_quiet,
     return 0;
 }
 
-/* A pipe that is open here keeps nobody waiting who opens it to read. */
-void captures_stop(struct captures *captures)
-{
-    for (size_t i = 0; captures != NULL && i < captures->sources->count; i++) {
-        struct file_look look;
-        const char *path = captures->sources->paths[i];
-        if (!input_files_is_stdin(path) && file_look(path, &look) &&
-            look.kind == FILE_PIPE) {
-            captures->pipes[i] = open(path, O_RDWR | O_NONBLOCK | O_CLOEXEC);
-        }
-    }
-}
-
 void captures_free(struct captures *captures)
 {
-    if (captures == NULL) {
-        return;
-    }
-    for (size_t i = 0; captures->pipes != NULL && i < captures->sources->count;
-         i++) {
-        if (captures->pipes[i] >= 0) {
-            (void)close(captures->pipes[i]);
-        }
-    }
-    free(captures->pipes);
     free(captures);
 }
 

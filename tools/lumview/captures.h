@@ -20,10 +20,6 @@ struct captures;
 int captures_new(const struct sources *sources, const char *rig, bool is_quiet,
                  struct captures **out, lum_error *error);
 
-/* Makes the opening of a pipe end soon, even if nobody writes to it. NULL is
- * allowed. */
-void captures_stop(struct captures *captures);
-
 /* To be called when no thread reads any more. NULL is allowed. */
 void captures_free(struct captures *captures);
 
