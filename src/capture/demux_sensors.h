@@ -8,7 +8,6 @@
 #include "demux_state.h"
 #include "joined.h"
 #include "lum/capture/demux.h"
-#include "order.h"
 #include "trial.h"
 
 #include <stdio.h>
@@ -17,6 +16,16 @@
 /* Addresses that are counted separately, each on each of its interfaces;
  * further ones are counted together. */
 #define LUM_DEMUX_ADDRESSES_MAX LUM_DEMUX_ORIGINS_MAX
+
+/** The latest record of a sensor's data. All bytes 0: there was none. */
+typedef struct lum_order {
+    bool has_newest;
+    int64_t newest_ns;
+    uint64_t newest_ticks;
+    uint64_t ahead;  /**< records since time last went on by a break */
+    uint64_t behind; /**< in a row, in order, each a break behind those */
+    int64_t last_ns; /**< of the last one behind */
+} lum_order;
 
 /** An assembler with its storage. */
 typedef struct lum_demux_assembly {
@@ -157,6 +166,20 @@ void lum_demux_count_packet(const lum_demux *demux, const lum_record *record,
 /** Count the packet of data at hand. */
 void lum_demux_count_data(const lum_demux *demux, const lum_record *record,
                           lum_demux_counters *c);
+
+/** Follow a record of data. Where some records stand a break or more ahead of
+ * more others that follow them, these others are in order: the few that stand
+ * too early are counted by as many of those.
+ * @param field    of the sensor's clock.
+ * @param unit_ns  of its ticks.
+ * @param break_ns how long no data comes in a break.
+ * @return how far it stands behind a later one, in ns, where it is behind by
+ *         about as much by the sensor's clock: a step of the host's clock, or
+ *         the network, leaves these apart. Without a sensor's clock by its time
+ *         alone. 0: it is in order. */
+int64_t lum_order_behind_ns(lum_order *order, const lum_field *field,
+                            uint32_t unit_ns, int64_t break_ns, int64_t time_ns,
+                            const lum_group *group);
 
 /** Whether data of a sensor is assembled. */
 bool lum_demux_takes(const lum_demux *demux, const lum_demux_entry *sensor);

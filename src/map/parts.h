@@ -6,6 +6,14 @@
 
 #include "tiles.h"
 
+/** Make the file of parts.
+ * @param beside a name in the folder where it is to be.
+ * @return 0, or an errno. */
+LUM_MUST_CHECK int lum_map_spool_open(lum_map_spool *spool, const char *beside);
+
+/** Close it, if it is open. errno stays. */
+void lum_map_spool_close(lum_map_spool *spool);
+
 /** A part that is read, or what the tile has in memory. */
 typedef struct lum_map_part {
     const lum_map_entry *next; /**< in order; NULL: there are no more */

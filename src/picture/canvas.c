@@ -1,4 +1,5 @@
-#include "canvas.h"
+/* A picture in memory that cairo draws. */
+#include "picture_internal.h"
 
 #include <cairo.h>
 #include <errno.h>

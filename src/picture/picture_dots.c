@@ -1,6 +1,8 @@
 /* The points that a picture keeps, in bounded memory. */
 #include "picture_internal.h"
 
+#include "base/grow.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -14,21 +16,6 @@ static void thin(lum_dots *dots)
     dots->step *= 2u;
 }
 
-static int make_room(lum_dots *dots)
-{
-    if (dots->count < dots->room) {
-        return 0;
-    }
-    const size_t room = dots->room == 0 ? 65536u : 2u * dots->room;
-    lum_dot *at = realloc(dots->at, room * sizeof *at);
-    if (at == NULL) {
-        return -1;
-    }
-    dots->at = at;
-    dots->room = room;
-    return 0;
-}
-
 int lum_dots_add(lum_dots *dots, const lum_dot *dot)
 {
     const uint64_t number = dots->all++;
@@ -36,10 +23,12 @@ int lum_dots_add(lum_dots *dots, const lum_dot *dot)
         !isfinite(dot->z) || !isfinite(dot->value)) {
         return 0;
     }
-    if (make_room(dots) != 0) {
+    lum_dot *at = lum_grown(dots->at, dots->count, 1, sizeof *at, &dots->room);
+    if (at == NULL) {
         return -1;
     }
-    dots->at[dots->count++] = *dot;
+    dots->at = at;
+    at[dots->count++] = *dot;
     if (dots->count == LUM_DOTS_MAX) {
         thin(dots);
     }

@@ -8,7 +8,6 @@
 #include <cmocka.h>
 
 #include "host/key_rule.h"
-#include "host/key_text.h"
 #include "lum/config/config.h"
 #include "lum/host/keys.h"
 

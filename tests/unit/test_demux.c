@@ -5,8 +5,7 @@
 
 #include <cmocka.h>
 
-#include "capture/joined.h"
-#include "capture/order.h"
+#include "capture/demux_sensors.h"
 #include "drive.h"
 
 #include "lum/capture/demux.h"

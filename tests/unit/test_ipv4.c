@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "capture/ipv4.h"
+#include "capture/fragments.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "host/key_text.h"
+#include "host/key_rule.h"
 
 #include <string.h>
 

@@ -8,7 +8,6 @@
 #include <cmocka.h>
 
 #include "base/crc32.h"
-#include "cloud/cdr.h"
 #include "cloud/mcap_file.h"
 #include "cloud/part.h"
 #include "cloud/ros_messages.h"
