@@ -1,6 +1,6 @@
 /* Standard input without a wait, on POSIX. */
 #define _POSIX_C_SOURCE 200809L
-#include "prompt.h"
+#include "prompt_input.h"
 
 #include <errno.h>
 #include <poll.h>

@@ -1,5 +1,5 @@
 /* Standard input without a wait, on Windows. */
-#include "prompt.h"
+#include "prompt_input.h"
 
 #include <stdbool.h>
 #include <windows.h>

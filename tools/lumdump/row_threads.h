@@ -9,7 +9,6 @@
 #ifndef LUMDUMP_ROW_THREADS_H
 #define LUMDUMP_ROW_THREADS_H
 
-#include "batch.h"
 #include "options.h"
 #include "outputs.h"
 

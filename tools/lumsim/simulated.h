@@ -3,7 +3,6 @@
 #define LUMSIM_SIMULATED_H
 
 #include "base/outfile.h"
-#include "labels.h"
 #include "lum/base/error.h"
 #include "options.h"
 #include "sim/fault.h"
