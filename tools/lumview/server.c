@@ -3,9 +3,9 @@
 
 #include "../common/interrupt.h"
 #include "../common/number.h"
-#include "client.h"
 #include "http.h"
 #include "net/program.h"
+#include "viewer.h"
 
 #include <errno.h>
 #include <libwebsockets.h>
@@ -25,6 +25,28 @@
 
 #define CONNECTIONS_MAX      100u
 #define CONNECTIONS_PEER_MAX 30u /* of one address */
+
+/* What has been handed to the system is not the newest any more. */
+#define SEND_BUFFER_BYTES (512 * 1024)
+
+#define CLOSE_REASON_BYTES 64u
+
+struct client_refusal {
+    enum lws_close_status code;
+    const char *reason;
+};
+
+struct client {
+    struct lws *wsi;
+    struct viewer viewer;
+    const struct client_refusal *refusal; /* it is to be closed; else NULL */
+    char command[COMMAND_BYTES];          /* so far */
+    size_t command_len;
+};
+
+struct clients {
+    struct viewers viewers;
+};
 
 /* A place that a connection has. */
 struct place {
@@ -47,6 +69,151 @@ struct server {
 static struct server *server_of(struct lws *wsi)
 {
     return lws_context_user(lws_get_context(wsi));
+}
+
+static const struct client_refusal binary = {
+    LWS_CLOSE_STATUS_UNACCEPTABLE_OPCODE, "only text is understood"};
+static const struct client_refusal unknown = {LWS_CLOSE_STATUS_POLICY_VIOLATION,
+                                              "no such command"};
+
+/* --- The connected browsers --- */
+
+static int clients_init(struct clients *clients, const struct options *options)
+{
+    return viewers_init(&clients->viewers, options, LWS_PRE);
+}
+
+static void clients_free(struct clients *clients)
+{
+    viewers_free(&clients->viewers);
+}
+
+/* If it fails, a slow browser shows older frames. */
+static void bound_send_buffer(struct lws *wsi)
+{
+    const int bytes = SEND_BUFFER_BYTES;
+    (void)setsockopt(lws_get_socket_fd(wsi), SOL_SOCKET, SO_SNDBUF, &bytes,
+                     sizeof bytes);
+}
+
+static void clients_add(struct clients *clients, struct client *client,
+                        struct lws *wsi)
+{
+    *client = (struct client){.wsi = wsi};
+    viewers_add(&clients->viewers, &client->viewer);
+    bound_send_buffer(wsi);
+    (void)lws_callback_on_writable(wsi);
+}
+
+static void clients_remove(struct clients *clients, struct client *client)
+{
+    viewers_remove(&clients->viewers, &client->viewer);
+}
+
+static void ask_to_write(const struct clients *clients)
+{
+    const struct viewers *viewers = &clients->viewers;
+    for (struct viewer *v = viewers->first; v != NULL; v = v->next) {
+        if (viewer_has_next(viewers, v)) {
+            const struct client *client =
+                lws_container_of(v, struct client, viewer);
+            (void)lws_callback_on_writable(client->wsi);
+        }
+    }
+}
+
+/* The feed has something new. */
+static void clients_wake(struct clients *clients)
+{
+    if (clients->viewers.feed != NULL) {
+        viewers_wake(&clients->viewers);
+        ask_to_write(clients);
+    }
+}
+
+/* Half a second has passed. */
+static void clients_tick(struct clients *clients)
+{
+    viewers_tick(&clients->viewers);
+    ask_to_write(clients);
+}
+
+/* --- What is sent to one --- */
+
+static int send_message(const struct client *client,
+                        const struct viewer_message *message)
+{
+    const int sent =
+        lws_write(client->wsi, message->bytes, message->len,
+                  message->is_text ? LWS_WRITE_TEXT : LWS_WRITE_BINARY);
+    return sent < 0 ? -1 : 0;
+}
+
+static int send_close(const struct client *client)
+{
+    unsigned char reason[CLOSE_REASON_BYTES];
+    const size_t len = strlen(client->refusal->reason);
+    (void)memcpy(reason, client->refusal->reason, len);
+    lws_close_reason(client->wsi, client->refusal->code, reason, len);
+    return -1;
+}
+
+/* One message at a time; before the next, the socket is asked again
+ * whether it takes more. */
+static int clients_write(struct clients *clients, struct client *client)
+{
+    struct viewers *viewers = &clients->viewers;
+    struct viewer_message message;
+    if (client->refusal != NULL) {
+        return send_close(client);
+    }
+    const int found = viewer_next(viewers, &client->viewer, &message);
+    if (found < 0 || (found > 0 && send_message(client, &message) != 0)) {
+        return -1;
+    }
+    if (viewer_has_next(viewers, &client->viewer)) {
+        (void)lws_callback_on_writable(client->wsi);
+    }
+    return 0;
+}
+
+/* --- What one sends --- */
+
+/* The close is sent after all earlier data is sent: otherwise libwebsockets
+ * would leave it out. */
+static void refuse(struct client *client, const struct client_refusal *why)
+{
+    client->refusal = why;
+    (void)lws_callback_on_writable(client->wsi);
+}
+
+/* A piece of a message came. What is no command ends the connection. */
+static void clients_read(struct clients *clients, struct client *client,
+                         const char *bytes, size_t len)
+{
+    if (client->refusal != NULL) {
+        return;
+    }
+    if (lws_frame_is_binary(client->wsi)) {
+        refuse(client, &binary);
+        return;
+    }
+    if (len > sizeof client->command - client->command_len) {
+        refuse(client, &unknown);
+        return;
+    }
+    (void)memcpy(client->command + client->command_len, bytes, len);
+    client->command_len += len;
+    if (!lws_is_final_fragment(client->wsi)) {
+        return;
+    }
+    if (!viewer_take(&clients->viewers, &client->viewer, client->command,
+                     client->command_len)) {
+        refuse(client, &unknown);
+        return;
+    }
+    client->command_len = 0;
+    (void)lws_callback_on_writable(client->wsi);
 }
 
 /* --- How many connections there are --- */
