@@ -224,4 +224,15 @@ uint64_t doctor_stream_odd(const struct doctor_stream *s);
  * for which the buffer was full; 0: none, or not known. */
 uint64_t doctor_stream_filtered(const struct doctor *d);
 
+/* Opens a capture of what the sensor sends to a UDP port of this host. Returns
+ * a descriptor for capture_end(); -1: this is not allowed, or there is no such
+ * interface. */
+int capture_open(const char *interface, lum_endpoint sensor, uint16_t to_port);
+
+/* Whether something came, without a wait. */
+bool capture_saw(int fd);
+
+/* Number of packets since it was opened; closes it. -1 is allowed. */
+uint64_t capture_end(int fd);
+
 #endif

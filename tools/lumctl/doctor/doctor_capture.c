@@ -1,6 +1,7 @@
+/* What comes in by an interface, before any rule can drop it; nothing on
+ * systems other than Linux. */
 #define _GNU_SOURCE
-
-#include "doctor_capture.h"
+#include "doctor.h"
 
 #include <arpa/inet.h>
 #include <linux/filter.h>

@@ -1,7 +1,6 @@
 /* Owns the session for two seconds, hands the data that comes to
  * doctor_stream.c, and says whether any came. */
 #include "doctor.h"
-#include "doctor_capture.h"
 
 #include "../../common/arrival.h"
 

@@ -4,7 +4,6 @@
 
 #include "doctor.h"
 
-#include "doctor_capture.h"
 #include "doctor_knock.h"
 
 #include <stdio.h>

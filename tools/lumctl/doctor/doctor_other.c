@@ -1,7 +1,6 @@
 /* Fewer checks of this host, for systems whose kernel does not say as much as
  * Linux: only what the net library can do everywhere. */
 #include "doctor.h"
-#include "doctor_capture.h"
 #include "doctor_knock.h"
 
 #include "lum/wire.h"
