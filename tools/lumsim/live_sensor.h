@@ -8,7 +8,6 @@
 #include "lum/packet.h"
 #include "named_files.h"
 #include "options.h"
-#include "playback.h"
 #include "renderer.h"
 #include "scene_feed.h"
 #include "sender.h"
@@ -37,6 +36,23 @@ struct replies {
     size_t first;
     size_t count;                      /* that wait */
     struct reply waiting[REPLIES_MAX]; /* all wait alike: in order of due_ns */
+};
+
+/* The data of a recording, sent with its timing. */
+struct playback {
+    struct recording *recording; /* NULL: nothing is replayed */
+    struct recording_facts facts;
+    double speed;
+    bool loops;
+    bool has_ended;  /* all of it was given */
+    bool has_next;   /* next is a packet */
+    bool has_failed; /* error says why */
+    lum_error error;
+    struct recorded next;
+    int64_t begin_ns;   /* when its first packet is due */
+    int64_t delayed_ns; /* by which all came later than recorded */
+    uint8_t *bytes;     /* of the packets given last */
+    uint64_t rounds;    /* times it was given whole */
 };
 
 /* Where data comes from, and how it leaves; of live_data.c. */
