@@ -66,7 +66,8 @@ STORY(no_points_and_why, "that there are no points is told with its reason")
         user_sensor_start(b.sensor, "--rate 2 --fault interlock@USR1");
     user_tool *dump = user_run(b.host, LIVE " --duration 2");
     user_expect_has(user_err(dump), "no point is left of them: the laser of "
-                                    "10.42.0.37 may be on; lumctl --host");
+                                    "10.42.0.37 is not confirmed on; lumctl "
+                                    "--host");
     user_signal(s->tool, SIGUSR1);
     user_until(user_events(s, "fault") > 0);
     for (int i = 0; i < 2; i++) {

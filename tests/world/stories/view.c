@@ -24,9 +24,11 @@ STORY(view_a_sensor_without_laser,
     const user_bench b = user_bench_new();
     const user_sensor *s = user_sensor_start(b.sensor, "--rate 10");
     user_tool *view = user_start(b.host, VIEW);
-    user_until(user_has(user_out(view), "the laser of 10.42.0.37 may be on"));
-    user_expect_like(user_out(view),
-                     "the laser of 10\\.42\\.0\\.37 may be on[^\n]*laser on");
+    user_until(user_has(user_out(view),
+                        "the laser of 10.42.0.37 is not confirmed on"));
+    user_expect_like(
+        user_out(view),
+        "the laser of 10\\.42\\.0\\.37 is not confirmed on[^\n]*laser on");
     user_until(user_has(user_out(view), "playing"));
     user_until(user_like(user_out(view), "laser 0x0000"));
     user_pause_ms(1000);
