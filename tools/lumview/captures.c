@@ -32,7 +32,7 @@ static int try_files(const struct captures *c, lum_error *error)
 {
     lum_capture *capture = NULL;
     size_t count = 0;
-    const char **files = calloc(c->sources->count, sizeof *files);
+    const char **files = calloc(c->sources->count + 1u, sizeof *files);
     if (files == NULL) {
         return lum_error_set(error, "out of memory");
     }
