@@ -207,11 +207,11 @@ def who_comes_later_gets_what_is_latched():
 
 
 def reader_kinds():
-    lossy = Reader("rt/points", CLOUD, "--best-effort")
+    lossy = Reader("rt/points", CLOUD, "--best-effort", "--buffer", 4194304)
     player(FILES.small(), "--loop")
     lossy.wait(3)
     Program.end_all()
-    lossy = Reader("rt/points", CLOUD, "--best-effort")
+    lossy = Reader("rt/points", CLOUD, "--best-effort", "--buffer", 4194304)
     strict = Reader("rt/points", CLOUD)
     player(FILES.small(), "--loop", "--qos", "points=sensor")
     lossy.wait(3)
