@@ -9,7 +9,8 @@
 #include <stdint.h>
 
 /* A descriptor, or -1 with the reason in errno. "-" is standard input, read
- * through a separate descriptor, so that closing it has no effect on others. */
+ * through a separate descriptor, so that closing it has no effect on others. On
+ * Linux it does not wait for the writer of a pipe: reading does. */
 int lum_source_file_open(const char *path);
 
 /* Some bytes; 0 at the end; -1 with the reason in error. A signal ends the

@@ -16,7 +16,7 @@ typedef struct lum_unpack_step {
     size_t taken;    /**< of in; 0 before */
     size_t given;    /**< of out; 0 before */
     bool is_between; /**< nothing of a frame is under way now */
-    const char *why; /**< of a failure */
+    const char *why; /**< of a failure: what is wrong with "the data" */
 } lum_unpack_step;
 
 /** A library that unpacks from memory to memory. */
@@ -24,7 +24,7 @@ typedef struct lum_unpacker {
     const char *name;
     void *(*make)(void); /**< its state; NULL without memory */
     bool (*step)(void *state,
-                 lum_unpack_step *step); /**< false: it is damaged */
+                 lum_unpack_step *step); /**< false: it cannot go on */
     void (*free)(void *state);
 } lum_unpacker;
 

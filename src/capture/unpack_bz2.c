@@ -57,7 +57,8 @@ static bool step(void *state, lum_unpack_step *s)
         end_stream(b);
     } else if (result != BZ_OK) {
         s->why = result == BZ_MEM_ERROR ? "not enough memory"
-                                        : "a check sum or a code is wrong";
+                                        : "they are damaged: a check sum or a "
+                                          "code is wrong";
         return false;
     }
     return true;

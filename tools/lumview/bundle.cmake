@@ -2,8 +2,8 @@
 #   cmake -D PAGE=DIR -D MODULES=DIR -D ESBUILD=FILE -D GZIP=FILE -D LICENSE=FILE
 #         -D NAME=TEXT -D OUT=DIR -P bundle.cmake
 # or, of what that left in OUT, into lumview.html, which has all within:
-#   cmake -D PAGE=DIR -D ESBUILD=FILE -D GZIP=FILE -D OUT=DIR -D WASM=FILE
-#         -D SOURCES=DIR -D ALONE=FILE -P bundle.cmake
+#   cmake -D PAGE=DIR -D ESBUILD=FILE -D GZIP=FILE -D BASE64=FILE -D OUT=DIR
+#         -D WASM=FILE -D SOURCES=DIR -D ALONE=FILE -P bundle.cmake
 # or, of the modules, what a release keeps, into the folder KEEP:
 #   cmake -D PAGE=DIR -D MODULES=DIR -D OUT=DIR -D KEEP=DIR -P bundle.cmake
 # esbuild makes one script and one style of the page and of the modules that it
@@ -175,7 +175,7 @@ function(bundle_alone)
   set(parts "")
   foreach(name IN ITEMS app.js worker.js licenses.txt lumview.wasm)
     bundle_run(${GZIP} -9nkf ${folder}/${name})
-    execute_process(COMMAND base64 INPUT_FILE ${folder}/${name}.gz OUTPUT_VARIABLE packed COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND ${BASE64} INPUT_FILE ${folder}/${name}.gz OUTPUT_VARIABLE packed COMMAND_ERROR_IS_FATAL ANY)
     string(REPLACE "\n" "" packed "${packed}")
     string(APPEND parts "<script type=\"text/plain\" id=\"${name}\">${packed}</script>\n")
   endforeach()
